@@ -1,0 +1,28 @@
+# Every package that Tessera uses. deploy/setup.sh is the list of their Debian names.
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(Protobuf REQUIRED)
+pkg_check_modules(grpcpp REQUIRED IMPORTED_TARGET grpc++)
+find_program(GRPC_CPP_PLUGIN grpc_cpp_plugin REQUIRED)
+find_package(absl CONFIG REQUIRED)
+find_package(OpenSSL REQUIRED)
+find_package(spdlog CONFIG REQUIRED)
+find_package(CLI11 CONFIG REQUIRED)
+find_package(nlohmann_json CONFIG REQUIRED)
+find_package(OpenEXR CONFIG REQUIRED)
+pkg_check_modules(oiio REQUIRED IMPORTED_TARGET OpenImageIO)
+find_package(ZLIB REQUIRED)
+pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
+find_package(SQLiteCpp CONFIG REQUIRED)
+find_package(hwy CONFIG REQUIRED)
+
+# Embree 4 where there is one, else 3. Only worker/render/accel/embree.h knows the difference.
+find_package(embree 4 CONFIG QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 CONFIG REQUIRED)
+endif()
+
+if(TESSERA_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark CONFIG REQUIRED)
+endif()

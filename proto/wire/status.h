@@ -1,0 +1,19 @@
+// The one mapping between absl::Status and grpc::Status.
+#pragma once
+
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace grpc {
+class Status;
+}
+
+namespace tessera::wire {
+
+grpc::Status to_grpc(const absl::Status& status);
+
+/// `call` names the RPC and the address for the message: "Lease at 127.0.0.1:7070".
+absl::Status from_grpc(const grpc::Status& status, std::string_view call);
+
+}  // namespace tessera::wire
