@@ -24,3 +24,50 @@ function(tessera_test name)
   endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
 endfunction()
+
+# Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor family has.
+# Each ISA's objects are linked into one module that exports a single function (worker/render/integrator/kernel.h), so that no
+# inline function compiled for a newer ISA can be picked up by code that must run everywhere.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(TESSERA_ISAS avx2 avx512)
+  set(TESSERA_ISA_FLAGS_avx2 -mavx2 -mfma -mf16c -mbmi -mbmi2 -mlzcnt -mpopcnt -maes -mpclmul)
+  set(TESSERA_ISA_FLAGS_avx512 ${TESSERA_ISA_FLAGS_avx2} -mavx512f -mavx512dq -mavx512bw -mavx512vl -mavx512cd
+      -mprefer-vector-width=512)
+else()
+  set(TESSERA_ISAS neon)
+  set(TESSERA_ISA_FLAGS_neon)
+endif()
+set(TESSERA_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math)
+
+# tessera_kernel_objects(FOLDER SOURCES...): object libraries tessera_FOLDER_kernel_<isa>.
+function(tessera_kernel_objects folder)
+  foreach(isa ${TESSERA_ISAS})
+    set(name tessera_${folder}_kernel_${isa})
+    add_library(${name} OBJECT ${ARGN})
+    target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/worker ${CMAKE_SOURCE_DIR}/proto)
+    target_compile_definitions(${name} PUBLIC TESSERA_ISA=${isa})
+    target_compile_options(${name} PUBLIC ${TESSERA_ISA_FLAGS_${isa}} ${TESSERA_KERNEL_FLAGS})
+    target_link_libraries(${name} PUBLIC hwy::hwy tessera_options)
+  endforeach()
+endfunction()
+
+# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] [LABELS ...] [TIMEOUT s]): one test program an ISA; on a
+# machine without the ISA it is skipped (exit code 77, see tests/support/kernel_main.cpp).
+function(tessera_kernel_test name)
+  cmake_parse_arguments(arg "" "TIMEOUT" "KERNELS;DEPENDS;LABELS" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  foreach(isa ${TESSERA_ISAS})
+    set(test ${name}_${isa})
+    add_executable(${test} ${arg_UNPARSED_ARGUMENTS} ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
+    target_include_directories(${test} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+    foreach(kernel ${arg_KERNELS})
+      target_link_libraries(${test} PRIVATE tessera_${kernel}_kernel_${isa})
+    endforeach()
+    target_link_libraries(${test} PRIVATE ${arg_DEPENDS} GTest::gmock GTest::gtest)
+    set_target_properties(${test} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+    add_test(NAME ${test} COMMAND ${test} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}")
+  endforeach()
+endfunction()

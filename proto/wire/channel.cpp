@@ -1,0 +1,33 @@
+#include "wire/channel.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include "wire/address.h"
+#include "wire/limits.h"
+
+namespace tessera::wire {
+
+grpc::ChannelArguments channel_arguments() {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(static_cast<int>(kMaxMessageBytes));
+  arguments.SetMaxSendMessageSize(static_cast<int>(kMaxMessageBytes));
+  // A peer whose machine is gone is noticed within 15 s, long polls included.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
+  return arguments;
+}
+
+absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address, const ChannelOptions& options) {
+  const absl::StatusOr<HostPort> host_port = parse_host_port(address);
+  if (!host_port.ok()) return host_port.status();
+  if (absl::Status status = check_unencrypted_allowed(*host_port, options.allow_insecure); !status.ok()) return status;
+  return grpc::CreateCustomChannel(host_port->to_string(), grpc::InsecureChannelCredentials(), channel_arguments());
+}
+
+}  // namespace tessera::wire

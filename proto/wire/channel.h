@@ -1,0 +1,29 @@
+// Connections to a coordinator.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+
+namespace grpc {
+class Channel;
+class ChannelArguments;
+}  // namespace grpc
+
+namespace tessera::wire {
+
+struct ChannelOptions {
+  bool allow_insecure = false;  // talk without encryption to an address that is not loopback
+};
+
+/// A channel to `address` (HOST:PORT). Nothing is connected yet: the first call does that, and a lost connection is made
+/// anew, with a back-off of at most 2 s. InvalidArgument for a malformed address; PermissionDenied for one that is not
+/// loopback, unless allowed.
+absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address,
+                                                            const ChannelOptions& options = {});
+
+/// Message caps and keepalive of every channel, for channels that are made elsewhere (in one process).
+grpc::ChannelArguments channel_arguments();
+
+}  // namespace tessera::wire

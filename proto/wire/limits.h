@@ -1,0 +1,43 @@
+// Caps that all three programs hold each other to.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::wire {
+
+/// Largest RPC message, either way. A tile of kMaxTileSize squared with every AOV fits.
+inline constexpr std::size_t kMaxMessageBytes = std::size_t{96} << 20;
+
+/// Largest piece of a blob in one Upload or Download message.
+inline constexpr std::size_t kBlobChunkBytes = std::size_t{1} << 20;
+
+/// Largest blob.
+inline constexpr std::uint64_t kMaxBlobBytes = std::uint64_t{64} << 30;
+
+/// Most blobs in one FindMissing call.
+inline constexpr int kMaxFindMissing = 10000;
+
+/// Largest width and height of a film, pixels.
+inline constexpr std::uint32_t kMaxFilmSize = 65536;
+
+/// Largest side of a tile, pixels.
+inline constexpr std::uint32_t kMaxTileSize = 1024;
+
+/// Most samples a pixel.
+inline constexpr std::uint32_t kMaxSamplesPerPixel = std::uint32_t{1} << 24;
+
+/// Most units of one job.
+inline constexpr std::uint64_t kMaxUnitsPerJob = std::uint64_t{1} << 24;
+
+/// Most units in one Lease call, and most leases that one worker may hold.
+inline constexpr std::uint32_t kMaxLeasesPerCall = 256;
+inline constexpr std::uint32_t kMaxLeasesPerWorker = 4096;
+
+/// Longest wait of a Lease call, seconds; longer ones are answered with nothing after this time.
+inline constexpr int kMaxLeaseWaitSeconds = 30;
+
+/// Most characters in a name, an error message or a warning that one program keeps for another.
+inline constexpr std::size_t kMaxTextBytes = 4096;
+
+}  // namespace tessera::wire

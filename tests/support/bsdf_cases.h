@@ -1,0 +1,227 @@
+// Materials for the tests of the BSDF models, and the models called with plain double directions.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "render/bsdf/bsdf.h"
+#include "render/bsdf/coat_table.h"
+
+namespace tessera::test {
+
+namespace kernel = render::TESSERA_ISA;
+
+using Direction = std::array<double, 3>;
+
+inline Direction direction(double theta_degrees, double phi_degrees) {
+  const double theta = theta_degrees * M_PI / 180, phi = phi_degrees * M_PI / 180;
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+inline double dot(const Direction& a, const Direction& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// Sixteen directions in, sixteen out.
+inline kernel::Vec3 wide(const Direction& w) {
+  return {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])};
+}
+inline kernel::Vec3 wide(const Direction (&w)[kernel::kWidth]) {
+  alignas(64) float x[kernel::kWidth], y[kernel::kWidth], z[kernel::kWidth];
+  for (int i = 0; i < kernel::kWidth; ++i) {
+    x[i] = static_cast<float>(w[i][0]);
+    y[i] = static_cast<float>(w[i][1]);
+    z[i] = static_cast<float>(w[i][2]);
+  }
+  return {kernel::Float::load(x), kernel::Float::load(y), kernel::Float::load(z)};
+}
+inline void store(kernel::Float value, float (&lanes)[kernel::kWidth]) { value.store_unaligned(lanes); }
+
+/// One lane of a BsdfEval.
+struct Eval {
+  std::array<double, 3> f_cos;
+  double pdf;
+};
+
+/// One lane of a BsdfSample.
+struct Sample {
+  Direction wi;
+  std::array<double, 3> weight;
+  double pdf, eta;
+  bool valid, specular, transmission;
+};
+
+/// A model with constant parameters.
+class BsdfCase {
+ public:
+  using Color = std::array<float, 3>;
+
+  BsdfCase(std::string case_name, render::BsdfKind bsdf_kind, Color spectrum0 = {}, Color spectrum1 = {},
+           std::vector<float> scalars = {})
+      : name(std::move(case_name)), kind(bsdf_kind), spectra_{spectrum0, spectrum1}, scalars_(std::move(scalars)) {
+    scalars_.resize(render::kMaterialScalars);
+    if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], table_);
+  }
+
+  std::string name;
+  render::BsdfKind kind;
+
+  float scalar(int i) const { return scalars_[static_cast<std::size_t>(i)]; }
+
+  kernel::BsdfParams params() const {
+    kernel::BsdfParams params;
+    for (int s = 0; s < render::kMaterialSpectra; ++s) {
+      for (int c = 0; c < kernel::kSpectrumLanes; ++c) params.spectra[s].c[c] = spectra_[s][c % 3];
+    }
+    for (int s = 0; s < render::kMaterialScalars; ++s) params.scalars[s] = scalar(s);
+    params.coat_table = kernel::Int(0);
+    params.coat_tables = table_.coat_tables.data();
+    return params;
+  }
+
+  kernel::BsdfEval eval(kernel::Vec3 wo, kernel::Vec3 wi) const {
+    return kernel::bsdf_model(kind)->eval(params(), wo, wi, kernel::Mask::all());
+  }
+  kernel::BsdfSample sample(kernel::Vec3 wo, kernel::Float u_lobe, kernel::Vec2 u) const {
+    return kernel::bsdf_model(kind)->sample(params(), wo, u_lobe, u, kernel::Mask::all());
+  }
+
+  Eval eval(const Direction& wo, const Direction& wi) const {
+    const kernel::BsdfEval e = eval(wide(wo), wide(wi));
+    return {{e.f_cos.c[0].lane(0), e.f_cos.c[1].lane(0), e.f_cos.c[2].lane(0)}, e.pdf.lane(0)};
+  }
+  Sample sample(const Direction& wo, float u_lobe, float u0, float u1) const {
+    return lane(sample(wide(wo), u_lobe, {u0, u1}), 0);
+  }
+
+  /// Calls f(sample) for each of about n samples of wo, made from independent random numbers.
+  template <class F>
+  void for_each_sample(const Direction& wo, int n, std::uint64_t seed, F&& f) const {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&] {
+      alignas(64) float u[kernel::kWidth];
+      for (float& x : u) x = static_cast<float>(random() >> 40) * 0x1p-24f;
+      return kernel::Float::load(u);
+    };
+    for (int i = 0; i < n; i += kernel::kWidth) {
+      const kernel::Float u_lobe = uniform(), u0 = uniform(), u1 = uniform();
+      for_each_lane(sample(wide(wo), u_lobe, {u0, u1}), f);
+    }
+  }
+
+  /// As for_each_sample, from the n points of a Hammersley set [Hammersley 1960], bases 2 and 3. For means.
+  template <class F>
+  void for_each_even_sample(const Direction& wo, int n, F&& f) const {
+    const auto coordinate = [](int start, auto&& function) {
+      alignas(64) float u[kernel::kWidth];
+      for (int k = 0; k < kernel::kWidth; ++k) u[k] = std::min(static_cast<float>(function(start + k)), 0x1.fffffep-1f);
+      return kernel::Float::load(u);
+    };
+    for (int i = 0; i < n; i += kernel::kWidth) {
+      const kernel::Float u_lobe = coordinate(i, [](int index) { return radical_inverse(index, 2); }),
+                          u0 = coordinate(i, [n](int index) { return (index + 0.5) / n; }),
+                          u1 = coordinate(i, [](int index) { return radical_inverse(index, 3); });
+      for_each_lane(sample(wide(wo), u_lobe, {u0, u1}), f);
+    }
+  }
+
+  template <class F>
+  static void for_each_lane(const kernel::BsdfSample& s, F&& f) {
+    float x[16], y[16], z[16], weight[3][16], pdf[16], eta[16];
+    store(s.wi.x, x), store(s.wi.y, y), store(s.wi.z, z), store(s.pdf, pdf), store(s.eta, eta);
+    for (int c = 0; c < 3; ++c) store(s.weight.c[c], weight[c]);
+    const std::uint32_t valid = s.valid.bits(), specular = s.specular.bits(), transmission = s.transmission.bits();
+    for (int i = 0; i < kernel::kWidth; ++i) {
+      f(Sample{{x[i], y[i], z[i]},
+               {weight[0][i], weight[1][i], weight[2][i]},
+               pdf[i],
+               eta[i],
+               (valid >> i & 1) != 0,
+               (specular >> i & 1) != 0,
+               (transmission >> i & 1) != 0});
+    }
+  }
+
+ private:
+  /// The digits of `index` mirrored at the point.
+  static double radical_inverse(int index, int base) {
+    double result = 0;
+    for (double digit = 1.0 / base; index > 0; index /= base, digit /= base) result += index % base * digit;
+    return result;
+  }
+
+  static Sample lane(const kernel::BsdfSample& s, int index) {
+    Sample result{};
+    int i = 0;
+    for_each_lane(s, [&](const Sample& sample) {
+      if (i++ == index) result = sample;
+    });
+    return result;
+  }
+
+  std::array<float, 3> spectra_[render::kMaterialSpectra];
+  std::vector<float> scalars_;
+  render::MaterialTable table_;
+};
+
+/// Copper, at wavelengths of about red, green and blue.
+inline constexpr BsdfCase::Color kCopperEta{0.20f, 0.92f, 1.10f}, kCopperK{3.91f, 2.45f, 2.14f};
+
+inline std::string number(float x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
+}
+
+inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta,
+                          BsdfCase::Color k = kCopperK) {
+  return {"conductor " + number(alpha_x) + " " + number(alpha_y), render::BsdfKind::kConductor, eta, k,
+          {alpha_x, alpha_y}};
+}
+inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta) {
+  return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
+          render::BsdfKind::kDielectric, {}, {}, {alpha_x, alpha_y, eta}};
+}
+inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
+  return {"coated diffuse " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
+          render::BsdfKind::kCoatedDiffuse, rho, {}, {alpha_x, alpha_y, eta, 0.01f}};
+}
+inline BsdfCase thin_dielectric(float eta) {
+  return {"thin dielectric eta " + number(eta), render::BsdfKind::kThinDielectric, {}, {}, {0, 0, eta}};
+}
+inline BsdfCase diffuse(BsdfCase::Color reflectance) {
+  return {"diffuse", render::BsdfKind::kDiffuse, reflectance};
+}
+inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Color transmittance) {
+  return {"diffuse transmission", render::BsdfKind::kDiffuseTransmission, reflectance, transmittance};
+}
+
+/// Every model with parameters from one end of their range to the other.
+inline std::vector<BsdfCase> all_cases() {
+  std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}), diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
+                              diffuse_transmission({0, 0, 0}, {0.9f, 0.9f, 0.9f}), thin_dielectric(1.5f)};
+  constexpr std::array<float, 2> kAlphas[] = {{0, 0},       {1e-3f, 1e-3f}, {0.02f, 0.02f},
+                                              {0.2f, 0.2f}, {1, 1},         {0.05f, 0.5f}, {0.9f, 0.01f}};
+  for (const auto& [x, y] : kAlphas) {
+    cases.push_back(conductor(x, y));
+    for (const float eta : {1.5f, 1 / 1.5f, 3.0f}) {
+      cases.push_back(dielectric(x, y, eta));
+      cases.push_back(coated_diffuse(x, y, eta));
+    }
+  }
+  for (const float eta : {1.0f, 1 + 1e-6f, 1.01f}) {
+    cases.push_back(dielectric(0.2f, 0.2f, eta));
+    cases.push_back(coated_diffuse(0.2f, 0.2f, eta));
+  }
+  return cases;
+}
+
+/// Where the path comes from: along the normal, oblique, grazing, from below.
+inline std::vector<Direction> all_wo() {
+  return {direction(0, 0),     direction(30, 40),  direction(60, 200), direction(85, -70),
+          direction(89.9, 10), direction(150, 25), direction(92, 100)};
+}
+
+}  // namespace tessera::test

@@ -1,0 +1,73 @@
+// Programs that a test starts.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace tessera::support {
+
+/// How a program ended.
+struct ExitStatus {
+  int code = -1;   // of exit; -1 when a signal ended it
+  int signal = 0;  // that ended it
+};
+
+/// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor, and also when
+/// the test itself dies. Thread-safe.
+class Process {
+ public:
+  /// Throws std::system_error when it cannot be started. `environment` is added to the test's own: "NAME=VALUE".
+  explicit Process(std::vector<std::string> command, std::vector<std::string> environment = {});
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send_signal(int signal);
+  void kill() { send_signal(SIGKILL); }
+
+  /// Waits for its end; nothing when it goes on for longer than `patience`.
+  std::optional<ExitStatus> wait(std::chrono::milliseconds patience);
+
+  /// Waits for a line of stdout that begins with `prefix`, and returns the rest of it; nothing when none comes within
+  /// `patience` or the program ends without.
+  std::optional<std::string> wait_for_line(const std::string& prefix, std::chrono::milliseconds patience);
+
+  /// Waits until stderr holds `text`; false when it does not within `patience` or the program ends without.
+  bool wait_for_err(const std::string& text, std::chrono::milliseconds patience);
+
+  /// What it has written so far.
+  std::string out() const;
+  std::string err() const;
+
+ private:
+  void collect(int descriptor, std::string& into);
+  void reap();
+
+  pid_t pid_ = -1;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string out_;
+  std::string err_;
+  int open_pipes_ = 2;
+  std::optional<ExitStatus> ended_;
+  std::vector<std::jthread> threads_;
+};
+
+/// Runs to the end, at most `patience`; a program that takes longer is killed and has the signal SIGKILL.
+struct Finished {
+  ExitStatus status;
+  std::string out;
+  std::string err;
+};
+Finished run_program(std::vector<std::string> command, std::chrono::milliseconds patience,
+                     std::vector<std::string> environment = {});
+
+}  // namespace tessera::support

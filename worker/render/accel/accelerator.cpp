@@ -1,0 +1,136 @@
+#include "render/accel/accelerator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render {
+
+namespace {
+
+/// Bounds in the space that the quadric is placed in: those of the transformed box about it.
+void quadric_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
+  const ShapeRecord& shape = geometry.table->shapes[geometry.shape];
+  const QuadricRecord& q = geometry.table->quadrics[shape.quadric];
+  const float centre_z = shape.kind == ShapeKind::kDisk ? q.height : (q.z_min + q.z_max) / 2;
+  const float half_z = shape.kind == ShapeKind::kDisk ? 0.0f : (q.z_max - q.z_min) / 2;
+  const float* m = q.render_from_object.m;
+  float low[3], high[3];
+  for (int i = 0; i < 3; ++i) {
+    const float* row = m + 4 * i;
+    const float centre = row[2] * centre_z + row[3];
+    const float half = (std::abs(row[0]) + std::abs(row[1])) * q.radius + std::abs(row[2]) * half_z;
+    const float slack = 4e-6f * (std::abs(centre) + half);  // roundings of transform and intersection
+    low[i] = centre - half - slack;
+    high[i] = centre + half + slack;
+  }
+  RTCBounds& b = *args->bounds_o;
+  b.lower_x = low[0], b.lower_y = low[1], b.lower_z = low[2];
+  b.upper_x = high[0], b.upper_y = high[1], b.upper_z = high[2];
+}
+
+bool count_memory(void* counter, ssize_t bytes, bool) {
+  static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
+  return true;
+}
+
+}  // namespace
+
+Accelerator::~Accelerator() {
+  if (world_) rtcReleaseScene(world_);
+  for (RTCScene object : objects_) rtcReleaseScene(object);
+  if (device_) rtcReleaseDevice(device_);
+}
+
+absl::Status Accelerator::status(const std::string& what) const {
+  const RTCError error = rtcGetDeviceError(device_);
+  if (error == RTC_ERROR_NONE) return absl::OkStatus();
+  if (error == RTC_ERROR_OUT_OF_MEMORY) return absl::ResourceExhaustedError(absl::StrCat(what, ": out of memory"));
+  return absl::InternalError(absl::StrCat(what, ": Embree error ", static_cast<int>(error)));
+}
+
+RTCScene Accelerator::new_scene(const BuildOptions& options) const {
+  RTCScene scene = rtcNewScene(device_);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  rtcSetSceneFlags(scene, options.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  return scene;
+}
+
+void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& table,
+                               const TextureTable& textures, const GeometryCallbacks& callbacks) {
+  const ShapeRecord& shape = table.shapes[index];
+  RTCGeometry geometry = nullptr;
+  if (shape.kind == ShapeKind::kTriangles) {
+    geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, table.positions.data(),
+                               std::size_t(shape.first_vertex) * 12, 12, shape.vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, table.triangles.data(),
+                               std::size_t(shape.first_triangle) * 12, 12, shape.triangle_count);
+    if (shape.flags & kHasAlpha) {
+      rtcSetGeometryUserData(geometry, &alphas_.emplace_back(&table, &textures, index));
+      rtcSetGeometryIntersectFilterFunction(geometry, callbacks.filter_alpha);
+      rtcSetGeometryOccludedFilterFunction(geometry, callbacks.filter_alpha);
+    }
+  } else {
+    geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, 1);
+    rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(&table, index));
+    rtcSetGeometryBoundsFunction(geometry, quadric_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, callbacks.intersect_quadric);
+    rtcSetGeometryOccludedFunction(geometry, callbacks.occluded_quadric);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(index));
+  rtcReleaseGeometry(geometry);
+}
+
+void Accelerator::attach_instance(std::int32_t index, const ShapeTable& table) {
+  const InstanceRecord& instance = table.instances[index];
+  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, objects_[instance.object]);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance.render_from_instance.m);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(world_, geometry, static_cast<unsigned>(table.shapes.size()) + static_cast<unsigned>(index));
+  rtcReleaseGeometry(geometry);
+}
+
+absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable& shapes, const TextureTable& textures,
+                                                                const GeometryCallbacks& callbacks,
+                                                                const BuildOptions& options) {
+  std::unique_ptr<Accelerator> self(new Accelerator);
+  const std::string isa = options.isa.empty() || options.isa == "neon" ? "" : absl::StrCat(",isa=", options.isa);
+  self->device_ = rtcNewDevice(absl::StrCat("threads=", std::max(1, options.threads), isa).c_str());
+  if (!self->device_) return absl::InternalError("Embree device: cannot be made");
+  rtcSetDeviceMemoryMonitorFunction(self->device_, count_memory, &self->memory_bytes_);
+
+  for (const ObjectRange& object : shapes.objects) {
+    RTCScene scene = self->objects_.emplace_back(self->new_scene(options));
+    for (std::int32_t i = 0; i < object.shape_count; ++i) {
+      self->attach_shape(scene, object.first_shape + i, shapes, textures, callbacks);
+    }
+    rtcCommitScene(scene);
+    if (auto s = self->status("building the BVH of an object"); !s.ok()) return s;
+  }
+  self->world_ = self->new_scene(options);
+  for (std::int32_t i = 0; i < shapes.world_shape_count; ++i) {
+    self->attach_shape(self->world_, i, shapes, textures, callbacks);
+  }
+  for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+    self->attach_instance(static_cast<std::int32_t>(i), shapes);
+  }
+  rtcCommitScene(self->world_);
+  if (auto s = self->status("building the BVH"); !s.ok()) return s;
+
+  RTCBounds b;
+  rtcGetSceneBounds(self->world_, &b);
+  if (b.upper_x >= b.lower_x) {
+    self->bounding_radius_ =
+        0.5f * std::hypot(b.upper_x - b.lower_x, b.upper_y - b.lower_y, b.upper_z - b.lower_z);
+  }
+  return self;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,63 @@
+// The acceleration structure: an Embree BVH over the world, and one over each object that instances place.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/accel/alpha_geometry.h"
+#include "render/accel/embree.h"
+#include "render/accel/geometry_callbacks.h"
+#include "render/accel/quadric_geometry.h"
+#include "render/core/affine_data.h"
+
+namespace tessera::render {
+
+struct ShapeTable;
+struct TextureTable;
+
+struct BuildOptions {
+  int threads = 1;
+  std::string isa;      // Embree traverses with the same ISA as the kernels, so that bits do not depend on the CPU
+  bool robust = false;  // watertight at edges, 11-23 % slower (measured, docs/architecture.md)
+};
+
+class Accelerator {
+ public:
+  ~Accelerator();
+  Accelerator(const Accelerator&) = delete;
+  Accelerator& operator=(const Accelerator&) = delete;
+
+  /// The tables must outlive the result: Embree reads vertices in place. Internal when Embree fails, for example
+  /// for want of memory.
+  static absl::StatusOr<std::unique_ptr<Accelerator>> build(const ShapeTable& shapes, const TextureTable& textures,
+                                                            const GeometryCallbacks& callbacks,
+                                                            const BuildOptions& options);
+
+  RTCScene scene() const { return world_; }
+  /// Of Embree's own structures.
+  std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_bytes_.load()); }
+  /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
+  float bounding_radius() const { return bounding_radius_; }
+
+ private:
+  Accelerator() = default;
+  RTCScene new_scene(const BuildOptions& options) const;
+  void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes, const TextureTable& textures,
+                    const GeometryCallbacks& callbacks);
+  void attach_instance(std::int32_t index, const ShapeTable& shapes);
+  absl::Status status(const std::string& what) const;
+
+  RTCDevice device_ = nullptr;
+  RTCScene world_ = nullptr;
+  std::vector<RTCScene> objects_;
+  std::deque<QuadricGeometry> quadrics_;  // user pointers: their addresses stay
+  std::deque<AlphaGeometry> alphas_;
+  std::atomic<std::int64_t> memory_bytes_{0};
+  float bounding_radius_ = 0;
+};
+
+}  // namespace tessera::render

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tessera::render {
+
+struct ShapeTable;
+
+/// User pointer of the Embree geometry of a sphere or a disk.
+struct QuadricGeometry {
+  const ShapeTable* table = nullptr;
+  std::int32_t shape = 0;
+};
+
+}  // namespace tessera::render

@@ -1,0 +1,28 @@
+// Tracing rays that lie in structures of arrays.
+#pragma once
+
+#include "render/accel/embree.h"
+#include "render/core/wide.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Arrays of at least `n` rays, rounded up to 16; aligned to 64 bytes. Directions have unit length.
+struct RayArrays {
+  const float *ox, *oy, *oz, *dx, *dy, *dz;
+};
+
+/// `shape` is -1 on a miss, and the rest then undefined. `instance` is -1 outside instances, else its number
+/// counted from 0. `t` is infinite on a miss.
+struct HitArrays {
+  float *t, *u, *v;
+  std::int32_t *primitive, *shape, *instance;
+};
+
+/// Nearest hits along the rays. `first_instance` is the Embree id of instance 0.
+void trace_nearest(RTCScene scene, const RayArrays& rays, int n, bool coherent, std::int32_t first_instance,
+                   const HitArrays& hits);
+
+/// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves the distance.
+void trace_shadow(RTCScene scene, const RayArrays& rays, int n, float* distance_in_blocked_out);
+
+}  // namespace tessera::render::TESSERA_ISA

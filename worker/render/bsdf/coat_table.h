@@ -1,0 +1,39 @@
+// Energies of rough dielectric boundaries, for coats whose base is diffuse [coated_diffuse.h]: computed once a distinct
+// index when a scene is loaded.
+#pragma once
+
+#include <cstdint>
+
+#include "render/bsdf/material_table.h"
+
+namespace tessera::render {
+
+// One table, in floats from its offset in MaterialTable::coat_tables on:
+//   [kCoatEta]           the index eta that it is for
+//   [kCoatInternal + a]  R_int for roughness row a: reflectance for diffuse light from the base
+//   [kCoatTransmittance + a * kCoatCosines + c]  T for row a and the angle of column c
+// Row a has alpha = (a / (kCoatAlphas - 1))^2, so row 0 is smooth; column c has cos(theta) = (c / (kCoatCosines - 1))^2:
+// both quantities change fastest near 0. Between rows and columns, interpolate linearly.
+inline constexpr int kCoatAlphas = 16;
+inline constexpr int kCoatCosines = 64;
+inline constexpr int kCoatEta = 0;
+inline constexpr int kCoatInternal = 1;
+inline constexpr int kCoatTransmittance = kCoatInternal + kCoatAlphas;
+inline constexpr int kCoatTableSize = kCoatTransmittance + kCoatAlphas * kCoatCosines;
+
+/// The offset of the table of `eta` > 0 (index of the coat over the index outside), which is computed and appended
+/// unless it is there.
+std::int32_t append_coat_table(float eta, MaterialTable& table);
+
+/// Parts of the light along a direction that a boundary reflects and lets through; what is missing from 1 would need
+/// more than one bounce on the microfacets.
+struct BoundaryEnergy {
+  double reflected = 0;
+  double transmitted = 0;
+};
+
+/// A rough boundary of GGX roughness `alpha`, 0 <= alpha <= 1; `eta` is the index of the other side over that of the
+/// side that the light comes from, at `cosine` > 0 to the normal.
+BoundaryEnergy boundary_energy(double cosine, double alpha, double eta);
+
+}  // namespace tessera::render

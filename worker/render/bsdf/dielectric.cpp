@@ -1,0 +1,84 @@
+#include "render/bsdf/dielectric.h"
+
+#include "render/bsdf/fresnel.h"
+#include "render/bsdf/microfacet.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+constexpr int kAlpha = 0, kEta = 2;  // slots
+
+/// Index of the side that wo is not on over that of wo's side.
+TESSERA_INLINE Float relative_eta(const BsdfParams& params, Mask below) {
+  const Float eta = params.scalars[kEta];
+  return select(below, 1.0f / eta, eta);
+}
+
+}  // namespace
+
+BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  const Mask rough = and_not(active & (wo.z != 0.0f) & (wi.z != 0.0f), is_smooth_dielectric(params, kAlpha, kEta));
+  if (none(rough)) return {Spectrum(0.0f), 0.0f};
+  const Mask below = wo.z < 0.0f;
+  const Float eta = relative_eta(params, below);
+  wo = mirror_if(below, wo);
+  wi = mirror_if(below, wi);
+  const Mask reflected = wi.z > 0.0f;
+
+  // The normal that scatters wo to wi, turned upwards [Walter et al. 2007, eqs. 13 and 16]; not unit.
+  Vec3 h = wo + wi * select(reflected, 1.0f, eta);
+  h = select(h.z < 0.0f, -h, h);
+  const Float oh = dot(wo, h), ih = dot(wi, h);
+  const Mask facing = (oh > 0.0f) & (ih * wi.z > 0.0f);
+  const Float h2 = select(facing, length_squared(h), 1.0f);
+  const Float r = fresnel_dielectric(oh / sqrt(h2), eta).reflectance;
+
+  // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted radiance is
+  // scaled by 1 / eta^2.
+  const Ggx ggx = ggx_of(params, kAlpha);
+  const Float so = ggx.stretched_length(wo), si = ggx.stretched_length(wi), zi = abs_cos_theta(wi);
+  const Float refraction = (1.0f - r) * 2.0f * abs(oh * ih) / sqr(h2);
+  const Float scatter = ggx.density(h) * select(reflected, 0.5f * r, refraction);
+  const Mask lit = rough & facing;
+  const Float pdf = scatter * select(reflected, 1.0f, sqr(eta)) / (wo.z + so);
+  return {Spectrum(select_or_zero(lit, scatter * zi / (so * zi + si * wo.z))), select_or_zero(lit, pdf)};
+}
+
+BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+  const Mask below = wo.z < 0.0f;
+  const Float eta = relative_eta(params, below);
+  wo = mirror_if(below, wo);
+  const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
+  const bool any_rough = any(and_not(active, delta));
+  const Ggx ggx = ggx_of(params, kAlpha);
+
+  // A normal, then reflection or refraction by its Fresnel reflectance.
+  Vec3 wm{0.0f, 0.0f, 1.0f};
+  if (any_rough) wm = select(delta, wm, ggx.sample_visible(wo, u));
+  const Float cos_m = dot(wo, wm);
+  const DielectricFresnel fresnel = fresnel_dielectric(cos_m, eta);
+  const Mask reflected = u_lobe < fresnel.reflectance;
+  const Vec3 wi = select(reflected, reflect(wo, wm, cos_m), refract(wo, wm, cos_m, eta, fresnel));
+  const Float zi = abs_cos_theta(wi);
+
+  Float weight = select(reflected, 1.0f, 1.0f / sqr(eta));
+  Float pdf = select(reflected, fresnel.reflectance, 1.0f - fresnel.reflectance);
+  if (any_rough) {
+    // Density of the visible normal, apart from its cos_m, times the Jacobian of reflection or refraction with it.
+    const Float visible = 2.0f * ggx.density(wm) / (wo.z + ggx.stretched_length(wo));
+    const Float g = fresnel.eta_cos_t;
+    const Float jacobian = select(reflected, 0.25f, eta * g * cos_m / sqr(cos_m - g));
+    weight = weight * select(delta, 1.0f, visible_weight(ggx, wo, {wi.x, wi.y, zi}));
+    pdf = pdf * select(delta, 1.0f, visible * jacobian);
+  }
+  return {.wi = mirror_if(below, wi),
+          .weight = Spectrum(weight),
+          .pdf = pdf,
+          .eta = select(reflected, 1.0f, eta),
+          .valid = active & (wo.z > 0.0f) & (cos_m > 0.0f) & (zi > 0.0f) & (reflected ^ (wi.z < 0.0f)) & (pdf > 0.0f),
+          .specular = delta,
+          .transmission = ~reflected};
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,60 @@
+// Colour science: measured spectra to linear Rec.709.
+//
+// All integrals run over 360..830 nm with the CIE 1931 2-degree matching functions in steps of 5 nm.
+//
+// What "white" means differs between light and matter, as it does in pbrt-v4:
+//  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1 everywhere,
+//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948, 0.909), and
+//    D65 is (1, 1, 1) times its luminance.
+//  - Reflectance is what an observer sees under D65, the white of Rec.709; a constant c is exactly (c, c, c).
+// The scene's `constant` spectrum stands for a colour without hue, and is (c, c, c) in both uses; no function here is
+// needed for it.
+#pragma once
+
+#include <vector>
+
+namespace tessera::render {
+
+struct Rgb {
+  float r = 0, g = 0, b = 0;
+};
+
+/// Piecewise linear, constant beyond its ends. Wavelengths in nanometres ascend; as many values as wavelengths. An
+/// empty curve is zero.
+struct SampledCurve {
+  std::vector<float> nm, value;
+
+  double at(double wavelength_nm) const;
+};
+
+/// Radiance of an emission spectrum. Components out of the gamut of Rec.709 come out as zero, not negative.
+Rgb emission_rgb(const SampledCurve& spectrum);
+
+/// Reflectance or transmittance, clamped to [0, 1].
+Rgb reflectance_rgb(const SampledCurve& spectrum);
+
+/// emission_rgb of Planck's law at `kelvin`, scaled so that its greatest value over all wavelengths is 1 [pbrt-v4
+/// BlackbodySpectrum]. Black for temperatures that are not positive.
+Rgb blackbody_rgb(float kelvin);
+
+/// Luminance Y of the spectrum that emission_rgb and blackbody_rgb convert; pbrt-v4 divides light spectra by it.
+double emission_luminance(const SampledCurve& spectrum);
+double blackbody_luminance(float kelvin);
+
+/// Complex indices of refraction, a pair for each of R, G, B.
+struct ConductorRgb {
+  Rgb eta, k;
+};
+
+/// The indices that best stand for a metal in an RGB renderer: each channel has the normal-incidence reflectance that
+/// the spectral metal shows under D65 (clamped to [0, 0.9999]), and the mean eta over what that channel sees; k follows from
+/// these two.
+ConductorRgb conductor_rgb(const SampledCurve& eta, const SampledCurve& k);
+
+/// Index of refraction at the sodium D line, 589.3 nm.
+float dielectric_eta(const SampledCurve& eta);
+
+/// Reflectance at normal incidence, from air, of a metal with index eta + i k.
+double normal_reflectance(double eta, double k);
+
+}  // namespace tessera::render

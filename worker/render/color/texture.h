@@ -1,0 +1,17 @@
+// Evaluating textures, 16 points at a time.
+#pragma once
+
+#include "render/color/spectrum.h"
+#include "render/color/texture_table.h"
+#include "render/core/vec.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Linear Rec.709 at (u, v) for active lanes, else 0. `texture` is one node of the table for all lanes. Images are
+/// bilinear at full resolution; (0, 0) is the lower left corner.
+Spectrum eval_texture(const TextureTable& table, int texture, Vec2 uv, Mask active);
+
+/// The mean of the components of eval_texture.
+Float eval_texture_scalar(const TextureTable& table, int texture, Vec2 uv, Mask active);
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,28 @@
+// What is asked of a render call, and what it counts.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tessera::render {
+
+/// Pixels [x0, x1) x [y0, y1) of the film, sample indices [sample_begin, sample_end) of each.
+struct TileRequest {
+  std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  std::uint32_t sample_begin = 0, sample_end = 0;
+};
+
+/// Counts of one or more tiles; all add up.
+struct RenderStats {
+  std::uint64_t samples = 0;
+  std::uint64_t camera_rays = 0;
+  std::uint64_t bounce_rays = 0;
+  std::uint64_t shadow_rays = 0;
+  std::uint64_t dropped_samples = 0;  // not finite; counted as black
+  std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample
+
+  RenderStats& operator+=(const RenderStats& other);
+};
+
+}  // namespace tessera::render

@@ -1,0 +1,33 @@
+// The seam between code that runs everywhere and the kernels, which are compiled once an ISA into modules of their own.
+#pragma once
+
+#include <stop_token>
+#include <string>
+
+#include "render/accel/geometry_callbacks.h"
+#include "render/accel/ray_log.h"
+#include "render/film/film_sink.h"
+#include "render/film/tile_request.h"
+#include "render/integrator/scene_tables.h"
+
+namespace tessera::render {
+
+
+struct Kernel {
+  const char* isa;
+  GeometryCallbacks callbacks;
+  /// Renders a tile on the calling thread; false when stopped. Rays are recorded where `log` is not null.
+  bool (*render_path)(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
+                      RenderStats& stats, RayLog* log);
+  /// Traces the rays of a log again, with no shading; returns how many met something.
+  std::uint64_t (*replay_rays)(RTCScene scene, const RayLog& log);
+};
+
+/// The one symbol that a kernel module exports.
+using KernelEntry = const Kernel* (*)();
+inline constexpr const char* kKernelEntryName = "tessera_kernel";
+
+/// The kernel of an ISA, loaded on first use; null when this build or this processor lacks it.
+const Kernel* find_kernel(const std::string& isa);
+
+}  // namespace tessera::render

@@ -1,0 +1,30 @@
+// What a kernel module exports.
+#include <memory>
+
+#include "render/accel/alpha_filter.h"
+#include "render/accel/quadric.h"
+#include "render/accel/replay.h"
+#include "render/integrator/kernel.h"
+#include "render/integrator/path/wavefront.h"
+
+#define TESSERA_STRING2(x) #x
+#define TESSERA_STRING(x) TESSERA_STRING2(x)
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
+                 RenderStats& stats, RayLog* log) {
+  const auto wavefront = std::make_unique<Wavefront>(scene, tile, film, stats, log);
+  return wavefront->render(stop);
+}
+
+constexpr Kernel kKernel{
+    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &filter_alpha}, &render_path, &replay_rays};
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA
+
+extern "C" __attribute__((visibility("default"))) const tessera::render::Kernel* tessera_kernel() {
+  return &tessera::render::TESSERA_ISA::kKernel;
+}

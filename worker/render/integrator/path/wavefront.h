@@ -1,0 +1,59 @@
+// The path tracer as a wavefront: a batch of paths advances one scattering event at a time, 16 paths wide [Laine, Karras
+// & Aila 2013].
+#pragma once
+
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "render/accel/ray_log.h"
+#include "render/film/film_sink.h"
+#include "render/film/tile_request.h"
+#include "render/integrator/path/path_state.h"
+#include "render/integrator/scene_tables.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+class Wavefront {
+ public:
+  Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log);
+
+  /// All samples of the tile; false when stopped before the end.
+  bool render(std::stop_token stop);
+
+ private:
+  bool render_pixels(std::span<const std::uint32_t> pixels, std::stop_token stop);
+  void start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
+  void advance(int depth);
+  void intersect(int depth);
+  void shade(int depth);
+  void trace_shadow_rays();
+  void finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples);
+  void drop_bad_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
+
+  // The steps of shade(), for 16 paths; see shade.cpp.
+  struct Vertex;
+  void add_environment(const Vertex& v, Mask missed);
+  void add_emission(const Vertex& v, Mask hit);
+  void record_first_hit(const Vertex& v, Mask hit);
+  void sample_one_light(const Vertex& v, Mask hit);
+  void scatter_path(const Vertex& v, Mask hit, int depth, int& kept);
+
+  const SceneTables& scene_;
+  const TileRequest& tile_;
+  FilmSink& film_;
+  RenderStats& stats_;
+  RayLog* const log_;  // null: nothing is recorded
+  std::vector<std::uint32_t> order_;  // the tile's pixels along a Z-order curve
+  int alive_ = 0;
+  PathState paths_;
+  HitState hits_;
+  SampleState samples_;
+  ShadowQueue shadows_;
+  std::vector<float> planes_;  // what the film takes
+};
+
+/// The tile's pixels (indices, rows from the top) so that runs of 16, 64, 256 are squares.
+std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height);
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,39 @@
+// All that an integrator sees of a scene: tables of plain data, the same for every ISA.
+#pragma once
+
+#include <cstdint>
+
+#include "render/accel/embree.h"
+#include "render/bsdf/material_table.h"
+#include "render/camera/camera_record.h"
+#include "render/color/texture_table.h"
+#include "render/film/pixel_filter.h"
+#include "render/light/light_table.h"
+#include "render/sampling/sampler_config.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render {
+
+/// What an AOV job wants of the first hit.
+struct AovRequest {
+  bool albedo = false, normal = false, depth = false;
+};
+
+struct SceneTables {
+  ShapeTable shapes;
+  MaterialTable materials;
+  TextureTable textures;
+  LightTable lights;
+  CameraRecord camera;
+  PixelFilterRecord filter;
+  float exposure = 1;
+  SamplerConfig sampler;
+  std::int32_t max_depth = 5;  // scattering events on a path
+  AovRequest aovs;
+  bool any_textures = false;   // some material looks a texture up
+  bool any_tangents = false;   // some material needs dp/du: bump, normal map, anisotropy
+  bool any_mix = false;
+  RTCScene accel = nullptr;
+};
+
+}  // namespace tessera::render

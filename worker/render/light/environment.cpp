@@ -1,0 +1,121 @@
+#include "render/light/environment.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+
+namespace tessera::render {
+namespace {
+
+/// The inverse of the linear part; false when there is none.
+bool invert_linear(const Affine& a, Affine& inverse) {
+  const auto m = [&](int r, int c) { return double{a.m[4 * r + c]}; };
+  double cofactor[3][3];
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+      cofactor[r][c] = m(r1, c1) * m(r2, c2) - m(r1, c2) * m(r2, c1);
+    }
+  }
+  const double determinant = m(0, 0) * cofactor[0][0] + m(0, 1) * cofactor[0][1] + m(0, 2) * cofactor[0][2];
+  if (!std::isfinite(1 / determinant)) return false;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) inverse.m[4 * r + c] = static_cast<float>(cofactor[c][r] / determinant);
+  return true;
+}
+
+/// R, G, B of a texel, linear.
+void read_texel(const TextureImage& image, std::size_t index, float rgb[3]) {
+  if (image.format == TexelFormat::kFloat) {
+    for (std::size_t c = 0; c < 3; ++c) rgb[c] = image.texels32[index * 4 + c];
+    return;
+  }
+  const std::uint32_t packed = image.texels8[index];
+  for (int c = 0; c < 3; ++c) rgb[c] = image.decode[packed >> (8 * c) & 255];
+}
+
+void copy_texels(const TextureImage& image, float scale, Environment& e) {
+  const std::size_t texels = static_cast<std::size_t>(e.width) * static_cast<std::size_t>(e.height);
+  e.texels.resize(texels * 4);
+  for (std::size_t i = 0; i < texels; ++i) {
+    float rgb[3];
+    read_texel(image, i, rgb);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float v = rgb[c] * scale;
+      e.texels[i * 4 + c] = std::isfinite(v) && v > 0 ? v : 0.0f;
+    }
+  }
+}
+
+float brightness(const Environment& e, std::int32_t x, std::int32_t y) {
+  const float* t = &e.texels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(e.width) +
+                                  static_cast<std::size_t>(x))];
+  return (t[0] + t[1] + t[2]) * (1.0f / 3);
+}
+
+/// Integral over a texel of the map as it is looked up (see infinite.cpp): the interpolated map reaches half a texel
+/// into its neighbours, and must be sampled wherever it is not black.
+float lookup_mean(const Environment& e, std::int32_t x, std::int32_t y) {
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return brightness(e, x, y);
+  constexpr float kWeight[3] = {0.125f, 0.75f, 0.125f};
+  float sum = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const std::int32_t row = std::min(std::max(y + dy, 0), e.height - 1);
+      sum += kWeight[dx + 1] * kWeight[dy + 1] * brightness(e, (x + dx + e.width) % e.width, row);
+    }
+  }
+  return sum;
+}
+
+/// Solid angle of a texel of row `y`, relative to others.
+double row_weight(const Environment& e, std::int32_t y) {
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return 1;
+  const double step = std::numbers::pi / e.height;
+  return std::cos(step * y) - std::cos(step * (y + 1));
+}
+
+}  // namespace
+
+absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping, float scale,
+                                              const Affine& render_from_light) {
+  Environment e;
+  e.mapping = mapping;
+  e.render_from_light = render_from_light;
+  e.render_from_light.m[3] = e.render_from_light.m[7] = e.render_from_light.m[11] = 0;
+  if (!invert_linear(e.render_from_light, e.light_from_render))
+    return absl::InvalidArgumentError("the environment's transform is singular");
+  if (mapping == EnvironmentMapping::kUniform) return e;
+
+  if (image.width <= 0 || image.height <= 0) return absl::InvalidArgumentError("the environment image is empty");
+  if (mapping == EnvironmentMapping::kEqualAreaOctahedral && image.width != image.height)
+    return absl::InvalidArgumentError(absl::StrCat("an octahedral environment image must be square, this one is ",
+                                                   image.width, " x ", image.height));
+  e.width = image.width;
+  e.height = image.height;
+  copy_texels(image, scale, e);
+
+  std::vector<float> weights(e.texels.size() / 4);
+  std::size_t i = 0;
+  for (std::int32_t y = 0; y < e.height; ++y) {
+    const auto weight = static_cast<float>(row_weight(e, y));
+    for (std::int32_t x = 0; x < e.width; ++x) weights[i++] = lookup_mean(e, x, y) * weight;
+  }
+  e.distribution = Piecewise2d::build(weights, e.width, e.height);
+  return e;
+}
+
+double environment_flux(const Environment& e) {
+  double sum = 0, weights = 0;
+  for (std::int32_t y = 0; y < e.height; ++y) {
+    double row = 0;
+    for (std::int32_t x = 0; x < e.width; ++x) row += brightness(e, x, y);
+    sum += row * row_weight(e, y);
+    weights += e.width * row_weight(e, y);
+  }
+  return weights > 0 ? 4 * std::numbers::pi * sum / weights : 0;
+}
+
+}  // namespace tessera::render

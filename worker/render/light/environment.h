@@ -1,0 +1,19 @@
+// Making environment lights.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "render/color/texture_table.h"
+#include "render/light/light_table.h"
+
+namespace tessera::render {
+
+/// An environment from an image, with the distribution that it is sampled by. Radiance is texel times `scale`; negative
+/// texels count as zero. An octahedral image is square. The upper left 3x3 of `render_from_light` turns (and may mirror or
+/// uniformly scale) directions. InvalidArgument says what is wrong with the image or the transform.
+absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping, float scale,
+                                              const Affine& render_from_light);
+
+/// Integral of the mean of R, G and B over all directions.
+double environment_flux(const Environment& environment);
+
+}  // namespace tessera::render

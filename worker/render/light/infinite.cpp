@@ -1,0 +1,123 @@
+#include "render/core/affine.h"
+#include "render/light/environment_map.h"
+#include "render/light/light_access.h"
+#include "render/light/models.h"
+#include "render/sampling/piecewise2d_sample.h"
+#include "render/sampling/warp.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+const Environment& environment_of(const LightTable& table, std::int32_t light) {
+  return table.environments[static_cast<std::size_t>(table.lights[static_cast<std::size_t>(light)].environment)];
+}
+
+Spectrum texel(const Environment& e, Int x, Int y, Mask active) {
+  const Int first = (y * e.width + x) * 4;
+  Spectrum result;
+  for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = gather(e.texels.data() + i, first, active);
+  return result;
+}
+
+/// pbrt-v4 reads its octahedral maps without interpolation.
+Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
+  return texel(e, clamp(to_int(uv.x * static_cast<float>(e.width)), 0, e.width - 1),
+               clamp(to_int(uv.y * static_cast<float>(e.height)), 0, e.height - 1), active);
+}
+
+/// Round about in u, up to the poles in v.
+Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
+  const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height) - 0.5f;
+  const Float x_floor = floor(x), y_floor = floor(y);
+  const Int left = to_int(x_floor), top = to_int(y_floor);
+  const Int x0 = select(left < 0, left + e.width, left), x1 = select(left + 1 >= e.width, Int(0), left + 1);
+  const Int y0 = max(top, 0), y1 = min(top + 1, e.height - 1);
+  const Float tx = x - x_floor, ty = y - y_floor;
+  return lerp(ty, lerp(tx, texel(e, x0, y0, active), texel(e, x1, y0, active)),
+              lerp(tx, texel(e, x0, y1, active), texel(e, x1, y1, active)));
+}
+
+Spectrum uniform_radiance(const LightRecord& record, Mask active) {
+  Spectrum result;
+  for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = select_or_zero(active, Float(record.radiance[i]));
+  return result;
+}
+
+/// A direction in light space with what is known of it.
+struct MapSample {
+  Vec3 w;
+  Spectrum radiance;
+  Float pdf;
+};
+
+MapSample sample_map(const Environment& e, const LightRecord& record, Vec2 u, Mask active) {
+  if (e.mapping == EnvironmentMapping::kUniform) {
+    return {square_to_sphere(u), uniform_radiance(record, active), Float(kInv4Pi)};
+  }
+  const Piecewise2dSample place = sample_piecewise2d(e.distribution, u, active);
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) {
+    return {direction_from_octahedral(place.uv), texel(e, place.x, place.y, active), place.density * kInv4Pi};
+  }
+  const Vec3 w = direction_from_latlong(place.uv);
+  const Float sin_theta = sin(kPi * place.uv.y);
+  return {w, bilinear(e, place.uv, active), place.density * (kInv2Pi * kInvPi) / max(sin_theta, 1e-12f)};
+}
+
+Float map_pdf(const Environment& e, Vec3 w, Mask active) {
+  switch (e.mapping) {
+    case EnvironmentMapping::kUniform:
+      break;
+    case EnvironmentMapping::kEqualAreaOctahedral:
+      return piecewise2d_density(e.distribution, octahedral_from_direction(w), active) * kInv4Pi;
+    case EnvironmentMapping::kLatitudeLongitude: {
+      const LatLong place = latlong_from_direction(w);
+      return piecewise2d_density(e.distribution, place.uv, active) * (kInv2Pi * kInvPi) / max(place.sin_theta, 1e-12f);
+    }
+  }
+  return select_or_zero(active, Float(kInv4Pi));
+}
+
+/// Light from all directions, sampled in proportion to the radiance of an environment map.
+class InfiniteLight final : public LightModel {
+ public:
+  LightSample sample(const LightTable& table, Int light, Vec3, Vec2 u, Mask active) const override {
+    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(), Mask::none()};
+    for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
+      const Environment& e = environment_of(table, i);
+      const MapSample s = sample_map(e, table.lights[static_cast<std::size_t>(i)], u, lanes);
+      result.wi = select(lanes, normalize(transform_vector(e.render_from_light, s.w)), result.wi);
+      result.radiance = select(lanes, s.radiance, result.radiance);
+      result.pdf = select(lanes, s.pdf, result.pdf);
+      result.valid |= lanes & (s.pdf > 0.0f);
+    });
+    return result;
+  }
+
+  Float pdf(const LightTable& table, Int light, Vec3, Vec3 wi, Vec3, Vec3, Mask active) const override {
+    Float result(0.0f);
+    for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
+      const Environment& e = environment_of(table, i);
+      result = select(lanes, map_pdf(e, normalize(transform_vector(e.light_from_render, wi)), lanes), result);
+    });
+    return result;
+  }
+};
+
+}  // namespace
+
+const LightModel& infinite_light() {
+  static const InfiniteLight model;
+  return model;
+}
+
+Spectrum environment_radiance(const LightTable& table, int light, Vec3 wi, Mask active) {
+  const Environment& e = environment_of(table, light);
+  if (e.mapping == EnvironmentMapping::kUniform) {
+    return uniform_radiance(table.lights[static_cast<std::size_t>(light)], active);
+  }
+  const Vec3 w = normalize(transform_vector(e.light_from_render, wi));
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return nearest(e, octahedral_from_direction(w), active);
+  return bilinear(e, latlong_from_direction(w).uv, active);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

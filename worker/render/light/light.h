@@ -1,0 +1,45 @@
+// The interface of the light models. One model a file; all models are stateless.
+#pragma once
+
+#include "render/color/spectrum.h"
+#include "render/core/vec.h"
+#include "render/light/light_table.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// A direction towards a light, as seen from a reference point.
+struct LightSample {
+  Vec3 wi;            // unit, from the reference point towards the light
+  Float distance;     // of a shadow ray that ends just before the light (its own error bound taken off); huge for lights at infinity
+  Spectrum radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or irradiance
+  Float pdf;          // of wi, solid angle, given the light; 1 for delta lights
+  Mask valid;         // there is a direction with radiance > 0 and pdf > 0
+  Mask delta;         // no other strategy can find this direction
+};
+
+class LightModel {
+ public:
+  virtual ~LightModel() = default;
+  /// Samples light `light` (lanes may hold different lights of this kind) as seen from `reference`, a point in render space.
+  virtual LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const = 0;
+  /// Density with which sample() gives the direction `wi`, which from `reference` hits the light's surface at `point`
+  /// with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
+  virtual Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal,
+                    Mask active) const = 0;
+};
+
+/// The model of a kind.
+const LightModel& light_model(LightKind kind);
+
+/// As LightModel::sample and pdf, where lanes may hold lights of any kind.
+LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active);
+Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal, Mask active);
+
+/// Radiance that an area light emits towards `wo` from a point with geometric normal `normal` (zero from the back
+/// of a one-sided emitter).
+Spectrum emitted_radiance(const LightTable& table, Int light, Vec3 normal, Vec3 wo, Mask active);
+
+/// Radiance of one environment light along direction `wi`; `light` is the same for all lanes.
+Spectrum environment_radiance(const LightTable& table, int light, Vec3 wi, Mask active);
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,90 @@
+// What the light models share: reading records, and the end of a shadow ray.
+#pragma once
+
+#include "render/core/constants.h"
+#include "render/light/light.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// The records of 16 lights.
+struct LightLanes {
+  const LightTable& table;
+  Int light;
+  Mask active;
+
+  TESSERA_INLINE Float field(float LightRecord::*member) const {
+    return gather_member(table.lights.data(), member, light, active);
+  }
+  TESSERA_INLINE Int field(std::int32_t LightRecord::*member) const {
+    return gather_member(table.lights.data(), member, light, active);
+  }
+  TESSERA_INLINE Vec3 field3(float (LightRecord::*member)[3]) const {
+    const float* base = table.lights.data()->*member;
+    const Int offset = light * static_cast<std::int32_t>(sizeof(LightRecord) / 4);
+    return {gather(base, offset, active), gather(base + 1, offset, active), gather(base + 2, offset, active)};
+  }
+  TESSERA_INLINE Spectrum radiance() const {
+    const Vec3 rgb = field3(&LightRecord::radiance);
+    Spectrum result;
+    result.c[0] = rgb.x;
+    result.c[1] = rgb.y;
+    result.c[2] = rgb.z;
+    return result;
+  }
+  /// An area light shines from the front of its surface, or from both sides.
+  TESSERA_INLINE Mask shines_towards(Vec3 normal, Vec3 wo) const {
+    return active & ((dot(normal, wo) > 0.0f) | (field(&LightRecord::two_sided) != 0));
+  }
+};
+
+TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSample& b) {
+  return {select(m, a.wi, b.wi),           select(m, a.distance, b.distance), select(m, a.radiance, b.radiance),
+          select(m, a.pdf, b.pdf),         (m & a.valid) | and_not(b.valid, m),
+          (m & a.delta) | and_not(b.delta, m)};
+}
+
+/// Of shadow rays to lights at infinity: beyond any scene, and finite when squared.
+inline constexpr float kInfiniteDistance = 1e18f;
+
+TESSERA_INLINE Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+
+/// Distance by which a ray from `reference` to `point`, `distance` apart, may miss the plane through `point` for rounding
+/// at either end, times the cosine under which it meets that plane. `extent` is the emitter's. Each coordinate at the light's end is off by
+/// at most eight roundings (shape/surface.cpp), as is the origin that the ray really starts from.
+TESSERA_INLINE Float ray_end_error(Vec3 reference, Vec3 point, Float extent, Float distance) {
+  constexpr float kCoordinateError = 0x1p-21f * 1.7320508f;  // along the normal
+  return (max_abs(reference) + max_abs(point) + extent + distance) * kCoordinateError;
+}
+
+/// A shadow ray's length to a point at `distance` of a surface met under `cos_light` (positive).
+TESSERA_INLINE Float shortened(Float distance, Float error, Float cos_light) {
+  return max(distance - error / max(cos_light, 1e-6f), 0.0f);
+}
+
+/// The sample of an area light whose point was chosen with density `pdf_area`.
+TESSERA_INLINE LightSample sample_from_point(const LightLanes& lanes, Vec3 reference, Vec3 point, Vec3 normal,
+                                             Float pdf_area, Float extent) {
+  const Vec3 to_light = point - reference;
+  const Float distance_squared = length_squared(to_light);
+  const Float distance = sqrt(distance_squared);
+  LightSample s;
+  s.wi = to_light * (1.0f / select(distance > 0.0f, distance, 1.0f));
+  const Float cos_light = abs(dot(normal, s.wi));
+  s.distance = shortened(distance, ray_end_error(reference, point, extent, distance), cos_light);
+  s.radiance = lanes.radiance();
+  const Mask usable = lanes.shines_towards(normal, -s.wi) & (cos_light > 0.0f) & (distance > 0.0f);
+  s.pdf = select_or_zero(usable, pdf_area * distance_squared / cos_light);
+  s.valid = usable & (s.pdf > 0.0f) & is_finite(s.pdf);
+  s.delta = Mask::none();
+  return s;
+}
+
+/// Solid-angle density of a direction towards `point` that is sampled by area with density `pdf_area`.
+TESSERA_INLINE Float pdf_from_point(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal,
+                                    Float pdf_area) {
+  const Float cos_light = abs(dot(normal, wi));
+  const Mask usable = lanes.shines_towards(normal, -wi) & (cos_light > 0.0f);
+  return select_or_zero(usable, pdf_area * length_squared(point - reference) / cos_light);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

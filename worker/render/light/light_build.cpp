@@ -1,0 +1,147 @@
+#include "render/light/light_build.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "render/light/environment.h"
+
+namespace tessera::render {
+namespace {
+
+constexpr double kPi64 = std::numbers::pi;
+
+using Vec = std::array<double, 3>;
+
+Vec cross(const Vec& a, const Vec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec& a) { return std::sqrt(dot(a, a)); }
+Vec column(const Affine& a, int c) {
+  return {a.m[c], a.m[4 + c], a.m[8 + c]};
+}
+
+double triangle_area(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive) {
+  Vec p[3];
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const std::size_t triangle = static_cast<std::size_t>(shape.first_triangle + primitive);
+    const std::size_t vertex = static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    for (std::size_t i = 0; i < 3; ++i) p[corner][i] = table.positions[vertex * 3 + i];
+  }
+  const Vec e1 = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
+  const Vec e2 = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+  return 0.5 * length(cross(e1, e2));
+}
+
+double disk_area(const QuadricRecord& q) {
+  const double in_object = 0.5 * q.phi_max * (double{q.radius} * q.radius - double{q.inner_radius} * q.inner_radius);
+  return in_object * length(cross(column(q.render_from_object, 0), column(q.render_from_object, 1)));
+}
+
+/// The factor by which an affine map scales every direction, 0 when it is not one factor (to a part in 10^4).
+double similarity_scale(const Affine& a) {
+  const Vec x = column(a, 0), y = column(a, 1), z = column(a, 2);
+  const double scale = length(x);
+  const double skew = std::max({std::abs(length(y) - scale), std::abs(length(z) - scale), std::abs(dot(x, y)) / scale,
+                                std::abs(dot(x, z)) / scale, std::abs(dot(y, z)) / scale});
+  return skew <= 1e-4 * scale ? scale : 0;
+}
+
+/// Area of a zone of a sphere under any affine map, by quadrature where there is no closed form.
+double sphere_area(const QuadricRecord& q) {
+  const double zone = double{q.radius} * q.phi_max * (double{q.z_max} - q.z_min);
+  const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1), z = column(q.render_from_object, 2);
+  if (const double scale = similarity_scale(q.render_from_object); scale > 0) return zone * scale * scale;
+  // Areas scale by |cofactor(M) n|, whose columns are these.
+  const Vec cx = cross(y, z), cy = cross(z, x), cz = cross(x, y);
+  constexpr int kSteps = 128;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double nz = (q.z_min + (i + 0.5) / kSteps * (double{q.z_max} - q.z_min)) / q.radius;
+    const double r = std::sqrt(std::max(0.0, 1 - nz * nz));
+    for (int j = 0; j < kSteps; ++j) {
+      const double phi = (j + 0.5) / kSteps * q.phi_max;
+      const double nx = r * std::cos(phi), ny = r * std::sin(phi);
+      Vec n;
+      for (std::size_t c = 0; c < 3; ++c) n[c] = nx * cx[c] + ny * cy[c] + nz * cz[c];
+      sum += length(n);
+    }
+  }
+  return zone * sum / (kSteps * kSteps);
+}
+
+void describe_sphere(const QuadricRecord& q, LightRecord& light) {
+  light.kind = LightKind::kSphere;
+  light.area = static_cast<float>(sphere_area(q));
+  const auto& m = q.render_from_object.m;
+  light.position[0] = m[3];
+  light.position[1] = m[7];
+  light.position[2] = m[11];
+  light.radius = q.partial ? 0.0f : static_cast<float>(q.radius * similarity_scale(q.render_from_object));
+}
+
+}  // namespace
+
+void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
+                        std::vector<LightRecord>& lights) {
+  ShapeRecord& record = shapes.shapes[static_cast<std::size_t>(shape)];
+  record.first_light = static_cast<std::int32_t>(lights.size());
+  LightRecord light;
+  light.shape = shape;
+  light.two_sided = two_sided;
+  std::copy(radiance.begin(), radiance.end(), light.radiance);
+  switch (record.kind) {
+    case ShapeKind::kTriangles:
+      light.kind = LightKind::kTriangle;
+      for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
+        light.area = static_cast<float>(triangle_area(shapes, record, light.primitive));
+        lights.push_back(light);
+      }
+      return;
+    case ShapeKind::kSphere:
+      describe_sphere(shapes.quadrics[static_cast<std::size_t>(record.quadric)], light);
+      break;
+    case ShapeKind::kDisk:
+      light.kind = LightKind::kDisk;
+      light.area = static_cast<float>(disk_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
+      break;
+  }
+  lights.push_back(light);
+}
+
+double light_power(const LightTable& table, const LightRecord& light) {
+  const double mean = (double{light.radiance[0]} + light.radiance[1] + light.radiance[2]) / 3;
+  const double scene_disk = kPi64 * table.scene_radius * table.scene_radius;
+  switch (light.kind) {
+    case LightKind::kPoint:
+      return 4 * kPi64 * mean;
+    case LightKind::kSpot:
+      // The mean of a smoothstep over its range is one half.
+      return 2 * kPi64 * mean * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
+    case LightKind::kDistant:
+      return scene_disk * mean;
+    case LightKind::kInfinite: {
+      const Environment& e = table.environments[static_cast<std::size_t>(light.environment)];
+      const double flux = e.mapping == EnvironmentMapping::kUniform ? 4 * kPi64 * mean : environment_flux(e);
+      return scene_disk * flux;
+    }
+    case LightKind::kTriangle:
+    case LightKind::kSphere:
+    case LightKind::kDisk:
+      return kPi64 * light.area * mean * (light.two_sided ? 2 : 1);
+    case LightKind::kCount:
+      break;
+  }
+  return 0;
+}
+
+AliasTable selection_by_power(const LightTable& table) {
+  std::vector<double> weights;
+  weights.reserve(table.lights.size());
+  for (const LightRecord& light : table.lights) weights.push_back(light_power(table, light));
+  return AliasTable::build(weights);
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,36 @@
+#include "render/light/light_access.h"
+#include "render/light/models.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// A point light within a cone. The intensity falls from whole at cos_inner to none at cos_outer as a smoothstep of the
+/// cosine [pbrt-v4 SpotLight].
+class SpotLight final : public LightModel {
+ public:
+  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
+    LightSample s = point_light().sample(table, light, reference, u, active);
+    const LightLanes lanes{table, light, active};
+    const Float cosine = -dot(lanes.field3(&LightRecord::direction), s.wi);
+    const Float outer = lanes.field(&LightRecord::cos_outer), inner = lanes.field(&LightRecord::cos_inner);
+    const Float width = inner - outer;
+    // A cone without a soft edge is a step.
+    const Mask soft = width > 0.0f;
+    const Float t = clamp((cosine - outer) / select(soft, width, 1.0f), 0.0f, 1.0f);
+    const Float falloff = select(soft, t * t * (3.0f - 2.0f * t), select(cosine >= outer, Float(1.0f), Float(0.0f)));
+    s.radiance *= falloff;
+    s.valid &= falloff > 0.0f;
+    return s;
+  }
+
+  Float pdf(const LightTable&, Int, Vec3, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+};
+
+}  // namespace
+
+const LightModel& spot_light() {
+  static const SpotLight model;
+  return model;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,42 @@
+// The renderer as the worker's agent sees it. No gRPC and no protobuf here; scenes are made by build/load_scene.h.
+#pragma once
+
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/film/tile_request.h"
+#include "wire/tile_result.h"
+
+namespace tessera::render {
+
+/// Kernel ISAs that this machine can run and this build contains, best first: "avx512", "avx2", "neon".
+std::vector<std::string> supported_isas();
+
+/// A scene ready to render: geometry, acceleration structure, lights, materials. Immutable, and safe to use from any
+/// number of threads at once.
+class RenderScene {
+ public:
+  virtual ~RenderScene() = default;
+
+  /// Renders one tile on the calling thread. Cancelled when `stop` is requested (looked at every few milliseconds).
+  virtual absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
+                                                       RenderStats& stats) const = 0;
+
+  /// As render_tile, also recording every ray; then measures how fast those rays alone can be traced.
+  struct Ceiling {
+    double render_cpu_seconds = 0;  // of rendering, without recording
+    double replay_cpu_seconds = 0;  // of tracing the same rays with no shading
+    RenderStats stats;
+  };
+  virtual Ceiling measure_ceiling(const TileRequest& tile) const = 0;
+
+  /// What the scene asked for that was approximated or left out; one line each.
+  virtual const std::vector<std::string>& warnings() const = 0;
+
+  /// Bytes held, acceleration structure included.
+  virtual std::size_t memory_bytes() const = 0;
+};
+
+}  // namespace tessera::render

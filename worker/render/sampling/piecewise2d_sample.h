@@ -1,0 +1,60 @@
+// The wide side of sampling/piecewise2d.h.
+#pragma once
+
+#include "render/core/constants.h"
+#include "render/core/vec.h"
+#include "render/sampling/piecewise2d.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+struct Piecewise2dSample {
+  Vec2 uv;        // in [0, 1)
+  Int x, y;       // the cell that uv lies in
+  Float density;  // of uv, over the unit square
+};
+
+namespace detail {
+
+/// A place in a CDF: a cell and how far into it.
+struct CdfPlace {
+  Int cell;
+  Float offset;  // [0, 1)
+};
+
+/// Inverts the `count` + 1 values of a CDF that begin at cdf[first], by bisection.
+TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, std::int32_t count, Float u, Mask active) {
+  // The last cell whose lower end is <= u: cells of no weight, whose ends coincide, are passed over.
+  Int low = 0;
+  for (std::int32_t size = count; size > 1;) {
+    const std::int32_t half = size / 2;
+    const Mask above = gather(cdf, first + low + half, active) <= u;
+    low = select(above, low + half, low);
+    size -= half;
+  }
+  const Float c0 = gather(cdf, first + low, active);
+  const Float c1 = gather(cdf, first + low + 1, active);
+  const Float span = c1 - c0;
+  return {low, clamp((u - c0) / select(span > 0.0f, span, 1.0f), 0.0f, kOneMinusEpsilon)};
+}
+
+}  // namespace detail
+
+/// A point of the unit square with the distribution's density; `u` is uniform in [0, 1)^2.
+TESSERA_INLINE Piecewise2dSample sample_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
+  const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.height, u.y, active);
+  const detail::CdfPlace column =
+      detail::invert_cdf(p.conditional_cdf.data(), row.cell * (p.width + 1), p.width, u.x, active);
+  const Vec2 uv = {(to_float(column.cell) + column.offset) * (1.0f / static_cast<float>(p.width)),
+                   (to_float(row.cell) + row.offset) * (1.0f / static_cast<float>(p.height))};
+  const Float density = gather(p.density.data(), row.cell * p.width + column.cell, active);
+  return {{min(uv.x, kOneMinusEpsilon), min(uv.y, kOneMinusEpsilon)}, column.cell, row.cell, density};
+}
+
+/// The density at `uv` in [0, 1]^2.
+TESSERA_INLINE Float piecewise2d_density(const Piecewise2d& p, Vec2 uv, Mask active) {
+  const Int x = clamp(to_int(uv.x * static_cast<float>(p.width)), 0, p.width - 1);
+  const Int y = clamp(to_int(uv.y * static_cast<float>(p.height)), 0, p.height - 1);
+  return gather(p.density.data(), y * p.width + x, active);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

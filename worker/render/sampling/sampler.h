@@ -1,0 +1,69 @@
+// Sample sequences. A value is a pure function of (seed, pixel, sample index, dimension), so any machine can make any
+// sample of any pixel.
+#pragma once
+
+#include "render/core/constants.h"
+#include "render/core/vec.h"
+#include "render/sampling/hash.h"
+#include "render/sampling/sampler_config.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+TESSERA_INLINE UInt reverse_bits(UInt x) {
+  x = shift_left<16>(x) | shift_right<16>(x);
+  x = shift_left<8>(x & 0x00ff00ffu) | shift_right<8>(x & 0xff00ff00u);
+  x = shift_left<4>(x & 0x0f0f0f0fu) | shift_right<4>(x & 0xf0f0f0f0u);
+  x = shift_left<2>(x & 0x33333333u) | shift_right<2>(x & 0xccccccccu);
+  return shift_left<1>(x & 0x55555555u) | shift_right<1>(x & 0xaaaaaaaau);
+}
+
+/// Owen scrambling of the bit-reversed number `x`: every bit is flipped as a hash of the bits below it says
+/// [Laine & Karras 2011], constants of [Vegdahl 2021].
+TESSERA_INLINE UInt scramble_reversed(UInt x, UInt seed) {
+  x = x ^ (x * 0x3d20adeau);
+  x = x + seed;
+  x = x * (shift_right<16>(seed) | 1u);
+  x = x ^ (x * 0x05526c56u);
+  return x ^ (x * 0x53a22864u);
+}
+
+/// The second Sobol' dimension, bit-reversed: Pascal's triangle mod 2 as a butterfly.
+TESSERA_INLINE UInt pascal_reversed(UInt x) {
+  x = x ^ shift_right<1>(x & 0xaaaaaaaau);
+  x = x ^ shift_right<2>(x & 0xccccccccu);
+  x = x ^ shift_right<4>(x & 0xf0f0f0f0u);
+  x = x ^ shift_right<8>(x & 0xff00ff00u);
+  return x ^ shift_right<16>(x & 0xffff0000u);
+}
+
+/// The sequences of 16 (pixel, sample) pairs. "sobol" pads the first two Sobol' dimensions: each pair of dimensions is
+/// the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel and dimension [Burley 2020].
+class Sampler {
+ public:
+  /// `pixel` is pixel_hash() of the pixel.
+  TESSERA_INLINE Sampler(SamplerKind kind, UInt pixel, UInt sample) : kind_(kind), pixel_(pixel), sample_(sample) {}
+
+  static TESSERA_INLINE UInt pixel_hash(std::uint64_t seed, UInt x, UInt y) {
+    return hash(hash(x, UInt(static_cast<std::uint32_t>(seed))), hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
+  }
+
+  /// Two numbers in [0, 1), jointly stratified over the samples of a pixel.
+  TESSERA_INLINE Vec2 get_2d(int pair) const {
+    const UInt seed = hash(pixel_ + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);
+    if (kind_ == SamplerKind::kIndependent) {
+      const UInt x = hash(seed, sample_);
+      return {to_unit_float(x), to_unit_float(hash(x ^ 0x68bc21ebu))};
+    }
+    const UInt index = reverse_bits(scramble_reversed(reverse_bits(sample_), seed));
+    const UInt x = reverse_bits(scramble_reversed(index, hash(seed ^ 0xa511e9b3u)));
+    const UInt y = reverse_bits(scramble_reversed(pascal_reversed(index), hash(seed ^ 0x63d83595u)));
+    return {to_unit_float(x), to_unit_float(y)};
+  }
+
+ private:
+  SamplerKind kind_;
+  UInt pixel_;
+  UInt sample_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,83 @@
+// Geometry as the kernels read it: plain arrays, filled by build/, the same for every ISA.
+//
+// Positions are in render space: world space minus the camera's origin (subtracted in double), so that floats are
+// finest where the camera looks. Shapes of an Object stay in instance space; an InstanceRecord places them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/core/affine_data.h"
+
+namespace tessera::render {
+
+enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk };
+
+/// Bits of ShapeRecord::flags.
+enum ShapeFlags : std::int32_t {
+  kFlipNormal = 1,   // kSphere, kDisk: the geometric normal is the negative of the kind's own. Triangles are wound so
+                     // that cross(p1 - p0, p2 - p0) is the geometric normal.
+  kHasNormals = 2,   // shading normals
+  kHasUvs = 4,
+  kHasAlpha = 8,     // opacity below 1 somewhere: its Embree geometry has filter functions
+};
+
+/// One shape; its index is its Embree geometry id, in whichever Embree scene it lies.
+struct ShapeRecord {
+  ShapeKind kind = ShapeKind::kTriangles;
+  std::int32_t material = 0;
+  std::int32_t flags = 0;
+  std::int32_t first_light = -1;  // light of primitive 0; the others follow. -1: does not emit
+  // kTriangles
+  std::int32_t first_triangle = 0;  // in ShapeTable::triangles
+  std::int32_t first_vertex = 0;    // in ShapeTable::positions
+  std::int32_t first_normal = 0;    // in ShapeTable::normals
+  std::int32_t first_uv = 0;        // in ShapeTable::uvs
+  // kSphere and kDisk
+  std::int32_t quadric = 0;  // in ShapeTable::quadrics
+  std::int32_t alpha_texture = -1;
+  float alpha = 1;
+  std::int32_t triangle_count = 0;
+  std::int32_t vertex_count = 0;
+  std::int32_t padding[3] = {};
+};
+static_assert(sizeof(ShapeRecord) == 64);
+
+/// A sphere about the origin or a disk in z = height, in object space [pbrt-v4].
+struct QuadricRecord {
+  Affine render_from_object;
+  Affine object_from_render;
+  float radius = 1;
+  float inner_radius = 0;  // disk
+  float height = 0;        // disk
+  float z_min = -1, z_max = 1, phi_max = 6.28318530718f;
+  std::int32_t partial = 0;  // a sphere that is not whole, or a disk cut by phi_max
+};
+
+struct InstanceRecord {
+  Affine render_from_instance;
+  Affine instance_from_render;
+  std::int32_t object = 0;  // in ShapeTable::objects
+  std::int32_t padding[7] = {};
+};
+static_assert(sizeof(InstanceRecord) == 128);
+
+/// Shapes [first_shape, first_shape + shape_count): a group that instances place.
+struct ObjectRange {
+  std::int32_t first_shape = 0;
+  std::int32_t shape_count = 0;
+};
+
+struct ShapeTable {
+  std::vector<ShapeRecord> shapes;
+  std::int32_t world_shape_count = 0;  // the first shapes stand in the world; the others belong to objects
+  std::vector<ObjectRange> objects;
+  std::vector<QuadricRecord> quadrics;
+  std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
+  std::vector<std::uint32_t> triangles;   // three vertex indices each, counted from first_vertex
+  std::vector<float> positions;           // xyz, plus 16 bytes of padding for Embree
+  std::vector<float> normals;             // xyz
+  std::vector<float> uvs;                 // uv
+};
+
+}  // namespace tessera::render

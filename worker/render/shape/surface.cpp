@@ -1,0 +1,221 @@
+#include "render/shape/surface.h"
+
+#include "render/core/affine.h"
+#include "render/core/constants.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+// 2^-21: eight roundings of a float. Interpolating a point takes about five; the rest covers the intersector's own.
+constexpr float kPositionError = 4.76837158e-7f;
+
+Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+/// Error along the normal of a point whose coordinates are each off by at most `e`.
+Float along_normal(Vec3 n, Float e) { return e * (abs(n.x) + abs(n.y) + abs(n.z)); }
+
+/// dp/du and dp/dv of a triangle; an arbitrary frame where its uvs are degenerate.
+void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dpdu, Vec3& dpdv) {
+  const Float det = difference_of_products(duv1.x, duv2.y, duv1.y, duv2.x);
+  const Mask usable = abs(det) > 1e-12f;
+  const Float inv = 1.0f / select(usable, det, 1.0f);
+  const Frame fallback = Frame::from_normal(ng);
+  dpdu = select(usable, (e1 * duv2.y - e2 * duv1.y) * inv, fallback.x);
+  dpdv = select(usable, (e2 * duv1.x - e1 * duv2.x) * inv, fallback.y);
+}
+
+void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active, bool want_tangents,
+                      Surface& s) {
+  const ShapeRecord* shapes = table.shapes.data();
+  const Int first_triangle = gather_member(shapes, &ShapeRecord::first_triangle, hit.shape, active);
+  const Int first_vertex = gather_member(shapes, &ShapeRecord::first_vertex, hit.shape, active);
+  const auto* indices = reinterpret_cast<const std::int32_t*>(table.triangles.data());
+  const Int corner = (first_triangle + hit.primitive) * 3;
+  const Int i0 = gather(indices, corner, active);
+  const Int i1 = gather(indices + 1, corner, active);
+  const Int i2 = gather(indices + 2, corner, active);
+
+  const float* positions = table.positions.data();
+  const Vec3 p0 = gather3(positions, first_vertex + i0, active);
+  const Vec3 p1 = gather3(positions, first_vertex + i1, active);
+  const Vec3 p2 = gather3(positions, first_vertex + i2, active);
+  const Vec3 e1 = p1 - p0, e2 = p2 - p0;
+  const Float b1 = hit.u, b2 = hit.v, b0 = 1.0f - b1 - b2;
+  const Vec3 p = p0 * b0 + p1 * b1 + p2 * b2;
+  const Vec3 ng = normalize(cross(e1, e2));
+
+  // Shading normal; one that degenerates or turns away is replaced or turned.
+  const Mask with_normals = active & ((flags & kHasNormals) != 0);
+  Vec3 ns = ng;
+  if (any(with_normals)) {
+    const Int first = gather_member(shapes, &ShapeRecord::first_normal, hit.shape, with_normals);
+    const float* normals = table.normals.data();
+    const Vec3 n = gather3(normals, first + i0, with_normals) * b0 + gather3(normals, first + i1, with_normals) * b1 +
+                   gather3(normals, first + i2, with_normals) * b2;
+    const Float l2 = length_squared(n);
+    const Mask usable = with_normals & (l2 > 0.0f) & is_finite(l2);
+    ns = face_forward(select(usable, normalize(n), ng), ng);
+  }
+
+  // pbrt's default parameterisation where a mesh has none: (0,0), (1,0), (1,1).
+  const Mask with_uvs = active & ((flags & kHasUvs) != 0);
+  Vec2 uv0{Float(0.0f), Float(0.0f)}, uv1{Float(1.0f), Float(0.0f)}, uv2{Float(1.0f), Float(1.0f)};
+  if (any(with_uvs)) {
+    const Int first = gather_member(shapes, &ShapeRecord::first_uv, hit.shape, with_uvs);
+    const float* uvs = table.uvs.data();
+    const auto corner_uv = [&](Int i, Vec2 otherwise) {
+      const Int at = (first + i) * 2;
+      return Vec2{select(with_uvs, gather(uvs, at, with_uvs), otherwise.x),
+                  select(with_uvs, gather(uvs + 1, at, with_uvs), otherwise.y)};
+    };
+    uv0 = corner_uv(i0, uv0);
+    uv1 = corner_uv(i1, uv1);
+    uv2 = corner_uv(i2, uv2);
+  }
+
+  const Float extent = max_abs(p) + max(max_abs(e1), max_abs(e2));
+  s.p = select(active, p, s.p);
+  s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
+  s.ng = select(active, ng, s.ng);
+  s.ns = select(active, ns, s.ns);
+  s.uv.x = select(active, fma(b0, uv0.x, fma(b1, uv1.x, b2 * uv2.x)), s.uv.x);
+  s.uv.y = select(active, fma(b0, uv0.y, fma(b1, uv1.y, b2 * uv2.y)), s.uv.y);
+  if (want_tangents) {
+    Vec3 dpdu, dpdv;
+    triangle_tangents(e1, e2, {uv1.x - uv0.x, uv1.y - uv0.y}, {uv2.x - uv0.x, uv2.y - uv0.y}, ng, dpdu, dpdv);
+    s.dpdu = select(active, dpdu, s.dpdu);
+    s.dpdv = select(active, dpdv, s.dpdv);
+  }
+}
+
+/// Point, normal and parameters on one sphere or disk, in its object space.
+struct ObjectPoint {
+  Vec3 p, n, dpdu, dpdv;
+  Vec2 uv;
+  Float extent;
+};
+
+ObjectPoint sphere_point(const QuadricRecord& q, Vec3 p) {
+  ObjectPoint o;
+  o.p = p * (q.radius / length(p));
+  // The pole has no azimuth; any will do.
+  const Mask pole = (o.p.x == 0.0f) & (o.p.y == 0.0f);
+  o.p.x = select(pole, 1e-5f * q.radius, o.p.x);
+  Float phi = atan2(o.p.y, o.p.x);
+  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
+  const Float theta_min = acos(Float(q.z_min / q.radius)), theta_max = acos(Float(q.z_max / q.radius));
+  const Float cos_theta = clamp(o.p.z * (1 / q.radius), -1.0f, 1.0f);
+  o.uv = {phi * (1 / q.phi_max), (acos(cos_theta) - theta_min) / (theta_max - theta_min)};
+  const Float z_radius = sqrt(sqr(o.p.x) + sqr(o.p.y));
+  const Float inv = 1.0f / z_radius;
+  o.dpdu = {o.p.y * -q.phi_max, o.p.x * q.phi_max, Float(0.0f)};
+  o.dpdv = Vec3{o.p.z * o.p.x * inv, o.p.z * o.p.y * inv, -z_radius} * (theta_max - theta_min);
+  o.n = o.p * (1 / q.radius);
+  o.extent = q.radius;
+  return o;
+}
+
+ObjectPoint disk_point(const QuadricRecord& q, Vec3 p) {
+  ObjectPoint o;
+  o.p = {p.x, p.y, Float(q.height)};
+  Float phi = atan2(p.y, p.x);
+  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
+  const Float r = sqrt(sqr(p.x) + sqr(p.y));
+  o.uv = {phi * (1 / q.phi_max), (q.radius - r) * (1 / (q.radius - q.inner_radius))};
+  const Float inv = 1.0f / max(r, 1e-30f);
+  o.dpdu = {p.y * -q.phi_max, p.x * q.phi_max, Float(0.0f)};
+  o.dpdv = Vec3{p.x * inv, p.y * inv, Float(0.0f)} * Float(q.inner_radius - q.radius);
+  o.n = {Float(0.0f), Float(0.0f), Float(1.0f)};
+  o.extent = q.radius;
+  return o;
+}
+
+void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
+                     bool want_tangents, Surface& s) {
+  const QuadricRecord& q = table.quadrics[shape.quadric];
+  const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
+  const Vec3 guess = oo + od * hit.t;
+  const ObjectPoint point = shape.kind == ShapeKind::kSphere ? sphere_point(q, guess) : disk_point(q, guess);
+  const Vec3 p = transform_point(q.render_from_object, point.p);
+  Vec3 ng = normalize(transform_normal(q.object_from_render, point.n));
+  if (shape.flags & kFlipNormal) ng = -ng;
+
+  // The transform's own roundings count: the extent of the object about its origin, seen in render space.
+  const Vec3 spread = transform_vector(q.render_from_object, Vec3{point.extent, point.extent, point.extent});
+  const Float extent = max_abs(p) + max_abs(spread) + std::abs(q.render_from_object.m[3]) +
+                       std::abs(q.render_from_object.m[7]) + std::abs(q.render_from_object.m[11]);
+  s.p = select(active, p, s.p);
+  s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
+  s.ng = select(active, ng, s.ng);
+  s.ns = select(active, ng, s.ns);
+  s.uv = {select(active, point.uv.x, s.uv.x), select(active, point.uv.y, s.uv.y)};
+  if (want_tangents) {
+    s.dpdu = select(active, transform_vector(q.render_from_object, point.dpdu), s.dpdu);
+    s.dpdv = select(active, transform_vector(q.render_from_object, point.dpdv), s.dpdv);
+  }
+}
+
+/// Instance space to render space.
+void place_instances(const ShapeTable& table, Int instance, Mask placed, bool want_tangents, Surface& s) {
+  const auto* base = reinterpret_cast<const float*>(table.instances.data());
+  constexpr int kStride = sizeof(InstanceRecord) / sizeof(float);
+  WideAffine to, from;
+  for (int i = 0; i < 12; ++i) {
+    to.m[i] = gather(base + i, instance * kStride, placed);
+    from.m[i] = gather(base + 12 + i, instance * kStride, placed);
+  }
+  const Vec3 p = transform_point(to, s.p);
+  const Float growth = max_abs(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
+                               abs(Vec3{to.m[2], to.m[6], to.m[10]}));
+  const Float shift = max_abs({to.m[3], to.m[7], to.m[11]});
+  const Vec3 ng = normalize(transform_normal(from, s.ng));
+  const Float extent = max_abs(p) + max_abs(s.p) * growth + shift;
+  s.error = select(placed, s.error * growth + along_normal(ng, extent * kPositionError), s.error);
+  s.p = select(placed, p, s.p);
+  s.ng = select(placed, ng, s.ng);
+  s.ns = select(placed, normalize(transform_normal(from, s.ns)), s.ns);
+  if (want_tangents) {
+    s.dpdu = select(placed, transform_vector(to, s.dpdu), s.dpdu);
+    s.dpdv = select(placed, transform_vector(to, s.dpdv), s.dpdv);
+  }
+}
+
+}  // namespace
+
+Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents) {
+  const ShapeRecord* shapes = table.shapes.data();
+  const auto* kinds = reinterpret_cast<const std::int32_t*>(&shapes->kind);
+  constexpr int kStride = sizeof(ShapeRecord) / 4;
+  const Int kind = gather(kinds, hit.shape * kStride, active);
+  const Int flags = gather_member(shapes, &ShapeRecord::flags, hit.shape, active);
+
+  const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
+  Surface s{zero, Float(0.0f), zero, zero, {Float(0.0f), Float(0.0f)}, zero, zero, Int(0), Int(-1)};
+  const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
+  if (any(triangles)) triangle_surface(table, hit, flags, triangles, want_tangents, s);
+
+  const Mask placed = active & (hit.instance >= 0);
+  const Mask quadrics = and_not(active, triangles);
+  if (any(quadrics)) {
+    Vec3 io = o, id = d;
+    if (any(placed)) {
+      const auto* base = reinterpret_cast<const float*>(table.instances.data());
+      constexpr int kInstanceStride = sizeof(InstanceRecord) / sizeof(float);
+      WideAffine from;
+      for (int i = 0; i < 12; ++i) from.m[i] = gather(base + 12 + i, hit.instance * kInstanceStride, placed);
+      io = select(placed, transform_point(from, o), o);
+      id = select(placed, transform_vector(from, d), d);
+    }
+    for_each_distinct(hit.shape, quadrics, [&](std::int32_t shape, Mask lanes) {
+      quadric_surface(table, table.shapes[shape], hit, io, id, lanes, want_tangents, s);
+    });
+  }
+  if (any(placed)) place_instances(table, hit.instance, placed, want_tangents, s);
+
+  s.material = gather_member(shapes, &ShapeRecord::material, hit.shape, active);
+  const Int first_light = gather_member(shapes, &ShapeRecord::first_light, hit.shape, active);
+  s.light = select(active & (first_light >= 0), first_light + hit.primitive, Int(-1));
+  return s;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
