@@ -15,8 +15,8 @@ std::string HostPort::to_string() const {
 
 absl::StatusOr<HostPort> parse_host_port(std::string_view text) {
   const auto unsound = [&](const char* what) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("\"", std::string(text), "\" is not an address: ", what, "; expected HOST:PORT, such as 127.0.0.1:7070"));
+    return absl::InvalidArgumentError(absl::StrCat("\"", std::string(text), "\" is not an address: ", what,
+                                                   "; expected HOST:PORT, such as 127.0.0.1:7070"));
   };
   HostPort address;
   std::string_view port;
@@ -51,9 +51,9 @@ bool is_loopback(std::string_view host) {
 
 absl::Status check_unencrypted_allowed(const HostPort& address, bool allow_insecure) {
   if (allow_insecure || is_loopback(address.host)) return absl::OkStatus();
-  return absl::PermissionDeniedError(absl::StrCat(
-      address.to_string(),
-      " is not a loopback address and the connection is not encrypted; pass --allow-insecure on a network that you trust"));
+  return absl::PermissionDeniedError(absl::StrCat(address.to_string(),
+                                                  " is not a loopback address and the connection is not encrypted; "
+                                                  "pass --allow-insecure on a network that you trust"));
 }
 
 }  // namespace tessera::wire

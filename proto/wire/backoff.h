@@ -30,7 +30,7 @@ class Backoff {
   Duration first_;
   Duration cap_;
   Duration bound_;
-  std::minstd_rand random_;
+  std::mt19937 random_;
 };
 
 /// Sleeps for `delay`, or until `stop` is requested: then false.

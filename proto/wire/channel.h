@@ -17,9 +17,9 @@ struct ChannelOptions {
   bool allow_insecure = false;  // talk without encryption to an address that is not loopback
 };
 
-/// A channel to `address` (HOST:PORT). Nothing is connected yet: the first call does that, and a lost connection is made
-/// anew, with a back-off of at most 2 s. InvalidArgument for a malformed address; PermissionDenied for one that is not
-/// loopback, unless allowed.
+/// A channel to `address` (HOST:PORT). Nothing is connected yet: the first call does that, and a lost connection is
+/// made anew, with a back-off of at most 2 s. InvalidArgument for a malformed address; PermissionDenied for one that is
+/// not loopback, unless allowed.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address,
                                                             const ChannelOptions& options = {});
 

@@ -56,9 +56,8 @@ std::string sha256_hex(std::string_view bytes) {
 }
 
 bool is_digest(std::string_view text) {
-  return text.size() == 2 * kSha256Bytes && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
+  return text.size() == 2 * kSha256Bytes &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 }  // namespace tessera::wire

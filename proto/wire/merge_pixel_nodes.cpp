@@ -9,8 +9,8 @@ void merge_sums(std::size_t pixels, float* left, const float* right) {
   for (std::size_t i = 0; i < pixels; ++i) left[i] += right[i];
 }
 
-/// M2 = M2_a + M2_b + (mean_b - mean_a)^2 n_a n_b / (n_a + n_b) [Chan et al. 1979, eq. 2.1]; in double, rounded once. Needs
-/// the sums and counts as they were before their own merge.
+/// M2 = M2_a + M2_b + (mean_b - mean_a)^2 n_a n_b / (n_a + n_b) [Chan et al. 1979, eq. 2.1]; in double, rounded once.
+/// Needs the sums and counts as they were before their own merge.
 void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_counts, const float* left_sums, float* left,
                               const std::uint32_t* right_counts, const float* right_sums, const float* right) {
   for (std::size_t i = 0; i < pixels; ++i) {

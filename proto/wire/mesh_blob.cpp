@@ -52,13 +52,15 @@ absl::Status check_contents(const MeshView& mesh) {
   for (const float x : mesh.positions) infinity_probe += x * 0.0f;
   if (!std::isfinite(infinity_probe)) {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-      if (!std::isfinite(mesh.positions[i])) return unsound(absl::StrCat("position of vertex ", i / 3, " is not finite"));
+      if (!std::isfinite(mesh.positions[i]))
+        return unsound(absl::StrCat("position of vertex ", i / 3, " is not finite"));
     }
   }
   std::uint32_t largest = 0;
   for (const std::uint32_t index : mesh.indices) largest = std::max(largest, index);
   if (!mesh.indices.empty() && largest >= mesh.vertex_count()) {
-    return unsound(absl::StrCat("vertex index ", largest, " is out of range: there are ", mesh.vertex_count(), " vertices"));
+    return unsound(
+        absl::StrCat("vertex index ", largest, " is out of range: there are ", mesh.vertex_count(), " vertices"));
   }
   return absl::OkStatus();
 }

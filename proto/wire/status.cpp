@@ -20,7 +20,8 @@ grpc::Status to_grpc(const absl::Status& status) {
 
 absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
   if (status.ok()) return absl::OkStatus();
-  return {static_cast<absl::StatusCode>(status.error_code()), absl::StrCat(std::string(call), ": ", status.error_message())};
+  return {static_cast<absl::StatusCode>(status.error_code()),
+          absl::StrCat(std::string(call), ": ", status.error_message())};
 }
 
 bool is_transient(const absl::Status& status) {

@@ -36,7 +36,9 @@ constexpr std::size_t kMaxChannels = 64;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr int kCompressionLevel = 1;
 
-absl::Status unsound(const std::string& what) { return absl::InvalidArgumentError(absl::StrCat("tile result: ", what)); }
+absl::Status unsound(const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat("tile result: ", what));
+}
 
 template <auto kFree>
 struct Freer {
@@ -68,8 +70,12 @@ ZSTD_DCtx* thread_decompressor() {
 
 std::string encode_header(const TileResult& result) {
   std::string header(kMagic, 8);
-  const std::uint32_t fixed[7] = {result.x0,           result.y0,         result.x1,
-                                  result.y1,           result.sample_begin, result.sample_end,
+  const std::uint32_t fixed[7] = {result.x0,
+                                  result.y0,
+                                  result.x1,
+                                  result.y1,
+                                  result.sample_begin,
+                                  result.sample_end,
                                   static_cast<std::uint32_t>(result.channels.size())};
   header.append(reinterpret_cast<const char*>(fixed), sizeof(fixed));
   for (const ChannelDesc& channel : result.channels) {
@@ -105,7 +111,8 @@ absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& re
   result.sample_begin = fixed[4], result.sample_end = fixed[5];
   if (result.x1 <= result.x0 || result.y1 <= result.y0) return unsound("its rectangle is empty");
   if (result.sample_end <= result.sample_begin) return unsound("its sample range is empty");
-  if (fixed[6] == 0 || fixed[6] > kMaxChannels) return unsound(absl::StrCat(fixed[6], " channels; 1 to 64 were expected"));
+  if (fixed[6] == 0 || fixed[6] > kMaxChannels)
+    return unsound(absl::StrCat(fixed[6], " channels; 1 to 64 were expected"));
 
   std::size_t at = kFixedHeaderBytes;
   for (std::uint32_t c = 0; c < fixed[6]; ++c) {
@@ -152,7 +159,9 @@ absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std
   // R, G, B are the channels 0, 1, 2.
   const Aov known[] = {
       {"variance",
-       {{"variance.R", kSquaredDeviation, 0}, {"variance.G", kSquaredDeviation, 1}, {"variance.B", kSquaredDeviation, 2}}},
+       {{"variance.R", kSquaredDeviation, 0},
+        {"variance.G", kSquaredDeviation, 1},
+        {"variance.B", kSquaredDeviation, 2}}},
       {"albedo", {{"albedo.R", kSum, 0}, {"albedo.G", kSum, 0}, {"albedo.B", kSum, 0}}},
       {"normal", {{"normal.X", kSum, 0}, {"normal.Y", kSum, 0}, {"normal.Z", kSum, 0}}},
       {"depth", {{"depth.Z", kSum, 0}}},
@@ -163,9 +172,9 @@ absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std
 
   for (const std::string& aov : aovs) {
     if (std::none_of(std::begin(known), std::end(known), [&](const Aov& k) { return k.name == aov; })) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("there is no AOV \"", aov, "\"; there are ",
-                       absl::StrJoin(known, ", ", [](std::string* out, const Aov& k) { absl::StrAppend(out, k.name); })));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "there is no AOV \"", aov, "\"; there are ",
+          absl::StrJoin(known, ", ", [](std::string* out, const Aov& k) { absl::StrAppend(out, k.name); })));
     }
   }
   std::vector<ChannelDesc> channels = {{"R", kSum, 0}, {"G", kSum, 0}, {"B", kSum, 0}, {"A", kSum, 0}};
@@ -199,8 +208,8 @@ std::string encode_tile_result(const TileResult& result) {
 
   std::string bytes = header;
   bytes.resize(header.size() + ZSTD_compressBound(content.size()));
-  const std::size_t size = ZSTD_compress2(thread_compressor(), bytes.data() + header.size(), bytes.size() - header.size(),
-                                          content.data(), content.size());
+  const std::size_t size = ZSTD_compress2(thread_compressor(), bytes.data() + header.size(),
+                                          bytes.size() - header.size(), content.data(), content.size());
   if (ZSTD_isError(size)) throw std::bad_alloc();  // the bound holds, so only memory can be missing
   bytes.resize(header.size() + size);
   return bytes;
@@ -219,7 +228,8 @@ absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_
   const std::uint64_t words = pixels * (1 + result.channels.size());
   const std::string_view frame = bytes.substr(*header_size);
   const unsigned long long content_size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (content_size != *header_size + 4 * words) return unsound("the compressed part does not have the size of its channels");
+  if (content_size != *header_size + 4 * words)
+    return unsound("the compressed part does not have the size of its channels");
   std::string content(content_size, '\0');
   const std::size_t size =
       ZSTD_decompressDCtx(thread_decompressor(), content.data(), content.size(), frame.data(), frame.size());

@@ -17,7 +17,7 @@ namespace tessera::wire {
 
 /// What a channel holds, and so how two nodes merge.
 enum class ChannelKind : std::uint8_t {
-  kSum = 0,             // sum over samples: a + b
+  kSum = 0,              // sum over samples: a + b
   kSquaredDeviation = 1  // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
 };
 
