@@ -1,0 +1,114 @@
+// tessera-server: the coordinator.
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "service/coordinator.h"
+#include "wire/version.h"
+
+namespace {
+
+enum ExitCode { kDone = 0, kUsage = 2, kNotAllowed = 4, kFailed = 5 };
+
+ExitCode exit_code(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kOk:
+      return kDone;
+    case absl::StatusCode::kInvalidArgument:
+      return kUsage;
+    case absl::StatusCode::kUnavailable:
+    case absl::StatusCode::kPermissionDenied:
+      return kNotAllowed;
+    default:
+      return kFailed;
+  }
+}
+
+/// $XDG_STATE_HOME/tessera or ~/.local/state/tessera; empty when neither variable is set.
+std::filesystem::path default_data_dir() {
+  const char* const state = std::getenv("XDG_STATE_HOME");
+  if (state != nullptr && *state != '\0') return std::filesystem::path(state) / "tessera";
+  const char* const home = std::getenv("HOME");
+  if (home != nullptr && *home != '\0') return std::filesystem::path(home) / ".local" / "state" / "tessera";
+  return {};
+}
+
+/// Serves until SIGTERM or SIGINT, or until the coordinator ends by itself. Both signals must be blocked.
+absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& signals) {
+  absl::Status status;
+  const pthread_t self = pthread_self();
+  std::thread waiting([&] {
+    status = coordinator.wait();
+    pthread_kill(self, SIGTERM);  // ends the sigwait below, where it still waits
+  });
+  int signal = 0;
+  sigwait(&signals, &signal);
+  spdlog::info("shutting down");
+  coordinator.request_shutdown();
+  waiting.join();
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  tessera::server::CoordinatorOptions options;
+  options.listen = "127.0.0.1:7070";
+  options.data_dir = default_data_dir();
+  std::string log_level = "info";
+
+  CLI::App app("The coordinator of a Tessera farm: keeps jobs, hands out tiles to workers, stores their results.");
+  app.set_version_flag("--version", std::string("tessera-server ") + tessera::wire::build_version());
+  app.add_option("--listen", options.listen, "ADDR:PORT to serve on; port 0 takes a free one")->capture_default_str();
+  app.add_option("--data", options.data_dir, "Directory for the journal, results and blobs")->capture_default_str();
+  app.add_option("--log-level", log_level, "What goes to standard error")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
+      ->capture_default_str();
+  app.add_flag("--allow-insecure", options.allow_insecure,
+               "Serve without encryption on an address that is not loopback");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUsage;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-server"));
+  spdlog::set_level(spdlog::level::from_str(log_level));
+  if (options.data_dir.empty()) {
+    spdlog::error("neither XDG_STATE_HOME nor HOME is set; say with --data where to keep the state");
+    return kUsage;
+  }
+  if (options.listen.empty()) {
+    spdlog::error("--listen is empty; expected ADDR:PORT");
+    return kUsage;
+  }
+
+  // Blocked before any thread starts, so that only sigwait sees them.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  auto coordinator = tessera::server::Coordinator::start(options);
+  if (!coordinator.ok()) {
+    spdlog::error("{}", std::string(coordinator.status().message()));
+    return exit_code(coordinator.status());
+  }
+  // Scripts wait for this line.
+  const std::string host = options.listen.substr(0, options.listen.rfind(':'));
+  std::printf("listening on %s:%d\n", host.c_str(), (*coordinator)->bound_port());
+  std::fflush(stdout);
+  spdlog::info("data directory {}", options.data_dir.string());
+
+  const absl::Status status = serve(**coordinator, signals);
+  if (!status.ok()) spdlog::error("{}", std::string(status.message()));
+  return exit_code(status);
+}

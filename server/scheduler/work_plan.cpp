@@ -1,0 +1,128 @@
+#include "scheduler/work_plan.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <numeric>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "wire/digest.h"
+#include "wire/limits.h"
+#include "wire/tile_result.h"
+
+namespace tessera::server {
+namespace {
+
+absl::Status unsound(const std::string& what) { return absl::InvalidArgumentError(absl::StrCat("job: ", what)); }
+
+std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return static_cast<std::uint32_t>((a + b - 1) / b); }
+
+absl::Status check(const v1::JobSpec& spec) {
+  if (spec.width() == 0 || spec.height() == 0 || std::max(spec.width(), spec.height()) > wire::kMaxFilmSize) {
+    return unsound(absl::StrCat("width and height are ", spec.width(), " and ", spec.height(), "; 1 to ",
+                                wire::kMaxFilmSize, " were expected"));
+  }
+  const v1::PixelRect& crop = spec.crop();
+  if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > spec.width() || crop.y1() > spec.height()) {
+    return unsound(absl::StrCat("crop [", crop.x0(), ",", crop.x1(), ") x [", crop.y0(), ",", crop.y1(),
+                                ") is empty or not within the film"));
+  }
+  if (spec.tile_size() == 0 || spec.tile_size() > wire::kMaxTileSize) {
+    return unsound(absl::StrCat("tile_size is ", spec.tile_size(), "; 1 to ", wire::kMaxTileSize, " was expected"));
+  }
+  if (!std::has_single_bit(spec.samples_per_unit())) {
+    return unsound(absl::StrCat("samples_per_unit is ", spec.samples_per_unit(), "; a power of two was expected"));
+  }
+  if (spec.settings().spp() == 0 || spec.settings().spp() > wire::kMaxSamplesPerPixel) {
+    return unsound(
+        absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ", wire::kMaxSamplesPerPixel, " was expected"));
+  }
+  if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
+  for (const v1::BlobRef& blob : spec.blobs()) {
+    if (!wire::is_digest(blob.digest()))
+      return unsound(absl::StrCat("blob \"", blob.path(), "\" has no SHA-256 digest"));
+  }
+  if (std::max({spec.name().size(), spec.isa().size(), spec.settings().integrator().size(),
+                spec.settings().sampler().size()}) > wire::kMaxTextBytes) {
+    return unsound("a name is too long");
+  }
+  const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
+  return channels.ok() ? absl::OkStatus() : unsound(std::string(channels.status().message()));
+}
+
+/// Tile numbers of a grid by rings around its middle, each ring in one turn.
+std::vector<std::uint32_t> tiles_from_middle(std::uint32_t columns, std::uint32_t rows) {
+  struct Place {
+    std::uint32_t tile, ring, along;
+  };
+  std::vector<Place> places;
+  places.reserve(std::size_t{columns} * rows);
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      // Twice the offset from the middle, so that even grids have a middle as well.
+      const int dx = 2 * static_cast<int>(column) - static_cast<int>(columns - 1);
+      const int dy = 2 * static_cast<int>(row) - static_cast<int>(rows - 1);
+      const int ring = std::max(std::abs(dx), std::abs(dy));
+      // Clockwise along the ring's square: top, right, bottom, left.
+      const int along = dy == -ring  ? dx + ring
+                        : dx == ring ? 3 * ring + dy
+                        : dy == ring ? 5 * ring - dx
+                                     : 7 * ring - dy;
+      places.push_back({row * columns + column, static_cast<std::uint32_t>(ring), static_cast<std::uint32_t>(along)});
+    }
+  }
+  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.ring != b.ring ? a.ring < b.ring : a.along < b.along;
+  });
+  std::vector<std::uint32_t> tiles(places.size());
+  std::transform(places.begin(), places.end(), tiles.begin(), [](const Place& place) { return place.tile; });
+  return tiles;
+}
+
+}  // namespace
+
+absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
+  if (absl::Status status = check(spec); !status.ok()) return status;
+  WorkPlan plan;
+  plan.crop_ = spec.crop();
+  plan.tile_size_ = spec.tile_size();
+  plan.samples_ = spec.settings().spp();
+  plan.samples_per_unit_ = spec.samples_per_unit();
+  plan.range_count_ = divide_up(plan.samples_, plan.samples_per_unit_);
+  plan.first_column_ = plan.crop_.x0() / plan.tile_size_;
+  plan.first_row_ = plan.crop_.y0() / plan.tile_size_;
+  plan.columns_ = divide_up(plan.crop_.x1(), plan.tile_size_) - plan.first_column_;
+  const std::uint32_t rows = divide_up(plan.crop_.y1(), plan.tile_size_) - plan.first_row_;
+
+  const std::uint64_t tiles = std::uint64_t{plan.columns_} * rows;
+  if (tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
+    return unsound(absl::StrCat(tiles, " tiles times ", plan.range_count_, " sample ranges are more than ",
+                                wire::kMaxUnitsPerJob, " units; larger tiles or more samples a unit would help"));
+  }
+  plan.tiles_ = tiles_from_middle(plan.columns_, rows);
+  return plan;
+}
+
+v1::WorkUnit WorkPlan::unit(std::uint32_t index) const {
+  const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
+  const std::uint32_t range = index / tile_count;
+  const std::uint32_t tile = tiles_[index % tile_count];
+  const std::uint32_t x = (first_column_ + tile % columns_) * tile_size_;
+  const std::uint32_t y = (first_row_ + tile / columns_) * tile_size_;
+
+  v1::WorkUnit unit;
+  unit.set_index(index);
+  v1::PixelRect& pixels = *unit.mutable_tile()->mutable_pixels();
+  pixels.set_x0(std::max(x, crop_.x0()));
+  pixels.set_y0(std::max(y, crop_.y0()));
+  pixels.set_x1(std::min(x + tile_size_, crop_.x1()));
+  pixels.set_y1(std::min(y + tile_size_, crop_.y1()));
+  v1::SampleRange& samples = *unit.mutable_tile()->mutable_samples();
+  samples.set_begin(range * samples_per_unit_);
+  samples.set_end(
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{range + 1} * samples_per_unit_, samples_)));
+  return unit;
+}
+
+}  // namespace tessera::server

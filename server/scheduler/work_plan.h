@@ -1,0 +1,38 @@
+// How a job is cut into units.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::server {
+
+/// The units of one job: the tiles of its crop, times its sample ranges. Units are made when asked for, so a plan takes
+/// four bytes a tile. Unit indices ascend in the order in which units are best handed out: the first sample range of
+/// all tiles, from the middle outwards, then the next range; so a first picture appears early.
+class WorkPlan {
+ public:
+  /// InvalidArgument, by field, for a spec that is unsound or exceeds the caps of wire/limits.h.
+  static absl::StatusOr<WorkPlan> make(const v1::JobSpec& spec);
+
+  std::uint32_t unit_count() const { return static_cast<std::uint32_t>(tiles_.size()) * range_count_; }
+
+  /// Same spec and index, same unit. `index` must be below unit_count().
+  v1::WorkUnit unit(std::uint32_t index) const;
+
+ private:
+  WorkPlan() = default;
+
+  v1::PixelRect crop_;
+  std::uint32_t tile_size_ = 0;
+  std::uint32_t samples_ = 0;
+  std::uint32_t samples_per_unit_ = 0;
+  std::uint32_t range_count_ = 0;
+  // Row-major numbers within the grid of tiles that the crop touches, in hand-out order.
+  std::vector<std::uint32_t> tiles_;
+  std::uint32_t first_column_ = 0, first_row_ = 0, columns_ = 0;
+};
+
+}  // namespace tessera::server

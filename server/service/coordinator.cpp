@@ -1,0 +1,127 @@
+#include "service/coordinator.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/coordinator_impl.h"
+#include "wire/address.h"
+#include "wire/limits.h"
+
+namespace tessera::server {
+namespace {
+
+// How long calls may take to end after a shutdown was requested.
+constexpr std::chrono::seconds kGrace{2};
+constexpr int kMaxStreamsPerConnection = 512;
+
+}  // namespace
+
+absl::Status Coordinator::Impl::open(const CoordinatorOptions& options) {
+  absl::Status status = open_data(options);
+  // PermissionDenied and Unavailable are kept for the network.
+  if (absl::IsPermissionDenied(status) || absl::IsUnavailable(status))
+    return absl::FailedPreconditionError(status.message());
+  return status;
+}
+
+absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
+  if (!options.data_dir.empty()) {
+    absl::StatusOr<DataDir> opened = DataDir::open(options.data_dir);
+    if (!opened.ok()) return opened.status();
+    data_dir.emplace(*std::move(opened));
+  }
+  absl::StatusOr<std::unique_ptr<Journal>> opened_journal = open_journal(options.data_dir);
+  if (!opened_journal.ok()) return opened_journal.status();
+  journal = *std::move(opened_journal);
+  blobs = options.blobs;
+  if (blobs == nullptr) {
+    blobs = options.data_dir.empty() ? make_memory_blob_store() : make_file_blob_store(options.data_dir);
+  }
+
+  absl::StatusOr<std::unique_ptr<Farm>> opened_farm = Farm::open(
+      *journal, *blobs, {.heartbeat_interval = options.heartbeat_interval, .lease_timeout = options.lease_timeout},
+      [this](const absl::Status& why) { request_shutdown(why); });
+  if (!opened_farm.ok()) return opened_farm.status();
+  farm = *std::move(opened_farm);
+  return absl::OkStatus();
+}
+
+absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
+  farm_service.emplace(*farm);
+  work_service.emplace(*farm);
+  blob_service.emplace(*blobs,
+                       [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
+
+  grpc::ServerBuilder builder;
+  builder.RegisterService(&*farm_service);
+  builder.RegisterService(&*work_service);
+  builder.RegisterService(&*blob_service);
+  builder.SetMaxReceiveMessageSize(static_cast<int>(wire::kMaxMessageBytes));
+  builder.SetMaxSendMessageSize(static_cast<int>(wire::kMaxMessageBytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second coordinator on the port must fail
+  // Clients ping every 10 s (wire/channel.cpp); and a client whose machine is gone is noticed here too.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
+  std::string address;
+  if (!options.listen.empty()) {
+    const absl::StatusOr<wire::HostPort> parsed = wire::parse_host_port(options.listen);
+    if (!parsed.ok()) return parsed.status();
+    if (absl::Status status = wire::check_unencrypted_allowed(*parsed, options.allow_insecure); !status.ok())
+      return status;
+    address = parsed->to_string();
+    builder.AddListeningPort(address, grpc::InsecureServerCredentials(), &port);
+  }
+  server = builder.BuildAndStart();
+  if (server == nullptr || (!address.empty() && port == 0)) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
+  }
+  return absl::OkStatus();
+}
+
+void Coordinator::Impl::request_shutdown(const absl::Status& why) {
+  const std::lock_guard lock(mutex);
+  shutdown_requested = true;
+  reason.Update(why);
+  changed.notify_all();
+}
+
+absl::Status Coordinator::Impl::wait() {
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [this] { return shutdown_requested; });
+  }
+  std::call_once(shut_down, [this] {
+    // Waiting calls are answered first, so that the server finds none that would not end by itself.
+    farm->stop();
+    server->Shutdown(std::chrono::system_clock::now() + kGrace);
+    server->Wait();
+  });
+  const std::lock_guard lock(mutex);
+  return reason;
+}
+
+Coordinator::Coordinator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+absl::StatusOr<std::unique_ptr<Coordinator>> Coordinator::start(CoordinatorOptions options) {
+  auto impl = std::make_unique<Impl>();
+  if (absl::Status status = impl->open(options); !status.ok()) return status;
+  if (absl::Status status = impl->listen(options); !status.ok()) return status;
+  return std::unique_ptr<Coordinator>(new Coordinator(std::move(impl)));
+}
+
+Coordinator::~Coordinator() {
+  request_shutdown();
+  if (absl::Status status = wait(); !status.ok()) spdlog::error("shut down: {}", status.ToString());
+}
+
+int Coordinator::bound_port() const { return impl_->port; }
+void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }
+absl::Status Coordinator::wait() { return impl_->wait(); }
+
+}  // namespace tessera::server

@@ -1,0 +1,62 @@
+// The coordinator as a whole: scheduler, store and the services on top of them. No gRPC here; connections from within
+// the process are made by in_process.h.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace tessera::server {
+
+class BlobStore;
+
+struct CoordinatorOptions {
+  /// "127.0.0.1:7070"; port 0 takes any free one. Empty: reachable from within the process only.
+  std::string listen;
+  /// Journal, results and blobs; made when it does not exist. Empty: everything is kept in memory.
+  std::filesystem::path data_dir;
+  /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data directory, or
+  /// in memory.
+  std::shared_ptr<BlobStore> blobs;
+  /// Listen without encryption on an address that is not loopback.
+  bool allow_insecure = false;
+  /// What workers are told at registration.
+  std::chrono::milliseconds heartbeat_interval{2000};
+  /// A lease, and a worker, that was not heard of for so long is given up.
+  std::chrono::milliseconds lease_timeout{8000};
+};
+
+/// A running coordinator. All members may be called from any thread.
+class Coordinator {
+ public:
+  /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address), PermissionDenied
+  /// (not loopback, and not allowed to be), Unavailable (cannot listen there), FailedPrecondition (another coordinator
+  /// uses the data directory, or its format is not known), DataLoss and Internal (data directory damaged, disk).
+  static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
+
+  /// Shuts down and waits for it.
+  ~Coordinator();
+
+  /// The TCP port; 0 when it does not listen.
+  int bound_port() const;
+
+  /// Refuses new calls, ends those that wait, and lets `wait` return. Returns at once; may be called repeatedly.
+  void request_shutdown();
+
+  /// Until shutdown was requested, by `request_shutdown` or because the journal could no longer be written; an error in
+  /// that case. Everything acknowledged is on disk.
+  absl::Status wait();
+
+  /// What runs behind the interface (coordinator.cpp).
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  explicit Coordinator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,48 @@
+// The parts of a coordinator. For coordinator.cpp and in_process.cpp.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "service/blob_service.h"
+#include "service/coordinator.h"
+#include "service/farm.h"
+#include "service/farm_service.h"
+#include "service/work_service.h"
+#include "store/blob_store.h"
+#include "store/data_dir.h"
+#include "store/journal.h"
+
+namespace tessera::server {
+
+struct Coordinator::Impl {
+  absl::Status open(const CoordinatorOptions& options);
+  absl::Status open_data(const CoordinatorOptions& options);
+  absl::Status listen(const CoordinatorOptions& options);
+  void request_shutdown(const absl::Status& reason);
+  absl::Status wait();
+
+  // In the order in which they lean on each other.
+  std::optional<DataDir> data_dir;
+  std::unique_ptr<Journal> journal;
+  std::shared_ptr<BlobStore> blobs;
+  std::unique_ptr<Farm> farm;
+  std::optional<FarmService> farm_service;
+  std::optional<WorkService> work_service;
+  std::optional<BlobService> blob_service;
+  std::unique_ptr<grpc::Server> server;
+  int port = 0;
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool shutdown_requested = false;
+  absl::Status reason;  // why, when it was not asked for
+
+  std::once_flag shut_down;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,129 @@
+// The coordinator's logic behind its services: one lock around the scheduler and the job table, the journal behind
+// them. What a call changed is journaled before the call is answered; the lock is never held across disk writes.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/statusor.h"
+#include "scheduler/scheduler.h"
+#include "service/dispatcher.h"
+#include "service/job_table.h"
+#include "store/blob_store.h"
+#include "store/commit_queue.h"
+#include "store/journal.h"
+#include "tessera/v1/farm.pb.h"
+#include "tessera/v1/work.pb.h"
+
+namespace tessera::server {
+
+struct FarmOptions {
+  std::chrono::milliseconds heartbeat_interval;
+  std::chrono::milliseconds lease_timeout;
+};
+
+/// Some results of a job, and its status.
+struct WatchBatch {
+  v1::WatchJobResponse response;
+  std::uint64_t last = 0;  // sequence number of the last result so far
+  bool finished = false;   // the job is over and `last` was its last result
+};
+
+/// Safe to use from any number of threads. Every `done` is called exactly once, from any thread, and may be called
+/// before the function returns.
+class Farm {
+ public:
+  template <typename T>
+  using Done = std::function<void(absl::StatusOr<T>)>;
+  using DoneEmpty = std::function<void(absl::Status)>;
+
+  /// Recovers the journal's jobs. `on_failure` is called, once, when the journal can no longer be written: nothing is
+  /// acknowledged from then on. Journal and blobs must outlive the farm.
+  static absl::StatusOr<std::unique_ptr<Farm>> open(Journal& journal, BlobStore& blobs, const FarmOptions& options,
+                                                    std::function<void(absl::Status)> on_failure);
+  /// Answers what waits, and commits all that is left.
+  ~Farm();
+
+  /// Answers all waiting calls with Unavailable, and all later ones. Not to be called from a `done` or a `wake`.
+  void stop();
+
+  // ---- clients
+
+  void submit(const v1::SubmitJobRequest& request, Done<std::string> done);
+  absl::StatusOr<v1::GetJobResponse> get_job(const std::string& id);
+  v1::ListJobsResponse list_jobs();
+  void cancel(const std::string& id, Done<v1::JobStatus> done);
+  v1::ListWorkersResponse list_workers();
+
+  /// What a watcher that has results up to `after` gets next; no results when there are none yet.
+  absl::StatusOr<WatchBatch> next_results(const std::string& id, std::uint64_t after, bool status_only);
+  /// Calls `wake`, from one thread for all, after each change of any job and every second or so; false from `wake`
+  /// ends that.
+  void subscribe(std::function<bool()> wake) { dispatcher_.subscribe(std::move(wake)); }
+  bool stopping() const { return stopping_; }
+
+  /// A blob was uploaded, so the next job that refers to it is told what it cost.
+  void note_upload(const std::string& digest, std::uint64_t bytes);
+
+  // ---- workers
+
+  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request);
+  /// Answers when there is work, after the wait asked for, or with nothing when `cancelled` turned true.
+  void lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done);
+  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request);
+  void complete(const v1::CompleteRequest& request, DoneEmpty done);
+  void fail(const v1::FailRequest& request, DoneEmpty done);
+  absl::Status deregister(const std::string& worker);
+
+ private:
+  Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure);
+
+  absl::Status recover(JobRecord record);
+  Time now() const;
+  absl::Status check_serving() const;
+
+  // With mutex_ held.
+  absl::StatusOr<JobEntry*> find_job(const std::string& id);
+  JobView view_of(const JobEntry& entry) const;
+  std::uint64_t claim_uploads(const v1::JobSpec& spec);
+  JobEnded end_job(JobEntry& entry);
+
+  /// What a commit makes visible to clients.
+  struct Shown {
+    JobEntry* entry = nullptr;
+    std::uint64_t results = 0;  // up to this sequence number; 0: as before
+    bool end = false;
+  };
+  /// Journals in the order of calls; `done` after that.
+  void commit(std::vector<JournalEntry> entries, const Shown& shown, DoneEmpty done);
+
+  absl::Status check_blobs(const v1::JobSpec& spec) const;
+  /// Tries once; true when the call was answered.
+  bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
+  void accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done);
+  void expire();
+
+  Journal& journal_;
+  BlobStore& blobs_;
+  const FarmOptions options_;
+  const std::function<void(absl::Status)> on_failure_;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<bool> failed_ = false;
+
+  mutable std::mutex mutex_;
+  Scheduler scheduler_;
+  JobTable jobs_;
+  absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
+
+  // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.
+  Dispatcher dispatcher_;
+  CommitQueue commits_;
+};
+
+}  // namespace tessera::server

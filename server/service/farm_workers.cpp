@@ -1,0 +1,246 @@
+// What workers call.
+#include <google/protobuf/util/time_util.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "service/farm.h"
+#include "service/identifier.h"
+#include "service/result_check.h"
+#include "wire/limits.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+using google::protobuf::util::TimeUtil;
+
+// Results that wait for the disk; more are sent back to be tried again.
+constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
+constexpr std::size_t kMaxNameBytes = 256;
+constexpr int kMaxIsas = 16;
+
+absl::Status check_registration(const v1::RegisterRequest& request) {
+  if (request.protocol() != wire::kProtocolVersion) {
+    return absl::FailedPreconditionError(absl::StrCat("the worker speaks protocol ", request.protocol(),
+                                                      ", the coordinator protocol ", wire::kProtocolVersion));
+  }
+  if (request.build() != wire::build_version()) {
+    return absl::FailedPreconditionError(absl::StrCat("the worker is of build \"", request.build(),
+                                                      "\", the coordinator of build \"", wire::build_version(), "\""));
+  }
+  if (request.name().size() > kMaxNameBytes || request.supported_isas_size() > kMaxIsas) {
+    return absl::InvalidArgumentError("the name is too long, or there are too many ISAs");
+  }
+  const auto& isas = request.supported_isas();
+  if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
+    return absl::InvalidArgumentError(absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
+  }
+  if (request.threads() == 0) return absl::InvalidArgumentError("a worker has at least one thread");
+  return absl::OkStatus();
+}
+
+std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
+
+}  // namespace
+
+absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  if (absl::Status status = check_registration(request); !status.ok()) {
+    spdlog::warn("worker {} refused: {}", request.name().substr(0, kMaxNameBytes), std::string(status.message()));
+    return status;
+  }
+  v1::RegisterResponse response;
+  response.set_worker_id(random_identifier(16));
+  response.set_epoch(journal_.epoch());
+  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(options_.heartbeat_interval.count());
+  *response.mutable_lease_timeout() = TimeUtil::MillisecondsToDuration(options_.lease_timeout.count());
+  const std::lock_guard lock(mutex_);
+  const absl::Status status =
+      scheduler_.register_worker({.id = response.worker_id(),
+                                  .name = request.name(),
+                                  .build = request.build(),
+                                  .isa = request.isa(),
+                                  .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
+                                  .threads = request.threads()},
+                                 now());
+  if (!status.ok()) return status;
+  spdlog::info("worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
+               response.worker_id());
+  return response;
+}
+
+// ---------------------------------------------------------------- leases
+
+void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done) {
+  const auto wait = std::clamp<std::int64_t>(TimeUtil::DurationToMilliseconds(request.max_wait()), 0,
+                                             std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
+  if (try_lease(request, wait == 0, done)) return;
+  dispatcher_.park(
+      Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
+      [this, request = std::move(request), cancelled = std::move(cancelled), done = std::move(done)](bool last) {
+        if (!cancelled()) return try_lease(request, last, done);
+        done(absl::CancelledError("the worker hung up"));
+        return true;
+      });
+}
+
+bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done) {
+  if (absl::Status status = check_serving(); !status.ok()) {
+    done(std::move(status));
+    return true;
+  }
+  std::unique_lock lock(mutex_);
+  absl::StatusOr<LeaseDecision> decision = scheduler_.lease(
+      {.worker = request.worker_id(),
+       .max_units = request.max_units(),
+       .loaded_scenes = {request.loaded_scene_digests().begin(), request.loaded_scene_digests().end()}},
+      now());
+  if (!decision.ok()) {
+    lock.unlock();
+    done(decision.status());
+    return true;
+  }
+  if (decision->leases.empty() && !last) return false;
+
+  v1::LeaseResponse response;
+  const auto& known = request.known_job_ids();
+  for (v1::Lease& lease : decision->leases) {
+    const std::string& id = lease.token().job_id();
+    if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
+      const JobEntry& entry = *jobs_.find(id);
+      v1::JobSpec& spec = (*response.mutable_specs())[id];
+      spec = entry.shape->spec;
+      spec.set_isa(view_of(entry).isa);
+    }
+    *response.add_leases() = std::move(lease);
+  }
+  std::vector<JournalEntry> bindings;
+  for (const std::string& id : decision->bound_jobs) bindings.push_back(JobBound{id, view_of(*jobs_.find(id)).isa});
+  if (bindings.empty()) {
+    lock.unlock();
+    done(std::move(response));
+    return true;
+  }
+  // No worker may begin before it is durable with which ISA: after a restart another one could be chosen.
+  commit(std::move(bindings), {}, [response = std::move(response), done](const absl::Status& status) {
+    status.ok() ? done(response) : done(status);
+  });
+  return true;
+}
+
+absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  const std::lock_guard lock(mutex_);
+  absl::StatusOr<HeartbeatDecision> decision =
+      scheduler_.heartbeat(request.worker_id(), {request.leases().begin(), request.leases().end()}, now());
+  if (!decision.ok()) return decision.status();
+  v1::HeartbeatResponse response;
+  for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
+  response.set_drain(decision->drain);
+  return response;
+}
+
+absl::Status Farm::deregister(const std::string& worker) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  {
+    const std::lock_guard lock(mutex_);
+    if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
+  }
+  spdlog::info("worker {} left", worker);
+  dispatcher_.notify_work();
+  return absl::OkStatus();
+}
+
+void Farm::expire() {
+  const std::lock_guard lock(mutex_);
+  const Expiry expiry = scheduler_.advance(now());
+  for (const WorkerInfo& worker : expiry.lost_workers) spdlog::warn("worker {} ({}) was lost", worker.name, worker.id);
+  if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
+}
+
+// ---------------------------------------------------------------- results
+
+void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  if (commits_.waiting_bytes() > kMaxWaitingBytes) {
+    return done(absl::UnavailableError("the coordinator's disk is behind; try again"));
+  }
+  const v1::LeaseToken& token = request.token();
+  std::shared_ptr<const JobShape> shape;
+  {
+    const std::lock_guard lock(mutex_);
+    const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+    if (!entry.ok()) return done(entry.status());
+    if ((*entry)->past) {
+      // All of its results are there; that this is one of them is all that can be said without reading them.
+      if ((*entry)->past->state == v1::DONE) return done(absl::OkStatus());
+      return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
+    }
+    shape = (*entry)->shape;
+  }
+  if (token.unit_index() >= shape->plan->unit_count()) {
+    return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index())));
+  }
+  const absl::StatusOr<std::string> digest =
+      check_result(request.payload(), shape->plan->unit(token.unit_index()), shape->channels);
+  if (!digest.ok()) {
+    spdlog::warn("worker {}: {}", request.worker_id(), std::string(digest.status().message()));
+    return done(digest.status());
+  }
+  accept_result(request, *digest, std::move(done));
+}
+
+void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done) {
+  const v1::LeaseToken& token = request.token();
+  std::unique_lock lock(mutex_);
+  const absl::StatusOr<CompleteDecision> decision =
+      scheduler_.complete(request.worker_id(), token, fingerprint_of(digest), now());
+  if (!decision.ok()) {
+    if (absl::IsAlreadyExists(decision.status())) {
+      spdlog::error("worker {}: {}", request.worker_id(), std::string(decision.status().message()));
+    }
+    return done(decision.status());
+  }
+  // The first one may still be on its way to the disk: both are answered when it is there.
+  if (decision->duplicate) return commit({}, {}, std::move(done));
+
+  JobEntry& entry = *jobs_.find(token.job_id());
+  const v1::UnitStats stats = bounded(request.stats());
+  add_stats(entry.stats, stats);
+  entry.units_by_sequence.push_back(token.unit_index());
+  std::vector<JournalEntry> entries;
+  entries.push_back(UnitDone{.job = entry.id,
+                             .sequence = decision->sequence,
+                             .unit = token.unit_index(),
+                             .digest = digest,
+                             .payload = request.payload(),
+                             .stats = stats.SerializeAsString()});
+  if (decision->job_done) entries.push_back(end_job(entry));
+  commit(std::move(entries), {.entry = &entry, .results = decision->sequence, .end = decision->job_done},
+         std::move(done));
+}
+
+void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const v1::LeaseToken& token = request.token();
+  std::unique_lock lock(mutex_);
+  if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
+  const std::string message = shortened(request.message());
+  const absl::StatusOr<FailDecision> decision =
+      jobs_.find(token.job_id())->past
+          ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
+          : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  if (!decision.ok()) return done(decision.status());
+  spdlog::warn("worker {} failed at unit {} of job {}: {}", request.worker_id(), token.unit_index(), token.job_id(),
+               message);
+  JobEntry& entry = *jobs_.find(token.job_id());
+  std::vector<JournalEntry> entries;
+  if (decision->job_failed) entries.push_back(end_job(entry));
+  commit(std::move(entries), {.entry = &entry, .end = decision->job_failed}, std::move(done));
+  lock.unlock();
+  dispatcher_.notify_work();
+}
+
+}  // namespace tessera::server

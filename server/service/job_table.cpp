@@ -1,0 +1,140 @@
+#include "service/job_table.h"
+
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "wire/digest.h"
+#include "wire/limits.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr int kMaxWarningsPerUnit = 8;
+constexpr int kMaxWarningsPerJob = 64;
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec) {
+  auto plan = WorkPlan::make(spec);
+  if (!plan.ok()) return plan.status();
+  auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
+  if (!channels.ok()) return channels.status();
+  return std::make_shared<const JobShape>(
+      JobShape{std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels)});
+}
+
+JobEntry& JobTable::add(JobEntry entry) {
+  entries_.push_back(std::make_unique<JobEntry>(std::move(entry)));
+  JobEntry& added = *entries_.back();
+  by_id_[added.id] = &added;
+  by_request_[added.request_id] = &added;
+  return added;
+}
+
+JobEntry* JobTable::find(const std::string& id) {
+  const auto found = by_id_.find(id);
+  return found == by_id_.end() ? nullptr : found->second;
+}
+
+JobEntry* JobTable::find_request(const std::string& request_id) {
+  const auto found = by_request_.find(request_id);
+  return found == by_request_.end() ? nullptr : found->second;
+}
+
+absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
+  const auto damaged = [&](const std::string& what) {
+    return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, ": ", what));
+  };
+  v1::JobSpec spec;
+  if (!spec.ParseFromString(record.added.spec)) return damaged("its spec cannot be read");
+  auto shape = JobShape::make(std::move(spec));
+  if (!shape.ok()) return damaged(std::string(shape.status().message()));
+
+  JobEntry entry{.id = record.added.id,
+                 .request_id = record.added.request_id,
+                 .shape = *std::move(shape),
+                 .generation = record.added.generation,
+                 .submitted_unix_ms = record.added.submitted_unix_ms,
+                 .finished_unix_ms = record.ended.finished_unix_ms,
+                 .uploaded_bytes = record.added.uploaded_bytes,
+                 .past = std::nullopt,
+                 .stats = {},
+                 .units_by_sequence = {},
+                 .durable_results = record.results.size(),
+                 .durable_end = record.ended.state != 0};
+  const std::uint32_t units = entry.shape->plan->unit_count();
+  for (const JobRecord::Result& result : record.results) {
+    v1::UnitStats stats;
+    if (result.unit >= units || !wire::is_digest(result.digest) || !stats.ParseFromString(result.stats)) {
+      return damaged("a result cannot be read");
+    }
+    entry.units_by_sequence.push_back(result.unit);
+    add_stats(entry.stats, stats);
+  }
+  if (entry.durable_end) {
+    entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
+                         .units_total = units,
+                         .units_done = static_cast<std::uint32_t>(record.results.size()),
+                         .units_leased = 0,
+                         .isa = record.isa,
+                         .error = record.ended.error};
+  }
+  return entry;
+}
+
+v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
+  v1::JobStatus status;
+  status.set_job_id(entry.id);
+  status.set_name(entry.shape->spec.name());
+  status.set_state(view.state);
+  status.set_units_total(view.units_total);
+  status.set_units_done(view.units_done);
+  status.set_units_leased(view.units_leased);
+  *status.mutable_stats() = entry.stats;
+  status.set_error(view.error);
+  status.set_isa(view.isa);
+  status.set_submitted_unix_ms(entry.submitted_unix_ms);
+  status.set_finished_unix_ms(entry.finished_unix_ms);
+  status.set_uploaded_bytes(entry.uploaded_bytes);
+  return status;
+}
+
+void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
+  total.set_samples(total.samples() + unit.samples());
+  total.set_camera_rays(total.camera_rays() + unit.camera_rays());
+  total.set_bounce_rays(total.bounce_rays() + unit.bounce_rays());
+  total.set_shadow_rays(total.shadow_rays() + unit.shadow_rays());
+  total.set_dropped_samples(total.dropped_samples() + unit.dropped_samples());
+  using google::protobuf::util::TimeUtil;
+  const auto add = [](const auto& a, const auto& b) {
+    return TimeUtil::NanosecondsToDuration(TimeUtil::DurationToNanoseconds(a) + TimeUtil::DurationToNanoseconds(b));
+  };
+  *total.mutable_cpu_time() = add(total.cpu_time(), unit.cpu_time());
+  *total.mutable_wall_time() = add(total.wall_time(), unit.wall_time());
+  for (const std::string& warning : unit.warnings()) {
+    const auto& known = total.warnings();
+    if (known.size() >= kMaxWarningsPerJob) break;
+    if (std::find(known.begin(), known.end(), warning) == known.end()) total.add_warnings(warning);
+  }
+}
+
+v1::UnitStats bounded(v1::UnitStats stats) {
+  if (stats.warnings_size() > kMaxWarningsPerUnit) {
+    stats.mutable_warnings()->DeleteSubrange(kMaxWarningsPerUnit, stats.warnings_size() - kMaxWarningsPerUnit);
+  }
+  for (std::string& warning : *stats.mutable_warnings()) {
+    if (warning.size() > wire::kMaxTextBytes) warning.resize(wire::kMaxTextBytes);
+  }
+  // Durations from a broken clock must not spoil the sum.
+  for (google::protobuf::Duration* time : {stats.mutable_cpu_time(), stats.mutable_wall_time()}) {
+    constexpr std::int64_t kLongest = 30 * 24 * 3600;  // seconds
+    if (time->seconds() < 0 || time->seconds() > kLongest || time->nanos() < 0 || time->nanos() > 999'999'999) {
+      time->Clear();
+    }
+  }
+  return stats;
+}
+
+}  // namespace tessera::server

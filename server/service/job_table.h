@@ -1,0 +1,75 @@
+// Every job that the coordinator knows, as clients see it: spec, results in order, cost.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/statusor.h"
+#include "scheduler/scheduler.h"
+#include "store/journal.h"
+#include "tessera/v1/job.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::server {
+
+/// What follows from a spec alone, shared with calls that work on it without the farm's lock.
+struct JobShape {
+  v1::JobSpec spec;
+  std::shared_ptr<const WorkPlan> plan;
+  std::vector<wire::ChannelDesc> channels;
+
+  /// InvalidArgument for a spec that is unsound.
+  static absl::StatusOr<std::shared_ptr<const JobShape>> make(v1::JobSpec spec);
+};
+
+struct JobEntry {
+  std::string id;
+  std::string request_id;
+  std::shared_ptr<const JobShape> shape;
+  std::uint32_t generation = 1;
+  std::int64_t submitted_unix_ms = 0;
+  std::int64_t finished_unix_ms = 0;
+  std::uint64_t uploaded_bytes = 0;
+
+  /// Set for a job that had ended before this coordinator started: the scheduler does not know it.
+  std::optional<JobView> past;
+
+  v1::UnitStats stats;
+  /// Unit of each result, by sequence number - 1.
+  std::vector<std::uint32_t> units_by_sequence;
+  /// Results that are on disk; clients see only those.
+  std::uint64_t durable_results = 0;
+  /// The job is over, and that is on disk.
+  bool durable_end = false;
+};
+
+class JobTable {
+ public:
+  JobEntry& add(JobEntry entry);
+  JobEntry* find(const std::string& id);
+  JobEntry* find_request(const std::string& request_id);
+  /// In order of submission.
+  const std::vector<std::unique_ptr<JobEntry>>& all() const { return entries_; }
+
+ private:
+  std::vector<std::unique_ptr<JobEntry>> entries_;
+  absl::flat_hash_map<std::string, JobEntry*> by_id_;
+  absl::flat_hash_map<std::string, JobEntry*> by_request_;
+};
+
+/// What the journal holds of a job. DataLoss when its spec cannot be read any more.
+absl::StatusOr<JobEntry> entry_of(const JobRecord& record);
+
+v1::JobStatus status_of(const JobEntry& entry, const JobView& view);
+
+/// Adds the cost of one unit. Warnings that are new are kept, up to a bound.
+void add_stats(v1::UnitStats& total, const v1::UnitStats& unit);
+
+/// Cuts what one program could flood another with: number and length of warnings.
+v1::UnitStats bounded(v1::UnitStats stats);
+
+}  // namespace tessera::server

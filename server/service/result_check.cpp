@@ -1,0 +1,50 @@
+#include "service/result_check.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "wire/digest.h"
+
+namespace tessera::server {
+namespace {
+
+template <typename T>
+std::string_view bytes_of(const std::vector<T>& words) {
+  return {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(T)};
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const std::vector<wire::ChannelDesc>& channels) {
+  const v1::PixelRect& pixels = unit.tile().pixels();
+  const v1::SampleRange& samples = unit.tile().samples();
+  const std::size_t pixel_count = std::size_t{pixels.x1() - pixels.x0()} * (pixels.y1() - pixels.y0());
+  const absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload, pixel_count);
+  if (!result.ok()) return result.status();
+
+  const auto unfit = [&](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("result of unit ", unit.index(), ": ", what));
+  };
+  if (result->x0 != pixels.x0() || result->y0 != pixels.y0() || result->x1 != pixels.x1() ||
+      result->y1 != pixels.y1()) {
+    return unfit("its rectangle is not the unit's");
+  }
+  if (result->sample_begin != samples.begin() || result->sample_end != samples.end()) {
+    return unfit("its sample range is not the unit's");
+  }
+  if (result->channels != channels) return unfit("its channels are not the job's");
+  const std::uint32_t most = samples.end() - samples.begin();
+  if (std::any_of(result->counts.begin(), result->counts.end(), [&](std::uint32_t n) { return n > most; })) {
+    return unfit("a pixel counts more samples than the range has");
+  }
+
+  wire::Sha256 sha;
+  sha.update(bytes_of(result->counts));
+  sha.update(bytes_of(result->values));
+  return sha.finish_hex();
+}
+
+ResultFingerprint fingerprint_of(const std::string& digest) { return std::stoull(digest.substr(0, 16), nullptr, 16); }
+
+}  // namespace tessera::server

@@ -1,0 +1,23 @@
+// Whether a payload is the result of a unit.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scheduler/unit_ledger.h"
+#include "tessera/v1/job.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::server {
+
+/// The SHA-256 of the decoded contents, which is the same whatever version of zstd compressed them. InvalidArgument,
+/// with what is wrong, when the bytes are damaged or do not have the rectangle, sample range and channels of the unit.
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const std::vector<wire::ChannelDesc>& channels);
+
+/// What the scheduler keeps of a digest.
+ResultFingerprint fingerprint_of(const std::string& digest);
+
+}  // namespace tessera::server

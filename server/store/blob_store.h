@@ -1,0 +1,56 @@
+// Content-addressed bytes, on disk or in memory. Safe to use from any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+
+namespace tessera::server {
+
+struct UploadState {
+  std::uint64_t stored_bytes = 0;
+  bool complete = false;
+};
+
+/// One upload. What was appended stays for a later upload to go on with when the writer goes away unfinished.
+class BlobWriter {
+ public:
+  virtual ~BlobWriter() = default;
+  virtual absl::Status append(std::string_view bytes) = 0;
+  /// Durable and visible once it returns OK. DataLoss when the bytes do not have the digest: all are dropped.
+  virtual absl::Status finish() = 0;
+};
+
+class BlobReader {
+ public:
+  virtual ~BlobReader() = default;
+  virtual std::uint64_t size() const = 0;
+  /// At most `size` bytes from `offset` on; fewer at the end.
+  virtual absl::StatusOr<std::string> read(std::uint64_t offset, std::size_t size) const = 0;
+};
+
+/// Digests must satisfy wire::is_digest.
+class BlobStore {
+ public:
+  virtual ~BlobStore() = default;
+
+  virtual UploadState query(const std::string& digest) const = 0;
+
+  /// AlreadyExists when the blob is complete; Unavailable while somebody else uploads it; OutOfRange when `offset` is
+  /// not where the stored part ends (zero starts anew).
+  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) = 0;
+
+  /// NotFound when the blob is not complete.
+  virtual absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const = 0;
+};
+
+/// Below a data directory.
+std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir);
+
+std::unique_ptr<BlobStore> make_memory_blob_store();
+
+}  // namespace tessera::server

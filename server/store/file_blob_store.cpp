@@ -1,0 +1,136 @@
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "store/blob_store.h"
+#include "store/file.h"
+#include "store/upload_guard.h"
+#include "wire/digest.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr std::size_t kHashChunkBytes = std::size_t{1} << 20;
+
+class FileBlobWriter final : public BlobWriter {
+ public:
+  FileBlobWriter(std::unique_ptr<UploadsUnderWay::Guard> guard, std::string digest, File file,
+                 std::filesystem::path partial, std::filesystem::path complete)
+      : guard_(std::move(guard)),
+        digest_(std::move(digest)),
+        file_(std::move(file)),
+        partial_(std::move(partial)),
+        complete_(std::move(complete)) {}
+
+  /// Goes on behind the first `size` bytes: hashes them.
+  absl::Status resume(std::uint64_t size) {
+    std::string chunk;
+    while (size_ < size) {
+      chunk.resize(std::min<std::uint64_t>(kHashChunkBytes, size - size_));
+      if (absl::Status status = file_.read_at(size_, chunk.data(), chunk.size()); !status.ok()) return status;
+      sha_.update(chunk);
+      size_ += chunk.size();
+    }
+    return file_.truncate(size);
+  }
+
+  absl::Status append(std::string_view bytes) override {
+    if (absl::Status status = file_.write_at(size_, bytes); !status.ok()) return status;
+    sha_.update(bytes);
+    size_ += bytes.size();
+    return absl::OkStatus();
+  }
+
+  absl::Status finish() override {
+    if (const std::string found = sha_.finish_hex(); found != digest_) {
+      size_ = 0;
+      if (absl::Status status = file_.truncate(0); !status.ok()) return status;
+      return absl::DataLossError(absl::StrCat("the bytes uploaded as ", digest_, " have the digest ", found));
+    }
+    // The contents first, then the name: whatever has the final name is whole.
+    if (absl::Status status = file_.sync(); !status.ok()) return status;
+    if (absl::Status status = make_directory(complete_.parent_path()); !status.ok()) return status;
+    if (absl::Status status = rename_file(partial_, complete_); !status.ok()) return status;
+    if (absl::Status status = sync_directory(complete_.parent_path()); !status.ok()) return status;
+    return sync_directory(complete_.parent_path().parent_path());
+  }
+
+ private:
+  std::unique_ptr<UploadsUnderWay::Guard> guard_;
+  std::string digest_;
+  File file_;
+  std::filesystem::path partial_, complete_;
+  wire::Sha256 sha_;
+  std::uint64_t size_ = 0;
+};
+
+class FileBlobReader final : public BlobReader {
+ public:
+  FileBlobReader(File file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
+
+  std::uint64_t size() const override { return size_; }
+
+  absl::StatusOr<std::string> read(std::uint64_t offset, std::size_t size) const override {
+    std::string bytes(offset >= size_ ? 0 : std::min<std::uint64_t>(size, size_ - offset), '\0');
+    if (absl::Status status = file_.read_at(offset, bytes.data(), bytes.size()); !status.ok()) return status;
+    return bytes;
+  }
+
+ private:
+  File file_;
+  std::uint64_t size_;
+};
+
+class FileBlobStore final : public BlobStore {
+ public:
+  explicit FileBlobStore(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
+
+  UploadState query(const std::string& digest) const override {
+    std::error_code error;
+    if (const auto size = std::filesystem::file_size(complete_path(digest), error); !error) return {size, true};
+    const auto size = std::filesystem::file_size(partial_path(digest), error);
+    return {error ? 0 : size, false};
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) override {
+    auto guard = uploads_->hold(digest);
+    if (guard == nullptr) return absl::UnavailableError(absl::StrCat("blob ", digest, " is being uploaded; try again"));
+    const UploadState stored = query(digest);
+    if (stored.complete) return absl::AlreadyExistsError(absl::StrCat("blob ", digest, " is complete"));
+    if (offset != 0 && offset != stored.stored_bytes) {
+      return absl::OutOfRangeError(
+          absl::StrCat("the upload of ", digest, " goes on at ", stored.stored_bytes, ", not at ", offset));
+    }
+    absl::StatusOr<File> file = File::open_or_create(partial_path(digest));
+    if (!file.ok()) return file.status();
+    auto writer = std::make_unique<FileBlobWriter>(std::move(guard), digest, *std::move(file), partial_path(digest),
+                                                   complete_path(digest));
+    if (absl::Status status = writer->resume(offset); !status.ok()) return status;
+    return writer;
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const override {
+    absl::StatusOr<File> file = File::open_existing(complete_path(digest));
+    if (absl::IsNotFound(file.status())) return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
+    if (!file.ok()) return file.status();
+    const absl::StatusOr<std::uint64_t> size = file->size();
+    if (!size.ok()) return size.status();
+    return std::make_unique<FileBlobReader>(*std::move(file), *size);
+  }
+
+ private:
+  std::filesystem::path complete_path(const std::string& digest) const {
+    return data_dir_ / "blobs" / digest.substr(0, 2) / digest;
+  }
+  std::filesystem::path partial_path(const std::string& digest) const { return data_dir_ / "partial" / digest; }
+
+  std::filesystem::path data_dir_;
+  std::shared_ptr<UploadsUnderWay> uploads_ = std::make_shared<UploadsUnderWay>();
+};
+
+}  // namespace
+
+std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir) {
+  return std::make_unique<FileBlobStore>(data_dir);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,295 @@
+#include "store/journal.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <sqlite3.h>
+
+#include <mutex>
+#include <optional>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/str_cat.h"
+#include "store/result_file.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr int kFormatVersion = 1;
+
+constexpr char kSchema[] = R"(
+  CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS jobs (
+    number INTEGER PRIMARY KEY,
+    id TEXT NOT NULL UNIQUE,
+    request_id TEXT NOT NULL UNIQUE,
+    spec BLOB NOT NULL,
+    generation INTEGER NOT NULL,
+    submitted_unix_ms INTEGER NOT NULL,
+    uploaded_bytes INTEGER NOT NULL,
+    isa TEXT NOT NULL DEFAULT '',
+    state INTEGER NOT NULL DEFAULT 0,
+    error TEXT NOT NULL DEFAULT '',
+    finished_unix_ms INTEGER NOT NULL DEFAULT 0);
+  CREATE TABLE IF NOT EXISTS results (
+    job TEXT NOT NULL,
+    sequence INTEGER NOT NULL,
+    unit INTEGER NOT NULL,
+    digest TEXT NOT NULL,
+    end INTEGER NOT NULL,  -- of the payload within the job's result file
+    stats BLOB NOT NULL,
+    PRIMARY KEY (job, sequence)) WITHOUT ROWID;
+)";
+
+std::string text(const SQLite::Column& column) { return column.getString(); }
+
+/// The coordinator's one writer; readers only touch result files.
+class SqliteJournal final : public Journal {
+ public:
+  /// Throws SQLite::Exception.
+  explicit SqliteJournal(const std::filesystem::path& data_dir)
+      : data_dir_(data_dir),
+        database_(data_dir.empty() ? ":memory:" : (data_dir / "journal.sqlite").string(),
+                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE) {
+    database_.exec("PRAGMA journal_mode = WAL");
+    database_.exec("PRAGMA synchronous = FULL");
+    database_.exec(kSchema);
+  }
+
+  /// Checks the version and begins a new epoch. Throws SQLite::Exception.
+  absl::Status begin() {
+    SQLite::Transaction transaction(database_);
+    database_.exec(absl::StrCat("INSERT OR IGNORE INTO meta VALUES ('format', ", kFormatVersion, "), ('epoch', 0)"));
+    database_.exec("UPDATE meta SET value = value + 1 WHERE key = 'epoch'");
+    const int format = database_.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
+    if (format != kFormatVersion) {
+      return absl::FailedPreconditionError(absl::StrCat("the journal in ", data_dir_.string(), " has format ", format,
+                                                        "; this version knows format ", kFormatVersion));
+    }
+    epoch_ = static_cast<std::uint64_t>(database_.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
+    transaction.commit();
+    statements_.emplace(database_);
+    return absl::OkStatus();
+  }
+
+  std::uint64_t epoch() const override { return epoch_; }
+  absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override;
+  absl::Status commit(const std::vector<JournalEntry>& entries) override;
+  absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
+
+ private:
+  struct Statements {
+    explicit Statements(SQLite::Database& database)
+        : add(database,
+              "INSERT INTO jobs (id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes) "
+              "VALUES (?, ?, ?, ?, ?, ?)"),
+          bind(database, "UPDATE jobs SET isa = ? WHERE id = ?"),
+          end(database, "UPDATE jobs SET state = ?, error = ?, finished_unix_ms = ? WHERE id = ?"),
+          done(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?)") {}
+    SQLite::Statement add, bind, end, done;
+  };
+
+  absl::Status recover_job(JobRecord& record);
+  std::shared_ptr<ResultFile> results_of(const std::string& job);
+  absl::Status write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends);
+  void write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends);
+  void write_row(const JobAdded& entry, std::uint64_t end);
+  void write_row(const JobBound& entry, std::uint64_t end);
+  void write_row(const JobEnded& entry, std::uint64_t end);
+  void write_row(const UnitDone& entry, std::uint64_t end);
+
+  std::filesystem::path result_path(const std::string& job) const {
+    return data_dir_.empty() ? std::filesystem::path() : data_dir_ / "results" / job;
+  }
+
+  std::filesystem::path data_dir_;
+  std::uint64_t epoch_ = 0;
+
+  std::mutex database_mutex_;
+  SQLite::Database database_;
+  std::optional<Statements> statements_;
+  absl::Status health_;  // the first error of a commit
+
+  std::mutex results_mutex_;
+  absl::flat_hash_map<std::string, std::shared_ptr<ResultFile>> results_;
+};
+
+// SQLiteCpp speaks in exceptions; they end here.
+template <typename Function>
+absl::Status guarded(const char* what, Function function) {
+  try {
+    return function();
+  } catch (const SQLite::Exception& error) {
+    const std::string message = absl::StrCat("journal, ", what, ": ", error.what());
+    switch (error.getErrorCode()) {
+      case SQLITE_FULL:
+        return absl::ResourceExhaustedError(message);
+      case SQLITE_CORRUPT:
+      case SQLITE_NOTADB:
+        return absl::DataLossError(message);
+      default:
+        return absl::InternalError(message);
+    }
+  }
+}
+
+absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>& visit) {
+  const std::lock_guard lock(database_mutex_);
+  return guarded("recovery", [&]() -> absl::Status {
+    SQLite::Statement jobs(database_,
+                           "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, "
+                           "error, finished_unix_ms FROM jobs ORDER BY number");
+    while (jobs.executeStep()) {
+      JobRecord record;
+      record.added = {.id = text(jobs.getColumn(0)),
+                      .request_id = text(jobs.getColumn(1)),
+                      .spec = text(jobs.getColumn(2)),
+                      .generation = jobs.getColumn(3).getUInt(),
+                      .submitted_unix_ms = jobs.getColumn(4).getInt64(),
+                      .uploaded_bytes = static_cast<std::uint64_t>(jobs.getColumn(5).getInt64())};
+      record.isa = text(jobs.getColumn(6));
+      record.ended = {.id = record.added.id,
+                      .state = jobs.getColumn(7).getInt(),
+                      .error = text(jobs.getColumn(8)),
+                      .finished_unix_ms = jobs.getColumn(9).getInt64()};
+      if (absl::Status status = recover_job(record); !status.ok()) return status;
+      if (absl::Status status = visit(std::move(record)); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  });
+}
+
+absl::Status SqliteJournal::recover_job(JobRecord& record) {
+  SQLite::Statement rows(database_,
+                         "SELECT sequence, unit, digest, end, stats FROM results WHERE job = ? ORDER BY sequence");
+  rows.bind(1, record.added.id);
+  std::vector<std::uint64_t> ends;
+  while (rows.executeStep()) {
+    const std::int64_t sequence = rows.getColumn(0).getInt64();
+    const std::int64_t end = rows.getColumn(3).getInt64();
+    if (sequence != static_cast<std::int64_t>(ends.size()) + 1 || end < 0 ||
+        (!ends.empty() && static_cast<std::uint64_t>(end) < ends.back())) {
+      return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
+    }
+    ends.push_back(static_cast<std::uint64_t>(end));
+    record.results.push_back(
+        {.unit = rows.getColumn(1).getUInt(), .digest = text(rows.getColumn(2)), .stats = text(rows.getColumn(4))});
+  }
+  if (ends.empty()) return absl::OkStatus();
+  const auto file = std::make_shared<ResultFile>(result_path(record.added.id), std::move(ends));
+  results_[record.added.id] = file;
+  return file->check();
+}
+
+absl::Status SqliteJournal::commit(const std::vector<JournalEntry>& entries) {
+  const std::lock_guard lock(database_mutex_);
+  if (!health_.ok()) return health_;
+  // The payloads first: a row must never point to bytes that are not on the disk.
+  std::vector<std::uint64_t> ends(entries.size(), 0);
+  health_ = write_payloads(entries, ends);
+  if (health_.ok()) {
+    health_ = guarded("commit", [&] {
+      write_rows(entries, ends);
+      return absl::OkStatus();
+    });
+  }
+  if (!health_.ok()) return health_;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (const auto* const unit = std::get_if<UnitDone>(&entries[i])) results_of(unit->job)->keep(ends[i]);
+    if (const auto* const ended = std::get_if<JobEnded>(&entries[i])) results_of(ended->id)->close();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends) {
+  absl::flat_hash_set<std::shared_ptr<ResultFile>> touched;
+  bool made_file = false;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto* const unit = std::get_if<UnitDone>(&entries[i]);
+    if (unit == nullptr) continue;
+    const std::shared_ptr<ResultFile> file = results_of(unit->job);
+    const absl::StatusOr<std::uint64_t> end = file->append(unit->payload);
+    if (!end.ok()) return end.status();
+    ends[i] = *end;
+    made_file |= unit->sequence == 1;
+    touched.insert(file);
+  }
+  for (const std::shared_ptr<ResultFile>& file : touched) {
+    if (absl::Status status = file->sync(); !status.ok()) return status;
+  }
+  return made_file && !data_dir_.empty() ? sync_directory(data_dir_ / "results") : absl::OkStatus();
+}
+
+void SqliteJournal::write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends) {
+  SQLite::Transaction transaction(database_);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    std::visit([&](const auto& entry) { write_row(entry, ends[i]); }, entries[i]);
+  }
+  transaction.commit();
+}
+
+void SqliteJournal::write_row(const JobAdded& entry, std::uint64_t) {
+  SQLite::Statement& row = statements_->add;
+  row.reset();
+  row.bind(1, entry.id);
+  row.bind(2, entry.request_id);
+  row.bind(3, entry.spec.data(), static_cast<int>(entry.spec.size()));
+  row.bind(4, entry.generation);
+  row.bind(5, entry.submitted_unix_ms);
+  row.bind(6, static_cast<std::int64_t>(entry.uploaded_bytes));
+  row.exec();
+}
+
+void SqliteJournal::write_row(const JobBound& entry, std::uint64_t) {
+  SQLite::Statement& row = statements_->bind;
+  row.reset();
+  row.bind(1, entry.isa);
+  row.bind(2, entry.id);
+  row.exec();
+}
+
+void SqliteJournal::write_row(const JobEnded& entry, std::uint64_t) {
+  SQLite::Statement& row = statements_->end;
+  row.reset();
+  row.bind(1, entry.state);
+  row.bind(2, entry.error);
+  row.bind(3, entry.finished_unix_ms);
+  row.bind(4, entry.id);
+  row.exec();
+}
+
+void SqliteJournal::write_row(const UnitDone& entry, std::uint64_t end) {
+  SQLite::Statement& row = statements_->done;
+  row.reset();
+  row.bind(1, entry.job);
+  row.bind(2, static_cast<std::int64_t>(entry.sequence));
+  row.bind(3, entry.unit);
+  row.bind(4, entry.digest);
+  row.bind(5, static_cast<std::int64_t>(end));
+  row.bind(6, entry.stats.data(), static_cast<int>(entry.stats.size()));
+  row.exec();
+}
+
+std::shared_ptr<ResultFile> SqliteJournal::results_of(const std::string& job) {
+  const std::lock_guard lock(results_mutex_);
+  std::shared_ptr<ResultFile>& file = results_[job];
+  if (file == nullptr) file = std::make_shared<ResultFile>(result_path(job), std::vector<std::uint64_t>{});
+  return file;
+}
+
+absl::StatusOr<std::string> SqliteJournal::read_result(const std::string& job, std::uint64_t sequence) {
+  return results_of(job)->read(sequence);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir) {
+  std::unique_ptr<SqliteJournal> journal;
+  const absl::Status status = guarded("opening", [&] {
+    journal = std::make_unique<SqliteJournal>(data_dir);
+    return journal->begin();
+  });
+  if (!status.ok()) return status;
+  return journal;
+}
+
+}  // namespace tessera::server

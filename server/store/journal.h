@@ -1,0 +1,89 @@
+// What the coordinator must not forget: jobs, and the results of their units [docs/decisions/0002-journal-format.md].
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace tessera::server {
+
+/// A job as it was submitted.
+struct JobAdded {
+  std::string id;
+  std::string request_id;  // unique, chosen by the client
+  std::string spec;        // serialized JobSpec
+  std::uint32_t generation = 1;
+  std::int64_t submitted_unix_ms = 0;
+  std::uint64_t uploaded_bytes = 0;
+};
+
+/// A job's ISA was chosen.
+struct JobBound {
+  std::string id;
+  std::string isa;
+};
+
+/// A job is over.
+struct JobEnded {
+  std::string id;
+  int state = 0;  // v1::JobState
+  std::string error;
+  std::int64_t finished_unix_ms = 0;
+};
+
+/// A unit is done. Sequence numbers of a job go up by one from 1, in the order of commits.
+struct UnitDone {
+  std::string job;
+  std::uint64_t sequence = 0;
+  std::uint32_t unit = 0;
+  std::string digest;   // SHA-256 of the decoded result, hexadecimal
+  std::string payload;  // proto/wire/tile_result.h
+  std::string stats;    // serialized UnitStats
+};
+
+using JournalEntry = std::variant<JobAdded, JobBound, JobEnded, UnitDone>;
+
+/// Everything that was committed about a job but for its payloads.
+struct JobRecord {
+  JobAdded added;
+  std::string isa;
+  JobEnded ended;  // state 0 while it is open
+  struct Result {
+    std::uint32_t unit = 0;
+    std::string digest;
+    std::string stats;
+  };
+  std::vector<Result> results;  // by sequence number - 1
+};
+
+/// Safe to use from any number of threads.
+class Journal {
+ public:
+  virtual ~Journal() = default;
+
+  /// One more at each start.
+  virtual std::uint64_t epoch() const = 0;
+
+  /// Every job ever added, in that order. To be called once, before the first commit. DataLoss when the data is
+  /// damaged.
+  virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
+
+  /// All entries or none; durable when it returns OK. After an error nothing more is taken, for it is not known what
+  /// reached the disk.
+  virtual absl::Status commit(const std::vector<JournalEntry>& entries) = 0;
+
+  /// The payload of a committed result. OutOfRange when there is none of that number.
+  virtual absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) = 0;
+};
+
+/// In a data directory, made when there is nothing yet; an empty path: in memory. FailedPrecondition when a newer
+/// version wrote it.
+absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir);
+
+}  // namespace tessera::server

@@ -1,0 +1,49 @@
+// The payloads of one job's results, one after another in order of their sequence numbers.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "store/file.h"
+
+namespace tessera::server {
+
+/// One writer, any number of readers. The file is open only while the job is, so that old jobs cost no descriptor.
+class ResultFile {
+ public:
+  /// `ends[i]` is where result i + 1 ends, as journaled. What lies beyond the last was never acknowledged and is
+  /// overwritten. An empty path: in memory.
+  ResultFile(std::filesystem::path path, std::vector<std::uint64_t> ends);
+
+  /// DataLoss when the file is shorter than what was journaled.
+  absl::Status check() const;
+
+  /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
+  /// end.
+  absl::StatusOr<std::uint64_t> append(std::string_view payload);
+  /// Returns when everything appended is on the disk.
+  absl::Status sync();
+  void keep(std::uint64_t end);
+  /// No more results will come.
+  void close();
+
+  /// `sequence` from 1 on. OutOfRange when there is no such result.
+  absl::StatusOr<std::string> read(std::uint64_t sequence) const;
+
+ private:
+  bool in_memory() const { return path_.empty(); }
+
+  const std::filesystem::path path_;
+  mutable std::mutex mutex_;
+  std::optional<File> file_;
+  std::vector<std::uint64_t> ends_;
+  std::uint64_t appended_;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,75 @@
+// Drives the scheduler from text, in the manner of the interaction tests of etcd's raft.
+//
+// A scenario is a list of blocks: commands, a line of dashes, the expected output, an empty line. A line that begins
+// with # is for people. Commands (names are free, times are in seconds, a lease is JOB/UNIT#ATTEMPT, with @EPOCH when
+// it is not of the current epoch):
+//
+//   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N]
+//   cancel JOB
+//   job JOB
+//   register WORKER [isa=NAME] [also=NAME] [threads=N]
+//   deregister WORKER
+//   drain WORKER
+//   workers
+//   lease WORKER COUNT [scenes=NAME,NAME]
+//   heartbeat WORKER LEASE...
+//   complete WORKER LEASE [result=N]
+//   fail WORKER LEASE [scene]
+//   advance SECONDS
+//   restart                 as after a crash of the coordinator: only jobs, ISAs and results are left
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scheduler/scheduler.h"
+
+namespace tessera::server {
+
+class ScenarioRunner {
+ public:
+  ScenarioRunner();
+
+  /// Executes one command line; its output, ending in a newline.
+  std::string run(const std::string& line);
+
+ private:
+  using Words = std::vector<std::string>;
+  struct Arguments {
+    Words positional;
+    std::map<std::string, std::string> named;
+    std::string get(const std::string& name, const std::string& otherwise) const;
+  };
+
+  std::string submit(const Arguments& arguments);
+  std::string show_job(const std::string& id) const;
+  std::string register_worker(const Arguments& arguments);
+  std::string show_workers() const;
+  std::string lease(const Arguments& arguments);
+  std::string heartbeat(const Arguments& arguments);
+  std::string complete(const Arguments& arguments);
+  std::string fail(const Arguments& arguments);
+  std::string advance(const std::string& seconds);
+  std::string restart();
+
+  v1::LeaseToken token(const std::string& text) const;
+  std::string text(const v1::LeaseToken& token) const;
+
+  // What a journal would hold.
+  struct Record {
+    JobRequest request;
+    std::vector<std::pair<std::uint32_t, ResultFingerprint>> done;
+  };
+
+  std::uint64_t epoch_ = 1;
+  Time now_{0};
+  std::unique_ptr<Scheduler> scheduler_;
+  std::vector<Record> journal_;
+};
+
+/// A job whose film is a row of `tiles` tiles, with `ranges` sample ranges.
+std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges);
+
+}  // namespace tessera::server

@@ -1,0 +1,24 @@
+#include "wire/status.h"
+
+#include <gmock/gmock.h>
+#include <grpcpp/support/status.h>
+#include <gtest/gtest.h>
+
+namespace tessera::wire {
+namespace {
+
+TEST(Status, EveryCodeSurvivesTheWay) {
+  for (int code = 0; code <= 16; ++code) {
+    const absl::Status status(static_cast<absl::StatusCode>(code), "why");
+    EXPECT_EQ(from_grpc(to_grpc(status), "Lease at here").code(), status.code());
+  }
+}
+
+TEST(Status, TheMessageNamesTheCall) {
+  const absl::Status status = from_grpc({grpc::StatusCode::NOT_FOUND, "no job 7"}, "GetJob at 127.0.0.1:7070");
+  EXPECT_EQ(status.message(), "GetJob at 127.0.0.1:7070: no job 7");
+  EXPECT_TRUE(from_grpc(grpc::Status::OK, "GetJob").ok());
+}
+
+}  // namespace
+}  // namespace tessera::wire

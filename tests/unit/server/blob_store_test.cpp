@@ -1,0 +1,147 @@
+#include "store/blob_store.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+#include "store/data_dir.h"
+#include "support/temp_dir.h"
+#include "wire/digest.h"
+
+namespace tessera::server {
+namespace {
+
+class BlobStoreTest : public testing::TestWithParam<bool> {
+ protected:
+  BlobStoreTest() {
+    if (GetParam()) {
+      EXPECT_TRUE(DataDir::open(directory_.path()).ok());
+      store_ = make_file_blob_store(directory_.path());
+    } else {
+      store_ = make_memory_blob_store();
+    }
+    std::mt19937 random(5);
+    for (char& c : bytes_) c = static_cast<char>(random());
+    digest_ = wire::sha256_hex(bytes_);
+  }
+
+  std::string read_all() {
+    const auto reader = store_->read(digest_);
+    EXPECT_TRUE(reader.ok()) << reader.status();
+    return reader.ok() ? (*reader)->read(0, (*reader)->size()).value() : "";
+  }
+
+  support::TempDir directory_;
+  std::unique_ptr<BlobStore> store_;
+  std::string bytes_ = std::string(3'000'000, '\0');
+  std::string digest_;
+};
+
+TEST_P(BlobStoreTest, StoresWholeBlobs) {
+  EXPECT_EQ(store_->read(digest_).status().code(), absl::StatusCode::kNotFound);
+  auto writer = store_->write(digest_, 0).value();
+  ASSERT_TRUE(writer->append(std::string_view(bytes_).substr(0, 1000)).ok());
+  EXPECT_EQ(store_->read(digest_).status().code(), absl::StatusCode::kNotFound) << "not before it is whole";
+  ASSERT_TRUE(writer->append(std::string_view(bytes_).substr(1000)).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  EXPECT_TRUE(store_->query(digest_).complete);
+  EXPECT_EQ(read_all(), bytes_);
+  const auto reader = store_->read(digest_).value();
+  EXPECT_EQ(reader->read(bytes_.size() - 3, 10).value(), bytes_.substr(bytes_.size() - 3));
+  EXPECT_EQ(reader->read(bytes_.size() + 3, 10).value(), "");
+  writer.reset();
+  EXPECT_EQ(store_->write(digest_, 0).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_P(BlobStoreTest, AnUploadGoesOnWhereItBroke) {
+  {
+    auto writer = store_->write(digest_, 0).value();
+    ASSERT_TRUE(writer->append(std::string_view(bytes_).substr(0, 2'000'000)).ok());
+  }
+  const UploadState state = store_->query(digest_);
+  EXPECT_FALSE(state.complete);
+  EXPECT_EQ(state.stored_bytes, 2'000'000u);
+  EXPECT_EQ(store_->write(digest_, 1'999'999).status().code(), absl::StatusCode::kOutOfRange);
+  auto writer = store_->write(digest_, 2'000'000).value();
+  ASSERT_TRUE(writer->append(std::string_view(bytes_).substr(2'000'000)).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  EXPECT_EQ(read_all(), bytes_);
+}
+
+TEST_P(BlobStoreTest, WrongBytesAreDroppedAtTheEnd) {
+  {
+    auto writer = store_->write(digest_, 0).value();
+    ASSERT_TRUE(writer->append("something else").ok());
+    EXPECT_EQ(writer->finish().code(), absl::StatusCode::kDataLoss);
+  }
+  EXPECT_EQ(store_->query(digest_).stored_bytes, 0u);
+  auto writer = store_->write(digest_, 0).value();
+  ASSERT_TRUE(writer->append(bytes_).ok());
+  EXPECT_TRUE(writer->finish().ok());
+}
+
+TEST_P(BlobStoreTest, OneWriterABlob) {
+  auto writer = store_->write(digest_, 0).value();
+  EXPECT_EQ(store_->write(digest_, 0).status().code(), absl::StatusCode::kUnavailable);
+  writer.reset();
+  EXPECT_TRUE(store_->write(digest_, 0).ok());
+}
+
+TEST_P(BlobStoreTest, AnEmptyBlobIsABlob) {
+  const std::string digest = wire::sha256_hex("");
+  auto writer = store_->write(digest, 0).value();
+  ASSERT_TRUE(writer->finish().ok());
+  EXPECT_TRUE(store_->query(digest).complete);
+  EXPECT_EQ(store_->read(digest).value()->size(), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, BlobStoreTest, testing::Bool(),
+                         [](const auto& store) { return store.param ? "File" : "Memory"; });
+
+TEST(FileBlobStore, OutlivesTheProcessAndNoticesTornParts) {
+  const support::TempDir directory;
+  ASSERT_TRUE(DataDir::open(directory.path()).ok());
+  const std::string bytes(100'000, 'b');
+  const std::string digest = wire::sha256_hex(bytes);
+  {
+    auto writer = make_file_blob_store(directory.path())->write(digest, 0).value();
+    ASSERT_TRUE(writer->append(std::string_view(bytes).substr(0, 50'000)).ok());
+  }
+  // As after a power cut: the length is there, the contents are not.
+  std::filesystem::resize_file(directory.path() / "partial" / digest, 0);
+  std::filesystem::resize_file(directory.path() / "partial" / digest, 50'000);
+
+  const auto store = make_file_blob_store(directory.path());
+  EXPECT_EQ(store->query(digest).stored_bytes, 50'000u);
+  {
+    auto writer = store->write(digest, 50'000).value();
+    ASSERT_TRUE(writer->append(std::string_view(bytes).substr(50'000)).ok());
+    EXPECT_EQ(writer->finish().code(), absl::StatusCode::kDataLoss);
+  }
+  auto writer = store->write(digest, 0).value();
+  ASSERT_TRUE(writer->append(bytes).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  EXPECT_TRUE(make_file_blob_store(directory.path())->query(digest).complete);
+}
+
+TEST(DataDir, BelongsToOneAtATime) {
+  const support::TempDir directory;
+  {
+    const auto first = DataDir::open(directory.path());
+    ASSERT_TRUE(first.ok());
+    EXPECT_EQ(DataDir::open(directory.path()).status().code(), absl::StatusCode::kFailedPrecondition);
+  }
+  EXPECT_TRUE(DataDir::open(directory.path()).ok());
+}
+
+TEST(DataDir, SaysWhatItCannotMake) {
+  const support::TempDir directory;
+  std::ofstream(directory.path() / "file") << "x";
+  const auto opened = DataDir::open(directory.path() / "file" / "state");
+  EXPECT_FALSE(opened.ok());
+  EXPECT_NE(std::string(opened.status().message()).find("state"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,87 @@
+#include "store/commit_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <semaphore>
+
+namespace tessera::server {
+namespace {
+
+/// Lets the test decide when a commit ends, and how.
+class SlowJournal final : public Journal {
+ public:
+  std::uint64_t epoch() const override { return 1; }
+  absl::Status recover(const std::function<absl::Status(JobRecord)>&) override { return absl::OkStatus(); }
+  absl::Status commit(const std::vector<JournalEntry>& entries) override {
+    begun_.release();
+    ended_.acquire();
+    sizes.push_back(entries.size());
+    return result;
+  }
+  absl::StatusOr<std::string> read_result(const std::string&, std::uint64_t) override { return ""; }
+
+  void await_begin() { begun_.acquire(); }
+  void end_commit() { ended_.release(); }
+
+  std::vector<std::size_t> sizes;
+  absl::Status result;
+
+ private:
+  std::counting_semaphore<> begun_{0}, ended_{0};
+};
+
+UnitDone unit(std::uint64_t sequence) {
+  UnitDone done;
+  done.sequence = sequence;
+  done.payload = "1234567890";
+  return done;
+}
+
+TEST(CommitQueue, WhatComesDuringACommitGoesTogetherIntoTheNext) {
+  SlowJournal journal;
+  std::vector<int> order;
+  {
+    CommitQueue queue(journal);
+    queue.push({unit(1)}, [&](const absl::Status&) { order.push_back(1); });
+    journal.await_begin();
+    for (int i = 2; i <= 4; ++i) {
+      queue.push({unit(static_cast<std::uint64_t>(i))}, [&order, i](const absl::Status&) { order.push_back(i); });
+    }
+    EXPECT_EQ(queue.waiting_bytes(), 40u);
+    journal.end_commit();
+    journal.await_begin();
+    journal.end_commit();
+  }
+  EXPECT_EQ(journal.sizes, (std::vector<std::size_t>{1, 3}));
+  EXPECT_EQ(order, (std::vector<int>{1, 2, 3, 4}));
+}
+
+TEST(CommitQueue, ACallWithoutEntriesWaitsForThoseBefore) {
+  SlowJournal journal;
+  CommitQueue queue(journal);
+  std::promise<void> first, barrier;
+  queue.push({unit(1)}, [&](const absl::Status&) { first.set_value(); });
+  queue.push({}, [&](const absl::Status&) { barrier.set_value(); });
+  auto first_done = first.get_future(), barrier_done = barrier.get_future();
+  journal.await_begin();
+  EXPECT_EQ(barrier_done.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+  journal.end_commit();
+  barrier_done.wait();
+  EXPECT_EQ(first_done.wait_for(std::chrono::seconds(0)), std::future_status::ready);
+}
+
+TEST(CommitQueue, ErrorsReachTheCallers) {
+  SlowJournal journal;
+  journal.result = absl::InternalError("disk");
+  absl::Status seen;
+  {
+    CommitQueue queue(journal);
+    queue.push({unit(1)}, [&](const absl::Status& status) { seen = status; });
+    journal.end_commit();
+  }
+  EXPECT_EQ(seen, journal.result);
+}
+
+}  // namespace
+}  // namespace tessera::server

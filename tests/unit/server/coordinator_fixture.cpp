@@ -1,0 +1,144 @@
+#include "coordinator_fixture.h"
+
+#include <google/protobuf/util/time_util.h>
+
+#include "service/in_process.h"
+#include "wire/digest.h"
+#include "wire/limits.h"
+#include "wire/tile_result.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+
+using google::protobuf::util::TimeUtil;
+
+std::string payload_for(const v1::WorkUnit& unit, int seed) {
+  const v1::PixelRect& pixels = unit.tile().pixels();
+  const v1::SampleRange& samples = unit.tile().samples();
+  wire::TileResult result;
+  result.x0 = pixels.x0(), result.y0 = pixels.y0(), result.x1 = pixels.x1(), result.y1 = pixels.y1();
+  result.sample_begin = samples.begin(), result.sample_end = samples.end();
+  result.channels = wire::channels_for_aovs({}).value();
+  result.counts.assign(result.pixel_count(), samples.end() - samples.begin());
+  result.values.assign(result.pixel_count() * result.channels.size(), static_cast<float>(seed) + 0.5f);
+  return wire::encode_tile_result(result);
+}
+
+void CoordinatorTest::start(const std::filesystem::path& data_dir) {
+  stop();
+  CoordinatorOptions options;
+  options.data_dir = data_dir;
+  auto started = Coordinator::start(options);
+  ASSERT_TRUE(started.ok()) << started.status();
+  coordinator_ = *std::move(started);
+  const auto channel = in_process_channel(*coordinator_);
+  farm_ = v1::FarmService::NewStub(channel);
+  work_ = v1::WorkService::NewStub(channel);
+  blobs_ = v1::BlobService::NewStub(channel);
+}
+
+void CoordinatorTest::stop() { coordinator_.reset(); }
+
+grpc::Status CoordinatorTest::upload(const std::string& bytes) {
+  grpc::ClientContext context;
+  v1::UploadResponse response;
+  const auto stream = blobs_->Upload(&context, &response);
+  v1::UploadRequest chunk;
+  chunk.mutable_blob()->set_digest(wire::sha256_hex(bytes));
+  chunk.mutable_blob()->set_size_bytes(bytes.size());
+  for (std::size_t at = 0; at == 0 || at < bytes.size(); at += wire::kBlobChunkBytes) {
+    chunk.set_data(bytes.substr(at, wire::kBlobChunkBytes));
+    if (!stream->Write(chunk)) break;
+    chunk.clear_blob();
+  }
+  stream->WritesDone();
+  return stream->Finish();
+}
+
+v1::JobSpec CoordinatorTest::job_spec(std::uint32_t ranges) {
+  const std::string scene = "a scene";
+  EXPECT_TRUE(upload(scene).ok());
+  v1::JobSpec spec;
+  spec.set_name("test");
+  spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
+  spec.set_width(32);
+  spec.set_height(32);
+  spec.mutable_crop()->set_x1(32);
+  spec.mutable_crop()->set_y1(32);
+  spec.set_tile_size(16);
+  spec.set_samples_per_unit(4);
+  spec.mutable_settings()->set_spp(4 * ranges);
+  return spec;
+}
+
+std::string CoordinatorTest::submit(const v1::JobSpec& spec) {
+  grpc::ClientContext context;
+  v1::SubmitJobRequest request;
+  request.set_request_id("request " + std::to_string(++requests_));
+  *request.mutable_spec() = spec;
+  v1::SubmitJobResponse response;
+  const grpc::Status status = farm_->SubmitJob(&context, request, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return response.job_id();
+}
+
+v1::JobStatus CoordinatorTest::job(const std::string& id) {
+  grpc::ClientContext context;
+  v1::GetJobRequest request;
+  request.set_job_id(id);
+  v1::GetJobResponse response;
+  EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
+  return response.status();
+}
+
+std::vector<v1::WatchJobResponse> CoordinatorTest::watch(const v1::WatchJobRequest& request, grpc::StatusCode code) {
+  grpc::ClientContext context;
+  const auto stream = farm_->WatchJob(&context, request);
+  std::vector<v1::WatchJobResponse> messages;
+  for (v1::WatchJobResponse message; stream->Read(&message);) messages.push_back(message);
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), code) << status.error_message();
+  return messages;
+}
+
+std::string CoordinatorTest::register_worker(const std::string& isa) {
+  grpc::ClientContext context;
+  v1::RegisterRequest request;
+  request.set_protocol(wire::kProtocolVersion);
+  request.set_build(wire::build_version());
+  request.set_isa(isa);
+  request.add_supported_isas(isa);
+  request.set_name("test worker");
+  request.set_threads(2);
+  v1::RegisterResponse response;
+  const grpc::Status status = work_->Register(&context, request, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return response.worker_id();
+}
+
+v1::LeaseResponse CoordinatorTest::lease(const std::string& worker, std::uint32_t units,
+                                         std::chrono::milliseconds wait) {
+  grpc::ClientContext context;
+  v1::LeaseRequest request;
+  request.set_worker_id(worker);
+  request.set_max_units(units);
+  *request.mutable_max_wait() = TimeUtil::MillisecondsToDuration(wait.count());
+  v1::LeaseResponse response;
+  const grpc::Status status = work_->Lease(&context, request, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return response;
+}
+
+grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Lease& lease, const std::string& payload) {
+  grpc::ClientContext context;
+  v1::CompleteRequest request;
+  request.set_worker_id(worker);
+  *request.mutable_token() = lease.token();
+  request.set_payload(payload);
+  request.mutable_stats()->set_samples(100);
+  request.mutable_stats()->mutable_cpu_time()->set_nanos(700'000'000);
+  v1::CompleteResponse response;
+  return work_->Complete(&context, request, &response);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,49 @@
+// A coordinator within the test's process, and what clients and workers do with it.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "service/coordinator.h"
+#include "tessera/v1/blob.grpc.pb.h"
+#include "tessera/v1/farm.grpc.pb.h"
+#include "tessera/v1/work.grpc.pb.h"
+
+namespace tessera::server {
+
+/// Of a unit, with values that depend on `seed`.
+std::string payload_for(const v1::WorkUnit& unit, int seed = 0);
+
+class CoordinatorTest : public testing::Test {
+ protected:
+  /// Stops the one that runs, and starts another; an empty path keeps everything in memory.
+  void start(const std::filesystem::path& data_dir = {});
+  void stop();
+
+  grpc::Status upload(const std::string& bytes);
+  /// A spec of 2 x 2 tiles and `ranges` sample ranges, whose scene was uploaded.
+  v1::JobSpec job_spec(std::uint32_t ranges = 1);
+  std::string submit(const v1::JobSpec& spec);
+  v1::JobStatus job(const std::string& id);
+  /// Reads the whole stream; its status is OK unless told otherwise.
+  std::vector<v1::WatchJobResponse> watch(const v1::WatchJobRequest& request,
+                                          grpc::StatusCode code = grpc::StatusCode::OK);
+
+  std::string register_worker(const std::string& isa = "avx2");
+  v1::LeaseResponse lease(const std::string& worker, std::uint32_t units, std::chrono::milliseconds wait = {});
+  grpc::Status complete(const std::string& worker, const v1::Lease& lease, const std::string& payload);
+
+  std::unique_ptr<Coordinator> coordinator_;
+  std::unique_ptr<v1::FarmService::Stub> farm_;
+  std::unique_ptr<v1::WorkService::Stub> work_;
+  std::unique_ptr<v1::BlobService::Stub> blobs_;
+  int requests_ = 0;
+};
+
+}  // namespace tessera::server

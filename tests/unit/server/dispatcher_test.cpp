@@ -1,0 +1,67 @@
+#include "service/dispatcher.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+
+namespace tessera::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Dispatcher, WhatIsParkedIsTriedWhenThereIsWork) {
+  Dispatcher dispatcher([] {});
+  std::atomic<bool> work = false;
+  std::promise<bool> answered;
+  dispatcher.park(Dispatcher::Clock::now() + 1h, [&](bool last) {
+    if (!work) return false;
+    answered.set_value(last);
+    return true;
+  });
+  work = true;
+  dispatcher.notify_work();
+  EXPECT_FALSE(answered.get_future().get());
+}
+
+TEST(Dispatcher, TheLastTryComesAtTheDeadline) {
+  Dispatcher dispatcher([] {});
+  std::promise<void> answered;
+  dispatcher.park(Dispatcher::Clock::now(), [&](bool last) {
+    if (last) answered.set_value();
+    return last;
+  });
+  answered.get_future().get();
+}
+
+TEST(Dispatcher, StoppingAnswersAllAndLaterOnesAtOnce) {
+  int last_tries = 0, wakes = 0;
+  Dispatcher dispatcher([] {});
+  const auto attempt = [&](bool last) { return last && ++last_tries > 0; };
+  dispatcher.park(Dispatcher::Clock::now() + 1h, attempt);
+  dispatcher.stop();
+  EXPECT_EQ(last_tries, 1);
+  dispatcher.park(Dispatcher::Clock::now() + 1h, attempt);
+  EXPECT_EQ(last_tries, 2);
+  dispatcher.subscribe([&] { return ++wakes < 0; });
+  EXPECT_EQ(wakes, 1);
+}
+
+TEST(Dispatcher, SubscribersAreWokenUntilTheyHaveEnough) {
+  Dispatcher dispatcher([] {});
+  std::promise<void> woken_thrice;
+  int wakes = 0;
+  dispatcher.subscribe([&] {
+    dispatcher.notify_news();
+    if (++wakes < 3) return true;
+    woken_thrice.set_value();
+    return false;
+  });
+  dispatcher.notify_news();
+  woken_thrice.get_future().get();
+  dispatcher.stop();
+  EXPECT_EQ(wakes, 3);
+}
+
+}  // namespace
+}  // namespace tessera::server

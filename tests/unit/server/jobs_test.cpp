@@ -1,0 +1,168 @@
+// FarmService.
+#include <gmock/gmock.h>
+
+#include <future>
+#include <set>
+
+#include "coordinator_fixture.h"
+
+namespace tessera::server {
+namespace {
+
+class JobsTest : public CoordinatorTest {
+ protected:
+  void SetUp() override { start(); }
+
+  grpc::Status try_submit(const std::string& request_id, const v1::JobSpec& spec, std::string* id = nullptr) {
+    grpc::ClientContext context;
+    v1::SubmitJobRequest request;
+    request.set_request_id(request_id);
+    *request.mutable_spec() = spec;
+    v1::SubmitJobResponse response;
+    const grpc::Status status = farm_->SubmitJob(&context, request, &response);
+    if (id != nullptr) *id = response.job_id();
+    return status;
+  }
+
+  grpc::Status cancel(const std::string& id) {
+    grpc::ClientContext context;
+    v1::CancelJobRequest request;
+    request.set_job_id(id);
+    v1::CancelJobResponse response;
+    return farm_->CancelJob(&context, request, &response);
+  }
+
+  void render_all(const std::string& worker) {
+    const v1::LeaseResponse leases = lease(worker, 100);
+    for (const v1::Lease& lease : leases.leases()) {
+      ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+    }
+  }
+
+  static v1::WatchJobRequest watch_request(const std::string& id, std::uint64_t after = 0) {
+    v1::WatchJobRequest request;
+    request.set_job_id(id);
+    request.set_after(after);
+    return request;
+  }
+};
+
+TEST_F(JobsTest, AJobFromSubmissionToTheLastResult) {
+  const std::string id = submit(job_spec(2));
+  EXPECT_EQ(job(id).state(), v1::QUEUED);
+  EXPECT_EQ(job(id).units_total(), 8u);
+  EXPECT_EQ(job(id).uploaded_bytes(), std::string("a scene").size());
+  auto watched = std::async([&] { return watch(watch_request(id)); });
+  const std::string worker = register_worker();
+  render_all(worker);
+
+  const std::vector<v1::WatchJobResponse> messages = watched.get();
+  std::uint64_t sequence = 0;
+  std::set<std::uint32_t> units;
+  for (const v1::WatchJobResponse& message : messages) {
+    for (const v1::UnitResult& result : message.results()) {
+      EXPECT_EQ(result.sequence(), ++sequence);
+      units.insert(result.unit().index());
+      EXPECT_EQ(result.payload(), payload_for(result.unit()));
+    }
+  }
+  EXPECT_EQ(units.size(), 8u);
+  const v1::JobStatus last = messages.back().status();
+  EXPECT_EQ(last.state(), v1::DONE);
+  EXPECT_EQ(last.units_done(), 8u);
+  EXPECT_EQ(last.isa(), "avx2");
+  EXPECT_EQ(last.stats().samples(), 800u);
+  EXPECT_EQ(last.stats().cpu_time().seconds(), 5);  // 8 * 0.7 s
+  EXPECT_EQ(last.stats().cpu_time().nanos(), 600'000'000);
+  EXPECT_GE(last.finished_unix_ms(), last.submitted_unix_ms());
+}
+
+TEST_F(JobsTest, AWatcherComesLateOrComesBack) {
+  const std::string id = submit(job_spec());
+  render_all(register_worker());
+  EXPECT_EQ(watch(watch_request(id)).back().results_size(), 4);
+  const auto rest = watch(watch_request(id, 3));
+  ASSERT_EQ(rest.back().results_size(), 1);
+  EXPECT_EQ(rest.back().results(0).sequence(), 4u);
+  EXPECT_EQ(watch(watch_request(id, 4)).back().results_size(), 0);
+  v1::WatchJobRequest status_only = watch_request(id);
+  status_only.set_status_only(true);
+  EXPECT_EQ(watch(status_only).back().results_size(), 0);
+  watch(watch_request("nothing"), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(JobsTest, CancellingEndsTheStream) {
+  const std::string id = submit(job_spec());
+  auto watched = std::async([&] { return watch(watch_request(id)); });
+  EXPECT_TRUE(cancel(id).ok());
+  EXPECT_EQ(watched.get().back().status().state(), v1::CANCELLED);
+  EXPECT_TRUE(cancel(id).ok());
+  EXPECT_EQ(cancel("nothing").error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(JobsTest, AFailedJobSaysWhy) {
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  v1::FailRequest request;
+  request.set_worker_id(worker);
+  *request.mutable_token() = lease(worker, 1).leases(0).token();
+  request.set_message("mesh 3: index out of range");
+  request.set_scene_fault(true);
+  grpc::ClientContext context;
+  v1::FailResponse response;
+  ASSERT_TRUE(work_->Fail(&context, request, &response).ok());
+  const auto last = watch(watch_request(id)).back().status();
+  EXPECT_EQ(last.state(), v1::FAILED);
+  EXPECT_EQ(last.error(), "mesh 3: index out of range");
+}
+
+TEST_F(JobsTest, SubmittingTwiceIsOneJob) {
+  const v1::JobSpec spec = job_spec();
+  std::string first, second, other;
+  ASSERT_TRUE(try_submit("x", spec, &first).ok());
+  ASSERT_TRUE(try_submit("x", spec, &second).ok());
+  ASSERT_TRUE(try_submit("y", spec, &other).ok());
+  EXPECT_EQ(first, second);
+  EXPECT_NE(first, other);
+  grpc::ClientContext context;
+  v1::ListJobsResponse jobs;
+  ASSERT_TRUE(farm_->ListJobs(&context, {}, &jobs).ok());
+  ASSERT_EQ(jobs.jobs_size(), 2);
+  EXPECT_EQ(jobs.jobs(0).job_id(), first);
+}
+
+TEST_F(JobsTest, UnsoundJobsAreRefused) {
+  v1::JobSpec spec = job_spec();
+  EXPECT_EQ(try_submit("", spec).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  spec.add_blobs()->set_digest(std::string(64, 'e'));
+  spec.mutable_blobs(0)->set_path("kitchen.ply");
+  const grpc::Status missing = try_submit("a", spec);
+  EXPECT_EQ(missing.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(missing.error_message(), testing::HasSubstr("kitchen.ply"));
+  spec.clear_blobs();
+  spec.set_tile_size(0);
+  EXPECT_EQ(try_submit("a", spec).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(JobsTest, ShutdownEndsEveryCall) {
+  const std::string id = submit(job_spec());
+  auto watched = std::async([&] { watch(watch_request(id), grpc::StatusCode::UNAVAILABLE); });
+  v1::LeaseRequest request;
+  request.set_worker_id(register_worker("avx512"));
+  // Takes the four units, so that the next call waits.
+  EXPECT_EQ(lease(request.worker_id(), 4).leases_size(), 4);
+  request.set_max_units(1);
+  request.mutable_max_wait()->set_seconds(20);
+  auto leased = std::async([&] {
+    grpc::ClientContext context;
+    v1::LeaseResponse response;
+    return work_->Lease(&context, request, &response).error_code();
+  });
+  coordinator_->request_shutdown();
+  EXPECT_TRUE(coordinator_->wait().ok());
+  EXPECT_EQ(leased.get(), grpc::StatusCode::UNAVAILABLE);
+  watched.get();
+}
+
+}  // namespace
+}  // namespace tessera::server

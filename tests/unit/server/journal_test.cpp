@@ -1,0 +1,212 @@
+#include "store/journal.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "absl/strings/str_cat.h"
+#include "store/data_dir.h"
+#include "support/temp_dir.h"
+#include "wire/digest.h"
+
+namespace tessera::server {
+namespace {
+
+std::string payload_of(const std::string& job, std::uint64_t sequence) {
+  return std::string(1000 + sequence % 7, static_cast<char>('a' + sequence % 26)) + job;
+}
+
+UnitDone unit_done(const std::string& job, std::uint64_t sequence) {
+  const std::string payload = payload_of(job, sequence);
+  return {.job = job,
+          .sequence = sequence,
+          .unit = static_cast<std::uint32_t>(sequence * 3),
+          .digest = wire::sha256_hex(payload),
+          .payload = payload,
+          .stats = absl::StrCat("stats ", sequence)};
+}
+
+JobAdded job_added(const std::string& id) {
+  return {.id = id,
+          .request_id = "request " + id,
+          .spec = std::string("spec\0with a zero", 16),
+          .generation = 2,
+          .submitted_unix_ms = 1'700'000'000'000,
+          .uploaded_bytes = 12};
+}
+
+std::vector<JobRecord> recover(Journal& journal) {
+  std::vector<JobRecord> records;
+  EXPECT_TRUE(journal
+                  .recover([&](JobRecord record) {
+                    records.push_back(std::move(record));
+                    return absl::OkStatus();
+                  })
+                  .ok());
+  return records;
+}
+
+class JournalTest : public testing::Test {
+ protected:
+  JournalTest() { EXPECT_TRUE(DataDir::open(directory_.path()).ok()); }
+  std::unique_ptr<Journal> open() { return open_journal(directory_.path()).value(); }
+  std::filesystem::path results(const std::string& job) const { return directory_.path() / "results" / job; }
+
+  support::TempDir directory_;
+};
+
+TEST_F(JournalTest, RemembersEverything) {
+  {
+    auto journal = open();
+    EXPECT_EQ(journal->epoch(), 1u);
+    EXPECT_TRUE(recover(*journal).empty());
+    ASSERT_TRUE(journal->commit({job_added("b"), job_added("a")}).ok());
+    ASSERT_TRUE(journal->commit({unit_done("b", 1), JobBound{"a", "avx2"}, unit_done("b", 2)}).ok());
+    ASSERT_TRUE(journal->commit({unit_done("a", 1), JobEnded{"a", 5, "no more", 17}}).ok());
+    EXPECT_EQ(journal->read_result("b", 2).value(), payload_of("b", 2));
+    EXPECT_EQ(journal->read_result("a", 1).value(), payload_of("a", 1));
+  }
+  auto journal = open();
+  EXPECT_EQ(journal->epoch(), 2u);
+  const std::vector<JobRecord> records = recover(*journal);
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(records[0].added.id, "b") << "in the order of submission";
+  EXPECT_EQ(records[0].added.request_id, "request b");
+  EXPECT_EQ(records[0].added.spec, job_added("b").spec);
+  EXPECT_EQ(records[0].added.generation, 2u);
+  EXPECT_EQ(records[0].added.submitted_unix_ms, 1'700'000'000'000);
+  EXPECT_EQ(records[0].added.uploaded_bytes, 12u);
+  EXPECT_EQ(records[0].ended.state, 0);
+  ASSERT_EQ(records[0].results.size(), 2u);
+  EXPECT_EQ(records[0].results[1].unit, 6u);
+  EXPECT_EQ(records[0].results[1].digest, wire::sha256_hex(payload_of("b", 2)));
+  EXPECT_EQ(records[0].results[1].stats, "stats 2");
+  EXPECT_EQ(records[1].isa, "avx2");
+  EXPECT_EQ(records[1].ended.state, 5);
+  EXPECT_EQ(records[1].ended.error, "no more");
+  EXPECT_EQ(records[1].ended.finished_unix_ms, 17);
+  for (std::uint64_t sequence : {1, 2})
+    EXPECT_EQ(journal->read_result("b", sequence).value(), payload_of("b", sequence));
+  EXPECT_EQ(journal->read_result("a", 1).value(), payload_of("a", 1));
+}
+
+TEST_F(JournalTest, InMemoryIsTheSameWithoutAFile) {
+  auto journal = open_journal({}).value();
+  EXPECT_TRUE(recover(*journal).empty());
+  ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2)}).ok());
+  ASSERT_TRUE(journal->commit({unit_done("a", 3), JobEnded{"a", 3, "", 1}}).ok());
+  for (std::uint64_t sequence : {1, 2, 3})
+    EXPECT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
+}
+
+TEST_F(JournalTest, ThereIsNothingBeyondTheLastResult) {
+  auto journal = open();
+  ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1)}).ok());
+  for (std::uint64_t sequence : {0, 2}) {
+    EXPECT_EQ(journal->read_result("a", sequence).status().code(), absl::StatusCode::kOutOfRange);
+  }
+  EXPECT_EQ(journal->read_result("b", 1).status().code(), absl::StatusCode::kOutOfRange);
+}
+
+TEST_F(JournalTest, ACommitIsAllOrNothingAndAnErrorIsTheEnd) {
+  {
+    auto journal = open();
+    ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1)}).ok());
+    EXPECT_FALSE(journal->commit({unit_done("a", 2), job_added("a")}).ok()) << "the id is taken";
+    EXPECT_FALSE(journal->commit({unit_done("a", 2)}).ok());
+  }
+  auto journal = open();
+  EXPECT_EQ(recover(*journal)[0].results.size(), 1u);
+  ASSERT_TRUE(journal->commit({unit_done("a", 2)}).ok());
+  EXPECT_EQ(journal->read_result("a", 2).value(), payload_of("a", 2));
+}
+
+TEST_F(JournalTest, PayloadsWithoutARowAreOverwritten) {
+  {
+    auto journal = open();
+    ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1)}).ok());
+  }
+  std::ofstream(results("a"), std::ios::app) << "half of a payload whose commit never";
+  auto journal = open();
+  ASSERT_EQ(recover(*journal)[0].results.size(), 1u);
+  ASSERT_TRUE(journal->commit({unit_done("a", 2)}).ok());
+  EXPECT_EQ(journal->read_result("a", 1).value(), payload_of("a", 1));
+  EXPECT_EQ(journal->read_result("a", 2).value(), payload_of("a", 2));
+}
+
+TEST_F(JournalTest, MissingPayloadsAreNoticed) {
+  const auto recovery = [&] { return open()->recover([](JobRecord) { return absl::OkStatus(); }); };
+  ASSERT_TRUE(open()->commit({job_added("a"), unit_done("a", 1)}).ok());
+  ASSERT_TRUE(recovery().ok());
+  std::filesystem::resize_file(results("a"), 500);
+  EXPECT_EQ(recovery().code(), absl::StatusCode::kDataLoss);
+  std::filesystem::remove(results("a"));
+  EXPECT_EQ(recovery().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(JournalTest, DamageIsAnErrorThatSaysSo) {
+  ASSERT_TRUE(open()->commit({job_added("a")}).ok());
+  for (const char* suffix : {"", "-wal", "-shm"})
+    std::filesystem::remove(directory_.path() / absl::StrCat("journal.sqlite", suffix));
+  std::ofstream(directory_.path() / "journal.sqlite") << std::string(5000, 'x');
+  EXPECT_EQ(open_journal(directory_.path()).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(JournalTest, ANewerFormatIsRefused) {
+  open();
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((directory_.path() / "journal.sqlite").c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, "UPDATE meta SET value = 9 WHERE key = 'format'", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  EXPECT_EQ(open_journal(directory_.path()).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+// A child commits and says so on a pipe, until it is killed in the middle; whatever it had said must be there.
+TEST_F(JournalTest, WhatWasAcknowledgedSurvivesKill9) {
+  for (int round = 0; round < 5; ++round) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      auto journal = open_journal(directory_.path()).value();
+      if (recover(*journal).empty() && !journal->commit({job_added("a")}).ok()) _exit(1);
+      // What the last child had committed without having said so counts as well.
+      std::uint64_t sequence = 0;
+      while (journal->read_result("a", sequence + 1).ok()) ++sequence;
+      while (true) {
+        if (!journal->commit({unit_done("a", sequence + 1), unit_done("a", sequence + 2)}).ok()) _exit(1);
+        sequence += 2;
+        if (write(ends[1], &sequence, sizeof(sequence)) != sizeof(sequence)) _exit(1);
+      }
+    }
+    close(ends[1]);
+    std::uint64_t acknowledged = 0;
+    // Killed after a different number of commits each time, wherever the child is by then.
+    for (int i = 0; i < 5 + 4 * round; ++i) {
+      ASSERT_EQ(read(ends[0], &acknowledged, sizeof(acknowledged)), static_cast<ssize_t>(sizeof(acknowledged)));
+    }
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    for (std::uint64_t more; read(ends[0], &more, sizeof(more)) == sizeof(more);) acknowledged = more;
+    close(ends[0]);
+
+    auto journal = open();
+    const std::vector<JobRecord> records = recover(*journal);
+    ASSERT_EQ(records.size(), 1u);
+    ASSERT_GE(records[0].results.size(), acknowledged);
+    EXPECT_EQ(records[0].results.size() % 2, 0u) << "half a commit";
+    for (std::uint64_t sequence = 1; sequence <= records[0].results.size(); ++sequence) {
+      EXPECT_EQ(records[0].results[sequence - 1].unit, sequence * 3);
+      ASSERT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::server

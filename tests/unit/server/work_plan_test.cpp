@@ -1,0 +1,114 @@
+#include "scheduler/work_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdlib>
+#include <functional>
+
+namespace tessera::server {
+namespace {
+
+v1::JobSpec sound_spec() {
+  v1::JobSpec spec;
+  spec.set_width(100);
+  spec.set_height(60);
+  spec.mutable_crop()->set_x0(5);
+  spec.mutable_crop()->set_y0(17);
+  spec.mutable_crop()->set_x1(99);
+  spec.mutable_crop()->set_y1(60);
+  spec.set_tile_size(16);
+  spec.set_samples_per_unit(8);
+  spec.mutable_settings()->set_spp(21);
+  spec.mutable_scene()->set_digest(std::string(64, '0'));
+  return spec;
+}
+
+TEST(WorkPlan, CoversEveryPixelAndSampleOnce) {
+  const v1::JobSpec spec = sound_spec();
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  std::vector<int> seen(spec.width() * spec.height());
+  for (std::uint32_t i = 0; i < plan.unit_count(); ++i) {
+    const v1::WorkUnit unit = plan.unit(i);
+    EXPECT_EQ(unit.index(), i);
+    const v1::PixelRect& pixels = unit.tile().pixels();
+    EXPECT_EQ(pixels.x0() / 16, (pixels.x1() - 1) / 16) << "a tile lies within one cell of the grid";
+    EXPECT_EQ(pixels.y0() / 16, (pixels.y1() - 1) / 16);
+    const int samples = static_cast<int>(unit.tile().samples().end() - unit.tile().samples().begin());
+    for (std::uint32_t y = pixels.y0(); y < pixels.y1(); ++y) {
+      for (std::uint32_t x = pixels.x0(); x < pixels.x1(); ++x) seen[y * spec.width() + x] += samples;
+    }
+  }
+  for (std::uint32_t y = 0; y < spec.height(); ++y) {
+    for (std::uint32_t x = 0; x < spec.width(); ++x) {
+      const bool inside = x >= 5 && x < 99 && y >= 17;
+      ASSERT_EQ(seen[y * spec.width() + x], inside ? 21 : 0) << x << ", " << y;
+    }
+  }
+}
+
+TEST(WorkPlan, RangesAreNodesOfTheSumTreeAndComeInOrder) {
+  const WorkPlan plan = WorkPlan::make(sound_spec()).value();
+  std::uint32_t last_begin = 0;
+  for (std::uint32_t i = 0; i < plan.unit_count(); ++i) {
+    const v1::SampleRange samples = plan.unit(i).tile().samples();
+    EXPECT_EQ(samples.begin() % std::bit_ceil(samples.end() - samples.begin()), 0u);
+    EXPECT_GE(samples.begin(), last_begin) << "no tile gets its second range before all have their first";
+    last_begin = samples.begin();
+  }
+  EXPECT_EQ(last_begin, 16u);
+}
+
+TEST(WorkPlan, BeginsInTheMiddle) {
+  v1::JobSpec spec = sound_spec();
+  spec.mutable_crop()->set_x0(0);
+  spec.mutable_crop()->set_y0(0);
+  spec.mutable_crop()->set_x1(80);
+  spec.mutable_crop()->set_y1(48);  // 5 x 3 tiles
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  EXPECT_EQ(plan.unit(0).tile().pixels().x0(), 32u);
+  EXPECT_EQ(plan.unit(0).tile().pixels().y0(), 16u);
+  int last_ring = 0;
+  for (std::uint32_t i = 0; i < 15; ++i) {
+    const v1::PixelRect pixels = plan.unit(i).tile().pixels();
+    const int dx = static_cast<int>(pixels.x0() / 16) - 2, dy = static_cast<int>(pixels.y0() / 16) - 1;
+    const int ring = std::max(std::abs(dx), std::abs(dy));
+    EXPECT_GE(ring, last_ring);
+    last_ring = ring;
+  }
+}
+
+TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
+  const auto message = [](const std::function<void(v1::JobSpec&)>& spoil) {
+    v1::JobSpec spec = sound_spec();
+    spoil(spec);
+    const auto plan = WorkPlan::make(spec);
+    EXPECT_EQ(plan.status().code(), absl::StatusCode::kInvalidArgument);
+    return std::string(plan.status().message());
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_width(0); }), HasSubstr("width"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_height(1u << 20); }), HasSubstr("height"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_crop()->set_x1(101); }), HasSubstr("crop"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_crop()->set_y0(60); }), HasSubstr("crop"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_tile_size(0); }), HasSubstr("tile_size"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_tile_size(5000); }), HasSubstr("tile_size"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(12); }), HasSubstr("samples_per_unit"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(0); }), HasSubstr("samples_per_unit"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_spp(0); }), HasSubstr("spp"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }), HasSubstr("scene"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.add_blobs()->set_path("a.ply"); }), HasSubstr("a.ply"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.add_aovs("shadow"); }), HasSubstr("shadow"));
+  EXPECT_THAT(message([](v1::JobSpec& s) {
+                s.set_width(65536);
+                s.set_height(65536);
+                s.mutable_crop()->set_x1(65536);
+                s.mutable_crop()->set_y1(65536);
+                s.set_tile_size(1);
+              }),
+              HasSubstr("units"));
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,159 @@
+// WorkService.
+#include <gmock/gmock.h>
+
+#include <future>
+
+#include "coordinator_fixture.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+using testing::HasSubstr;
+
+class WorkersTest : public CoordinatorTest {
+ protected:
+  void SetUp() override { start(); }
+
+  grpc::Status try_register(const v1::RegisterRequest& request) {
+    grpc::ClientContext context;
+    v1::RegisterResponse response;
+    return work_->Register(&context, request, &response);
+  }
+
+  v1::HeartbeatResponse heartbeat(const std::string& worker, const v1::LeaseResponse& leases) {
+    v1::HeartbeatRequest request;
+    request.set_worker_id(worker);
+    for (const v1::Lease& lease : leases.leases()) *request.add_leases() = lease.token();
+    grpc::ClientContext context;
+    v1::HeartbeatResponse response;
+    EXPECT_TRUE(work_->Heartbeat(&context, request, &response).ok());
+    return response;
+  }
+};
+
+TEST_F(WorkersTest, AMismatchIsRefusedByName) {
+  v1::RegisterRequest request;
+  request.set_protocol(wire::kProtocolVersion);
+  request.set_build(wire::build_version());
+  request.set_isa("avx2");
+  request.add_supported_isas("avx2");
+  request.set_threads(1);
+  EXPECT_TRUE(try_register(request).ok());
+
+  v1::RegisterRequest other = request;
+  other.set_protocol(wire::kProtocolVersion + 1);
+  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(try_register(other).error_message(), HasSubstr("protocol"));
+  other = request;
+  other.set_build("0.0.0");
+  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(try_register(other).error_message(), HasSubstr("0.0.0"));
+  other = request;
+  other.set_isa("avx512");
+  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  other = request;
+  other.set_threads(0);
+  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(WorkersTest, ALeaseWaitsForWork) {
+  const std::string worker = register_worker();
+  EXPECT_EQ(lease(worker, 4).leases_size(), 0) << "without a wait, an empty answer comes at once";
+  auto waiting = std::async([&] { return lease(worker, 3, std::chrono::seconds(20)); });
+  const std::string id = submit(job_spec());
+  const v1::LeaseResponse response = waiting.get();
+  EXPECT_EQ(response.leases_size(), 3);
+  ASSERT_TRUE(response.specs().contains(id));
+  EXPECT_EQ(response.specs().at(id).isa(), "avx2") << "the ISA that the job is bound to";
+  EXPECT_EQ(response.specs().at(id).tile_size(), 16u);
+}
+
+TEST_F(WorkersTest, KnownSpecsAreNotSentAgain) {
+  const std::string id = submit(job_spec());
+  v1::LeaseRequest request;
+  request.set_worker_id(register_worker());
+  request.set_max_units(1);
+  request.add_known_job_ids(id);
+  grpc::ClientContext context;
+  v1::LeaseResponse response;
+  ASSERT_TRUE(work_->Lease(&context, request, &response).ok());
+  EXPECT_EQ(response.leases_size(), 1);
+  EXPECT_TRUE(response.specs().empty());
+}
+
+TEST_F(WorkersTest, OnlyResultsOfTheUnitAreTaken) {
+  submit(job_spec());
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 2);
+  const v1::Lease& first = leases.leases(0);
+  EXPECT_EQ(complete(worker, first, "").error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(complete(worker, first, payload_for(leases.leases(1).unit())).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  std::string damaged = payload_for(first.unit());
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  EXPECT_EQ(complete(worker, first, damaged).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  v1::Lease beyond = first;
+  beyond.mutable_token()->set_unit_index(99);
+  EXPECT_EQ(complete(worker, beyond, payload_for(first.unit())).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok());
+  EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok()) << "idempotent";
+  EXPECT_EQ(complete(worker, first, payload_for(first.unit(), 1)).error_code(), grpc::StatusCode::ALREADY_EXISTS);
+}
+
+TEST_F(WorkersTest, HeartbeatsRevokeWhatWasCancelled) {
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 2);
+  EXPECT_EQ(heartbeat(worker, leases).revoked_size(), 0);
+  grpc::ClientContext context;
+  v1::CancelJobRequest request;
+  request.set_job_id(id);
+  v1::CancelJobResponse response;
+  ASSERT_TRUE(farm_->CancelJob(&context, request, &response).ok());
+  EXPECT_EQ(heartbeat(worker, leases).revoked_size(), 2);
+  EXPECT_EQ(complete(worker, leases.leases(0), payload_for(leases.leases(0).unit())).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
+}
+
+TEST_F(WorkersTest, AWorkerThatLeavesGivesItsLeasesBackAtOnce) {
+  submit(job_spec());
+  const std::string first = register_worker(), second = register_worker();
+  EXPECT_EQ(lease(first, 4).leases_size(), 4);
+  auto waiting = std::async([&] { return lease(second, 4, std::chrono::seconds(20)); });
+  grpc::ClientContext context;
+  v1::DeregisterRequest request;
+  request.set_worker_id(first);
+  v1::DeregisterResponse response;
+  ASSERT_TRUE(work_->Deregister(&context, request, &response).ok());
+  EXPECT_EQ(waiting.get().leases_size(), 4);
+}
+
+TEST_F(WorkersTest, StrangersAreToldToRegister) {
+  submit(job_spec());
+  const v1::LeaseResponse leases = lease(register_worker(), 1);
+  const grpc::Status status = complete("stranger", leases.leases(0), payload_for(leases.leases(0).unit()));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  grpc::ClientContext context;
+  v1::LeaseRequest request;
+  request.set_worker_id("stranger");
+  v1::LeaseResponse response;
+  EXPECT_EQ(work_->Lease(&context, request, &response).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(WorkersTest, AreListed) {
+  submit(job_spec());
+  const std::string worker = register_worker();
+  lease(worker, 3);
+  grpc::ClientContext context;
+  v1::ListWorkersResponse response;
+  ASSERT_TRUE(farm_->ListWorkers(&context, {}, &response).ok());
+  ASSERT_EQ(response.workers_size(), 1);
+  EXPECT_EQ(response.workers(0).worker_id(), worker);
+  EXPECT_EQ(response.workers(0).leases(), 3u);
+  EXPECT_EQ(response.workers(0).threads(), 2u);
+}
+
+}  // namespace
+}  // namespace tessera::server
