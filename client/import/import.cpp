@@ -1,0 +1,39 @@
+#include "import/import.h"
+
+#include "import/input/concat.h"
+#include "import/pbrt/import_pbrt.h"
+#include "import/tessera_scene/read_scene.h"
+#include "import/tessera_scene/write_scene.h"
+
+namespace tessera::client {
+
+absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, const ImportOptions& options) {
+  const std::string name = path.filename().string();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(concat(path.string(), ": no such file"));
+  absl::StatusOr<ImportedScene> scene;
+  if (name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")) {
+    scene = pbrt::import_pbrt(path, options.threads);
+  } else if (name.ends_with(".textproto") || name.ends_with(".pbtxt")) {
+    scene = tessera_scene::read_text_scene(path);
+  } else if (name.ends_with(".tsb")) {
+    scene = tessera_scene::read_binary_scene(path);
+  } else {
+    return absl::UnimplementedError(
+        concat(path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .textproto, .pbtxt or .tsb"));
+  }
+  if (scene.ok() && !options.defines.empty()) {
+    scene->warnings.push_back(
+        {path.string(), 0, 0, "this kind of scene file has no parameters: definitions have no effect"});
+  }
+  return scene;
+}
+
+absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".textproto" || extension == ".pbtxt") return tessera_scene::write_scene(scene, path, true);
+  if (extension == ".tsb") return tessera_scene::write_scene(scene, path, false);
+  return absl::UnimplementedError(concat(path.string(), ": scenes are written as .textproto, .pbtxt or .tsb"));
+}
+
+}  // namespace tessera::client

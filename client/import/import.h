@@ -1,0 +1,32 @@
+// A scene file in, a Scene message and its blobs out.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "import/input/imported_scene.h"
+
+namespace tessera::client {
+
+struct ImportOptions {
+  int threads = 0;                             // for reading meshes; 0: one a core
+  std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
+};
+
+/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .textproto, .pbtxt (a Scene in text form),
+/// .tsb (a serialized Scene).
+///
+/// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once. NotFound when
+/// there is no such file; Unimplemented for another ending. What the importer cannot express becomes a warning of the
+/// result, which says what is done instead.
+absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
+
+/// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder beside it
+/// ("kitchen.textproto" and "kitchen-blobs/").
+absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path);
+
+}  // namespace tessera::client

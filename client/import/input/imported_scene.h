@@ -1,0 +1,25 @@
+// What an import gives: the Scene message and the bytes that it refers to.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "import/input/diagnostics.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::client {
+
+/// The bytes behind one digest. Meshes are held in memory; textures stay in their files, to be read when needed.
+struct SceneBlob {
+  v1::BlobRef ref;    // digest and size always set
+  std::string bytes;  // owned, when `file` is empty
+  std::string file;   // else: the file that holds exactly these bytes
+};
+
+struct ImportedScene {
+  v1::Scene scene;
+  std::vector<SceneBlob> blobs;  // one a digest, in order of first use
+  std::vector<Diagnostic> warnings;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,170 @@
+#include "import/pbrt/camera_film.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "import/input/concat.h"
+
+namespace tessera::client::pbrt {
+namespace {
+
+struct FilterType {
+  std::string_view name;
+  v1::PixelFilter::Kind kind;
+  double radius;  // pbrt-v4's default, pixels
+};
+
+constexpr FilterType kFilters[] = {{"box", v1::PixelFilter::BOX, 0.5},
+                                   {"triangle", v1::PixelFilter::TRIANGLE, 2},
+                                   {"gaussian", v1::PixelFilter::GAUSSIAN, 1.5},
+                                   {"mitchell", v1::PixelFilter::MITCHELL, 2},
+                                   {"sinc", v1::PixelFilter::LANCZOS, 4}};
+
+void warn_of_crop(Context& context, ParameterList& parameters) {
+  for (const char* name : {"cropwindow", "pixelbounds"}) {
+    if (!parameters.has(name)) continue;
+    parameters.ignore({name});
+    context.diagnostics.warning(parameters.where(), concat("\"", name,
+                                                           "\" of the film is not taken over: the whole "
+                                                           "image is rendered; use --crop for a part"));
+  }
+}
+
+/// The sensor: only pbrt's default, which passes colours through, is here.
+double read_exposure(Context& context, ParameterList& parameters, double shutter_seconds) {
+  const std::string sensor = parameters.get_string("sensor", "cie1931", context.diagnostics);
+  if (sensor != "cie1931") {
+    context.diagnostics.warning(parameters.where(),
+                                concat("film sensor \"", sensor, "\" is not supported yet: cie1931 is used"));
+  }
+  if (parameters.get_float("whitebalance", 0, context.diagnostics) != 0) {
+    context.diagnostics.warning(parameters.where(), "\"whitebalance\" of the film is not supported yet: none is done");
+  }
+  if (std::isfinite(parameters.get_float("maxcomponentvalue", HUGE_VAL, context.diagnostics))) {
+    context.diagnostics.warning(parameters.where(),
+                                "\"maxcomponentvalue\" of the film is not applied: samples are never "
+                                "clamped");
+  }
+  return shutter_seconds * parameters.get_float("iso", 100, context.diagnostics) / 100;
+}
+
+}  // namespace
+
+void write_filter(Context& context, Directive& filter) {
+  Diagnostics& diagnostics = context.diagnostics;
+  ParameterList& parameters = filter.parameters;
+  const auto known = std::find_if(std::begin(kFilters), std::end(kFilters),
+                                  [&](const FilterType& type) { return type.name == filter.type; });
+  if (known == std::end(kFilters)) {
+    diagnostics.error(parameters.where(), concat("unknown pixel filter \"", filter.type,
+                                                 "\": expected box, triangle, gaussian, mitchell or sinc"));
+    return;
+  }
+  v1::PixelFilter& message = *context.scene.mutable_film()->mutable_filter();
+  message.set_kind(known->kind);
+  message.set_radius_x(static_cast<float>(parameters.get_float("xradius", known->radius, diagnostics)));
+  message.set_radius_y(static_cast<float>(parameters.get_float("yradius", known->radius, diagnostics)));
+  if (!(message.radius_x() > 0) || !(message.radius_y() > 0)) {
+    diagnostics.error(parameters.where(), "the radius of the pixel filter is not above 0");
+  }
+  if (known->kind == v1::PixelFilter::GAUSSIAN) {
+    message.set_sigma(static_cast<float>(parameters.get_float("sigma", 0.5, diagnostics)));
+  } else if (known->kind == v1::PixelFilter::MITCHELL) {
+    message.set_b(static_cast<float>(parameters.get_float("B", 1.0 / 3, diagnostics)));
+    message.set_c(static_cast<float>(parameters.get_float("C", 1.0 / 3, diagnostics)));
+  } else if (known->kind == v1::PixelFilter::LANCZOS) {
+    message.set_tau(static_cast<float>(parameters.get_float("tau", 3, diagnostics)));
+  }
+  parameters.warn_of_unused(diagnostics);
+}
+
+void write_film(Context& context, Directive& film, double shutter_seconds) {
+  // As large as PixelRect and a film in memory can be.
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 17;
+  Diagnostics& diagnostics = context.diagnostics;
+  ParameterList& parameters = film.parameters;
+  if (film.type == "gbuffer" || film.type == "spectral") {
+    diagnostics.warning(
+        parameters.where(),
+        concat("film \"", film.type, "\" is not supported yet: an RGB image is made; use --aov for more"));
+    parameters.ignore({"coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
+  } else if (film.type != "rgb") {
+    diagnostics.error(parameters.where(),
+                      concat("unknown film \"", film.type, "\": expected rgb, gbuffer or spectral"));
+    return;
+  }
+  const std::int64_t width = parameters.get_integer("xresolution", 1280, diagnostics);
+  const std::int64_t height = parameters.get_integer("yresolution", 720, diagnostics);
+  if (std::min(width, height) < 1 || std::max(width, height) > kMaxPixels) {
+    diagnostics.error(parameters.where(), concat("film: a resolution of ", width, "x", height, " is not possible"));
+    return;
+  }
+  context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(width));
+  context.scene.mutable_film()->set_height(static_cast<std::uint32_t>(height));
+  const double exposure = read_exposure(context, parameters, shutter_seconds);
+  if (exposure != 1) context.scene.mutable_film()->set_exposure(static_cast<float>(exposure));
+  if (parameters.color_space() != ColorSpace::kSrgb) {
+    diagnostics.warning(parameters.where(), "the image is written in Rec.709 whatever the colour space of the film");
+  }
+  warn_of_crop(context, parameters);
+  // Names and formats of files are the command line's; "diagonal" serves cameras with real lenses.
+  parameters.ignore({"filename", "savefp16", "diagonal"});
+  parameters.warn_of_unused(diagnostics);
+}
+
+double read_shutter(Context& context, Directive& camera) {
+  const double open = camera.parameters.get_float("shutteropen", 0, context.diagnostics);
+  const double close = camera.parameters.get_float("shutterclose", 1, context.diagnostics);
+  if (close > open) return close - open;
+  context.diagnostics.error(camera.parameters.where(), "camera: the shutter closes before it opens");
+  return 1;
+}
+
+void write_camera(Context& context, Directive& camera, const Transform& camera_from_world) {
+  Diagnostics& diagnostics = context.diagnostics;
+  ParameterList& parameters = camera.parameters;
+  if (camera.type == "orthographic" || camera.type == "spherical" || camera.type == "realistic") {
+    diagnostics.warning(parameters.where(),
+                        concat("camera \"", camera.type, "\" is not supported yet: a perspective camera is used"));
+    parameters.ignore({"mapping", "lensfile", "aperturediameter", "aperture"});
+  } else if (camera.type != "perspective") {
+    diagnostics.error(parameters.where(), concat("unknown camera \"", camera.type,
+                                                 "\": expected perspective, orthographic, spherical or realistic"));
+    return;
+  }
+  v1::Camera& message = *context.scene.mutable_camera();
+  const std::optional<Transform> world_from_camera = inverse(camera_from_world);
+  if (!world_from_camera) {
+    diagnostics.error(parameters.where(), "the camera's transformation is singular");
+    return;
+  }
+  write_matrix(*world_from_camera, *message.mutable_world_from_camera());
+
+  v1::PerspectiveCamera& perspective = *message.mutable_perspective();
+  const double fov = parameters.get_float("fov", 90, diagnostics);
+  if (!(fov > 0) || fov >= 180) {
+    diagnostics.error(parameters.where(), concat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+  }
+  perspective.set_fov_degrees(static_cast<float>(fov));
+  perspective.set_lens_radius(static_cast<float>(parameters.get_float("lensradius", 0, diagnostics)));
+  perspective.set_focal_distance(static_cast<float>(parameters.get_float("focaldistance", 1e6, diagnostics)));
+
+  if (const Parameter* window = parameters.find("screenwindow", {ParameterType::kFloat}, diagnostics)) {
+    const std::vector<double>& w = window->numbers;
+    if (w.size() != 4 || !(w[0] < w[1]) || !(w[2] < w[3])) {
+      diagnostics.error(window->where, "screenwindow: expected xmin < xmax and ymin < ymax");
+    }
+    for (const double edge : w) message.add_screen_window(static_cast<float>(edge));
+    parameters.ignore({"frameaspectratio"});
+  } else if (parameters.has("frameaspectratio")) {
+    const double frame = parameters.get_float("frameaspectratio", 1, diagnostics);
+    if (!(frame > 0)) diagnostics.error(parameters.where(), "frameaspectratio is not above 0");
+    const float x = static_cast<float>(std::max(frame, 1.0)), y = static_cast<float>(std::max(1 / frame, 1.0));
+    for (const float edge : {-x, x, -y, y}) message.add_screen_window(edge);
+  }
+  parameters.ignore({"frameaspectratio"});
+  parameters.warn_of_unused(diagnostics);
+}
+
+}  // namespace tessera::client::pbrt

@@ -1,0 +1,27 @@
+// Camera, Film and PixelFilter -> the scene's camera and film.
+#pragma once
+
+#include "import/pbrt/context.h"
+#include "import/pbrt/parameters.h"
+
+namespace tessera::client::pbrt {
+
+/// A directive that names a type and takes parameters; `type` is pbrt's default until the directive occurs.
+struct Directive {
+  std::string type;
+  ParameterList parameters;
+};
+
+/// The filter; its radii default to those of pbrt-v4.
+void write_filter(Context& context, Directive& filter);
+
+/// Size and exposure. `shutter_seconds` is the camera's exposure time. The film comes before the camera.
+void write_film(Context& context, Directive& film, double shutter_seconds);
+
+/// The camera; nothing but "perspective" exists yet. `camera_from_world` is the transformation at the directive.
+void write_camera(Context& context, Directive& camera, const Transform& camera_from_world);
+
+/// Seconds that the shutter is open.
+double read_shutter(Context& context, Directive& camera);
+
+}  // namespace tessera::client::pbrt

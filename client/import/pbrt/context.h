@@ -1,0 +1,23 @@
+// What every part of the pbrt importer writes to.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "import/input/blob_collector.h"
+#include "import/input/diagnostics.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::client::pbrt {
+
+struct Context {
+  Diagnostics diagnostics;
+  BlobCollector blobs;
+  v1::Scene scene;
+  std::filesystem::path directory;  // of the main file: all names in all files are relative to it, as in pbrt
+  int threads = 0;                  // 0: one a core
+
+  std::filesystem::path resolve(const std::string& file) const { return directory / file; }
+};
+
+}  // namespace tessera::client::pbrt

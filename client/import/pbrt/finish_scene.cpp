@@ -1,0 +1,148 @@
+// The second half of SceneBuilder: what can only be done when the whole file has been read.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "import/input/concat.h"
+#include "import/input/input_file.h"
+#include "import/input/parallel.h"
+#include "import/pbrt/render_settings.h"
+#include "import/pbrt/scene_builder.h"
+#include "import/pbrt/shapes.h"
+#include "import/ply/ply_reader.h"
+#include "wire/digest.h"
+
+namespace tessera::client::pbrt {
+namespace {
+
+/// A PLY file on its way to a blob.
+struct MeshJob {
+  std::string file;  // as the scene names it
+  std::filesystem::path path;
+  absl::Status status;
+  std::string bytes;
+  std::string digest;
+  std::vector<std::string> warnings;
+  v1::BlobRef blob;
+};
+
+void run(MeshJob& job) {
+  absl::StatusOr<InputFile> file = InputFile::open(job.path);
+  if (!file.ok()) {
+    job.status = file.status();
+    return;
+  }
+  absl::StatusOr<PlyMesh> ply = read_ply(file->bytes());
+  if (!ply.ok()) {
+    job.status = absl::InvalidArgumentError(concat(job.path.string(), ": ", ply.status().message()));
+    return;
+  }
+  turn_faces_to_normals(ply->mesh);
+  job.bytes = wire::encode_mesh(ply->mesh);
+  job.digest = wire::sha256_hex(job.bytes);
+  job.warnings = std::move(ply->warnings);
+}
+
+}  // namespace
+
+void SceneBuilder::place_instances() {
+  std::set<int> used;
+  for (const PendingInstance& instance : pending_instances_) {
+    const auto object = object_index_.find(instance.object);
+    if (object == object_index_.end()) {
+      context_.diagnostics.error(instance.where, concat("there is no object \"", instance.object, "\""));
+      continue;
+    }
+    if (context_.scene.objects(object->second).shapes_size() == 0) continue;
+    used.insert(object->second);
+    v1::Instance& message = *context_.scene.add_instances();
+    message.set_object(instance.object);
+    write_matrix(instance.world_from_instance, *message.mutable_world_from_instance());
+  }
+  std::erase_if(pending_shapes_,
+                [&](const PendingShape& shape) { return shape.object >= 0 && !used.contains(shape.object); });
+  // From the back, so that the indices before stay what they are.
+  for (int i = context_.scene.objects_size() - 1; i >= 0; --i) {
+    if (!used.contains(i)) context_.scene.mutable_objects()->DeleteSubrange(i, 1);
+  }
+}
+
+void SceneBuilder::load_meshes() {
+  // Each file once, however many shapes use it.
+  std::vector<MeshJob> jobs;
+  std::map<std::string, std::size_t> job_of_file;
+  for (const PendingShape& shape : pending_shapes_) {
+    if (shape.ply_file.empty() || !job_of_file.try_emplace(shape.ply_file, jobs.size()).second) continue;
+    jobs.push_back({shape.ply_file, context_.resolve(shape.ply_file), absl::OkStatus(), "", "", {}, {}});
+  }
+  parallel_for(jobs.size(), context_.threads, [&](std::size_t i) { run(jobs[i]); });
+  for (MeshJob& job : jobs) {
+    if (job.status.ok()) job.blob = context_.blobs.add_bytes(std::move(job.bytes), job.digest);
+  }
+  std::set<const MeshJob*> reported;
+  for (PendingShape& shape : pending_shapes_) {
+    if (shape.ply_file.empty()) continue;
+    const MeshJob& job = jobs[job_of_file[shape.ply_file]];
+    *shape.shape->mutable_mesh()->mutable_blob() = job.blob;
+    if (!reported.insert(&job).second) continue;
+    if (!job.status.ok()) context_.diagnostics.error(shape.where, std::string(job.status.message()));
+    for (const std::string& warning : job.warnings) {
+      context_.diagnostics.warning(shape.where, concat(job.file, ": ", warning));
+    }
+  }
+}
+
+void SceneBuilder::resolve_materials_and_textures() {
+  for (const PendingShape& pending : pending_shapes_) {
+    pending.shape->set_material(materials_.use(pending.material, pending.where));
+    if (!pending.alpha_texture.empty()) {
+      pending.shape->mutable_alpha()->set_texture(
+          textures_.use(TextureKind::kFloat, pending.alpha_texture, pending.where));
+    }
+    if (pending.shape->has_area_light() && materials_.is_interface(pending.material)) {
+      pending.shape->clear_area_light();
+      context_.diagnostics.warning(pending.where,
+                                   "an area light on a shape of interface material is ignored, as in pbrt-v4");
+    }
+  }
+}
+
+void SceneBuilder::resolve_powers() {
+  for (const PendingShape& pending : pending_shapes_) {
+    if (pending.power <= 0 || !pending.shape->has_area_light()) continue;
+    const double area = world_area(*pending.shape, pending.world_from_object, context_.blobs);
+    if (!(area > 0)) {
+      context_.diagnostics.error(pending.where, "\"power\" of an area light: the shape has no area");
+      continue;
+    }
+    // A diffuse emitter of radiance L emits pi L for each unit of area and side.
+    v1::AreaLight& light = *pending.shape->mutable_area_light();
+    const double sides = light.two_sided() ? 2 : 1;
+    const double scale = light.has_scale() ? light.scale() : 1;
+    light.set_scale(static_cast<float>(scale * pending.power / (sides * std::numbers::pi * area)));
+    if (pending.shape->has_mesh()) {
+      context_.diagnostics.warning(pending.where,
+                                   "\"power\" is taken as that of the whole mesh; pbrt-v4 gives it to each "
+                                   "triangle");
+    }
+  }
+}
+
+void SceneBuilder::finish() {
+  for (const Block& block : blocks_) {
+    context_.diagnostics.error(block.where, "this block is never closed");
+  }
+  if (!in_world_) context_.diagnostics.error({0, 0, 0}, "expected WorldBegin before the end of the file");
+  place_instances();
+  load_meshes();
+  resolve_materials_and_textures();
+  resolve_powers();
+  write_film(context_, film_, read_shutter(context_, camera_));
+  write_filter(context_, filter_);
+  write_camera(context_, camera_, camera_from_world_);
+  write_sampler(context_, sampler_);
+  write_integrator(context_, integrator_, !media_.empty());
+}
+
+}  // namespace tessera::client::pbrt

@@ -1,0 +1,146 @@
+#include "import/pbrt/material_writers.h"
+
+#include "import/input/concat.h"
+
+namespace tessera::client::pbrt {
+namespace {
+
+void write_diffuse(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  *material.mutable_diffuse()->mutable_reflectance() = values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
+}
+
+void write_conductor(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::ConductorMaterial& conductor = *material.mutable_conductor();
+  ParameterList& parameters = values.parameters();
+  if (parameters.has("reflectance")) {
+    if (parameters.has("eta") || parameters.has("k")) {
+      values.diagnostics().error(parameters.where(),
+                                 concat(parameters.owner(), ": expected either \"reflectance\" or \"eta\" and \"k\""));
+    }
+    *conductor.mutable_reflectance() = values.spectrum("reflectance", 1, SpectrumUse::kReflectance);
+  } else {
+    write_conductor_index(values, "", conductor);
+  }
+  write_roughness(values, "", *conductor.mutable_roughness());
+}
+
+void write_dielectric(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  *material.mutable_dielectric()->mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
+  write_roughness(values, "", *material.mutable_dielectric()->mutable_roughness());
+}
+
+void write_thin_dielectric(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  *material.mutable_thin_dielectric()->mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
+}
+
+void write_coated_diffuse(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::CoatedDiffuseMaterial& coated = *material.mutable_coated_diffuse();
+  *coated.mutable_reflectance() = values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
+  *coated.mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
+  write_roughness(values, "", *coated.mutable_roughness());
+  coated.set_thickness(constant_of(values, "thickness", 0.01));
+  if (values.parameters().has("albedo")) {
+    *coated.mutable_albedo() = values.spectrum("albedo", 0, SpectrumUse::kReflectance);
+  }
+  coated.set_g(constant_of(values, "g", 0));
+  values.parameters().ignore({"maxdepth", "nsamples"});  // of pbrt's random walk; here it is in closed form
+}
+
+void write_diffuse_transmission(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::DiffuseTransmissionMaterial& sheet = *material.mutable_diffuse_transmission();
+  *sheet.mutable_reflectance() = values.spectrum("reflectance", 0.25, SpectrumUse::kReflectance);
+  *sheet.mutable_transmittance() = values.spectrum("transmittance", 0.25, SpectrumUse::kReflectance);
+  const double scale = values.get_float("scale", 1);
+  if (scale != 1) sheet.set_scale(static_cast<float>(scale));
+}
+
+void write_mix(ValueReader& values, const UseMaterial& use, v1::Material& material) {
+  const Parameter* names = values.parameters().find("materials", {ParameterType::kString}, values.diagnostics());
+  if (names == nullptr || names->strings.size() != 2) {
+    values.diagnostics().error(values.parameters().where(),
+                               concat(values.parameters().owner(), ": expected \"string materials\" with two names"));
+    return;
+  }
+  v1::MixMaterial& mix = *material.mutable_mix();
+  mix.set_a(use(names->strings[0], names->where));
+  mix.set_b(use(names->strings[1], names->where));
+  *mix.mutable_amount() = values.number("amount", 0.5);
+}
+
+void write_interface(ValueReader&, const UseMaterial&, v1::Material& material) { material.mutable_interface(); }
+
+struct MaterialType {
+  std::string_view name;
+  MaterialWriter write;
+};
+
+constexpr MaterialType kTypes[] = {{"diffuse", write_diffuse},
+                                   {"coateddiffuse", write_coated_diffuse},
+                                   {"conductor", write_conductor},
+                                   {"coatedconductor", write_coated_conductor},
+                                   {"dielectric", write_dielectric},
+                                   {"thindielectric", write_thin_dielectric},
+                                   {"diffusetransmission", write_diffuse_transmission},
+                                   {"hair", write_hair},
+                                   {"measured", write_measured},
+                                   {"subsurface", write_subsurface},
+                                   {"mix", write_mix},
+                                   {"interface", write_interface},
+                                   {"", write_interface},
+                                   {"none", write_interface}};
+
+}  // namespace
+
+MaterialWriter find_material_writer(std::string_view type) {
+  for (const MaterialType& known : kTypes) {
+    if (known.name == type) return known.write;
+  }
+  return nullptr;
+}
+
+std::string names_of_material_types() {
+  std::string names;
+  for (const MaterialType& known : kTypes) {
+    if (!known.name.empty() && known.name != "none") names += concat(names.empty() ? "" : ", ", known.name);
+  }
+  return names;
+}
+
+void write_roughness(ValueReader& values, std::string_view prefix, v1::Roughness& roughness) {
+  const std::string both = concat(prefix, "roughness");
+  for (const auto& [axis, target] :
+       {std::pair{"uroughness", roughness.mutable_u()}, {"vroughness", roughness.mutable_v()}}) {
+    const std::string own = concat(prefix, axis);
+    *target = values.number(values.parameters().has(own) ? own : both, 0);
+  }
+  roughness.set_remap(values.get_bool("remaproughness", true));
+  values.parameters().ignore({both});  // beside both of the others it has no effect
+}
+
+void write_conductor_index(ValueReader& values, std::string_view prefix, v1::ConductorMaterial& conductor) {
+  // Copper, where the file says nothing.
+  const auto index = [&](std::string_view name, const char* fallback) {
+    const std::string full = concat(prefix, name);
+    if (values.parameters().has(full)) return values.spectrum(full, 1, SpectrumUse::kUnbounded);
+    Parameter copper;
+    copper.type = ParameterType::kSpectrum;
+    copper.name = full;
+    copper.strings = {fallback};
+    v1::SpectrumValue value;
+    *value.mutable_constant() =
+        *read_spectrum(values.context(), copper, values.parameters().owner(), SpectrumUse::kUnbounded);
+    return value;
+  };
+  *conductor.mutable_eta() = index("eta", "metal-Cu-eta");
+  *conductor.mutable_k() = index("k", "metal-Cu-k");
+}
+
+float constant_of(ValueReader& values, std::string_view name, double fallback) {
+  const v1::FloatValue value = values.number(name, fallback);
+  if (value.kind_case() != v1::FloatValue::kTexture) return value.constant();
+  values.warn(concat("a texture for \"", name, "\" of ", values.parameters().owner(),
+                     " is not supported yet: ", fallback, " is used"));
+  return static_cast<float>(fallback);
+}
+
+}  // namespace tessera::client::pbrt

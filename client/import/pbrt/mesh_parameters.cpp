@@ -1,0 +1,112 @@
+#include "import/pbrt/mesh_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "import/input/concat.h"
+
+namespace tessera::client::pbrt {
+namespace {
+
+/// The floats of a parameter; empty where it is absent. Errors for values beyond the range of a float.
+std::vector<float> read_array(ValueReader& values, std::string_view name, std::initializer_list<ParameterType> types) {
+  const Parameter* parameter = values.parameters().find(name, types, values.diagnostics());
+  if (parameter == nullptr) return {};
+  std::vector<float> array(parameter->numbers.begin(), parameter->numbers.end());
+  const auto bad = std::find_if(array.begin(), array.end(), [](float v) { return !std::isfinite(v); });
+  if (bad != array.end()) {
+    values.diagnostics().error(parameter->where, concat("parameter \"", name, "\" of ", values.parameters().owner(),
+                                                        ": value ", bad - array.begin(), " does not fit a float"));
+  }
+  return array;
+}
+
+bool fail(ValueReader& values, std::string_view what) {
+  values.diagnostics().error(values.parameters().where(), concat(values.parameters().owner(), ": ", what));
+  return false;
+}
+
+/// P, N and uv, which must fit one another.
+bool read_vertices(ValueReader& values, wire::MeshData& mesh) {
+  mesh.positions = read_array(values, "P", {ParameterType::kPoint3});
+  mesh.normals = read_array(values, "N", {ParameterType::kNormal});
+  mesh.uvs = read_array(values, "uv", {ParameterType::kPoint2});
+  const std::size_t vertices = mesh.positions.size() / 3;
+  if (vertices == 0) return fail(values, "expected vertex positions \"point3 P\"");
+  if (!mesh.normals.empty() && mesh.normals.size() != 3 * vertices) {
+    return fail(values, concat("there are ", mesh.normals.size() / 3, " normals for ", vertices, " vertices"));
+  }
+  if (!mesh.uvs.empty() && mesh.uvs.size() != 2 * vertices) {
+    return fail(values, concat("there are ", mesh.uvs.size() / 2, " \"uv\" for ", vertices, " vertices"));
+  }
+  return true;
+}
+
+/// "indices" in groups of `group`; without them, the vertices in order when they are just one group.
+std::optional<std::vector<std::uint32_t>> read_indices(ValueReader& values, std::size_t vertices, std::size_t group) {
+  const Parameter* parameter = values.parameters().find("indices", {ParameterType::kInteger}, values.diagnostics());
+  std::vector<std::uint32_t> indices;
+  if (parameter == nullptr) {
+    for (std::size_t i = 0; i < group; ++i) indices.push_back(static_cast<std::uint32_t>(i));
+    if (vertices == group) return indices;
+    fail(values, concat("expected \"integer indices\", because there are ", vertices, " vertices"));
+    return std::nullopt;
+  }
+  if (parameter->numbers.size() % group != 0) {
+    values.diagnostics().error(parameter->where,
+                               concat("expected a multiple of ", group, " indices, found ", parameter->numbers.size()));
+    return std::nullopt;
+  }
+  indices.reserve(parameter->numbers.size());
+  for (std::size_t i = 0; i < parameter->numbers.size(); ++i) {
+    const double index = parameter->numbers[i];
+    if (!(index >= 0) || index >= static_cast<double>(vertices)) {
+      values.diagnostics().error(parameter->where, concat("index ", index, " (number ", i,
+                                                          ") is out of range: there are ", vertices, " vertices"));
+      return std::nullopt;
+    }
+    indices.push_back(static_cast<std::uint32_t>(index));
+  }
+  return indices;
+}
+
+}  // namespace
+
+std::optional<wire::MeshData> read_triangle_mesh(ValueReader& values) {
+  wire::MeshData mesh;
+  if (!read_vertices(values, mesh)) return std::nullopt;
+  std::optional<std::vector<std::uint32_t>> indices = read_indices(values, mesh.positions.size() / 3, 3);
+  if (!indices) return std::nullopt;
+  mesh.indices = *std::move(indices);
+  // Tangents only orient anisotropic materials, which take theirs from (u, v); face indices serve ptex.
+  if (values.parameters().has("S")) values.warn("\"S\" of a trianglemesh is ignored: tangents follow from (u, v)");
+  values.parameters().ignore({"S", "faceIndices"});
+  return mesh;
+}
+
+std::optional<wire::MeshData> read_bilinear_mesh(ValueReader& values) {
+  // A fraction of the patch's size by which its fourth corner may leave the plane of the others.
+  constexpr double kFlat = 1e-3;
+  wire::MeshData mesh;
+  if (!read_vertices(values, mesh)) return std::nullopt;
+  std::optional<std::vector<std::uint32_t>> corners = read_indices(values, mesh.positions.size() / 3, 4);
+  if (!corners) return std::nullopt;
+  bool warped = false;
+  for (std::size_t i = 0; i < corners->size(); i += 4) {
+    const std::uint32_t* c = &(*corners)[i];  // p00 p10 p01 p11
+    mesh.indices.insert(mesh.indices.end(), {c[0], c[1], c[3], c[0], c[3], c[2]});
+    double twist = 0, size = 0;
+    for (int a = 0; a < 3; ++a) {
+      const auto at = [&](int k) { return double{mesh.positions[3 * std::size_t{c[k]} + a]}; };
+      twist = std::max(twist, std::abs(at(0) - at(1) - at(2) + at(3)));
+      size = std::max({size, std::abs(at(3) - at(0)), std::abs(at(2) - at(1))});
+    }
+    warped = warped || twist > kFlat * size;
+  }
+  if (warped) values.warn("a bilinear patch is not a parallelogram: it is cut into two flat triangles");
+  values.parameters().ignore({"faceIndices", "emissionfilename"});
+  return mesh;
+}
+
+}  // namespace tessera::client::pbrt

@@ -1,0 +1,279 @@
+#include "import/pbrt/scene_builder.h"
+
+#include <utility>
+
+#include "import/input/concat.h"
+#include "import/pbrt/render_settings.h"
+#include "import/pbrt/shapes.h"
+
+namespace tessera::client::pbrt {
+
+SceneBuilder::SceneBuilder(Context& context) : context_(context), textures_(context), materials_(context, textures_) {}
+
+ParameterList SceneBuilder::list(std::string_view what, const std::string& type, std::vector<Parameter> parameters,
+                                 SourceLocation where, const std::string& attribute_target) {
+  static const std::vector<Parameter> kNone;
+  const auto defaults = state_.attributes.find(attribute_target);
+  return ParameterList(std::move(parameters), defaults == state_.attributes.end() ? kNone : defaults->second,
+                       concat(what, " \"", type, "\""), where, state_.color_space);
+}
+
+bool SceneBuilder::require_world(std::string_view directive, SourceLocation where) {
+  if (!in_world_) context_.diagnostics.error(where, concat(directive, " is only allowed after WorldBegin"));
+  return in_world_;
+}
+
+bool SceneBuilder::require_options(std::string_view directive, SourceLocation where) {
+  if (in_world_) context_.diagnostics.error(where, concat(directive, " is only allowed before WorldBegin"));
+  return !in_world_;
+}
+
+// ---------------------------------------------------------------- transformations
+
+void SceneBuilder::set_transform(const Transform& t) {
+  if (state_.transforms_act_on_start) state_.ctm = t;
+}
+
+void SceneBuilder::concatenate(const Transform& t) {
+  if (state_.transforms_act_on_start) state_.ctm = state_.ctm * t;
+}
+
+void SceneBuilder::name_coordinate_system(const std::string& name) { coordinate_systems_[name] = state_.ctm; }
+
+void SceneBuilder::use_coordinate_system(const std::string& name, SourceLocation where) {
+  const auto known = coordinate_systems_.find(name);
+  if (known != coordinate_systems_.end()) {
+    state_.ctm = known->second;
+  } else {
+    context_.diagnostics.warning(
+        where, concat("there is no coordinate system \"", name, "\": the transformation stays as it is"));
+  }
+}
+
+void SceneBuilder::set_active_transform(std::string_view which, SourceLocation where) {
+  if (which != "All" && which != "StartTime" && which != "EndTime") {
+    context_.diagnostics.error(where, concat("expected All, StartTime or EndTime, found \"", which, "\""));
+    return;
+  }
+  state_.transforms_act_on_start = which != "EndTime";
+  if (which == "EndTime") {
+    context_.diagnostics.warning(where,
+                                 "motion is not supported yet: everything stands where it is when the shutter opens");
+  }
+}
+
+// ---------------------------------------------------------------- blocks and state
+
+void SceneBuilder::world_begin(SourceLocation where) {
+  if (!require_options("WorldBegin", where)) return;
+  in_world_ = true;
+  state_.ctm = Transform{};
+  state_.transforms_act_on_start = true;
+  name_coordinate_system("world");
+}
+
+void SceneBuilder::begin_block(std::string_view directive, SourceLocation where) {
+  if (require_world(directive, where)) blocks_.push_back({Block::Kind::kAttribute, where, state_});
+}
+
+void SceneBuilder::end_block(std::string_view directive, SourceLocation where) {
+  if (blocks_.empty() || blocks_.back().kind != Block::Kind::kAttribute) {
+    std::string problem = concat(directive, " without its beginning");
+    if (!blocks_.empty()) problem += concat(": the block that is open began on line ", blocks_.back().where.line);
+    context_.diagnostics.error(where, std::move(problem));
+    return;
+  }
+  state_ = std::move(blocks_.back().saved);
+  blocks_.pop_back();
+}
+
+void SceneBuilder::object_begin(const std::string& name, SourceLocation where) {
+  if (!require_world("ObjectBegin", where)) return;
+  blocks_.push_back({Block::Kind::kObject, where, state_});
+  if (current_object_ >= 0) {
+    context_.diagnostics.error(where, "ObjectBegin inside of another object");
+    return;
+  }
+  current_object_ = context_.scene.objects_size();
+  context_.scene.add_objects()->set_name(name);
+  if (!object_index_.try_emplace(name, current_object_).second) {
+    context_.diagnostics.error(where, concat("object \"", name, "\" is defined a second time"));
+  }
+}
+
+void SceneBuilder::object_end(SourceLocation where) {
+  if (blocks_.empty() || blocks_.back().kind != Block::Kind::kObject) {
+    context_.diagnostics.error(where, "ObjectEnd without ObjectBegin");
+    return;
+  }
+  state_ = std::move(blocks_.back().saved);
+  blocks_.pop_back();
+  current_object_ = -1;
+}
+
+void SceneBuilder::object_instance(const std::string& name, SourceLocation where) {
+  if (!require_world("ObjectInstance", where)) return;
+  if (current_object_ >= 0) {
+    context_.diagnostics.error(where, "ObjectInstance inside of an object");
+    return;
+  }
+  pending_instances_.push_back({name, state_.ctm, where});
+}
+
+void SceneBuilder::set_color_space(const std::string& name, SourceLocation where) {
+  if (const std::optional<ColorSpace> space = color_space_of(name)) {
+    state_.color_space = *space;
+    if (*space != ColorSpace::kSrgb) {
+      context_.diagnostics.warning(where, concat("colours in \"", name,
+                                                 "\" are converted to linear Rec.709; "
+                                                 "images are taken as they are"));
+    }
+  } else {
+    context_.diagnostics.error(
+        where, concat("unknown colour space \"", name, "\": expected srgb, dci-p3, rec2020 or aces2065-1"));
+  }
+}
+
+void SceneBuilder::set_attributes(const std::string& target, std::vector<Parameter> parameters, SourceLocation where) {
+  if (target != "shape" && target != "light" && target != "material" && target != "medium" && target != "texture") {
+    context_.diagnostics.error(where, concat("unknown target \"", target,
+                                             "\" of Attribute: expected shape, light, material, medium or texture"));
+    return;
+  }
+  std::vector<Parameter>& defaults = state_.attributes[target];
+  defaults.insert(defaults.end(), std::make_move_iterator(parameters.begin()),
+                  std::make_move_iterator(parameters.end()));
+}
+
+void SceneBuilder::option(const std::string& name, std::string_view value, SourceLocation where) {
+  if (require_options("Option", where)) write_option(context_, name, value, where);
+}
+
+// ---------------------------------------------------------------- before the world
+
+void SceneBuilder::camera(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_options("Camera", where)) return;
+  camera_ = {type, list("camera", type, std::move(parameters), where)};
+  camera_from_world_ = state_.ctm;
+  coordinate_systems_["camera"] = inverse(state_.ctm).value_or(Transform{});
+}
+
+void SceneBuilder::film(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (require_options("Film", where)) film_ = {type, list("film", type, std::move(parameters), where)};
+}
+
+void SceneBuilder::pixel_filter(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (require_options("PixelFilter", where)) filter_ = {type, list("filter", type, std::move(parameters), where)};
+}
+
+void SceneBuilder::sampler(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (require_options("Sampler", where)) sampler_ = {type, list("sampler", type, std::move(parameters), where)};
+}
+
+void SceneBuilder::integrator(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (require_options("Integrator", where))
+    integrator_ = {type, list("integrator", type, std::move(parameters), where)};
+}
+
+void SceneBuilder::accelerator(const std::string&, std::vector<Parameter>, SourceLocation where) {
+  require_options("Accelerator", where);  // how rays find surfaces is the renderer's own affair
+}
+
+// ---------------------------------------------------------------- materials, media, lights, shapes
+
+void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter>, SourceLocation where) {
+  if (!media_.insert(name).second) {
+    context_.diagnostics.error(where, concat("medium \"", name, "\" is defined a second time"));
+    return;
+  }
+  context_.diagnostics.warning(where,
+                               concat("medium \"", name, "\": media are not supported yet: rendered as empty space"));
+}
+
+void SceneBuilder::medium_interface(const std::string& inside, const std::string& outside, SourceLocation where) {
+  for (const std::string& name : {inside, outside}) {
+    if (!name.empty() && !media_.contains(name)) {
+      context_.diagnostics.error(where, concat("there is no medium \"", name, "\""));
+      return;
+    }
+  }
+}
+
+void SceneBuilder::make_named_material(const std::string& name, std::vector<Parameter> parameters,
+                                       SourceLocation where) {
+  materials_.define_named(name, list("material", name, std::move(parameters), where, "material"));
+}
+
+void SceneBuilder::material(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_world("Material", where)) return;
+  ParameterList all = list("material", type, std::move(parameters), where, "material");
+  state_.material = {materials_.define_anonymous(type, std::move(all)), ""};
+}
+
+void SceneBuilder::texture(const std::string& name, const std::string& value_type, const std::string& type,
+                           std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_world("Texture", where)) return;
+  if (value_type != "float" && value_type != "spectrum") {
+    context_.diagnostics.error(
+        where, concat("texture \"", name, "\": expected type float or spectrum, found \"", value_type, "\""));
+    return;
+  }
+  textures_.define(value_type == "float" ? TextureKind::kFloat : TextureKind::kSpectrum, name, type,
+                   list("texture", type, std::move(parameters), where, "texture"));
+}
+
+void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_world("LightSource", where)) return;
+  ParameterList all = list("light", type, std::move(parameters), where, "light");
+  add_light(context_, type, all, state_.ctm);
+}
+
+void SceneBuilder::area_light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_world("AreaLightSource", where)) return;
+  state_.has_area_light = true;
+  state_.area_light_type = type;
+  state_.area_light = list("area light", type, std::move(parameters), where, "light");
+}
+
+void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
+  if (!state_.has_area_light) return;
+  if (current_object_ >= 0) {
+    context_.diagnostics.warning(pending.where, "area lights on the shapes of an object are ignored, as in pbrt-v4");
+    return;
+  }
+  if (std::optional<AreaLightInput> light = read_area_light(context_, state_.area_light_type, state_.area_light)) {
+    *shape.mutable_area_light() = std::move(light->light);
+    pending.power = light->power;
+  }
+}
+
+void SceneBuilder::shape(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+  if (!require_world("Shape", where)) return;
+  ParameterList all = list("shape", type, std::move(parameters), where, "shape");
+  ValueReader values(context_, textures_, all);
+  auto* shapes = current_object_ >= 0 ? context_.scene.mutable_objects(current_object_)->mutable_shapes()
+                                      : context_.scene.mutable_shapes();
+  v1::Shape* message = shapes->Add();
+  const double volume = state_.ctm.determinant3();
+  const bool singular = volume == 0 || !state_.ctm.is_finite();
+  ShapeResult result;
+  if (singular) {
+    context_.diagnostics.warning(where, concat(all.owner(), ": its transformation is singular: it is left out"));
+  } else {
+    result = write_shape(type, values, *message);
+  }
+  if (!result.kept) {
+    shapes->RemoveLast();
+    return;
+  }
+  write_matrix(state_.ctm, *message->mutable_world_from_object());
+  message->set_reverse_orientation(state_.reverse_orientation);
+  const std::filesystem::path file = context_.diagnostics.file_name(where.file);
+  message->set_name(concat(type, ", ", file.filename().string(), ":", where.line));
+  PendingShape pending{message, current_object_, state_.material, state_.ctm, result.ply_file, result.alpha_texture, 0,
+                       where};
+  bind_area_light(pending, *message);
+  pending_shapes_.push_back(std::move(pending));
+}
+
+}  // namespace tessera::client::pbrt

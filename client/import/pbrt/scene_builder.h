@@ -1,0 +1,138 @@
+// pbrt's graphics state: takes directives in the order of the file and makes the scene.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "import/pbrt/camera_film.h"
+#include "import/pbrt/lights.h"
+#include "import/pbrt/materials.h"
+
+namespace tessera::client::pbrt {
+
+/// What AttributeBegin saves and AttributeEnd restores.
+struct GraphicsState {
+  Transform ctm;  // world_from_object inside the world block, camera_from_world before it
+  bool reverse_orientation = false;
+  bool transforms_act_on_start = true;  // ActiveTransform
+  MaterialRef material;
+  bool has_area_light = false;
+  std::string area_light_type;
+  ParameterList area_light;
+  ColorSpace color_space = ColorSpace::kSrgb;
+  std::map<std::string, std::vector<Parameter>> attributes;  // defaults by target: "shape", "light", ...
+};
+
+class SceneBuilder {
+ public:
+  explicit SceneBuilder(Context& context);
+
+  // Transformations.
+  void set_transform(const Transform& t);
+  void concatenate(const Transform& t);
+  void name_coordinate_system(const std::string& name);
+  void use_coordinate_system(const std::string& name, SourceLocation where);
+  void set_active_transform(std::string_view which, SourceLocation where);
+
+  // Blocks and state.
+  void world_begin(SourceLocation where);
+  // AttributeBegin and AttributeEnd; TransformBegin and TransformEnd are the same in pbrt-v4.
+  void begin_block(std::string_view directive, SourceLocation where);
+  void end_block(std::string_view directive, SourceLocation where);
+  void object_begin(const std::string& name, SourceLocation where);
+  void object_end(SourceLocation where);
+  void object_instance(const std::string& name, SourceLocation where);
+  void reverse_orientation() { state_.reverse_orientation = !state_.reverse_orientation; }
+  void set_color_space(const std::string& name, SourceLocation where);
+  void set_attributes(const std::string& target, std::vector<Parameter> parameters, SourceLocation where);
+  void option(const std::string& name, std::string_view value, SourceLocation where);
+  bool in_world() const { return in_world_; }
+  /// Import reads a file without letting it change the state.
+  GraphicsState state() const { return state_; }
+  void restore(GraphicsState state) { state_ = std::move(state); }
+
+  /// A directive of the form `Name "type" parameters`, before or inside the world block.
+  using Typed = void (SceneBuilder::*)(const std::string& type, std::vector<Parameter> parameters,
+                                       SourceLocation where);
+  void camera(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void film(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void pixel_filter(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void sampler(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void integrator(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void accelerator(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void make_named_medium(const std::string& name, std::vector<Parameter> parameters, SourceLocation where);
+  void make_named_material(const std::string& name, std::vector<Parameter> parameters, SourceLocation where);
+  void material(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void area_light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  void shape(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+
+  void texture(const std::string& name, const std::string& value_type, const std::string& type,
+               std::vector<Parameter> parameters, SourceLocation where);
+  void named_material(const std::string& name) { state_.material = {-1, name}; }
+  void medium_interface(const std::string& inside, const std::string& outside, SourceLocation where);
+
+  /// Color space for parameters that are being read.
+  ColorSpace color_space() const { return state_.color_space; }
+
+  /// At the end of the file: reads the meshes, converts what is used and checks that all is closed.
+  void finish();
+
+ private:
+  struct Block {
+    enum class Kind { kAttribute, kObject } kind;
+    SourceLocation where;
+    GraphicsState saved;
+  };
+  /// A shape whose message waits for its mesh and its material.
+  struct PendingShape {
+    v1::Shape* shape = nullptr;
+    int object = -1;  // index in the scene; -1: in the world
+    MaterialRef material;
+    Transform world_from_object;
+    std::string ply_file;
+    std::string alpha_texture;
+    double power = 0;  // of its area light, where that is given
+    SourceLocation where;
+  };
+  struct PendingInstance {
+    std::string object;
+    Transform world_from_instance;
+    SourceLocation where;
+  };
+
+  ParameterList list(std::string_view what, const std::string& type, std::vector<Parameter> parameters,
+                     SourceLocation where, const std::string& attribute_target = "");
+  bool require_world(std::string_view directive, SourceLocation where);
+  bool require_options(std::string_view directive, SourceLocation where);
+  void bind_area_light(PendingShape& pending, v1::Shape& shape);
+
+  void place_instances();
+  void load_meshes();
+  void resolve_materials_and_textures();
+  void resolve_powers();
+
+  Context& context_;
+  TextureTable textures_;
+  MaterialTable materials_;
+  GraphicsState state_;
+  bool in_world_ = false;
+  std::vector<Block> blocks_;
+  std::map<std::string, Transform> coordinate_systems_;
+  std::map<std::string, int> object_index_;
+  int current_object_ = -1;
+  std::vector<PendingShape> pending_shapes_;
+  std::vector<PendingInstance> pending_instances_;
+  std::set<std::string> media_;
+
+  Directive camera_{"perspective", {}};
+  Directive film_{"rgb", {}};
+  Directive filter_{"gaussian", {}};
+  Directive sampler_{"zsobol", {}};
+  Directive integrator_{"volpath", {}};
+  Transform camera_from_world_;
+};
+
+}  // namespace tessera::client::pbrt

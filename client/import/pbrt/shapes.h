@@ -1,0 +1,28 @@
+// pbrt shapes -> Shape messages.
+#pragma once
+
+#include <string>
+
+#include "import/pbrt/textures.h"
+#include "wire/mesh_blob.h"
+
+namespace tessera::client::pbrt {
+
+/// What a shape still needs when its message is written.
+struct ShapeResult {
+  bool kept = false;          // false: left out, with a warning, or after an error
+  std::string ply_file;       // of a plymesh, as the scene names it
+  std::string alpha_texture;  // which may be defined further on in the file
+};
+
+/// Fills in the geometry of a shape of `type`, and its alpha where that is constant.
+ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape& shape);
+
+/// Surface area in world space; meshes are looked up in the blobs. Exact for spheres and disks under uniform scaling.
+double world_area(const v1::Shape& shape, const Transform& world_from_object, const BlobCollector& blobs);
+
+/// Geometric normals of triangles that have vertex normals are on their side in pbrt-v4, whatever the winding: turns
+/// the triangles that disagree.
+void turn_faces_to_normals(wire::MeshData& mesh);
+
+}  // namespace tessera::client::pbrt

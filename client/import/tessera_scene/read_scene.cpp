@@ -1,0 +1,145 @@
+#include "import/tessera_scene/read_scene.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "google/protobuf/io/tokenizer.h"
+#include "google/protobuf/io/zero_copy_stream_impl_lite.h"
+#include "import/input/blob_collector.h"
+#include "import/input/concat.h"
+#include "import/input/input_file.h"
+#include "import/ply/ply_reader.h"
+#include "import/tessera_scene/blob_refs.h"
+#include "wire/mesh_blob.h"
+
+namespace tessera::client::tessera_scene {
+namespace {
+
+/// protobuf counts lines and columns from 0.
+class ErrorCollector : public google::protobuf::io::ErrorCollector {
+ public:
+  ErrorCollector(Diagnostics& diagnostics, std::uint32_t file) : diagnostics_(diagnostics), file_(file) {}
+
+  void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
+    diagnostics_.error(location(line, column), message);
+  }
+  void AddWarning(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
+    diagnostics_.warning(location(line, column), message);
+  }
+
+ private:
+  SourceLocation location(int line, int column) const {
+    return {file_, static_cast<std::uint32_t>(line + 1), static_cast<std::uint32_t>(column + 1)};
+  }
+
+  Diagnostics& diagnostics_;
+  std::uint32_t file_;
+};
+
+/// Finds the bytes of one reference, and completes it.
+class BlobResolver {
+ public:
+  BlobResolver(std::filesystem::path directory, BlobCollector& blobs, Diagnostics& diagnostics)
+      : directory_(std::move(directory)), blobs_(blobs), diagnostics_(diagnostics) {}
+
+  absl::Status resolve(v1::BlobRef& ref, bool is_mesh, SourceLocation where) {
+    if (ref.path().empty()) {
+      return absl::InvalidArgumentError("expected \"path\": a scene file names each blob by its file");
+    }
+    const std::filesystem::path path = directory_ / ref.path();
+    const bool is_ply = is_mesh && (path.extension() == ".ply" || path.string().ends_with(".ply.gz"));
+    absl::StatusOr<v1::BlobRef> found = is_ply ? convert_ply(path, where) : blobs_.add_file(path, ref.path());
+    if (!found.ok()) return found.status();
+    if (is_mesh && !is_ply) {
+      if (absl::Status status = check_mesh(path); !status.ok()) return status;
+    }
+    if (!ref.digest().empty() && ref.digest() != found->digest()) {
+      return absl::InvalidArgumentError(
+          concat(path.string(), ": its digest is ", found->digest(), ", not ", ref.digest(), " as the scene says"));
+    }
+    ref.set_digest(found->digest());
+    ref.set_size_bytes(found->size_bytes());
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::StatusOr<v1::BlobRef> convert_ply(const std::filesystem::path& path, SourceLocation where) {
+    absl::StatusOr<InputFile> file = InputFile::open(path);
+    if (!file.ok()) return file.status();
+    absl::StatusOr<PlyMesh> ply = read_ply(file->bytes());
+    if (!ply.ok()) return absl::InvalidArgumentError(concat(path.string(), ": ", ply.status().message()));
+    for (const std::string& warning : ply->warnings) {
+      diagnostics_.warning(where, concat(path.string(), ": ", warning));
+    }
+    return blobs_.add_bytes(wire::encode_mesh(ply->mesh));
+  }
+
+  static absl::Status check_mesh(const std::filesystem::path& path) {
+    absl::StatusOr<InputFile> file = InputFile::open(path);
+    if (!file.ok()) return file.status();
+    const absl::StatusOr<wire::MeshView> mesh = wire::decode_mesh(file->bytes());
+    return mesh.ok() ? absl::OkStatus()
+                     : absl::InvalidArgumentError(concat(path.string(), ": ", mesh.status().message()));
+  }
+
+  std::filesystem::path directory_;
+  BlobCollector& blobs_;
+  Diagnostics& diagnostics_;
+};
+
+absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path, std::uint32_t file,
+                                          Locations* locations, Diagnostics& diagnostics) {
+  BlobCollector blobs;
+  BlobResolver resolver(path.parent_path(), blobs, diagnostics);
+  for_each_blob_ref(scene, locations, [&](v1::BlobRef& ref, bool is_mesh, int line) {
+    const SourceLocation where{file, static_cast<std::uint32_t>(line), 0};
+    if (diagnostics.full()) return;
+    if (absl::Status status = resolver.resolve(ref, is_mesh, where); !status.ok()) {
+      diagnostics.error(where, std::string(status.message()));
+    }
+  });
+  if (absl::Status status = diagnostics.status(); !status.ok()) return status;
+  if (scene.name().empty()) scene.set_name(path.stem().string());
+  return ImportedScene{std::move(scene), blobs.take(), diagnostics.warnings()};
+}
+
+}  // namespace
+
+absl::StatusOr<ImportedScene> read_text_scene(const std::filesystem::path& path) {
+  absl::StatusOr<InputFile> input = InputFile::open(path);
+  if (!input.ok()) return input.status();
+  const std::string_view bytes = input->bytes();
+  if (bytes.size() > std::numeric_limits<int>::max()) {
+    return absl::InvalidArgumentError(concat(path.string(), ": larger than 2 GiB"));
+  }
+  Diagnostics diagnostics;
+  const std::uint32_t file = diagnostics.add_file(path.string());
+  ErrorCollector errors(diagnostics, file);
+  Locations locations;
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&errors);
+  parser.WriteLocationsTo(&locations);
+  v1::Scene scene;
+  google::protobuf::io::ArrayInputStream stream(bytes.data(), static_cast<int>(bytes.size()));
+  if (!parser.Parse(&stream, &scene) && !diagnostics.has_errors()) {
+    diagnostics.error({file, 0, 0}, "not a Scene in protobuf text format");
+  }
+  if (absl::Status status = diagnostics.status(); !status.ok()) return status;
+  return resolve_all(std::move(scene), path, file, &locations, diagnostics);
+}
+
+absl::StatusOr<ImportedScene> read_binary_scene(const std::filesystem::path& path) {
+  absl::StatusOr<InputFile> input = InputFile::open(path);
+  if (!input.ok()) return input.status();
+  const std::string_view bytes = input->bytes();
+  v1::Scene scene;
+  if (bytes.size() > std::numeric_limits<int>::max() ||
+      !scene.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return absl::InvalidArgumentError(concat(path.string(), ": not a serialized Scene"));
+  }
+  Diagnostics diagnostics;
+  const std::uint32_t file = diagnostics.add_file(path.string());
+  return resolve_all(std::move(scene), path, file, nullptr, diagnostics);
+}
+
+}  // namespace tessera::client::tessera_scene

@@ -1,0 +1,20 @@
+// What the importer's fuzz tests feed with bytes: every function takes anything and must return.
+#pragma once
+
+#include <string_view>
+
+namespace tessera::fuzz {
+
+/// The PLY reader; what it accepts must make a sound mesh blob.
+void try_ply(std::string_view bytes);
+
+/// The pbrt importer, on a file with these bytes in `folder`; what it accepts must be a sound scene.
+void try_pbrt(std::string_view bytes, const char* folder);
+
+/// The reader of scenes in text form, likewise.
+void try_text_scene(std::string_view bytes, const char* folder);
+
+/// Whether the importer takes a file with these bytes at `path`, whose ending tells its format.
+bool is_accepted(std::string_view bytes, const char* path);
+
+}  // namespace tessera::fuzz

@@ -1,0 +1,246 @@
+// What pbrt directives mean: transformations, attributes, objects, camera, film, settings.
+#include <cmath>
+
+#include "unit/import/import_fixture.h"
+
+namespace tessera::client {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class PbrtScene : public ImportTest {};
+
+std::vector<double> column3(const v1::Matrix& m) {
+  if (m.elements().empty()) return {0, 0, 0};
+  return {m.elements(3), m.elements(7), m.elements(11)};
+}
+
+TEST_F(PbrtScene, DefaultsAreThoseOfPbrt) {
+  const ImportedScene scene = world("");
+  EXPECT_EQ(scene.scene.film().width(), 1280u);
+  EXPECT_EQ(scene.scene.film().height(), 720u);
+  EXPECT_EQ(scene.scene.film().filter().kind(), v1::PixelFilter::GAUSSIAN);
+  EXPECT_FLOAT_EQ(scene.scene.film().filter().radius_x(), 1.5f);
+  EXPECT_FLOAT_EQ(scene.scene.film().filter().sigma(), 0.5f);
+  EXPECT_FALSE(scene.scene.film().has_exposure());
+  EXPECT_FLOAT_EQ(scene.scene.camera().perspective().fov_degrees(), 90);
+  EXPECT_EQ(scene.scene.settings().sampler(), "sobol");
+  EXPECT_EQ(scene.scene.settings().spp(), 16u);
+  EXPECT_EQ(scene.scene.settings().max_depth(), 5u);
+  EXPECT_EQ(scene.scene.name(), "scene");
+  EXPECT_EQ(warnings_of(scene), "");
+}
+
+TEST_F(PbrtScene, CameraStandsWhereTheTransformPutsIt) {
+  const auto result = import_text(
+      "Scale -1 1 1 LookAt 1 2 3  1 2 10  0 1 0\n"
+      "Camera \"perspective\" \"float fov\" 40 \"float lensradius\" .1 \"float focaldistance\" 7\n"
+      "  \"float shutteropen\" 0 \"float shutterclose\" [ .5 ]\n"
+      "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" [ 30 ] \"float iso\" 400 \"string filename\" "
+      "\"a b.exr\"\n"
+      "PixelFilter \"sinc\" Sampler \"independent\" \"integer pixelsamples\" 9 \"integer seed\" 5\n"
+      "Integrator \"path\" \"integer maxdepth\" 0\nWorldBegin\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Scene& scene = result->scene;
+  EXPECT_THAT(column3(scene.camera().world_from_camera()), ElementsAre(1, 2, 3));
+  EXPECT_DOUBLE_EQ(scene.camera().world_from_camera().elements(0), -1);  // Scale -1 1 1 mirrors the image
+  EXPECT_DOUBLE_EQ(scene.camera().world_from_camera().elements(10), 1);
+  EXPECT_FLOAT_EQ(scene.camera().perspective().fov_degrees(), 40);
+  EXPECT_FLOAT_EQ(scene.camera().perspective().lens_radius(), 0.1f);
+  EXPECT_FLOAT_EQ(scene.film().exposure(), 2);  // half the time, four times the sensitivity
+  EXPECT_EQ(scene.film().filter().kind(), v1::PixelFilter::LANCZOS);
+  EXPECT_FLOAT_EQ(scene.film().filter().tau(), 3);
+  EXPECT_EQ(scene.settings().sampler(), "independent");
+  EXPECT_EQ(scene.settings().spp(), 9u);
+  EXPECT_EQ(scene.settings().seed(), 5u);
+  EXPECT_TRUE(scene.settings().has_max_depth());
+  EXPECT_EQ(scene.settings().max_depth(), 0u);
+  EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtScene, TransformsNestAndRestore) {
+  const ImportedScene scene = world(
+      "Translate 1 0 0\nCoordinateSystem \"here\"\n"
+      "AttributeBegin Translate 0 1 0 Shape \"sphere\" AttributeEnd\n"
+      "TransformBegin Translate 0 0 1 Shape \"sphere\" TransformEnd\n"
+      "Transform [ 2 0 0 0  0 2 0 0  0 0 2 0  7 8 9 1 ] Shape \"sphere\"\n"
+      "ConcatTransform [ 1 0 0 0  0 1 0 0  0 0 1 0  1 1 1 1 ] Shape \"sphere\"\n"
+      "CoordSysTransform \"here\" Shape \"sphere\" Identity Shape \"sphere\"\n");
+  ASSERT_EQ(scene.scene.shapes_size(), 6);
+  const auto at = [&](int i) { return column3(scene.scene.shapes(i).world_from_object()); };
+  EXPECT_THAT(at(0), ElementsAre(1, 1, 0));
+  EXPECT_THAT(at(1), ElementsAre(1, 0, 1));
+  EXPECT_THAT(at(2), ElementsAre(7, 8, 9));
+  EXPECT_THAT(at(3), ElementsAre(9, 10, 11));
+  EXPECT_THAT(at(4), ElementsAre(1, 0, 0));
+  EXPECT_EQ(scene.scene.shapes(5).world_from_object().elements_size(), 0);
+}
+
+TEST_F(PbrtScene, AttributesAreSavedAndDefaultsApply) {
+  const ImportedScene scene = world(
+      "Attribute \"shape\" \"float radius\" 3\n"
+      "AttributeBegin ReverseOrientation AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] \"bool twosided\" \"true\"\n"
+      "  Attribute \"shape\" \"float phimax\" 180 Shape \"sphere\" Shape \"sphere\" \"float radius\" 2 AttributeEnd\n"
+      "Shape \"sphere\"\n");
+  ASSERT_EQ(scene.scene.shapes_size(), 3);
+  const v1::Shape& first = scene.scene.shapes(0);
+  EXPECT_TRUE(first.reverse_orientation());
+  EXPECT_FLOAT_EQ(first.sphere().radius(), 3);
+  EXPECT_FLOAT_EQ(first.sphere().phi_max_degrees(), 180);
+  EXPECT_FLOAT_EQ(first.area_light().radiance().rgb().b(), 3);
+  EXPECT_TRUE(first.area_light().two_sided());
+  EXPECT_FALSE(first.area_light().has_scale());
+  EXPECT_FLOAT_EQ(scene.scene.shapes(1).sphere().radius(), 2);
+  EXPECT_FALSE(scene.scene.shapes(2).has_area_light());
+  EXPECT_FALSE(scene.scene.shapes(2).reverse_orientation());
+  EXPECT_FALSE(scene.scene.shapes(2).sphere().has_phi_max_degrees());
+  EXPECT_EQ(warnings_of(scene), "");
+}
+
+TEST_F(PbrtScene, ObjectsArePlacedAndUnusedOnesDropped) {
+  const ImportedScene scene = world(
+      "Translate 1 0 0 ObjectBegin \"a\" Translate 0 1 0 Shape \"sphere\" ObjectEnd\n"
+      "ObjectBegin \"empty\" ObjectEnd ObjectBegin \"unused\" Shape \"plymesh\" \"string filename\" \"missing.ply\" "
+      "ObjectEnd\n"
+      "ObjectInstance \"a\" AttributeBegin Translate 0 0 5 ObjectInstance \"a\" AttributeEnd ObjectInstance "
+      "\"empty\"\n");
+  ASSERT_EQ(scene.scene.objects_size(), 1);
+  EXPECT_EQ(scene.scene.objects(0).name(), "a");
+  EXPECT_THAT(column3(scene.scene.objects(0).shapes(0).world_from_object()), ElementsAre(1, 1, 0));
+  ASSERT_EQ(scene.scene.instances_size(), 2);
+  EXPECT_THAT(column3(scene.scene.instances(0).world_from_instance()), ElementsAre(1, 0, 0));
+  EXPECT_THAT(column3(scene.scene.instances(1).world_from_instance()), ElementsAre(1, 0, 5));
+  EXPECT_EQ(scene.scene.shapes_size(), 0);
+}
+
+TEST_F(PbrtScene, IncludesActInPlaceAndImportsDoNotLeak) {
+  write("parts/more words.pbrt", "Translate 1 0 0 Material \"diffuse\" Shape \"sphere\"");
+  const ImportedScene scene =
+      world("Import \"parts/more words.pbrt\" Shape \"sphere\" Include \"parts/more words.pbrt\" Shape \"sphere\"");
+  ASSERT_EQ(scene.scene.shapes_size(), 4);
+  const double xs[] = {1, 0, 1, 1};
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(column3(scene.scene.shapes(i).world_from_object())[0], xs[i]) << i;
+  EXPECT_EQ(scene.scene.shapes(1).material(), "");
+  EXPECT_EQ(scene.scene.shapes(2).material(), scene.scene.shapes(3).material());
+}
+
+TEST_F(PbrtScene, ReadsCommentsEscapesAndOddNumbers) {
+  const ImportedScene scene = world(
+      "Shape \"trianglemesh\" # the floor\n  \"point3 P\" [ # corners\n -0 0 0  +1 0 4.37114e-8 # one\n 0 1 0 ] # "
+      "done\n"
+      "  # nothing\n  \"integer indices\" [0 1 2]\"string nonsense\"[\"a \\\"b\\\"\"]\n");
+  ASSERT_EQ(scene.scene.shapes_size(), 1);
+  EXPECT_THAT(warnings_of(scene),
+              HasSubstr("scene.pbrt:7:28: parameter \"string nonsense\" of shape \"trianglemesh\" is not "
+                        "known: it is ignored"));
+}
+
+TEST_F(PbrtScene, EqualMeshesAreOneBlob) {
+  const ImportedScene scene = world(std::string(kTriangle) + "Translate 1 1 1\n" + kTriangle);
+  EXPECT_EQ(scene.scene.shapes_size(), 2);
+  EXPECT_THAT(scene.blobs, SizeIs(1));
+  EXPECT_EQ(scene.scene.shapes(0).mesh().blob().digest(), scene.blobs[0].ref.digest());
+  EXPECT_EQ(scene.scene.shapes(0).mesh().blob().size_bytes(), scene.blobs[0].bytes.size());
+}
+
+TEST_F(PbrtScene, FacesTurnToTheirVertexNormals) {
+  // pbrt: with vertex normals, the geometric normal is on their side whatever the winding.
+  const ImportedScene scene =
+      world("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"normal N\" [ 0 0 -1 0 0 -1 0 0 -1 ]");
+  const auto mesh = wire::decode_mesh(scene.blobs.at(0).bytes);
+  ASSERT_TRUE(mesh.ok());
+  EXPECT_THAT(mesh->indices, ElementsAre(0, 2, 1));
+}
+
+TEST_F(PbrtScene, ReadsCompressedFiles) {
+  // gzip of "WorldBegin Shape \"sphere\"\n", made with zlib at its default level.
+  const unsigned char bytes[] = {0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x03, 0x0b, 0xcf,
+                                 0x2f, 0xca, 0x49, 0x71, 0x4a, 0x4d, 0xcf, 0xcc, 0x53, 0x08, 0xce, 0x48,
+                                 0x2c, 0x48, 0x55, 0x50, 0x2a, 0x2e, 0xc8, 0x48, 0x2d, 0x4a, 0x55, 0xe2,
+                                 0x02, 0x00, 0x74, 0xab, 0x29, 0x3e, 0x1a, 0x00, 0x00, 0x00};
+  const std::string_view all(reinterpret_cast<const char*>(bytes), sizeof(bytes));
+  const auto scene = import_scene(write("a.pbrt.gz", all));
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ(scene->scene.shapes_size(), 1);
+  EXPECT_EQ(scene->scene.name(), "a");
+  for (std::size_t size = 0; size < all.size(); ++size) {
+    EXPECT_FALSE(import_scene(write("cut.pbrt.gz", all.substr(0, size))).ok()) << size;
+  }
+}
+
+TEST_F(PbrtScene, NamesInOtherEncodingsStayApart) {
+  // Latin-1, which protobuf would refuse to read back.
+  const ImportedScene scene = world(
+      "MakeNamedMaterial \"M\xf6"
+      "bel\" \"string type\" \"diffuse\" MakeNamedMaterial \"M\xe4"
+      "bel\" \"string type\" "
+      "\"diffuse\"\nMakeNamedMaterial \"\xc3\xb6\" \"string type\" \"diffuse\"\n"
+      "NamedMaterial \"M\xf6"
+      "bel\" Shape \"sphere\" NamedMaterial \"M\xe4"
+      "bel\" Shape \"sphere\" NamedMaterial "
+      "\"\xc3\xb6\" Shape \"sphere\"");
+  ASSERT_EQ(scene.scene.materials_size(), 3);
+  EXPECT_EQ(scene.scene.shapes(0).material(), "M%F6bel");
+  EXPECT_EQ(scene.scene.shapes(1).material(), "M%E4bel");
+  EXPECT_EQ(scene.scene.shapes(2).material(), "\xc3\xb6");
+  EXPECT_EQ(scene.scene.materials(0).name(), scene.scene.shapes(0).material());
+  v1::Scene copy;
+  EXPECT_TRUE(copy.ParseFromString(scene.scene.SerializeAsString()));
+}
+
+TEST_F(PbrtScene, PartialSpheresAreClampedAsInPbrt) {
+  const ImportedScene scene = world(
+      "Shape \"sphere\" \"float radius\" 2 \"float zmin\" 1 \"float zmax\" -1 \"float phimax\" 90\n"
+      "Shape \"sphere\" \"float zmin\" -5 \"float zmax\" 5 \"float phimax\" 400\n");
+  EXPECT_FLOAT_EQ(scene.scene.shapes(0).sphere().z_min(), -1);
+  EXPECT_FLOAT_EQ(scene.scene.shapes(0).sphere().z_max(), 1);
+  EXPECT_FLOAT_EQ(scene.scene.shapes(0).sphere().phi_max_degrees(), 90);
+  const v1::Sphere& whole = scene.scene.shapes(1).sphere();
+  EXPECT_FALSE(whole.has_z_min() || whole.has_z_max() || whole.has_phi_max_degrees());
+}
+
+TEST_F(PbrtScene, WhatIsDefinedLaterIsFound) {
+  // pbrt-v4 looks names up when it has read everything.
+  const ImportedScene scene = world(
+      "AreaLightSource \"diffuse\" NamedMaterial \"none\" Shape \"sphere\" \"texture alpha\" \"a\" ObjectInstance "
+      "\"o\"\n"
+      "MakeNamedMaterial \"none\" \"string type\" \"interface\" Texture \"a\" \"float\" \"constant\" \"float value\" "
+      ".5\n"
+      "AttributeBegin ObjectBegin \"o\" Shape \"disk\" ObjectEnd AttributeEnd\n");
+  EXPECT_EQ(scene.scene.shapes(0).alpha().texture(), "a");
+  EXPECT_FALSE(scene.scene.shapes(0).has_area_light());
+  EXPECT_EQ(scene.scene.instances_size(), 1);
+  EXPECT_THAT(warnings_of(scene), HasSubstr("interface material is ignored"));
+}
+
+TEST_F(PbrtScene, DefinitionsWithoutEffectAreWarnedOf) {
+  const auto scene = import_scene(write("a.pbrt", "WorldBegin"), {.threads = 1, .defines = {{"x", "1"}}});
+  ASSERT_TRUE(scene.ok());
+  EXPECT_THAT(warnings_of(*scene), HasSubstr("definitions have no effect"));
+}
+
+TEST_F(PbrtScene, NamesWhatIsMissing) {
+  const ImportedScene scene = world(
+      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"fog\" \"\"\nMaterial \"interface\"\n"
+      "AreaLightSource \"diffuse\"\nShape \"sphere\"\nShape \"curve\" \"point3 P\" [ 0 0 0  1 0 0  1 1 0  2 2 2 ]\n"
+      "Shape \"cylinder\"\nActiveTransform EndTime Translate 3 3 3 ActiveTransform All\nShape \"sphere\"\n"
+      "Scale 1 0 1 Shape \"sphere\"\n");
+  EXPECT_EQ(scene.scene.shapes_size(), 2);
+  EXPECT_TRUE(scene.scene.materials(0).has_interface());
+  EXPECT_FALSE(scene.scene.shapes(0).has_area_light());
+  EXPECT_EQ(scene.scene.shapes(1).world_from_object().elements_size(), 0);
+  const std::string warnings = warnings_of(scene);
+  EXPECT_THAT(warnings,
+              HasSubstr("scene.pbrt:2:1: medium \"fog\": media are not supported yet: rendered as empty space"));
+  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:6:1: an area light on a shape of interface material is ignored"));
+  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:7:1: shape \"curve\" is not supported yet: it is left out"));
+  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:8:1: shape \"cylinder\""));
+  EXPECT_THAT(warnings, HasSubstr("motion is not supported yet"));
+  EXPECT_THAT(warnings, HasSubstr("its transformation is singular"));
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -1,0 +1,237 @@
+// Materials, textures, spectra and lights of pbrt files.
+#include <numbers>
+
+#include "import/spectra/named_spectra.h"
+#include "import/spectra/photometry.h"
+#include "unit/import/import_fixture.h"
+
+namespace tessera::client {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+class PbrtValues : public ImportTest {
+ protected:
+  /// The material of a sphere that has it.
+  v1::Material material(const std::string& text) {
+    const ImportedScene scene = world("Material " + text + "\nShape \"sphere\"");
+    warnings_ = warnings_of(scene);
+    EXPECT_EQ(scene.scene.materials_size(), 1);
+    return scene.scene.materials_size() > 0 ? scene.scene.materials(0) : v1::Material();
+  }
+
+  v1::Light light(const std::string& text) {
+    const ImportedScene scene = world(text);
+    warnings_ = warnings_of(scene);
+    EXPECT_EQ(scene.scene.lights_size(), 1);
+    return scene.scene.lights_size() > 0 ? scene.scene.lights(0) : v1::Light();
+  }
+
+  std::string warnings_;
+};
+
+TEST_F(PbrtValues, MaterialsHavePbrtsDefaults) {
+  EXPECT_FLOAT_EQ(material("\"diffuse\"").diffuse().reflectance().constant().constant(), 0.5f);
+
+  const v1::ConductorMaterial copper = material("\"conductor\"").conductor();
+  EXPECT_EQ(copper.eta().constant().sampled().values_size(), 56);
+  EXPECT_FLOAT_EQ(copper.eta().constant().sampled().values(39), 0.826f);  // copper at 563.6 nm
+  EXPECT_TRUE(copper.roughness().remap());
+  EXPECT_EQ(copper.roughness().u().constant(), 0);
+
+  EXPECT_FLOAT_EQ(material("\"dielectric\"").dielectric().eta().constant(), 1.5f);
+  EXPECT_FLOAT_EQ(material("\"thindielectric\"").thin_dielectric().eta().constant(), 1.5f);
+
+  const v1::CoatedDiffuseMaterial coated = material("\"coateddiffuse\"").coated_diffuse();
+  EXPECT_FLOAT_EQ(coated.reflectance().constant().constant(), 0.5f);
+  EXPECT_FLOAT_EQ(coated.eta().constant(), 1.5f);
+  EXPECT_FLOAT_EQ(coated.thickness(), 0.01f);
+  EXPECT_FALSE(coated.has_albedo());
+
+  const v1::DiffuseTransmissionMaterial sheet = material("\"diffusetransmission\"").diffuse_transmission();
+  EXPECT_FLOAT_EQ(sheet.reflectance().constant().constant(), 0.25f);
+  EXPECT_FLOAT_EQ(sheet.transmittance().constant().constant(), 0.25f);
+  EXPECT_EQ(warnings_, "");
+}
+
+TEST_F(PbrtValues, RoughnessFallsBackToTheCommonOne) {
+  const v1::Roughness r = material(
+                              "\"dielectric\" \"float roughness\" .4 \"float vroughness\" .2 \"bool remaproughness\" "
+                              "false \"spectrum eta\" "
+                              "\"glass-SF11\"")
+                              .dielectric()
+                              .roughness();
+  EXPECT_FLOAT_EQ(r.u().constant(), 0.4f);
+  EXPECT_FLOAT_EQ(r.v().constant(), 0.2f);
+  EXPECT_FALSE(r.remap());
+  EXPECT_EQ(warnings_, "");
+}
+
+TEST_F(PbrtValues, UnsupportedMaterialsBecomeNearOnes) {
+  const v1::Spectrum hair = material("\"hair\" \"float eumelanin\" 0.2").diffuse().reflectance().constant();
+  EXPECT_THAT(warnings_,
+              HasSubstr("material \"hair\" is not supported yet: a diffuse material of the hair's colour is used"));
+  EXPECT_GT(hair.rgb().r(), hair.rgb().g());  // blonde
+  EXPECT_GT(hair.rgb().g(), hair.rgb().b());
+  EXPECT_TRUE(material("\"coatedconductor\" \"float conductor.roughness\" .3").has_conductor());
+  EXPECT_THAT(warnings_, HasSubstr("without the coat"));
+  EXPECT_TRUE(material("\"subsurface\"").has_coated_diffuse());
+  EXPECT_TRUE(material("\"measured\" \"string filename\" \"x.bsdf\"").has_diffuse());
+}
+
+TEST_F(PbrtValues, OnlyMaterialsInUseAreKept) {
+  const ImportedScene scene = world(
+      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" \"dielectric\"\n"
+      "MakeNamedMaterial \"unused\" \"string type\" \"hair\"\n"
+      "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"a\" \"b\" ] \"float amount\" .25\n"
+      "NamedMaterial \"m\" Shape \"sphere\" Material \"diffuse\" Shape \"sphere\" Material \"diffuse\" Shape "
+      "\"sphere\"\n");
+  std::vector<std::string> names;
+  for (const v1::Material& m : scene.scene.materials()) names.push_back(m.name());
+  EXPECT_THAT(names, ElementsAre("a", "b", "m", "material 3"));
+  EXPECT_EQ(scene.scene.materials(2).mix().a(), "a");
+  EXPECT_EQ(scene.scene.materials(2).mix().b(), "b");
+  EXPECT_FLOAT_EQ(scene.scene.materials(2).mix().amount().constant(), 0.25f);
+  EXPECT_EQ(scene.scene.shapes(1).material(), scene.scene.shapes(2).material());
+  EXPECT_EQ(warnings_of(scene), "");
+}
+
+TEST_F(PbrtValues, TexturesOfBothNameSpacesStayApart) {
+  write("images/a b.png", "the bytes of a picture");
+  const ImportedScene scene = world(
+      "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"images/a b.png\" \"string wrap\" \"clamp\"\n"
+      "  \"string encoding\" \"gamma 2.2\" \"bool invert\" true \"float scale\" 2 \"float uscale\" 3 \"float vdelta\" "
+      ".5\n"
+      "Texture \"t\" \"spectrum\" \"scale\" \"rgb tex\" [ .1 .2 .3 ] \"texture scale\" \"t\"\n"
+      "Texture \"board\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"t\" \"rgb tex2\" [ 0 0 1 ] \"float uscale\" "
+      "8\n"
+      "Texture \"unused\" \"float\" \"fbm\"\n"
+      "Material \"diffuse\" \"texture reflectance\" \"board\" \"texture displacement\" \"t\"\n"
+      "Shape \"sphere\" \"texture alpha\" \"t\"\n");
+  std::vector<std::string> names;
+  for (const v1::Texture& t : scene.scene.textures()) names.push_back(t.name());
+  EXPECT_THAT(names, ElementsAre("t", "t (spectrum)", "board"));
+  const v1::ImageTexture& image = scene.scene.textures(0).image();
+  EXPECT_EQ(image.image().path(), "images/a b.png");
+  EXPECT_EQ(image.wrap(), v1::ImageTexture::CLAMP);
+  EXPECT_EQ(image.encoding(), v1::ImageTexture::GAMMA);
+  EXPECT_FLOAT_EQ(image.gamma(), 2.2f);
+  EXPECT_TRUE(image.invert());
+  EXPECT_FLOAT_EQ(image.scale(), 2);
+  EXPECT_FLOAT_EQ(image.mapping().scale_u(), 3);
+  EXPECT_FALSE(image.mapping().has_scale_v());
+  EXPECT_FLOAT_EQ(image.mapping().offset_v(), 0.5f);
+  EXPECT_EQ(scene.scene.textures(1).scale().factor().texture(), "t");
+  EXPECT_EQ(scene.scene.textures(2).checkerboard().even().texture(), "t (spectrum)");
+  EXPECT_EQ(scene.scene.materials(0).diffuse().reflectance().texture(), "board");
+  EXPECT_EQ(scene.scene.materials(0).displacement().texture(), "t");
+  EXPECT_EQ(scene.scene.shapes(0).alpha().texture(), "t");
+  ASSERT_THAT(scene.blobs, SizeIs(1));
+  EXPECT_TRUE(scene.blobs[0].bytes.empty());  // textures stay in their files
+  EXPECT_EQ(scene.blobs[0].file, (folder_ / "images/a b.png").string());
+  EXPECT_EQ(warnings_of(scene), "");
+}
+
+TEST_F(PbrtValues, ReflectancesAreClampedAndConverted) {
+  const v1::Spectrum clamped =
+      material("\"diffuse\" \"rgb reflectance\" [ 1.5 .5 0 ]").diffuse().reflectance().constant();
+  EXPECT_FLOAT_EQ(clamped.rgb().r(), 1);
+  EXPECT_THAT(warnings_, HasSubstr("clamped"));
+  // White is white in every space.
+  const ImportedScene scene = world(
+      "ColorSpace \"aces2065-1\" LightSource \"point\" \"rgb I\" [ 2 2 2 ] ColorSpace \"rec2020\" LightSource "
+      "\"point\" \"rgb "
+      "I\" [ 0 1 0 ]");
+  for (const float c :
+       {scene.scene.lights(0).point().intensity().rgb().r(), scene.scene.lights(0).point().intensity().rgb().b()}) {
+    EXPECT_NEAR(c, 2, 1e-5);  // rows of the matrix sum to 1 within its ten digits, in floats
+  }
+  EXPECT_NEAR(scene.scene.lights(1).point().intensity().rgb().g(), 1.1329, 1e-4);
+  EXPECT_EQ(scene.scene.lights(1).point().intensity().rgb().r(), 0);  // out of gamut
+}
+
+TEST_F(PbrtValues, SampledSpectraComeFromListsFilesAndNames) {
+  write("red.spd", "# measured\n600 0.5\n700 1\n");
+  const auto reflectance = [&](const std::string& value) {
+    return material("\"diffuse\" \"spectrum reflectance\" " + value).diffuse().reflectance().constant().sampled();
+  };
+  for (const char* value : {"[ 600 .5 700 1 ]", "\"red.spd\""}) {
+    const v1::SampledSpectrum s = reflectance(value);
+    // Zero outside, as in pbrt: the values stand between two steps.
+    EXPECT_THAT(s.values(), ElementsAre(0, 0.5f, 1, 0));
+    EXPECT_THAT(s.wavelengths_nm(), ElementsAre(599.99f, 600, 700, 700.01f));
+  }
+  EXPECT_EQ(reflectance("\"stdillum-F1\"").values_size(), 81);
+  // Indices of refraction are constant outside.
+  EXPECT_EQ(material("\"dielectric\" \"spectrum eta\" [ 500 1.5 600 1.4 ]").dielectric().eta().sampled().values_size(),
+            2);
+}
+
+TEST_F(PbrtValues, LightSpectraKeepPbrtsBrightness) {
+  // rgb L arrives as it is.
+  const v1::Light rgb = light("LightSource \"infinite\" \"rgb L\" [ 1 2 3 ] \"float scale\" .5");
+  EXPECT_FLOAT_EQ(rgb.infinite().radiance().rgb().b(), 3);
+  EXPECT_FLOAT_EQ(rgb.scale(), 0.5f);
+  // Every other spectrum has a luminance of 1, whatever its magnitude.
+  for (const char* value :
+       {"\"blackbody I\" 2856", "\"spectrum I\" [ 400 7 700 9 ]", "\"spectrum I\" \"stdillum-A\""}) {
+    const v1::Light l = light(std::string("LightSource \"point\" ") + value);
+    const v1::Spectrum& s = l.point().intensity();
+    const double y =
+        s.has_blackbody()
+            ? luminance([&](double nm) { return normalized_blackbody(nm, s.blackbody().kelvin()); })
+            : luminance(SpectrumTable{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
+                                      {s.sampled().values().begin(), s.sampled().values().end()}});
+    EXPECT_NEAR(y * (l.has_scale() ? l.scale() : 1), 1, 1e-6) << value;  // a float's rounding of scale
+  }
+  EXPECT_FLOAT_EQ(light("LightSource \"infinite\"").infinite().radiance().rgb().g(), 1);
+}
+
+TEST_F(PbrtValues, LightsStandInTheWorld) {
+  const v1::Light point = light("Translate 1 2 3 LightSource \"point\" \"point3 from\" [ 1 0 0 ] \"float power\" 100");
+  EXPECT_DOUBLE_EQ(point.point().position().x(), 2);
+  EXPECT_FLOAT_EQ(point.scale(), 100 / (4 * std::numbers::pi));
+
+  // The light travels from `from` to `to`; translations do not matter.
+  const v1::Light distant =
+      light("Translate 9 9 9 Scale 1 -1 1 LightSource \"distant\" \"point3 from\" [ 0 4 0 ] \"float illuminance\" 3");
+  EXPECT_NEAR(distant.distant().direction().y(), 4 / std::sqrt(17.0), 1e-15);
+  EXPECT_NEAR(distant.distant().direction().z(), 1 / std::sqrt(17.0), 1e-15);
+  EXPECT_FLOAT_EQ(distant.scale(), 3);
+
+  const v1::Light spot = light("Translate 0 0 1 LightSource \"spot\" \"float coneangle\" 40");
+  EXPECT_DOUBLE_EQ(spot.spot().position().z(), 1);
+  EXPECT_DOUBLE_EQ(spot.spot().target().z(), 2);
+  EXPECT_FLOAT_EQ(spot.spot().cone_angle_degrees(), 40);
+  EXPECT_FLOAT_EQ(spot.spot().cone_delta_degrees(), 5);
+
+  EXPECT_TRUE(light("LightSource \"goniometric\" \"string filename\" \"x\"").has_point());
+  EXPECT_THAT(warnings_, HasSubstr("without its pattern"));
+}
+
+TEST_F(PbrtValues, EnvironmentImagesAreBlobs) {
+  write("sky.pfm", "PF");
+  const v1::Light sky = light(
+      "Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" \"sky.pfm\" \"point3 portal\" [ 0 0 0 "
+      "1 0 0 1 1 0 0 1 0 ]");
+  EXPECT_EQ(sky.infinite().image().path(), "sky.pfm");
+  EXPECT_EQ(sky.infinite().mapping(), v1::InfiniteLight::EQUAL_AREA_OCTAHEDRAL);
+  EXPECT_NEAR(sky.infinite().world_from_light().elements(4), 1, 1e-15);
+  EXPECT_THAT(warnings_, HasSubstr("\"portal\""));
+}
+
+TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {
+  const std::string emitter = "AreaLightSource \"diffuse\" \"rgb L\" [ 1 1 1 ] \"float power\" 10\n";
+  // A sphere of radius 2 under a scaling by 3: area 4 pi 36. One triangle of area 1/2, on both sides.
+  const ImportedScene scene =
+      world("AttributeBegin Scale 3 3 3\n" + emitter + "Shape \"sphere\" \"float radius\" 2 AttributeEnd\n" +
+            "AreaLightSource \"diffuse\" \"float power\" 10 \"bool twosided\" true\n" + kTriangle);
+  const double pi = std::numbers::pi;
+  EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 10 / (pi * 4 * pi * 36));
+  EXPECT_FLOAT_EQ(scene.scene.shapes(1).area_light().scale(), 10 / (2 * pi * 0.5));
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -1,0 +1,104 @@
+// Tessera's own scene files, and the scenes that come with the source.
+#include <set>
+
+#include "unit/import/import_fixture.h"
+
+namespace tessera::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+class SceneFiles : public ImportTest {};
+
+constexpr char kPlyTriangle[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+TEST_F(SceneFiles, TextScenesNameFiles) {
+  write("meshes/t.ply", kPlyTriangle);
+  write("sky.pfm", "picture");
+  const auto scene = import_scene(write("s.textproto",
+                                        "shapes { mesh { blob { path: \"meshes/t.ply\" } } }\n"
+                                        "lights { infinite { image { path: \"sky.pfm\" } } }\n"));
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ASSERT_THAT(scene->blobs, SizeIs(2));
+  EXPECT_EQ(scene->scene.name(), "s");
+  EXPECT_EQ(scene->scene.shapes(0).mesh().blob().digest(), scene->blobs[0].ref.digest());
+  EXPECT_TRUE(wire::decode_mesh(scene->blobs[0].bytes).ok());
+  EXPECT_EQ(scene->scene.lights(0).infinite().image().size_bytes(), 7u);
+  EXPECT_EQ(scene->blobs[1].file, (folder_ / "sky.pfm").string());
+}
+
+TEST_F(SceneFiles, WrittenScenesReadBackTheSame) {
+  write("t.ply", kPlyTriangle);
+  write("a.png", "picture");
+  const ImportedScene scene = world(
+      "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\" Material \"diffuse\" \"texture "
+      "reflectance\" \"t\"\n"
+      "Shape \"plymesh\" \"string filename\" \"t.ply\" Shape \"sphere\" \"texture alpha\" \"f\"\n"
+      "Texture \"f\" \"float\" \"imagemap\" \"string filename\" \"a.png\"\n");
+  for (const char* name : {"out/copy.textproto", "out/copy.pbtxt", "out/copy.tsb"}) {
+    std::filesystem::create_directories(folder_ / "out");
+    ASSERT_TRUE(write_scene(scene, folder_ / name).ok());
+    const auto copy = import_scene(folder_ / name);
+    ASSERT_TRUE(copy.ok()) << copy.status();
+    // All is the same but where the blobs lie.
+    v1::Scene expected = scene.scene, found = copy->scene;
+    for (v1::Scene* s : {&expected, &found}) {
+      s->mutable_shapes(0)->mutable_mesh()->mutable_blob()->clear_path();
+      for (v1::Texture& texture : *s->mutable_textures()) texture.mutable_image()->mutable_image()->clear_path();
+    }
+    EXPECT_EQ(found.SerializeAsString(), expected.SerializeAsString());
+    std::set<std::string> digests, expected_digests;
+    for (const SceneBlob& blob : copy->blobs) digests.insert(blob.ref.digest());
+    for (const SceneBlob& blob : scene.blobs) expected_digests.insert(blob.ref.digest());
+    EXPECT_EQ(digests, expected_digests);
+    // And once more, over itself.
+    ASSERT_TRUE(write_scene(*copy, folder_ / name).ok());
+    EXPECT_TRUE(import_scene(folder_ / name).ok());
+  }
+  EXPECT_EQ(write_scene(scene, folder_ / "out/copy.pbrt").code(), absl::StatusCode::kUnimplemented);
+  EXPECT_FALSE(write_scene(scene, folder_ / "nowhere\0/copy.tsb").ok());
+}
+
+TEST_F(SceneFiles, ErrorsHaveLines) {
+  write("bad.tsr", "TSRMESH1");
+  write("bad.ply", "plx");
+  const std::string message = error_of(import_scene(
+      write("s.textproto",
+            "name: \"x\"\nshapes {\n  mesh { blob { path: \"no.ply\" } }\n}\nshapes { mesh { blob { path: "
+            "\"bad.tsr\" } } }\nshapes { mesh { blob { path: \"bad.ply\" } } }\nshapes { mesh { blob {} } }\n"
+            "lights { infinite { image { path: \"s.textproto\" digest: \"00\" } } }\n")));
+  EXPECT_THAT(message, AllOf(HasSubstr("s.textproto:3: "), HasSubstr("no.ply"), HasSubstr("s.textproto:5: "),
+                             HasSubstr("mesh blob"), HasSubstr("s.textproto:6: "), HasSubstr("not a PLY file"),
+                             HasSubstr("s.textproto:7: expected \"path\""), HasSubstr("s.textproto:8: ")));
+  EXPECT_THAT(message, HasSubstr("not 00 as the scene says"));
+  EXPECT_THAT(error_of(import_scene(write("t.textproto", "name: \"a\"\n  colour: 3\n"))),
+              AllOf(HasSubstr("t.textproto:2:"), HasSubstr("colour")));
+  EXPECT_THAT(error_of(import_scene(write("u.tsb", "\xff\xff\xff"))), HasSubstr("not a serialized Scene"));
+}
+
+TEST_F(SceneFiles, FirstLightParses) {
+  const auto scene = import_scene("scenes/first-light/scene.textproto");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  std::set<std::string> names;
+  for (const v1::Material& material : scene->scene.materials()) names.insert(material.name());
+  for (const v1::Shape& shape : scene->scene.shapes()) {
+    EXPECT_TRUE(shape.material().empty() || names.contains(shape.material())) << shape.material();
+    EXPECT_TRUE(!shape.has_world_from_object() || shape.world_from_object().elements_size() == 16);
+  }
+  EXPECT_GE(scene->scene.shapes_size(), 6);
+}
+
+TEST_F(SceneFiles, CornellBoxImportsWithoutWarnings) {
+  const auto scene = import_scene("scenes/cornell-box/scene.pbrt");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ(scene->scene.shapes_size(), 8);
+  EXPECT_EQ(scene->scene.settings().max_depth(), 63u);
+  EXPECT_EQ(warnings_of(*scene), "");
+}
+
+}  // namespace
+}  // namespace tessera::client
