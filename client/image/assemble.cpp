@@ -1,0 +1,211 @@
+#include "image/assemble.h"
+
+#include <algorithm>
+#include <bit>
+#include <iterator>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::client {
+namespace {
+
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
+
+std::string describe(const wire::TileResult& r) {
+  return absl::StrCat("result for pixels [", r.x0, ", ", r.x1, ") x [", r.y0, ", ", r.y1, "), samples [",
+                      r.sample_begin, ", ", r.sample_end, ")");
+}
+
+absl::Status foreign(const wire::TileResult& result, const std::string& why) {
+  return absl::InvalidArgumentError(absl::StrCat(describe(result), ": ", why));
+}
+
+// [k 2^m, (k + 1) 2^m), cut at spp: a node of the sum tree [proto/wire/tile_result.h].
+bool is_tree_node(std::uint32_t begin, std::uint32_t end, std::uint32_t spp) {
+  if (begin >= end || end > spp) return false;
+  const std::uint64_t size = std::bit_ceil(std::uint64_t{end} - begin);
+  return begin % size == 0 && (begin + size == end || end == spp);
+}
+
+void merge_into(wire::TileResult& left, const wire::TileResult& right) {
+  const std::size_t pixels = left.pixel_count();
+  wire::merge_pixel_nodes(left.channels, pixels, left.counts.data(), left.values.data(), pixels, right.counts.data(),
+                          right.values.data(), pixels);
+  left.sample_end = right.sample_end;
+}
+
+float pixel_value(wire::ChannelKind kind, float node, std::uint32_t count) {
+  const std::uint32_t divisor = kind == wire::ChannelKind::kSum ? count : std::max(count, 1u) - 1;
+  return divisor == 0 ? 0.0f : static_cast<float>(double{node} / divisor);
+}
+
+}  // namespace
+
+absl::StatusOr<Assembler> Assembler::create(AssemblyOptions options) {
+  const auto fail = [](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat("assembly: ", what));
+  };
+  const Window& crop = options.crop;
+  if (options.width > kMaxPixels || options.height > kMaxPixels) return fail("the film is too large");
+  if (crop.x0 < 0 || crop.y0 < 0 || crop.x1 <= crop.x0 || crop.y1 <= crop.y0 ||
+      std::uint32_t(crop.x1) > options.width || std::uint32_t(crop.y1) > options.height) {
+    return fail("the crop is empty or not inside the film");
+  }
+  if (std::uint64_t(crop.width()) * std::uint64_t(crop.height()) > kMaxPixels) return fail("the crop is too large");
+  if (options.spp == 0 || options.channels.empty()) return fail("no samples or no channels");
+  return Assembler(std::move(options));
+}
+
+Assembler::Assembler(AssemblyOptions options) : options_(std::move(options)), store_(0) {
+  frame_.data = options_.crop;
+  frame_.display = {0, 0, std::int32_t(options_.width), std::int32_t(options_.height)};
+  for (const wire::ChannelDesc& channel : options_.channels) frame_.add(channel.name);
+  frame_.add("samples");
+  owner_.resize(frame_.pixel_count());
+  const std::size_t frame_bytes = frame_.channels.size() * frame_.pixel_count() * sizeof(float);
+  store_ = NodeStore(options_.max_pending_bytes ? options_.max_pending_bytes : 4 * frame_bytes);
+}
+
+std::uint64_t Assembler::samples_total() const { return std::uint64_t{frame_.pixel_count()} * options_.spp; }
+
+absl::Status Assembler::check_result(const wire::TileResult& result) const {
+  const Window& crop = options_.crop;
+  if (result.x0 >= result.x1 || result.y0 >= result.y1 || result.x0 < std::uint32_t(crop.x0) ||
+      result.y0 < std::uint32_t(crop.y0) || result.x1 > std::uint32_t(crop.x1) || result.y1 > std::uint32_t(crop.y1)) {
+    return foreign(result, "not inside the part of the film that is rendered");
+  }
+  if (!is_tree_node(result.sample_begin, result.sample_end, options_.spp)) {
+    return foreign(result, absl::StrCat("not a node of the sum tree over ", options_.spp, " samples"));
+  }
+  if (result.channels != options_.channels) return foreign(result, "has other channels than the job");
+  if (result.counts.size() != result.pixel_count() ||
+      result.values.size() != result.pixel_count() * result.channels.size()) {
+    return foreign(result, "its arrays do not have the tile's size");
+  }
+  const std::uint32_t samples = result.sample_end - result.sample_begin;
+  if (std::ranges::any_of(result.counts, [&](std::uint32_t count) { return count > samples; })) {
+    return foreign(result, "a pixel has more samples than the range");
+  }
+  return absl::OkStatus();
+}
+
+// The tile with exactly these pixels; a new one where no tile has any of them.
+absl::StatusOr<Assembler::Tile*> Assembler::find_tile(const wire::TileResult& result) {
+  const Window pixels{std::int32_t(result.x0), std::int32_t(result.y0), std::int32_t(result.x1),
+                      std::int32_t(result.y1)};
+  const auto row_of = [&](std::int32_t y) {
+    return owner_.begin() + std::ptrdiff_t(y - options_.crop.y0) * options_.crop.width() +
+           (pixels.x0 - options_.crop.x0);
+  };
+  if (const std::uint32_t owner = *row_of(pixels.y0); owner != 0 && tiles_[owner - 1].pixels == pixels) {
+    return &tiles_[owner - 1];
+  }
+  for (std::int32_t y = pixels.y0; y < pixels.y1; ++y) {
+    if (std::any_of(row_of(y), row_of(y) + pixels.width(), [](std::uint32_t owner) { return owner != 0; })) {
+      return foreign(result, "its pixels overlap those of another tile");
+    }
+  }
+  Tile& tile = tiles_.emplace_back();
+  tile.pixels = pixels;
+  const auto owner = static_cast<std::uint32_t>(tiles_.size());
+  for (std::int32_t y = pixels.y0; y < pixels.y1; ++y) std::fill_n(row_of(y), pixels.width(), owner);
+  return &tile;
+}
+
+// Merges `result` with the waiting siblings, theirs with the next, as far up the tree as it goes.
+absl::StatusOr<wire::TileResult> Assembler::merge_siblings(Tile& tile, wire::TileResult result) {
+  while (true) {
+    const auto right = tile.nodes.find(result.sample_end);
+    const auto after = tile.nodes.lower_bound(result.sample_begin);
+    if (right != tile.nodes.end() &&
+        wire::are_siblings(result.sample_begin, result.sample_end, right->first, right->second.end, options_.spp)) {
+      absl::StatusOr<wire::TileResult> sibling = store_.take(std::move(right->second.entry));
+      if (!sibling.ok()) return sibling.status();
+      tile.nodes.erase(right);
+      merge_into(result, *sibling);
+    } else if (after != tile.nodes.begin() && std::prev(after)->second.end == result.sample_begin &&
+               wire::are_siblings(std::prev(after)->first, result.sample_begin, result.sample_begin, result.sample_end,
+                                  options_.spp)) {
+      const auto left = std::prev(after);
+      absl::StatusOr<wire::TileResult> sibling = store_.take(std::move(left->second.entry));
+      if (!sibling.ok()) return sibling.status();
+      tile.nodes.erase(left);
+      merge_into(*sibling, result);
+      result = *std::move(sibling);
+    } else {
+      return result;
+    }
+  }
+}
+
+absl::Status Assembler::add(wire::TileResult result) {
+  if (absl::Status status = check_result(result); !status.ok()) return status;
+  const absl::StatusOr<Tile*> found = find_tile(result);
+  if (!found.ok()) return found.status();
+  Tile& tile = **found;
+
+  // Refuse samples that are there already: those of the node that begins before the range's end.
+  const auto next = tile.nodes.lower_bound(result.sample_end);
+  if (tile.whole || (next != tile.nodes.begin() && std::prev(next)->second.end > result.sample_begin)) {
+    return absl::AlreadyExistsError(absl::StrCat(describe(result), ": there already"));
+  }
+
+  samples_done_ += std::uint64_t{result.pixel_count()} * (result.sample_end - result.sample_begin);
+  absl::StatusOr<wire::TileResult> merged = merge_siblings(tile, std::move(result));
+  if (!merged.ok()) return merged.status();
+  if (merged->sample_begin == 0 && merged->sample_end == options_.spp) {
+    put_in_frame(tile, *merged);
+    tile.whole = true;
+    return absl::OkStatus();
+  }
+  const std::uint32_t begin = merged->sample_begin, end = merged->sample_end;
+  absl::StatusOr<NodeStore::Entry> entry = store_.put(*std::move(merged));
+  if (!entry.ok()) return entry.status();
+  tile.nodes.emplace(begin, Node{end, *std::move(entry)});
+  return absl::OkStatus();
+}
+
+void Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
+  const std::size_t tile_width = std::size_t(tile.pixels.width());
+  const std::size_t frame_width = std::size_t(options_.crop.width());
+  const std::size_t corner =
+      std::size_t(tile.pixels.y0 - options_.crop.y0) * frame_width + std::size_t(tile.pixels.x0 - options_.crop.x0);
+  std::vector<float>& samples = frame_.channels.back().values;
+  for (std::size_t i = 0; i < sums.pixel_count(); ++i) {
+    const std::size_t target = corner + i / tile_width * frame_width + i % tile_width;
+    samples[target] = static_cast<float>(sums.counts[i]);
+    for (std::size_t c = 0; c < options_.channels.size(); ++c) {
+      frame_.channels[c].values[target] =
+          pixel_value(options_.channels[c].kind, sums.values[c * sums.pixel_count() + i], sums.counts[i]);
+    }
+  }
+}
+
+absl::StatusOr<Assembly> Assembler::finish() && {
+  Assembly assembly;
+  std::uint64_t whole_pixels = 0;
+  for (Tile& tile : tiles_) {
+    if (tile.whole) {
+      whole_pixels += std::uint64_t(tile.pixels.width()) * std::uint64_t(tile.pixels.height());
+      continue;
+    }
+    std::optional<wire::TileResult> sums;
+    for (auto& [begin, node] : tile.nodes) {
+      absl::StatusOr<wire::TileResult> part = store_.take(std::move(node.entry));
+      if (!part.ok()) return part.status();
+      if (sums) {
+        merge_into(*sums, *part);
+      } else {
+        sums = *std::move(part);
+      }
+    }
+    if (sums) put_in_frame(tile, *sums);
+  }
+  assembly.incomplete_pixels = frame_.pixel_count() - whole_pixels;
+  if (!options_.samples_channel) frame_.channels.pop_back();
+  assembly.image = std::move(frame_);
+  return assembly;
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,79 @@
+// From tile results to an image.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "image/image.h"
+#include "image/node_store.h"
+#include "wire/tile_result.h"
+
+namespace tessera::client {
+
+struct AssemblyOptions {
+  std::uint32_t width = 0, height = 0;  // of the film
+  Window crop;                          // what is rendered of it
+  std::uint32_t spp = 0;
+  std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
+  bool samples_channel = true;              // "samples": how many samples each pixel got
+  // Results that wait for their sibling go to a temporary file when they need more bytes than this. 0: four frames.
+  std::size_t max_pending_bytes = 0;
+};
+
+struct Assembly {
+  Image image;
+  std::uint64_t incomplete_pixels = 0;
+};
+
+/// Puts the results of one job together. Results may come in any order; the image has the same bits whatever the order.
+/// A pixel's value is the sum over its samples divided by their number; a `variance` channel is the per-sample variance
+/// M2 / (n - 1), 0 for one sample. Memory: the frame, and `max_pending_bytes` of waiting results.
+class Assembler {
+ public:
+  /// InvalidArgument when the options do not fit one another.
+  static absl::StatusOr<Assembler> create(AssemblyOptions options);
+
+  /// Takes one result. AlreadyExists when some of that tile's samples are there already; InvalidArgument when the
+  /// result is not of this job: other channels, outside the crop, a range that is no node of the sum tree, a tile that
+  /// cuts another; Internal when the temporary file fails, after which the assembler is of no more use. Nothing changes
+  /// on the other errors.
+  absl::Status add(wire::TileResult result);
+
+  /// Pixels times samples a pixel.
+  std::uint64_t samples_total() const;
+  std::uint64_t samples_done() const { return samples_done_; }
+  bool complete() const { return samples_done_ == samples_total(); }
+
+  /// The image. A pixel that lacks samples is the mean of those it has, or 0; `samples` tells how many that was.
+  absl::StatusOr<Assembly> finish() &&;
+
+ private:
+  // A node of a tile's sum tree; the key of its map is where the sample range begins.
+  struct Node {
+    std::uint32_t end = 0;
+    NodeStore::Entry entry;
+  };
+  struct Tile {
+    Window pixels;
+    bool whole = false;  // the root went to the frame
+    std::map<std::uint32_t, Node> nodes;
+  };
+
+  explicit Assembler(AssemblyOptions options);
+  absl::Status check_result(const wire::TileResult& result) const;
+  absl::StatusOr<Tile*> find_tile(const wire::TileResult& result);
+  absl::StatusOr<wire::TileResult> merge_siblings(Tile& tile, wire::TileResult result);
+  void put_in_frame(const Tile& tile, const wire::TileResult& sums);
+
+  AssemblyOptions options_;
+  Image frame_;
+  std::vector<std::uint32_t> owner_;  // per pixel of the crop: 1 + index into tiles_, 0 for none yet
+  std::vector<Tile> tiles_;
+  NodeStore store_;
+  std::uint64_t samples_done_ = 0;
+};
+
+}  // namespace tessera::client

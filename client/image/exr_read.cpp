@@ -1,0 +1,148 @@
+#include <OpenEXR/ImfArray.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfRgbaFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "image/exr.h"
+
+namespace tessera::client {
+namespace {
+
+// Uncompressed bytes that a file may claim for free, and how many more for each byte that it has. Deflate reaches 1032,
+// and only images of one colour more.
+constexpr std::uint64_t kFreeBytes = std::uint64_t{512} << 20;
+constexpr std::uint64_t kMaxExpansion = 2000;
+
+absl::Status broken(const std::string& path, const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat(path, ": ", what));
+}
+
+// In 64 bits, for the differences of a broken file may not fit 32.
+absl::Status check_window(const Imath::Box2i& box, std::uint64_t max_pixels, const std::string& path) {
+  const std::int64_t width = std::int64_t{box.max.x} - box.min.x + 1;
+  const std::int64_t height = std::int64_t{box.max.y} - box.min.y + 1;
+  constexpr std::int64_t kMaxSide = std::int64_t{1} << 24;
+  if (width <= 0 || height <= 0) return broken(path, "empty data or display window");
+  if (width > kMaxSide || height > kMaxSide || std::uint64_t(width) * std::uint64_t(height) > max_pixels) {
+    return broken(
+        path, absl::StrCat("claims ", width, " x ", height, " pixels, which is more than the limit of ", max_pixels));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status check_header(const Imf::Header& header, std::uint64_t max_pixels, const std::string& path) {
+  if (header.hasType() && Imf::isDeepData(header.type())) return broken(path, "deep images are not supported");
+  absl::Status status = check_window(header.dataWindow(), max_pixels, path);
+  // The display window is not stored pixel by pixel; only its sides must make sense.
+  if (status.ok()) status = check_window(header.displayWindow(), std::numeric_limits<std::uint64_t>::max(), path);
+  if (!status.ok()) return status;
+
+  const Imath::Box2i& box = header.dataWindow();
+  const std::uint64_t pixels = std::uint64_t(box.max.x - box.min.x + 1) * std::uint64_t(box.max.y - box.min.y + 1);
+  std::uint64_t channels = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) ++channels;
+  if (channels == 0) return broken(path, "no channels");
+  std::error_code error;
+  const std::uint64_t file_bytes = std::filesystem::file_size(path, error);
+  if (error) return broken(path, error.message());
+  if (pixels * channels * sizeof(float) > kFreeBytes + kMaxExpansion * file_bytes) {
+    return broken(path, absl::StrCat("claims ", channels, " channels of ", pixels, " pixels in ", file_bytes,
+                                     " bytes: truncated or broken"));
+  }
+  return absl::OkStatus();
+}
+
+Window window_of(const Imath::Box2i& box) { return {box.min.x, box.min.y, box.max.x + 1, box.max.y + 1}; }
+
+void read_metadata(const Imf::Header& header, Image& image) {
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    const Imf::Attribute& attribute = it.attribute();
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&attribute)) {
+      image.metadata[it.name()] = text->value();
+    } else if (const auto* number = dynamic_cast<const Imf::IntAttribute*>(&attribute)) {
+      image.metadata[it.name()] = std::int32_t{number->value()};
+    } else if (const auto* real = dynamic_cast<const Imf::FloatAttribute*>(&attribute)) {
+      image.metadata[it.name()] = real->value();
+    }
+  }
+}
+
+bool is_subsampled(const Imf::ChannelList& channels) {
+  for (auto it = channels.begin(); it != channels.end(); ++it) {
+    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) return true;
+  }
+  return false;
+}
+
+// Luminance/chroma files: OpenEXR's own conversion to RGBA.
+void read_subsampled(const std::string& path, Image& image) {
+  Imf::RgbaInputFile input(path.c_str());
+  const Imath::Box2i box = input.dataWindow();
+  Imf::Array2D<Imf::Rgba> pixels(image.data.height(), image.data.width());
+  const std::ptrdiff_t origin = box.min.x + std::ptrdiff_t{box.min.y} * image.data.width();
+  input.setFrameBuffer(&pixels[0][0] - origin, 1, image.data.width());
+  input.readPixels(box.min.y, box.max.y);
+  const Imf::Rgba* source = &pixels[0][0];
+  constexpr Imath::half Imf::Rgba::*kMembers[] = {&Imf::Rgba::r, &Imf::Rgba::g, &Imf::Rgba::b, &Imf::Rgba::a};
+  constexpr const char* kNames[] = {"R", "G", "B", "A"};
+  for (int c = 0; c < 4; ++c) {
+    Channel& channel = image.add(kNames[c]);
+    for (std::size_t i = 0; i < image.pixel_count(); ++i) channel.values[i] = source[i].*kMembers[c];
+  }
+}
+
+void read_planes(Imf::MultiPartInputFile& file, Image& image) {
+  Imf::InputPart input(file, 0);
+  const Imf::Header& header = input.header();
+  const Imath::Box2i box = header.dataWindow();
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) image.add(it.name());
+  // OpenEXR converts half and integer pixels to the slice's type.
+  Imf::FrameBuffer frame;
+  for (Channel& channel : image.channels) {
+    frame.insert(channel.name, Imf::Slice::Make(Imf::FLOAT, channel.values.data(), box));
+  }
+  input.setFrameBuffer(frame);
+  input.readPixels(box.min.y, box.max.y);
+}
+
+absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels) {
+  Imf::MultiPartInputFile file(path.c_str());
+  const Imf::Header& header = file.header(0);
+  if (absl::Status status = check_header(header, max_pixels, path); !status.ok()) return status;
+  Image image;
+  image.data = window_of(header.dataWindow());
+  image.display = window_of(header.displayWindow());
+  read_metadata(header, image);
+  if (is_subsampled(header.channels())) {
+    read_subsampled(path, image);
+  } else {
+    read_planes(file, image);
+  }
+  return image;
+}
+
+}  // namespace
+
+absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  if (!std::filesystem::is_regular_file(path, error)) return broken(path, "not a regular file");
+  try {
+    return read_file(path, max_pixels);
+  } catch (const std::exception& exception) {
+    return broken(path, absl::StrCat("cannot read as OpenEXR: ", exception.what()));
+  }
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,69 @@
+// A float image with named channels, as it comes from the farm and goes to a file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace tessera::client {
+
+/// Pixels [x0, x1) x [y0, y1); (0, 0) is the film's upper left pixel.
+struct Window {
+  std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+  std::int32_t width() const { return x1 - x0; }
+  std::int32_t height() const { return y1 - y0; }
+  bool operator==(const Window&) const = default;
+};
+
+/// One plane of the image: rows from the top, `width * height` values.
+struct Channel {
+  std::string name;  // "R", "G", "B", "A", "variance.R", "albedo.G", "normal.X", "depth.Z", "samples"
+  std::vector<float> values;
+};
+
+using MetadataValue = std::variant<std::string, std::int32_t, float>;
+
+/// Linear Rec.709 unless a channel's name says otherwise.
+struct Image {
+  Window data;     // the pixels that are there; a crop is smaller than the film
+  Window display;  // the whole film
+  std::vector<Channel> channels;
+  std::map<std::string, MetadataValue> metadata;
+
+  std::size_t pixel_count() const { return std::size_t(data.width()) * std::size_t(data.height()); }
+  /// Null when there is no such channel. The name must match exactly.
+  const Channel* find(std::string_view name) const;
+  /// Adds a plane of zeros.
+  Channel& add(std::string name);
+};
+
+/// The planes to look at as red, green and blue: R G B (in either case), else Y or else the first plane three
+/// times. The image has at least one channel.
+struct RgbPlanes {
+  const float* r;
+  const float* g;
+  const float* b;
+};
+RgbPlanes rgb_planes(const Image& image);
+
+/// What an image file says of its making, as attributes "tessera.scene_digest", "tessera.spp", "tessera.seed" (in
+/// decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.sampler", "tessera.isa", "tessera.version" and
+/// "tessera.render_seconds".
+struct RenderInfo {
+  std::string scene_digest;
+  std::uint32_t spp = 0;
+  std::uint64_t seed = 0;
+  std::string integrator;
+  std::string sampler;
+  std::string isa;
+  std::string version;
+  double render_seconds = 0;
+};
+void set_render_info(const RenderInfo& info, Image& image);
+
+}  // namespace tessera::client

@@ -1,0 +1,134 @@
+#include "command/job_request.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "wire/digest.h"
+
+namespace tessera::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+ImportedScene scene_of(std::uint32_t width, std::uint32_t height) {
+  ImportedScene imported;
+  imported.scene.mutable_film()->set_width(width);
+  imported.scene.mutable_film()->set_height(height);
+  return imported;
+}
+
+TEST(JobRequest, EverythingHasADefault) {
+  const ImportedScene scene = scene_of(640, 480);
+  const auto job = prepare_job({}, scene, "kitchen");
+  ASSERT_TRUE(job.ok()) << job.status();
+  const v1::JobSpec& spec = (*job)->spec;
+  EXPECT_EQ(spec.name(), "kitchen");
+  EXPECT_EQ(spec.width(), 640U);
+  EXPECT_EQ(spec.height(), 480U);
+  EXPECT_EQ(spec.crop().x1(), 640U);
+  EXPECT_EQ(spec.crop().y1(), 480U);
+  EXPECT_EQ(spec.tile_size(), 32U);
+  EXPECT_EQ(spec.settings().integrator(), "path");
+  EXPECT_EQ(spec.settings().sampler(), "sobol");
+  EXPECT_EQ(spec.settings().spp(), 16U);
+  ASSERT_TRUE(spec.settings().has_max_depth());
+  EXPECT_EQ(spec.settings().max_depth(), 5U);
+}
+
+TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
+  ImportedScene scene = scene_of(640, 480);
+  scene.scene.mutable_settings()->set_spp(100);
+  scene.scene.mutable_settings()->set_max_depth(0);
+  scene.scene.mutable_settings()->set_seed(7);
+  scene.scene.mutable_settings()->set_sampler("independent");
+  const auto held = prepare_job({}, scene, "");
+  ASSERT_TRUE(held.ok());
+  EXPECT_EQ((*held)->spec.settings().spp(), 100U);
+  EXPECT_EQ((*held)->spec.settings().max_depth(), 0U) << "0 is a wish too";
+  EXPECT_EQ((*held)->spec.settings().seed(), 7U);
+  EXPECT_EQ((*held)->spec.settings().sampler(), "independent");
+
+  JobRequest request;
+  request.spp = 3;
+  request.max_depth = 9;
+  request.seed = 0;
+  request.sampler = "sobol";
+  request.resolution = Resolution{64, 32};
+  const auto overridden = prepare_job(request, scene, "");
+  ASSERT_TRUE(overridden.ok());
+  EXPECT_EQ((*overridden)->spec.settings().spp(), 3U);
+  EXPECT_EQ((*overridden)->spec.settings().max_depth(), 9U);
+  EXPECT_EQ((*overridden)->spec.settings().seed(), 0U);
+  EXPECT_EQ((*overridden)->spec.settings().sampler(), "sobol");
+  EXPECT_EQ((*overridden)->spec.width(), 64U);
+  EXPECT_EQ((*overridden)->spec.crop().y1(), 32U);
+}
+
+TEST(JobRequest, NamesEveryBlobAndTheSceneByItsDigest) {
+  ImportedScene scene = scene_of(8, 8);
+  SceneBlob mesh;
+  mesh.bytes = "mesh";
+  mesh.ref.set_digest(wire::sha256_hex(mesh.bytes));
+  scene.blobs.push_back(mesh);
+  const auto job = prepare_job({}, scene, "");
+  ASSERT_TRUE(job.ok());
+  ASSERT_EQ((*job)->spec.blobs_size(), 1);
+  EXPECT_EQ((*job)->spec.blobs(0).digest(), mesh.ref.digest());
+  EXPECT_EQ((*job)->spec.scene().digest(), wire::sha256_hex(scene.scene.SerializeAsString()));
+  EXPECT_EQ((*job)->blobs.size(), 2U);
+}
+
+TEST(JobRequest, ACropMustLieWithinTheFilm) {
+  const ImportedScene scene = scene_of(100, 50);
+  JobRequest request;
+  request.crop = *parse_crop("0,0,100,51");
+  EXPECT_EQ(prepare_job(request, scene, "").status().code(), absl::StatusCode::kOutOfRange);
+  request.crop = *parse_crop("99,49,100,50");
+  EXPECT_TRUE(prepare_job(request, scene, "").ok());
+}
+
+TEST(JobRequest, AFilmWithoutPixelsIsTheScenesFault) {
+  EXPECT_EQ(prepare_job({}, scene_of(0, 480), "").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(JobRequest, UnknownNamesAreAnsweredWithTheKnownOnes) {
+  JobRequest request;
+  request.sampler = "dice";
+  EXPECT_THAT(std::string{check_names(request).message()}, HasSubstr("sobol, independent"));
+  request = {};
+  request.aovs = {"variance", "beauty"};
+  EXPECT_THAT(std::string{check_names(request).message()}, HasSubstr("beauty"));
+  request = {};
+  request.aovs = {"variance", "samples"};
+  EXPECT_TRUE(check_names(request).ok());
+}
+
+TEST(JobRequest, UnitsAreAPowerOfTwoOfAQuarterMillionSamplesAtMost) {
+  EXPECT_EQ(samples_per_unit(32, 4096), 256U);
+  EXPECT_EQ(samples_per_unit(64, 4096), 64U);
+  EXPECT_EQ(samples_per_unit(33, 4096), 128U);
+  EXPECT_EQ(samples_per_unit(1024, 4096), 1U);
+  EXPECT_EQ(samples_per_unit(32, 16), 16U);
+  EXPECT_EQ(samples_per_unit(32, 17), 32U) << "one range may cover more than there is";
+  EXPECT_EQ(samples_per_unit(8, 1), 1U);
+}
+
+TEST(JobRequest, ParsesResolutions) {
+  ASSERT_TRUE(parse_resolution("640x480").ok());
+  EXPECT_EQ(parse_resolution("640x480")->width, 640U);
+  EXPECT_EQ(parse_resolution("640x480")->height, 480U);
+  for (const char* wrong : {"", "640", "640x", "x480", "640x480x", "640 x 480", "-1x5", "0x5", "5x0", "70000x5", "1e3x5"}) {
+    EXPECT_FALSE(parse_resolution(wrong).ok()) << wrong;
+  }
+}
+
+TEST(JobRequest, ParsesCrops) {
+  ASSERT_TRUE(parse_crop("1,2,3,4").ok());
+  EXPECT_EQ(parse_crop("1,2,3,4")->y1(), 4U);
+  for (const char* wrong : {"", "1,2,3", "1,2,3,4,5", "3,2,3,4", "1,4,3,4", "-1,2,3,4", "1;2;3;4", "1,2,3,99999999999"}) {
+    EXPECT_FALSE(parse_crop(wrong).ok()) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::client
