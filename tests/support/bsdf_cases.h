@@ -1,9 +1,12 @@
 // Materials for the tests of the BSDF models, and the models called with plain double directions.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -51,6 +54,30 @@ struct Sample {
   std::array<double, 3> weight;
   double pdf, eta;
   bool valid, specular, transmission;
+};
+
+/// n evenly spread points of the unit cube [Hammersley 1960], bases 2 and 3; n is a multiple of 16.
+struct HammersleySet {
+  std::vector<float> x, y, z;
+
+  /// Made once for every n.
+  static const HammersleySet& of(int n) {
+    static std::map<int, HammersleySet> sets;
+    HammersleySet& set = sets[n];
+    for (int i = static_cast<int>(set.x.size()); i < n; ++i) {
+      set.x.push_back(radical_inverse(i, 2));
+      set.y.push_back(static_cast<float>((i + 0.5) / n));
+      set.z.push_back(radical_inverse(i, 3));
+    }
+    return set;
+  }
+
+  /// The digits of `index` mirrored at the point.
+  static float radical_inverse(int index, int base) {
+    double result = 0;
+    for (double digit = 1.0 / base; index > 0; index /= base, digit /= base) result += index % base * digit;
+    return std::min(static_cast<float>(result), 0x1.fffffep-1f);
+  }
 };
 
 /// A model with constant parameters.
@@ -111,19 +138,13 @@ class BsdfCase {
     }
   }
 
-  /// As for_each_sample, from the n points of a Hammersley set [Hammersley 1960], bases 2 and 3. For means.
+  /// As for_each_sample, from the n points of a Hammersley set. For means.
   template <class F>
   void for_each_even_sample(const Direction& wo, int n, F&& f) const {
-    const auto coordinate = [](int start, auto&& function) {
-      alignas(64) float u[kernel::kWidth];
-      for (int k = 0; k < kernel::kWidth; ++k) u[k] = std::min(static_cast<float>(function(start + k)), 0x1.fffffep-1f);
-      return kernel::Float::load(u);
-    };
-    for (int i = 0; i < n; i += kernel::kWidth) {
-      const kernel::Float u_lobe = coordinate(i, [](int index) { return radical_inverse(index, 2); }),
-                          u0 = coordinate(i, [n](int index) { return (index + 0.5) / n; }),
-                          u1 = coordinate(i, [](int index) { return radical_inverse(index, 3); });
-      for_each_lane(sample(wide(wo), u_lobe, {u0, u1}), f);
+    const HammersleySet& set = HammersleySet::of(n);
+    for (std::size_t i = 0; i < set.x.size(); i += kernel::kWidth) {
+      const auto load = [i](const std::vector<float>& u) { return kernel::Float::load_unaligned(&u[i]); };
+      for_each_lane(sample(wide(wo), load(set.x), {load(set.y), load(set.z)}), f);
     }
   }
 
@@ -145,13 +166,6 @@ class BsdfCase {
   }
 
  private:
-  /// The digits of `index` mirrored at the point.
-  static double radical_inverse(int index, int base) {
-    double result = 0;
-    for (double digit = 1.0 / base; index > 0; index /= base, digit /= base) result += index % base * digit;
-    return result;
-  }
-
   static Sample lane(const kernel::BsdfSample& s, int index) {
     Sample result{};
     int i = 0;
@@ -177,23 +191,27 @@ inline std::string number(float x) {
 
 inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta,
                           BsdfCase::Color k = kCopperK) {
-  return {"conductor " + number(alpha_x) + " " + number(alpha_y), render::BsdfKind::kConductor, eta, k,
-          {alpha_x, alpha_y}};
+  return {
+      "conductor " + number(alpha_x) + " " + number(alpha_y), render::BsdfKind::kConductor, eta, k, {alpha_x, alpha_y}};
 }
 inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta) {
   return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
-          render::BsdfKind::kDielectric, {}, {}, {alpha_x, alpha_y, eta}};
+          render::BsdfKind::kDielectric,
+          {},
+          {},
+          {alpha_x, alpha_y, eta}};
 }
 inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
   return {"coated diffuse " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
-          render::BsdfKind::kCoatedDiffuse, rho, {}, {alpha_x, alpha_y, eta, 0.01f}};
+          render::BsdfKind::kCoatedDiffuse,
+          rho,
+          {},
+          {alpha_x, alpha_y, eta, 0.01f}};
 }
 inline BsdfCase thin_dielectric(float eta) {
   return {"thin dielectric eta " + number(eta), render::BsdfKind::kThinDielectric, {}, {}, {0, 0, eta}};
 }
-inline BsdfCase diffuse(BsdfCase::Color reflectance) {
-  return {"diffuse", render::BsdfKind::kDiffuse, reflectance};
-}
+inline BsdfCase diffuse(BsdfCase::Color reflectance) { return {"diffuse", render::BsdfKind::kDiffuse, reflectance}; }
 inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Color transmittance) {
   return {"diffuse transmission", render::BsdfKind::kDiffuseTransmission, reflectance, transmittance};
 }
@@ -202,8 +220,8 @@ inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Colo
 inline std::vector<BsdfCase> all_cases() {
   std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}), diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
                               diffuse_transmission({0, 0, 0}, {0.9f, 0.9f, 0.9f}), thin_dielectric(1.5f)};
-  constexpr std::array<float, 2> kAlphas[] = {{0, 0},       {1e-3f, 1e-3f}, {0.02f, 0.02f},
-                                              {0.2f, 0.2f}, {1, 1},         {0.05f, 0.5f}, {0.9f, 0.01f}};
+  constexpr std::array<float, 2> kAlphas[] = {{0, 0}, {1e-3f, 1e-3f}, {0.02f, 0.02f}, {0.2f, 0.2f},
+                                              {1, 1}, {0.05f, 0.5f},  {0.9f, 0.01f}};
   for (const auto& [x, y] : kAlphas) {
     cases.push_back(conductor(x, y));
     for (const float eta : {1.5f, 1 / 1.5f, 3.0f}) {

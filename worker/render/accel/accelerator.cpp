@@ -65,8 +65,8 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   RTCGeometry geometry = nullptr;
   if (shape.kind == ShapeKind::kTriangles) {
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, table.positions.data(),
-                               std::size_t(shape.first_vertex) * 12, 12, shape.vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, table.vertices.data(),
+                               std::size_t(shape.first_vertex) * sizeof(Vertex), sizeof(Vertex), shape.vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, table.triangles.data(),
                                std::size_t(shape.first_triangle) * 12, 12, shape.triangle_count);
     if (shape.flags & kHasAlpha) {

@@ -1,8 +1,8 @@
 // The interface of the BSDF models. One model a file; all models are stateless, so one object serves every material of
 // its kind.
 //
-// Directions are unit vectors in the local shading frame (normal +z, tangents x and y along dp/du and across), pointing away
-// from the surface. wo is where the path came from, wi where it goes on; both may lie below the surface. Radiance
+// Directions are unit vectors in the local shading frame (normal +z, tangents x and y along dp/du and across), pointing
+// away from the surface. wo is where the path came from, wi where it goes on; both may lie below the surface. Radiance
 // is transported (refraction scales by 1/eta^2).
 #pragma once
 

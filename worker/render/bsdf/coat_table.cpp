@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace tessera::render {
 
@@ -44,25 +45,49 @@ double fresnel(double cosine, double eta, double& g) {
   return 0.5 * (sqr((eta2_cosine - g) / (eta2_cosine + g)) + sqr((cosine - g) / (cosine + g)));
 }
 
-/// Integral of 2 c reflected(c) over c in [a, b]: the share of diffuse light within those cosines that is reflected.
+/// Integral of 2 c part(energy at c) over the cosines c of a hemisphere: the mean over diffuse light.
 template <class F>
-double diffuse_share(double a, double b, F&& reflected) {
-  static const Gauss<12> gauss;
-  double sum = 0;
-  for (int i = 0; i < 12; ++i) {
-    const double c = a + (b - a) * gauss.x[i];
-    sum += gauss.weight[i] * 2 * c * reflected(c);
+double diffuse_mean(double alpha, double eta, F&& part) {
+  constexpr int kPoints = 12;
+  static const Gauss<kPoints> gauss;
+  // Beyond the critical angle, if there is one, and within it, where the integrand begins like a square root.
+  const double critical = eta < 1 ? std::sqrt((1 - eta) * (1 + eta)) : 0.0;
+  double beyond = 0, within = 0;
+  for (int i = 0; i < kPoints; ++i) {
+    const double low = critical * gauss.x[i], high = critical + (1 - critical) * sqr(gauss.x[i]);
+    if (critical > 0) beyond += gauss.weight[i] * 2 * low * part(boundary_energy(low, alpha, eta));
+    within += gauss.weight[i] * 2 * gauss.x[i] * 2 * high * part(boundary_energy(high, alpha, eta));
   }
-  return sum * (b - a);
+  return critical * beyond + (1 - critical) * within;
 }
 
-/// R_int of a coat: reflectance for diffuse light from its inside.
+/// R_int of a coat: the part of diffuse light from its inside that it reflects.
 double internal_reflectance(double alpha, double eta) {
-  const auto reflected = [&](double c) { return boundary_energy(c, alpha, 1 / eta).reflected; };
-  // Within the critical angle and beyond it.
-  const double critical = eta > 1 ? std::sqrt((1 - 1 / eta) * (1 + 1 / eta)) : 0.0;
-  return diffuse_share(critical, 1, reflected) + diffuse_share(0, critical, reflected);
+  if (eta < 1) return diffuse_mean(alpha, 1 / eta, [](BoundaryEnergy e) { return e.reflected; });
+  // Total reflection makes that integrand rough, and interreflection magnifies its error. By reciprocity what is let
+  // through is known from outside, where all is smooth; what single scattering loses is small where edges are sharp.
+  const double transmitted = diffuse_mean(alpha, eta, [](BoundaryEnergy e) { return e.transmitted; }) / sqr(eta);
+  return 1 - transmitted -
+         diffuse_mean(alpha, 1 / eta, [](BoundaryEnergy e) { return 1 - e.reflected - e.transmitted; });
 }
+
+/// Points of half the unit disk (the other half mirrors it) with weights that sum to 1: a Fibonacci lattice
+/// [Sloan & Joe 1994], drawn towards centre and rim by a smooth change of variable.
+struct HalfDisk {
+  static constexpr int kPoints = 377, kGenerator = 233;
+  struct Point {
+    double radius2, cosine, sine, weight;
+  };
+  std::array<Point, kPoints> points;
+
+  HalfDisk() {
+    constexpr double kSum = kPoints + 0.5 / kPoints;  // of 6 x (1 - x) over the midpoints x
+    for (int i = 0; i < kPoints; ++i) {
+      const double x = (i + 0.5) / kPoints, phi = std::numbers::pi * (i * kGenerator % kPoints + 0.5) / kPoints;
+      points[i] = {x * x * (3 - 2 * x), std::cos(phi), std::sin(phi), 6 * x * (1 - x) / kSum};
+    }
+  }
+};
 
 }  // namespace
 
@@ -74,10 +99,10 @@ BoundaryEnergy boundary_energy(double cosine, double alpha, double eta) {
     energy.transmitted = 1 - energy.reflected;
     return energy;
   }
-  // Quadrature over the cap of visible normals, see Ggx::sample_visible in microfacet.h, in polar coordinates of its
-  // disk; by symmetry half a turn is enough. Each normal scatters with G2 / G1.
-  static const Gauss<12> radii;
-  constexpr int kAngles = 8;
+  // Quadrature over the cap of visible normals, see Ggx::sample_visible in microfacet.h. Each normal scatters with
+  // G2 / G1. Where light leaves the right side or is totally reflected the integrand has edges: a lattice does better
+  // there than Gauss points.
+  static const HalfDisk half_disk;
   const double sine = std::sqrt(std::max(0.0, 1 - sqr(cosine)));
   const double so = std::sqrt(sqr(alpha * sine) + sqr(cosine));
   const double wx = alpha * sine / so, wz = cosine / so, height = 1 + wz;
@@ -85,26 +110,21 @@ BoundaryEnergy boundary_energy(double cosine, double alpha, double eta) {
     const double si = std::sqrt(sqr(alpha) * (sqr(x) + sqr(y)) + sqr(z));
     return z * (cosine + so) / (so * z + si * cosine);
   };
-  for (int i = 0; i < 12; ++i) {
-    const double r = radii.x[i], depth = sqr(r) * height, scale = r * std::sqrt(height * (2 - depth));
-    const double hz = 1 - depth + wz;
-    for (int j = 0; j < kAngles; ++j) {
-      const double phi = std::numbers::pi * (j + 0.5) / kAngles;
-      double mx = alpha * (std::cos(phi) * scale + wx), my = alpha * std::sin(phi) * scale, mz = hz;
-      const double length = std::sqrt(sqr(mx) + sqr(my) + sqr(mz));
-      mx /= length, my /= length, mz /= length;
-      const double cos_m = sine * mx + cosine * mz;
-      const double f = fresnel(cos_m, eta, g);
-      const double weight = radii.weight[i] * 2 * r / kAngles;
-      const double reflected_z = 2 * cos_m * mz - cosine;
-      if (reflected_z > 0) {
-        energy.reflected += weight * f * visible_weight(2 * cos_m * mx - sine, 2 * cos_m * my, reflected_z);
-      }
-      const double refracted_z = ((cos_m - g) * mz - cosine) / eta;
-      if (f < 1 && refracted_z < 0) {
-        energy.transmitted += weight * (1 - f) * visible_weight(((cos_m - g) * mx - sine) / eta,
-                                                                (cos_m - g) * my / eta, -refracted_z);
-      }
+  for (const HalfDisk::Point& point : half_disk.points) {
+    const double depth = point.radius2 * height, scale = std::sqrt(point.radius2 * height * (2 - depth));
+    double mx = alpha * (point.cosine * scale + wx), my = alpha * point.sine * scale, mz = 1 - depth + wz;
+    const double length = std::sqrt(sqr(mx) + sqr(my) + sqr(mz));
+    mx /= length, my /= length, mz /= length;
+    const double cos_m = sine * mx + cosine * mz;
+    const double f = fresnel(cos_m, eta, g);
+    const double reflected_z = 2 * cos_m * mz - cosine;
+    if (reflected_z > 0) {
+      energy.reflected += point.weight * f * visible_weight(2 * cos_m * mx - sine, 2 * cos_m * my, reflected_z);
+    }
+    const double refracted_z = ((cos_m - g) * mz - cosine) / eta;
+    if (f < 1 && refracted_z < 0) {
+      energy.transmitted += point.weight * (1 - f) *
+                            visible_weight(((cos_m - g) * mx - sine) / eta, (cos_m - g) * my / eta, -refracted_z);
     }
   }
   return energy;

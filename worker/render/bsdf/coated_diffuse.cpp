@@ -10,6 +10,20 @@ namespace {
 
 constexpr int kAlpha = 0, kEta = 2;  // slots
 
+/// Places between which a table is interpolated.
+struct TablePosition {
+  Int index;  // of the lower of two neighbours
+  Float t;    // 0 there, 1 at the upper
+
+  /// `x` in [0, 1] along `count` entries that are spaced as the squares.
+  TESSERA_INLINE TablePosition(Float x, int count) {
+    const Float position = clamp(sqrt(x) * (count - 1.0f), 0.0f, count - 1.0f);
+    const Float low = min(floor(position), count - 2.0f);
+    index = to_int(low);
+    t = position - low;
+  }
+};
+
 /// Energies of the coat, for directions above the surface.
 class Coat {
  public:
@@ -22,54 +36,53 @@ class Coat {
         smooth(is_smooth_dielectric(params, kAlpha, kEta)),
         rough_(and_not(active, smooth)),
         any_rough_(any(rough_)),
-        tables_(params.coat_tables) {
+        tables_(params.coat_tables),
+        offset_(params.coat_table) {
     if (!any_rough_) {
-      internal = gather(tables_ + kCoatInternal, params.coat_table, active);
+      internal = gather(tables_ + kCoatInternal, offset_, active);
       return;
     }
-    const Float alpha = select_or_zero(rough_, sqrt(params.scalars[kAlpha] * params.scalars[kAlpha + 1]));
-    const Float position = clamp(sqrt(alpha) * (kCoatAlphas - 1.0f), 0.0f, kCoatAlphas - 1.0f);
-    const Float row = min(floor(position), kCoatAlphas - 2.0f);
-    row_t_ = position - row;
-    const Int entry = params.coat_table + to_int(row);
-    internal = lerp(row_t_, gather(tables_ + kCoatInternal, entry, active),
-                    gather(tables_ + kCoatInternal + 1, entry, active));
-    row_ = params.coat_table + to_int(row) * kCoatCosines;
+    alpha2_x_ = select_or_zero(rough_, sqr(params.scalars[kAlpha]));
+    alpha2_y_ = select_or_zero(rough_, sqr(params.scalars[kAlpha + 1]));
+    const TablePosition row(sqrt(0.5f * (alpha2_x_ + alpha2_y_)), kCoatAlphas);
+    const Int entry = offset_ + row.index;
+    internal =
+        lerp(row.t, gather(tables_ + kCoatInternal, entry, active), gather(tables_ + kCoatInternal + 1, entry, active));
   }
 
   TESSERA_INLINE bool any_rough() const { return any_rough_; }
 
-  /// T of a direction with this cosine.
-  TESSERA_INLINE Float transmittance(Float cosine) const {
-    const Float analytic = 1.0f - fresnel_dielectric(cosine, eta).reflectance;
+  /// T(w)
+  TESSERA_INLINE Float transmittance(Vec3 w) const {
+    const Float analytic = 1.0f - fresnel_dielectric(w.z, eta).reflectance;
     if (!any_rough_) return analytic;
-    const Float position = clamp(sqrt(cosine) * (kCoatCosines - 1.0f), 0.0f, kCoatCosines - 1.0f);
-    const Float column = min(floor(position), kCoatCosines - 2.0f);
-    const Float t = position - column;
-    const Int entry = row_ + to_int(column);
-    const auto along_row = [&](const float* row) {
-      return lerp(t, gather(row, entry, rough_), gather(row + 1, entry, rough_));
+    // The mean square of both roughnesses for light along the normal, that along the light's plane for grazing light.
+    const Float alpha2 = alpha2_x_ * sqr(w.x) + alpha2_y_ * sqr(w.y) + 0.5f * (alpha2_x_ + alpha2_y_) * sqr(w.z);
+    const TablePosition row(sqrt(alpha2), kCoatAlphas), column(w.z, kCoatCosines);
+    const Int entry = offset_ + row.index * kCoatCosines + column.index;
+    const auto along_row = [&](const float* start) {
+      return lerp(column.t, gather(start, entry, rough_), gather(start + 1, entry, rough_));
     };
     const float* low = tables_ + kCoatTransmittance;
-    return select(smooth, analytic, lerp(row_t_, along_row(low), along_row(low + kCoatCosines)));
+    return select(smooth, analytic, lerp(row.t, along_row(low), along_row(low + kCoatCosines)));
   }
 
  private:
   Mask rough_;
   bool any_rough_;
   const float* tables_;
-  Float row_t_;
-  Int row_;
+  Int offset_;
+  Float alpha2_x_, alpha2_y_;
 };
 
 /// What depends on wo only: radiance that leaves along wo per irradiance that enters, and how to choose a lobe.
 struct Lobes {
-  Float fresnel_o;   // of the smooth coat; only meaningful there
-  Spectrum base;     // T(wo) rho / (eta^2 (1 - rho R_int))
-  Float coat;        // probability of sampling the coat's lobe
+  Float fresnel_o;  // of the smooth coat; only meaningful there
+  Spectrum base;    // T(wo) rho / (eta^2 (1 - rho R_int))
+  Float coat;       // probability of sampling the coat's lobe
 
   TESSERA_INLINE Lobes(const BsdfParams& params, const Coat& coat_energy, Vec3 wo) {
-    const Float transmitted = coat_energy.transmittance(wo.z);
+    const Float transmitted = coat_energy.transmittance(wo);
     fresnel_o = 1.0f - transmitted;
     const Spectrum rho = clamp(params.spectra[0], 0.0f, 1.0f);
     const Float factor = transmitted / sqr(coat_energy.eta);
@@ -87,7 +100,7 @@ struct Lobes {
 TESSERA_INLINE BsdfEval eval_lobes(const BsdfParams& params, const Coat& coat, const Lobes& lobes, Vec3 wo, Vec3 wi,
                                    Mask lit) {
   const Float cosine = select_or_zero(lit, wi.z * kInvPi);
-  BsdfEval result{lobes.base * (coat.transmittance(wi.z) * cosine), (1.0f - lobes.coat) * cosine};
+  BsdfEval result{lobes.base * (coat.transmittance(wi) * cosine), (1.0f - lobes.coat) * cosine};
   if (coat.any_rough()) {
     const Mask rough = and_not(lit, coat.smooth);
     const MicrofacetReflection reflection = eval_reflection(ggx_of(params, kAlpha), wo, wi);

@@ -7,9 +7,11 @@
 //
 // T(w) is the part of light along w that the coat lets through to the base, R_int the part of diffuse light from the
 // base that it sends back; by reciprocity T(wo) / eta^2 of the base's diffuse radiance leaves along wo. Smooth coats
-// have T = 1 - Fresnel; for rough ones T and R_int are tabulated [coat_table.h]. Anisotropic coats use the
-// table of the isotropic alpha with the same area, sqrt(alpha_x alpha_y), for energies; f_coat itself is exact.
-// There is no medium in between: the albedo of one is not looked at.
+// have T = 1 - Fresnel; for rough ones T and R_int are tabulated for isotropic roughness [coat_table.h].
+//
+// For the energies of an anisotropic coat, and only for them, an isotropic roughness stands in: the root mean square of
+// both, turning into the roughness along the light's plane towards grazing directions. That keeps within a few percent
+// of the walk, and is exact where both are equal. There is no medium in between: the albedo of one is not looked at.
 //
 // spectra[0]     rho: reflectance of the base, clamped to [0, 1]
 // scalars[0, 1]  GGX alpha of the coat along x and y; smooth where both are below kSmoothAlpha

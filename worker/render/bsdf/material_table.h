@@ -20,16 +20,20 @@ enum class BsdfKind : std::int32_t {
 
 /// Bits of MaterialRecord::flags.
 enum MaterialFlags : std::int32_t {
-  kAllDelta = 1,      // no light can be sampled towards it
-  kHasTextures = 2,   // some slot is textured
-  kHasBump = 4,       // bump_texture or normal_texture is set
-  kAnisotropic = 8,   // needs a shading frame along dp/du
-  kRemapAlpha = 16,   // textured alphas are pbrt roughnesses: alpha = sqrt(value)
+  kAllDelta = 1,               // no light can be sampled towards it
+  kHasTextures = 2,            // some slot is textured
+  kHasBump = 4,                // bump_texture or normal_texture is set
+  kAnisotropic = 8,            // needs a shading frame along dp/du
+  kRemapAlpha = 16,            // textured alphas are pbrt roughnesses: alpha = sqrt(value)
   kConductorReflectance = 32,  // spectra[1] is a texture of the reflectance at normal incidence, not k
+  // What the model looks at besides spectra[0]; the rest is not even fetched.
+  kUsesSecondSpectrum = 64,  // spectra[1]
+  kUsesAlphas = 128,         // scalars[0] and [1]
+  kUsesEta = 256,            // scalars[2] and coat_table
 };
 
 inline constexpr int kMaterialSpectra = 2;
-inline constexpr int kMaterialScalars = 6;
+inline constexpr int kMaterialScalars = 3;
 
 /// A constant, or a texture of the TextureTable (then the constant is ignored).
 struct SpectrumSlot {
@@ -52,7 +56,7 @@ struct MaterialRecord {
   std::int32_t mix_a = -1, mix_b = -1;  // materials; scalars[0] is the probability of b
   // Offset into MaterialTable::coat_tables (kCoatedDiffuse; from append_coat_table()), else -1.
   std::int32_t coat_table = -1;
-  std::int32_t padding[5] = {};
+  std::int32_t padding[11] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
 

@@ -33,9 +33,9 @@ struct Ggx {
     return sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y) + sqr(w.z));
   }
 
-  /// A normal with density D(wm) G1(wo) max(0, dot(wo, wm)) / cos(theta_o), by sampling the spherical cap that reflection
-  /// off the unit hemisphere covers [Dupuy & Benyoub 2023]. The cap is a disk by Lambert's equal-area projection, which
-  /// needs no trigonometry beyond the disk's and loses no precision near its pole.
+  /// A normal with density D(wm) G1(wo) max(0, dot(wo, wm)) / cos(theta_o), by sampling the spherical cap that
+  /// reflection off the unit hemisphere covers [Dupuy & Benyoub 2023]. The cap is a disk by Lambert's equal-area
+  /// projection, which needs no trigonometry beyond the disk's and loses no precision near its pole.
   TESSERA_INLINE Vec3 sample_visible(Vec3 wo, Vec2 u) const {
     const Vec3 w = normalize(Vec3{alpha_x * wo.x, alpha_y * wo.y, wo.z});
     const Vec2 disk = square_to_disk(u);
@@ -59,7 +59,8 @@ TESSERA_INLINE Mask is_smooth_dielectric(const BsdfParams& params, int alpha_slo
   return is_smooth(params, alpha_slot) | (abs(params.scalars[eta_slot] - 1.0f) < kSmoothEta);
 }
 
-/// The distribution of the two roughness slots from `slot` on. One axis of an anisotropic surface may be (nearly) smooth.
+/// The distribution of the two roughness slots from `slot` on. One axis of an anisotropic surface may be (nearly)
+/// smooth.
 TESSERA_INLINE Ggx ggx_of(const BsdfParams& params, int slot) {
   constexpr float kSmallestAlpha = 1e-4f;
   return {max(params.scalars[slot], kSmallestAlpha), max(params.scalars[slot + 1], kSmallestAlpha)};

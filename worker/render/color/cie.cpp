@@ -95,8 +95,7 @@ struct EtaK {
 /// The index with real part `eta`, or as near as can be, that reflects `reflectance` at normal incidence.
 EtaK index_with_reflectance(double eta, double reflectance) {
   const double root = std::sqrt(reflectance);
-  const double k_squared =
-      (reflectance * (eta + 1) * (eta + 1) - (eta - 1) * (eta - 1)) / (1 - reflectance);
+  const double k_squared = (reflectance * (eta + 1) * (eta + 1) - (eta - 1) * (eta - 1)) / (1 - reflectance);
   if (k_squared >= 0) return {eta, std::sqrt(k_squared)};
   // Without absorption this eta alone already reflects more.
   const double dense = (1 + root) / (1 - root);
@@ -109,7 +108,8 @@ double SampledCurve::at(double wavelength) const {
   const std::size_t n = std::min(nm.size(), value.size());
   if (n == 0) return 0;
   const auto end = nm.begin() + static_cast<std::ptrdiff_t>(n);
-  const auto upper = static_cast<std::size_t>(std::upper_bound(nm.begin(), end, static_cast<float>(wavelength)) - nm.begin());
+  const auto upper =
+      static_cast<std::size_t>(std::upper_bound(nm.begin(), end, static_cast<float>(wavelength)) - nm.begin());
   if (upper == 0) return value[0];
   if (upper == n) return value[n - 1];
   const double t = (wavelength - nm[upper - 1]) / (double{nm[upper]} - nm[upper - 1]);

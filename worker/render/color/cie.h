@@ -4,8 +4,8 @@
 //
 // What "white" means differs between light and matter, as it does in pbrt-v4:
 //  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1 everywhere,
-//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948, 0.909), and
-//    D65 is (1, 1, 1) times its luminance.
+//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948, 0.909),
+//    and D65 is (1, 1, 1) times its luminance.
 //  - Reflectance is what an observer sees under D65, the white of Rec.709; a constant c is exactly (c, c, c).
 // The scene's `constant` spectrum stands for a colour without hue, and is (c, c, c) in both uses; no function here is
 // needed for it.
@@ -47,8 +47,8 @@ struct ConductorRgb {
 };
 
 /// The indices that best stand for a metal in an RGB renderer: each channel has the normal-incidence reflectance that
-/// the spectral metal shows under D65 (clamped to [0, 0.9999]), and the mean eta over what that channel sees; k follows from
-/// these two.
+/// the spectral metal shows under D65 (clamped to [0, 0.9999]), and the mean eta over what that channel sees; k follows
+/// from these two.
 ConductorRgb conductor_rgb(const SampledCurve& eta, const SampledCurve& k);
 
 /// Index of refraction at the sodium D line, 589.3 nm.

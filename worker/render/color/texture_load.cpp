@@ -120,8 +120,7 @@ void store_floats(const std::vector<float>& values, const ChannelMap& map, Texel
 absl::StatusOr<TextureImage> decode_image(std::string_view bytes, const std::string& name,
                                           const TextureLoadOptions& options) {
   const std::string format = detect_format(bytes, name);
-  if (format.empty())
-    return invalid(name, "it is none of PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
+  if (format.empty()) return invalid(name, "it is none of PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
 
   OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);

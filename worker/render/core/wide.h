@@ -383,6 +383,26 @@ TESSERA_INLINE Float pow(Float base, Float exponent) {
   return select(base <= 0.0f, 0.0f, exp(exponent * log(max(base, 1e-38f))));
 }
 
+namespace detail {
+alignas(16) inline constexpr std::uint8_t kReversedNibbles[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+alignas(16) inline constexpr std::uint8_t kReversedBytes[16] = {3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+}  // namespace detail
+
+/// Bit 0 becomes bit 31 and so on: nibbles by table, then the order of the bytes.
+TESSERA_INLINE UInt reverse_bits(UInt a) {
+  return UInt::make([&](auto i) {
+    const Tag<std::uint32_t> d;
+    const hn::Repartition<std::uint8_t, Tag<std::uint32_t>> d8;
+    const auto low_bits = hn::Set(d, 0x0f0f0f0fu);
+    const auto low = hn::BitCast(d8, hn::And(a.v[i()], low_bits));
+    const auto high = hn::BitCast(d8, hn::And(hn::ShiftRight<4>(a.v[i()]), low_bits));
+    const auto table = hn::LoadDup128(d8, detail::kReversedNibbles);
+    const auto swapped_low = hn::BitCast(d, hn::TableLookupBytes(table, low));
+    const auto swapped = hn::Or(hn::ShiftLeft<4>(swapped_low), hn::BitCast(d, hn::TableLookupBytes(table, high)));
+    return hn::BitCast(d, hn::TableLookupBytes(hn::BitCast(d8, swapped), hn::LoadDup128(d8, detail::kReversedBytes)));
+  });
+}
+
 // ---------------------------------------------------------------- memory
 
 /// base[index[i]] for active lanes, else 0. `base` has at least one element.

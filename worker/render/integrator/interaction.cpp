@@ -117,11 +117,19 @@ Interaction interact(const SceneTables& scene, const Surface& surface, Float u, 
   const auto* kinds = reinterpret_cast<const std::int32_t*>(&records->kind);
   at.kind = gather(kinds, record, active);
   at.flags = gather(&records->flags, record, active);
-  for (int i = 0; i < kMaterialSpectra; ++i) {
-    for (int c = 0; c < kSpectrumLanes; ++c) at.params.spectra[i].c[c] = constant_at(records->spectra[i].value[c]);
+  // Only what some lane's model looks at.
+  for (int c = 0; c < kSpectrumLanes; ++c) at.params.spectra[0].c[c] = constant_at(records->spectra[0].value[c]);
+  const auto some_use = [&](std::int32_t flag) { return any(active & ((at.flags & flag) != 0)); };
+  if (some_use(kUsesSecondSpectrum)) {
+    for (int c = 0; c < kSpectrumLanes; ++c) at.params.spectra[1].c[c] = constant_at(records->spectra[1].value[c]);
   }
-  for (int i = 0; i < kMaterialScalars; ++i) at.params.scalars[i] = constant_at(records->scalars[i].value);
-  at.params.coat_table = gather(&records->coat_table, record, active);
+  if (some_use(kUsesAlphas)) {
+    for (int i = 0; i < 2; ++i) at.params.scalars[i] = constant_at(records->scalars[i].value);
+  }
+  if (some_use(kUsesEta)) {
+    at.params.scalars[2] = constant_at(records->scalars[2].value);
+    at.params.coat_table = gather(&records->coat_table, record, active);
+  }
   at.params.coat_tables = scene.materials.coat_tables.data();
   if (scene.any_textures) {
     const Mask textured = active & ((at.flags & kHasTextures) != 0);

@@ -50,8 +50,8 @@ void copy_texels(const TextureImage& image, float scale, Environment& e) {
 }
 
 float brightness(const Environment& e, std::int32_t x, std::int32_t y) {
-  const float* t = &e.texels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(e.width) +
-                                  static_cast<std::size_t>(x))];
+  const float* t =
+      &e.texels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(e.width) + static_cast<std::size_t>(x))];
   return (t[0] + t[1] + t[2]) * (1.0f / 3);
 }
 
@@ -91,8 +91,8 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
 
   if (image.width <= 0 || image.height <= 0) return absl::InvalidArgumentError("the environment image is empty");
   if (mapping == EnvironmentMapping::kEqualAreaOctahedral && image.width != image.height)
-    return absl::InvalidArgumentError(absl::StrCat("an octahedral environment image must be square, this one is ",
-                                                   image.width, " x ", image.height));
+    return absl::InvalidArgumentError(
+        absl::StrCat("an octahedral environment image must be square, this one is ", image.width, " x ", image.height));
   e.width = image.width;
   e.height = image.height;
   copy_texels(image, scale, e);

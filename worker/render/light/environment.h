@@ -8,8 +8,8 @@
 namespace tessera::render {
 
 /// An environment from an image, with the distribution that it is sampled by. Radiance is texel times `scale`; negative
-/// texels count as zero. An octahedral image is square. The upper left 3x3 of `render_from_light` turns (and may mirror or
-/// uniformly scale) directions. InvalidArgument says what is wrong with the image or the transform.
+/// texels count as zero. An octahedral image is square. The upper left 3x3 of `render_from_light` turns (and may mirror
+/// or uniformly scale) directions. InvalidArgument says what is wrong with the image or the transform.
 absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping, float scale,
                                               const Affine& render_from_light);
 

@@ -81,7 +81,8 @@ Float map_pdf(const Environment& e, Vec3 w, Mask active) {
 class InfiniteLight final : public LightModel {
  public:
   LightSample sample(const LightTable& table, Int light, Vec3, Vec2 u, Mask active) const override {
-    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(), Mask::none()};
+    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(),
+                       Mask::none()};
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
       const MapSample s = sample_map(e, table.lights[static_cast<std::size_t>(i)], u, lanes);

@@ -18,8 +18,10 @@ struct LightLanes {
   TESSERA_INLINE Int field(std::int32_t LightRecord::*member) const {
     return gather_member(table.lights.data(), member, light, active);
   }
-  TESSERA_INLINE Vec3 field3(float (LightRecord::*member)[3]) const {
-    const float* base = table.lights.data()->*member;
+  /// Elements first, first + 1 and first + 2 of an array.
+  template <std::size_t N>
+  TESSERA_INLINE Vec3 field3(float (LightRecord::*member)[N], int first = 0) const {
+    const float* base = (table.lights.data()->*member) + first;
     const Int offset = light * static_cast<std::int32_t>(sizeof(LightRecord) / 4);
     return {gather(base, offset, active), gather(base + 1, offset, active), gather(base + 2, offset, active)};
   }
@@ -38,9 +40,8 @@ struct LightLanes {
 };
 
 TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSample& b) {
-  return {select(m, a.wi, b.wi),           select(m, a.distance, b.distance), select(m, a.radiance, b.radiance),
-          select(m, a.pdf, b.pdf),         (m & a.valid) | and_not(b.valid, m),
-          (m & a.delta) | and_not(b.delta, m)};
+  return {select(m, a.wi, b.wi),   select(m, a.distance, b.distance),   select(m, a.radiance, b.radiance),
+          select(m, a.pdf, b.pdf), (m & a.valid) | and_not(b.valid, m), (m & a.delta) | and_not(b.delta, m)};
 }
 
 /// Of shadow rays to lights at infinity: beyond any scene, and finite when squared.
@@ -48,9 +49,9 @@ inline constexpr float kInfiniteDistance = 1e18f;
 
 TESSERA_INLINE Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
-/// Distance by which a ray from `reference` to `point`, `distance` apart, may miss the plane through `point` for rounding
-/// at either end, times the cosine under which it meets that plane. `extent` is the emitter's. Each coordinate at the light's end is off by
-/// at most eight roundings (shape/surface.cpp), as is the origin that the ray really starts from.
+/// How far off the plane through `point` a ray from `reference`, `distance` away, may really end, for rounding at
+/// either end. `extent` is the emitter's. Each coordinate at the light is off by at most eight roundings
+/// (shape/surface.cpp), and so is the origin that the ray starts from.
 TESSERA_INLINE Float ray_end_error(Vec3 reference, Vec3 point, Float extent, Float distance) {
   constexpr float kCoordinateError = 0x1p-21f * 1.7320508f;  // along the normal
   return (max_abs(reference) + max_abs(point) + extent + distance) * kCoordinateError;

@@ -19,20 +19,20 @@ Vec cross(const Vec& a, const Vec& b) {
 }
 double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec& a) { return std::sqrt(dot(a, a)); }
-Vec column(const Affine& a, int c) {
-  return {a.m[c], a.m[4 + c], a.m[8 + c]};
-}
+Vec column(const Affine& a, int c) { return {a.m[c], a.m[4 + c], a.m[8 + c]}; }
 
-double triangle_area(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive) {
+void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightRecord& light) {
+  light.kind = LightKind::kTriangle;
+  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
   Vec p[3];
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const std::size_t triangle = static_cast<std::size_t>(shape.first_triangle + primitive);
     const std::size_t vertex = static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
-    for (std::size_t i = 0; i < 3; ++i) p[corner][i] = table.positions[vertex * 3 + i];
+    for (std::size_t i = 0; i < 3; ++i)
+      p[corner][i] = light.vertices[corner * 3 + i] = table.vertices[vertex].position[i];
   }
   const Vec e1 = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
   const Vec e2 = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
-  return 0.5 * length(cross(e1, e2));
+  light.area = static_cast<float>(0.5 * length(cross(e1, e2)));
 }
 
 double disk_area(const QuadricRecord& q) {
@@ -52,8 +52,9 @@ double similarity_scale(const Affine& a) {
 /// Area of a zone of a sphere under any affine map, by quadrature where there is no closed form.
 double sphere_area(const QuadricRecord& q) {
   const double zone = double{q.radius} * q.phi_max * (double{q.z_max} - q.z_min);
-  const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1), z = column(q.render_from_object, 2);
-  if (const double scale = similarity_scale(q.render_from_object); scale > 0) return zone * scale * scale;
+  const Affine& m = q.render_from_object;
+  const Vec x = column(m, 0), y = column(m, 1), z = column(m, 2);
+  if (const double scale = similarity_scale(m); scale > 0) return zone * scale * scale;
   // Areas scale by |cofactor(M) n|, whose columns are these.
   const Vec cx = cross(y, z), cy = cross(z, x), cz = cross(x, y);
   constexpr int kSteps = 128;
@@ -94,9 +95,8 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
   std::copy(radiance.begin(), radiance.end(), light.radiance);
   switch (record.kind) {
     case ShapeKind::kTriangles:
-      light.kind = LightKind::kTriangle;
       for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
-        light.area = static_cast<float>(triangle_area(shapes, record, light.primitive));
+        describe_triangle(shapes, record, light);
         lights.push_back(light);
       }
       return;

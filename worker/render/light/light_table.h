@@ -21,12 +21,13 @@ struct LightRecord {
   float radiance[3] = {0, 0, 0};  // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
   float area = 0;                 // kTriangle, kSphere, kDisk: render-space units squared
   float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere: the centre
-  float radius = 0;               // kSphere, render space
+  float radius = 0;               // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
   float direction[3] = {0, 0, 1};  // kSpot: axis; kDistant: in which the light travels; unit length
   float cos_outer = 0;            // kSpot: of the whole cone
   float cos_inner = 0;            // kSpot: where the falloff begins
   std::int32_t environment = -1;  // kInfinite: index into LightTable::environments
-  std::int32_t padding[14] = {};
+  float vertices[9] = {};         // kTriangle: its corners
+  std::int32_t padding[5] = {};
 };
 static_assert(sizeof(LightRecord) == 128);
 

@@ -9,11 +9,11 @@ namespace {
 /// How a whole sphere looks from outside.
 struct Cone {
   Vec3 axis;
-  Float distance;          // to the centre
+  Float distance;  // to the centre
   Float radius;
   Float clearance_squared;  // distance^2 - radius^2
   Float one_minus_cos_max;
-  Mask usable;             // a whole, round sphere seen from outside
+  Mask usable;  // a whole, round sphere seen from outside
 };
 
 Cone cone(const LightLanes& lanes, Vec3 reference) {
@@ -37,8 +37,8 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   const Vec3 local = square_to_cone(u, c.one_minus_cos_max);
   LightSample s;
   s.wi = Frame::from_normal(c.axis).to_world(local);
-  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre and h the half chord;
-  // written as a quotient because b and h may be close.
+  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre and h the
+  // half chord; written as a quotient because b and h may be close.
   const Float b = c.distance * local.z;
   const Float off_axis_squared = sqr(c.distance) * (sqr(local.x) + sqr(local.y));
   const Float half_chord = safe_sqrt(sqr(c.radius) - off_axis_squared);
@@ -56,8 +56,8 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   return s;
 }
 
-/// Density by area of a point of the quadric that is chosen uniformly by area in its object space. `n` is the unit normal
-/// there, in object space; areas scale by |det M| |M^-T n|.
+/// Density by area of a point of the quadric that is chosen uniformly by area in its object space. `n` is the unit
+/// normal there, in object space; areas scale by |det M| |M^-T n|.
 Float area_density(const QuadricLanes& quadric, const WideAffine& render_from_object,
                    const WideAffine& object_from_render, Vec3 n) {
   const Float radius = quadric.field(&QuadricRecord::radius);
@@ -90,7 +90,8 @@ Float surface_pdf(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, 
   const QuadricLanes quadric(lanes);
   const WideAffine object_from_render = quadric.affine(&QuadricRecord::object_from_render);
   const Vec3 n = normalize(transform_point(object_from_render, point));
-  const Float density = area_density(quadric, quadric.affine(&QuadricRecord::render_from_object), object_from_render, n);
+  const Float density =
+      area_density(quadric, quadric.affine(&QuadricRecord::render_from_object), object_from_render, n);
   return pdf_from_point(lanes, reference, wi, point, normal, density);
 }
 

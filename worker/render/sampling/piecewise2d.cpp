@@ -1,6 +1,7 @@
 #include "render/sampling/piecewise2d.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -20,6 +21,20 @@ void write_cdf(std::span<const double> values, double sum, float* cdf) {
   std::size_t end = values.size();
   while (end > 0 && values[end - 1] == 0) --end;
   for (std::size_t i = end; i <= values.size(); ++i) cdf[i] = 1;
+}
+
+/// An entry for about every eight cells: the search that is left stays within a cache line.
+std::int32_t guides_for(std::int32_t cells) {
+  return static_cast<std::int32_t>(std::bit_ceil(static_cast<std::uint32_t>((cells + 7) / 8))) + 1;
+}
+
+void append_guide(const float* cdf, std::int32_t cells, std::int32_t guides, std::vector<std::int32_t>& out) {
+  std::int32_t cell = 0;
+  for (std::int32_t k = 0; k < guides; ++k) {
+    const float u = static_cast<float>(k) / static_cast<float>(guides - 1);
+    while (cell + 1 < cells && cdf[cell + 1] <= u) ++cell;
+    out.push_back(cell);
+  }
 }
 
 }  // namespace
@@ -46,6 +61,9 @@ Piecewise2d Piecewise2d::build(std::span<const float> weights, std::int32_t widt
   }
 
   write_cdf(row_sums, total, result.marginal_cdf.data());
+  result.marginal_guides = guides_for(height);
+  result.conditional_guides = guides_for(width);
+  append_guide(result.marginal_cdf.data(), height, result.marginal_guides, result.marginal_guide);
   const double cells = static_cast<double>(rows * columns);
   for (std::size_t y = 0; y < rows; ++y) {
     for (std::size_t x = 0; x < columns; ++x) {
@@ -56,6 +74,7 @@ Piecewise2d Piecewise2d::build(std::span<const float> weights, std::int32_t widt
     if (row_sums[y] == 0) std::fill(row.begin(), row.end(), 1.0);
     const double sum = row_sums[y] == 0 ? static_cast<double>(columns) : row_sums[y];
     write_cdf(row, sum, &result.conditional_cdf[y * (columns + 1)]);
+    append_guide(&result.conditional_cdf[y * (columns + 1)], width, result.conditional_guides, result.conditional_guide);
   }
   return result;
 }

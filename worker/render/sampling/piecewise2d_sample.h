@@ -21,15 +21,17 @@ struct CdfPlace {
   Float offset;  // [0, 1)
 };
 
-/// Inverts the `count` + 1 values of a CDF that begin at cdf[first], by bisection.
-TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, std::int32_t count, Float u, Mask active) {
+/// Inverts the CDF whose values begin at cdf[first], by bisection between two entries of its guide.
+TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, const std::int32_t* guide, Int first_guide,
+                                   std::int32_t guides, Float u, Mask active) {
   // The last cell whose lower end is <= u: cells of no weight, whose ends coincide, are passed over.
-  Int low = 0;
-  for (std::int32_t size = count; size > 1;) {
-    const std::int32_t half = size / 2;
-    const Mask above = gather(cdf, first + low + half, active) <= u;
-    low = select(above, low + half, low);
-    size -= half;
+  const Int k = first_guide + to_int(u * static_cast<float>(guides - 1));
+  Int low = gather(guide, k, active), high = gather(guide, k + 1, active) + 1;
+  for (Mask open = active & (high - low > 1); any(open); open &= high - low > 1) {
+    const Int middle = shift_right<1>(low + high);
+    const Mask above = gather(cdf, first + middle, open) <= u;
+    low = select(open & above, middle, low);
+    high = select(and_not(open, above), middle, high);
   }
   const Float c0 = gather(cdf, first + low, active);
   const Float c1 = gather(cdf, first + low + 1, active);
@@ -41,9 +43,11 @@ TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, std::int32_t cou
 
 /// A point of the unit square with the distribution's density; `u` is uniform in [0, 1)^2.
 TESSERA_INLINE Piecewise2dSample sample_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
-  const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.height, u.y, active);
+  const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.marginal_guide.data(), Int(0),
+                                                  p.marginal_guides, u.y, active);
   const detail::CdfPlace column =
-      detail::invert_cdf(p.conditional_cdf.data(), row.cell * (p.width + 1), p.width, u.x, active);
+      detail::invert_cdf(p.conditional_cdf.data(), row.cell * (p.width + 1), p.conditional_guide.data(),
+                         row.cell * p.conditional_guides, p.conditional_guides, u.x, active);
   const Vec2 uv = {(to_float(column.cell) + column.offset) * (1.0f / static_cast<float>(p.width)),
                    (to_float(row.cell) + row.offset) * (1.0f / static_cast<float>(p.height))};
   const Float density = gather(p.density.data(), row.cell * p.width + column.cell, active);

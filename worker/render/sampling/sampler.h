@@ -9,14 +9,6 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-TESSERA_INLINE UInt reverse_bits(UInt x) {
-  x = shift_left<16>(x) | shift_right<16>(x);
-  x = shift_left<8>(x & 0x00ff00ffu) | shift_right<8>(x & 0xff00ff00u);
-  x = shift_left<4>(x & 0x0f0f0f0fu) | shift_right<4>(x & 0xf0f0f0f0u);
-  x = shift_left<2>(x & 0x33333333u) | shift_right<2>(x & 0xccccccccu);
-  return shift_left<1>(x & 0x55555555u) | shift_right<1>(x & 0xaaaaaaaau);
-}
-
 /// Owen scrambling of the bit-reversed number `x`: every bit is flipped as a hash of the bits below it says
 /// [Laine & Karras 2011], constants of [Vegdahl 2021].
 TESSERA_INLINE UInt scramble_reversed(UInt x, UInt seed) {
@@ -40,8 +32,9 @@ TESSERA_INLINE UInt pascal_reversed(UInt x) {
 /// the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel and dimension [Burley 2020].
 class Sampler {
  public:
-  /// `pixel` is pixel_hash() of the pixel.
-  TESSERA_INLINE Sampler(SamplerKind kind, UInt pixel, UInt sample) : kind_(kind), pixel_(pixel), sample_(sample) {}
+  /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index.
+  TESSERA_INLINE Sampler(SamplerKind kind, UInt pixel, UInt reversed_sample)
+      : kind_(kind), pixel_(pixel), reversed_sample_(reversed_sample) {}
 
   static TESSERA_INLINE UInt pixel_hash(std::uint64_t seed, UInt x, UInt y) {
     return hash(hash(x, UInt(static_cast<std::uint32_t>(seed))), hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
@@ -51,10 +44,10 @@ class Sampler {
   TESSERA_INLINE Vec2 get_2d(int pair) const {
     const UInt seed = hash(pixel_ + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);
     if (kind_ == SamplerKind::kIndependent) {
-      const UInt x = hash(seed, sample_);
+      const UInt x = hash(seed, reversed_sample_);
       return {to_unit_float(x), to_unit_float(hash(x ^ 0x68bc21ebu))};
     }
-    const UInt index = reverse_bits(scramble_reversed(reverse_bits(sample_), seed));
+    const UInt index = reverse_bits(scramble_reversed(reversed_sample_, seed));
     const UInt x = reverse_bits(scramble_reversed(index, hash(seed ^ 0xa511e9b3u)));
     const UInt y = reverse_bits(scramble_reversed(pascal_reversed(index), hash(seed ^ 0x63d83595u)));
     return {to_unit_float(x), to_unit_float(y)};
@@ -63,7 +56,7 @@ class Sampler {
  private:
   SamplerKind kind_;
   UInt pixel_;
-  UInt sample_;
+  UInt reversed_sample_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -30,18 +30,24 @@ struct ShapeRecord {
   std::int32_t first_light = -1;  // light of primitive 0; the others follow. -1: does not emit
   // kTriangles
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
-  std::int32_t first_vertex = 0;    // in ShapeTable::positions
-  std::int32_t first_normal = 0;    // in ShapeTable::normals
-  std::int32_t first_uv = 0;        // in ShapeTable::uvs
+  std::int32_t first_vertex = 0;    // in ShapeTable::vertices
   // kSphere and kDisk
   std::int32_t quadric = 0;  // in ShapeTable::quadrics
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
   std::int32_t vertex_count = 0;
-  std::int32_t padding[3] = {};
+  std::int32_t padding[5] = {};
 };
 static_assert(sizeof(ShapeRecord) == 64);
+
+/// All of a vertex in half a cache line: a hit touches three lines for it (measured: docs/decisions/0006).
+struct alignas(32) Vertex {
+  float position[3] = {0, 0, 0};
+  float u = 0;
+  float normal[3] = {0, 0, 0};  // shading normal, with kHasNormals
+  float v = 0;                  // u and v with kHasUvs
+};
 
 /// A sphere about the origin or a disk in z = height, in object space [pbrt-v4].
 struct QuadricRecord {
@@ -75,9 +81,7 @@ struct ShapeTable {
   std::vector<QuadricRecord> quadrics;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
   std::vector<std::uint32_t> triangles;   // three vertex indices each, counted from first_vertex
-  std::vector<float> positions;           // xyz, plus 16 bytes of padding for Embree
-  std::vector<float> normals;             // xyz
-  std::vector<float> uvs;                 // uv
+  std::vector<Vertex> vertices;
 };
 
 }  // namespace tessera::render

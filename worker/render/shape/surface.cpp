@@ -14,6 +14,22 @@ Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 /// Error along the normal of a point whose coordinates are each off by at most `e`.
 Float along_normal(Vec3 n, Float e) { return e * (abs(n.x) + abs(n.y) + abs(n.z)); }
 
+/// One vertex a lane.
+class VertexLanes {
+ public:
+  TESSERA_INLINE VertexLanes(const ShapeTable& table, Int index, Mask active)
+      : base_(table.vertices.data()->position), at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)), active_(active) {}
+  TESSERA_INLINE Vec3 position() const { return {member(0), member(1), member(2)}; }
+  TESSERA_INLINE Vec3 normal() const { return {member(4), member(5), member(6)}; }
+  TESSERA_INLINE Vec2 uv() const { return {member(3), member(7)}; }
+
+ private:
+  TESSERA_INLINE Float member(int i) const { return gather(base_ + i, at_, active_); }
+  const float* base_;
+  Int at_;
+  Mask active_;
+};
+
 /// dp/du and dp/dv of a triangle; an arbitrary frame where its uvs are degenerate.
 void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dpdu, Vec3& dpdv) {
   const Float det = difference_of_products(duv1.x, duv2.y, duv1.y, duv2.x);
@@ -35,10 +51,9 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Int i1 = gather(indices + 1, corner, active);
   const Int i2 = gather(indices + 2, corner, active);
 
-  const float* positions = table.positions.data();
-  const Vec3 p0 = gather3(positions, first_vertex + i0, active);
-  const Vec3 p1 = gather3(positions, first_vertex + i1, active);
-  const Vec3 p2 = gather3(positions, first_vertex + i2, active);
+  const VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active),
+      v2(table, first_vertex + i2, active);
+  const Vec3 p0 = v0.position(), p1 = v1.position(), p2 = v2.position();
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
   const Float b1 = hit.u, b2 = hit.v, b0 = 1.0f - b1 - b2;
   const Vec3 p = p0 * b0 + p1 * b1 + p2 * b2;
@@ -48,10 +63,7 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Mask with_normals = active & ((flags & kHasNormals) != 0);
   Vec3 ns = ng;
   if (any(with_normals)) {
-    const Int first = gather_member(shapes, &ShapeRecord::first_normal, hit.shape, with_normals);
-    const float* normals = table.normals.data();
-    const Vec3 n = gather3(normals, first + i0, with_normals) * b0 + gather3(normals, first + i1, with_normals) * b1 +
-                   gather3(normals, first + i2, with_normals) * b2;
+    const Vec3 n = v0.normal() * b0 + v1.normal() * b1 + v2.normal() * b2;
     const Float l2 = length_squared(n);
     const Mask usable = with_normals & (l2 > 0.0f) & is_finite(l2);
     ns = face_forward(select(usable, normalize(n), ng), ng);
@@ -61,16 +73,12 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Mask with_uvs = active & ((flags & kHasUvs) != 0);
   Vec2 uv0{Float(0.0f), Float(0.0f)}, uv1{Float(1.0f), Float(0.0f)}, uv2{Float(1.0f), Float(1.0f)};
   if (any(with_uvs)) {
-    const Int first = gather_member(shapes, &ShapeRecord::first_uv, hit.shape, with_uvs);
-    const float* uvs = table.uvs.data();
-    const auto corner_uv = [&](Int i, Vec2 otherwise) {
-      const Int at = (first + i) * 2;
-      return Vec2{select(with_uvs, gather(uvs, at, with_uvs), otherwise.x),
-                  select(with_uvs, gather(uvs + 1, at, with_uvs), otherwise.y)};
+    const auto own_or = [&](Vec2 own, Vec2 otherwise) {
+      return Vec2{select(with_uvs, own.x, otherwise.x), select(with_uvs, own.y, otherwise.y)};
     };
-    uv0 = corner_uv(i0, uv0);
-    uv1 = corner_uv(i1, uv1);
-    uv2 = corner_uv(i2, uv2);
+    uv0 = own_or(v0.uv(), uv0);
+    uv1 = own_or(v1.uv(), uv1);
+    uv2 = own_or(v2.uv(), uv2);
   }
 
   const Float extent = max_abs(p) + max(max_abs(e1), max_abs(e2));

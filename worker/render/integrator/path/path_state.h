@@ -60,7 +60,7 @@ struct HitState {
 
 /// One entry a sample of the batch.
 struct SampleState {
-  alignas(64) Lanes<std::uint32_t> pixel_hash, sample;
+  alignas(64) Lanes<std::uint32_t> pixel_hash, reversed_sample;
   SpectrumLanes radiance;
   alignas(64) Lanes<float> filter_weight, coverage, depth;
   SpectrumLanes albedo;

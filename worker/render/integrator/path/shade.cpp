@@ -15,10 +15,26 @@ struct Wavefront::Vertex {
   Float pdf, eta_scale;
   Int slot;
   Hit hit;
-  Surface surface;
-  Interaction at;
   Sampler sampler;
   int first_pair;  // of this event's dimensions
+  // Once something was hit
+  Surface surface;
+  Vec2 roulette;  // Russian roulette, mixed material
+  Vec2 choice;    // light, BSDF lobe
+  Interaction at;
+
+  Vertex(const PathState& paths, const HitState& hits, const SampleState& samples, SamplerKind kind, int pair, int i,
+         Mask active)
+      : origin(paths.origin.load(i)),
+        direction(paths.direction.load(i)),
+        beta(paths.beta.load(i)),
+        pdf(Float::load(paths.pdf + i)),
+        eta_scale(Float::load(paths.eta_scale + i)),
+        slot(Int::load(paths.slot + i)),
+        hit{Float::load(hits.t + i),       Float::load(hits.u + i),   Float::load(hits.v + i),
+            Int::load(hits.primitive + i), Int::load(hits.shape + i), Int::load(hits.instance + i)},
+        sampler(kind, gather(samples.pixel_hash, slot, active), gather(samples.reversed_sample, slot, active)),
+        first_pair(pair) {}
 };
 
 namespace {
@@ -37,31 +53,20 @@ void Wavefront::shade(int depth) {
   const int first_pair = dimension::kFirstBounce + depth * dimension::kPairsPerBounce;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
-    const Int slot = Int::load(paths_.slot + i);
-    Vertex v{paths_.origin.load(i),
-             paths_.direction.load(i),
-             paths_.beta.load(i),
-             Float::load(paths_.pdf + i),
-             Float::load(paths_.eta_scale + i),
-             slot,
-             {Float::load(hits_.t + i), Float::load(hits_.u + i), Float::load(hits_.v + i),
-              Int::load(hits_.primitive + i), Int::load(hits_.shape + i), Int::load(hits_.instance + i)},
-             {},
-             {},
-             Sampler(scene_.sampler.kind, gather(samples_.pixel_hash, slot, active),
-                     gather(samples_.sample, slot, active)),
-             first_pair};
+    Vertex v(paths_, hits_, samples_, scene_.sampler.kind, first_pair, i, active);
 
     const Mask hit = active & (v.hit.shape >= 0);
     const Mask missed = and_not(active, hit);
-    if (any(missed)) add_environment(v, missed);
+    if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
     if (none(hit)) continue;
 
     v.surface = surface_at(scene_.shapes, v.hit, v.origin, v.direction, hit, scene_.any_tangents);
     add_emission(v, hit);
     const bool last = depth == scene_.max_depth;
     if (last && depth > 0) continue;
-    v.at = interact(scene_, v.surface, v.sampler.get_2d(first_pair + dimension::kRoulette).y, hit);
+    v.roulette = v.sampler.get_2d(first_pair + dimension::kRoulette);
+    v.choice = v.sampler.get_2d(first_pair + dimension::kChoice);
+    v.at = interact(scene_, v.surface, v.roulette.y, hit);
     if (depth == 0) record_first_hit(v, hit);
     if (last) continue;
 
@@ -127,8 +132,7 @@ void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
   const Mask wanted = hit & ((v.at.flags & kAllDelta) == 0);
   if (scene_.lights.lights.empty() || none(wanted)) return;
 
-  const DiscreteSample choice =
-      sample_discrete(scene_.lights.selection, v.sampler.get_2d(v.first_pair + dimension::kChoice).x, wanted);
+  const DiscreteSample choice = sample_discrete(scene_.lights.selection, v.choice.x, wanted);
   const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p,
                                          v.sampler.get_2d(v.first_pair + dimension::kLightPoint), wanted);
   const Mask reachable = wanted & light.valid;
@@ -150,9 +154,8 @@ void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
 }
 
 void Wavefront::scatter_path(const Vertex& v, Mask hit, int depth, int& kept) {
-  const BsdfSample bsdf =
-      sample_bsdf(v.at, -v.direction, v.sampler.get_2d(v.first_pair + dimension::kChoice).y,
-                  v.sampler.get_2d(v.first_pair + dimension::kBsdfDirection), hit);
+  const BsdfSample bsdf = sample_bsdf(v.at, -v.direction, v.choice.y,
+                                      v.sampler.get_2d(v.first_pair + dimension::kBsdfDirection), hit);
   Spectrum beta = v.beta * bsdf.weight;
   const Float eta_scale = select(bsdf.transmission, v.eta_scale * sqr(bsdf.eta), v.eta_scale);
   Mask alive = and_not(hit & bsdf.valid, is_black(beta));
@@ -160,7 +163,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask hit, int depth, int& kept) {
   // Russian roulette on what the path can still bring, refraction's scaling set aside.
   if (depth > 1) {
     const Float survival = clamp((beta * eta_scale).max_component(), 0.05f, 1.0f);
-    alive &= v.sampler.get_2d(v.first_pair + dimension::kRoulette).x < survival;
+    alive &= v.roulette.x < survival;
     beta *= 1.0f / survival;
   }
 

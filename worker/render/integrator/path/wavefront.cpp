@@ -67,17 +67,19 @@ bool Wavefront::render_pixels(std::span<const std::uint32_t> pixels, std::stop_t
 void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples) {
   const int count = static_cast<int>(pixels.size()) * samples;
   const std::uint32_t width = tile_.x1 - tile_.x0;
+  std::size_t pixel = 0;
+  std::uint32_t index = first_sample;
   for (int slot = 0; slot < count; slot += kWidth) {
     alignas(64) std::uint32_t x[kWidth] = {}, y[kWidth] = {}, sample[kWidth] = {};
     for (int i = 0; i < kWidth && slot + i < count; ++i) {
-      const std::size_t pixel = static_cast<std::size_t>(slot + i) % pixels.size();
       x[i] = tile_.x0 + pixels[pixel] % width;
       y[i] = tile_.y0 + pixels[pixel] / width;
-      sample[i] = first_sample + static_cast<std::uint32_t>(static_cast<std::size_t>(slot + i) / pixels.size());
+      sample[i] = index;
+      if (++pixel == pixels.size()) pixel = 0, ++index;
     }
-    const UInt px = UInt::load(x), py = UInt::load(y), index = UInt::load(sample);
+    const UInt px = UInt::load(x), py = UInt::load(y), reversed = reverse_bits(UInt::load(sample));
     const UInt hash = Sampler::pixel_hash(scene_.sampler.seed, px, py);
-    const Sampler sampler(scene_.sampler.kind, hash, index);
+    const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     // Where on the film, and where on the lens.
     const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
@@ -93,7 +95,7 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
     Float(1.0f).store(paths_.eta_scale + slot);
     Int::iota(slot).store(paths_.slot + slot);
     hash.store(samples_.pixel_hash + slot);
-    index.store(samples_.sample + slot);
+    reversed.store(samples_.reversed_sample + slot);
     filter.weight.store(samples_.filter_weight + slot);
     samples_.radiance.store(Spectrum(0.0f), slot);
     Float(0.0f).store(samples_.coverage + slot);

@@ -1,0 +1,100 @@
+// White furnace: what of a uniform light of radiance 1 each model scatters.
+#include <gtest/gtest.h>
+
+#include "statistical/bsdf/rough_boundary.h"
+
+namespace tessera::test {
+namespace {
+
+/// Energy scattered along wo's light, per component: the mean weight, refraction's radiance factor taken back.
+std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
+  std::array<double, 3> sum{};
+  bsdf.for_each_even_sample(wo, samples, [&](const Sample& s) {
+    if (!s.valid) return;
+    for (int c = 0; c < 3; ++c) sum[c] += s.weight[c] * (s.transmission ? s.eta * s.eta : 1);
+  });
+  for (double& x : sum) x /= samples;
+  return sum;
+}
+
+// 2^14 evenly spread points integrate weights between 0 and about 1 with an error of about n^-2/3 = 1.6e-3.
+constexpr double kEvenTolerance = 2e-3;
+
+TEST(BsdfEnergy, NothingIsCreated) {
+  for (const BsdfCase& bsdf : all_cases()) {
+    for (const Direction& wo : all_wo()) {
+      SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
+      for (const double a : albedo(bsdf, wo)) {
+        EXPECT_LE(a, 1 + kEvenTolerance);
+        EXPECT_GE(a, 0);
+      }
+    }
+  }
+}
+
+TEST(BsdfEnergy, LosslessModelsKeepEverything) {
+  // Every weight is 1 up to rounding: a few units of 6e-8 each.
+  constexpr double kRounding = 1e-5;
+  const BsdfCase lossless[] = {diffuse({1, 1, 1}),
+                               diffuse_transmission({0.25f, 0.25f, 0.25f}, {0.75f, 0.75f, 0.75f}),
+                               thin_dielectric(1.5f),
+                               thin_dielectric(3),
+                               dielectric(0, 0, 1.5f),
+                               dielectric(0, 0, 1 / 1.5f),
+                               dielectric(0, 0, 3),
+                               dielectric(0.3f, 0.3f, 1),
+                               conductor(0, 0, {0, 0, 0}, {3, 3, 3})};
+  for (const BsdfCase& bsdf : lossless) {
+    for (const Direction& wo : all_wo()) {
+      SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
+      const auto invalid = [&] {  // u = (0, 0) may map to a direction along the surface
+        int count = 0;
+        bsdf.for_each_even_sample(wo, 1 << 14, [&](const Sample& s) { count += !s.valid; });
+        return count;
+      }();
+      EXPECT_LE(invalid, 2);
+      EXPECT_NEAR(albedo(bsdf, wo)[0], 1, kRounding + invalid / 16384.0);
+    }
+  }
+}
+
+TEST(BsdfEnergy, WhiteBaseUnderASmoothCoatKeepsEverything) {
+  for (const float eta : {1.0f, 1.3f, 1.5f, 3.0f}) {
+    const BsdfCase bsdf = coated_diffuse(0, 0, eta, {1, 1, 1});
+    for (const Direction& wo : all_wo()) {
+      SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
+      EXPECT_NEAR(albedo(bsdf, wo, 1 << 18)[0], 1, 4e-4);  // 2^18 points: n^-2/3 = 2.4e-4
+    }
+  }
+}
+
+TEST(BsdfEnergy, RoughMirrorLosesWhatSingleScatteringLoses) {
+  // Midpoint rule over the hemisphere of normals, in slopes tan(theta_m) = alpha sqrt(v / (1 - v)), for which
+  // D cos(theta_m) dm = dv dphi / (2 pi): f cos over wi is G2 dot(wo, m) / (zo zm) dv dphi / (2 pi).
+  constexpr int kSteps = 400;
+  for (const double alpha : {0.1, 0.5, 1.0}) {
+    const BsdfCase bsdf = conductor(static_cast<float>(alpha), static_cast<float>(alpha), {0, 0, 0}, {3, 3, 3});
+    const RoughBoundary boundary(alpha, alpha, 1.5);
+    for (const double theta : {0.0, 45.0, 75.0}) {
+      SCOPED_TRACE(bsdf.name + ", theta_o = " + std::to_string(theta));
+      const Direction wo = direction(theta, 0);
+      double sum = 0;
+      for (int i = 0; i < kSteps; ++i) {
+        const double v = (i + 0.5) / kSteps, tangent = alpha * std::sqrt(v / (1 - v));
+        const double zm = 1 / std::sqrt(1 + tangent * tangent), xm = zm * tangent;
+        for (int j = 0; j < kSteps; ++j) {
+          const double phi = 2 * M_PI * (j + 0.5) / kSteps;
+          const Direction m{xm * std::cos(phi), xm * std::sin(phi), zm};
+          const double c = dot(wo, m);
+          const Direction wi{2 * c * m[0] - wo[0], 2 * c * m[1] - wo[1], 2 * c * m[2] - wo[2]};
+          if (c <= 0 || wi[2] <= 0) continue;
+          sum += c / (wo[2] * zm) / (1 + boundary.lambda(wo) + boundary.lambda(wi));
+        }
+      }
+      EXPECT_NEAR(albedo(bsdf, wo, 1 << 17)[0], sum / (kSteps * kSteps), 1e-3);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::test

@@ -1,0 +1,203 @@
+// Do the lights sample the directions that their densities claim?
+#include <gtest/gtest.h>
+
+#include "statistical/light/lamps.h"
+#include "support/chi2.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// A lamp seen from a point that no part of it turns its back on, so that the density integrates to 1.
+struct View {
+  const Lamp* lamp;
+  Point reference;
+};
+
+/// Directions around an axis: all within the cosine `z_low` of it are told apart.
+class Focus {
+ public:
+  Focus(Point axis, double z_low) : z_(unit(axis)), z_low_(z_low), grid_(20, 40) {
+    x_ = unit(cross(std::abs(z_.x) > 0.5 ? Point{0, 1, 0} : Point{1, 0, 0}, z_));
+    y_ = cross(z_, x_);
+  }
+  std::size_t size() const { return grid_.size(); }
+  std::size_t cell(Point w) const {
+    const double z = dot(w, z_);
+    return grid_.cell(dot(w, x_), dot(w, y_), 2 * (z - z_low_) / (1 - z_low_) - 1);
+  }
+  test::SphereCell bounds(std::size_t cell) const {
+    test::SphereCell c = grid_.bounds(cell);
+    c.z0 = z_low_ + 0.5 * (c.z0 + 1) * (1 - z_low_);
+    c.z1 = z_low_ + 0.5 * (c.z1 + 1) * (1 - z_low_);
+    return c;
+  }
+  Point direction(double x, double y, double z) const { return x_ * x + y_ * y + z_ * z; }
+
+ private:
+  Point x_, y_, z_;
+  double z_low_;
+  test::SphereGrid grid_;
+};
+
+/// The densities of 16 directions, each over all that it meets of the lamp.
+std::array<double, kWidth> densities(const View& view, const std::array<Point, kWidth>& w) {
+  const Lamp& lamp = *view.lamp;
+  const Vec3 reference = wide(view.reference), directions = wide_lanes(w);
+  std::array<double, kWidth> sum{};
+  const auto add = [&](Vec3 points, Vec3 normals, Mask active) {
+    const Float pdf = light_pdf(lamp.table, Int(0), reference, directions, points, normals, active);
+    for (std::size_t l = 0; l < kWidth; ++l) sum[l] += pdf.lane(static_cast<int>(l));
+  };
+  if (lamp.environment) {
+    add(directions, directions, Mask::all());
+    return sum;
+  }
+  std::array<std::vector<LampHit>, kWidth> hits;
+  std::size_t most = 0;
+  for (std::size_t l = 0; l < kWidth; ++l) most = std::max(most, (hits[l] = lamp.hits(view.reference, w[l])).size());
+  for (std::size_t i = 0; i < most; ++i) {
+    std::array<Point, kWidth> points{}, normals{};
+    std::uint32_t active = 0;
+    for (std::size_t l = 0; l < kWidth; ++l) {
+      if (i >= hits[l].size()) continue;
+      points[l] = hits[l][i].p;
+      normals[l] = hits[l][i].n;
+      active |= 1u << l;
+    }
+    add(wide_lanes(points), wide_lanes(normals), Mask::from_bits(active));
+  }
+  return sum;
+}
+
+/// Probability of a cell, by the midpoints of a fine grid: where an edge of the emitter crosses the cell it crosses
+/// about 64 of 4096 parts, each wrong by half at most and at random, which leaves a tenth of a per cent of the cell's
+/// probability.
+double probability(const View& view, const Focus& focus, const test::SphereCell& cell) {
+  constexpr int kSteps = 64;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double z = cell.z0 + (cell.z1 - cell.z0) * (i + 0.5) / kSteps;
+    const double r = std::sqrt(std::max(0.0, 1 - z * z));
+    for (int j = 0; j < kSteps; j += kWidth) {
+      std::array<Point, kWidth> w;
+      for (int l = 0; l < kWidth; ++l) {
+        const double phi = cell.phi0 + (cell.phi1 - cell.phi0) * (j + l + 0.5) / kSteps;
+        w[static_cast<std::size_t>(l)] = focus.direction(r * std::cos(phi), r * std::sin(phi), z);
+      }
+      for (const double d : densities(view, w)) sum += d;
+    }
+  }
+  return sum * cell.solid_angle() / (kSteps * kSteps);
+}
+
+/// The smallest cosine to the lamp's centre among sampled directions, a little widened.
+double lowest_cosine(const View& view, Point axis) {
+  if (view.lamp->environment) return -1;
+  Random random(7);
+  double lowest = 1;
+  for (int i = 0; i < 200; ++i) {
+    const LightSample s = sample_light(view.lamp->table, Int(0), wide(view.reference), random.next_2d(), Mask::all());
+    for (int l = 0; l < kWidth; ++l) {
+      if (s.valid.bits() >> l & 1) lowest = std::min(lowest, dot(unit(lane(s.wi, l)), axis));
+    }
+  }
+  return std::max(-1.0, 1 - (1 - lowest) * 1.1);
+}
+
+constexpr int kSamples = 160000;
+
+void check(const View& view, int tests) {
+  SCOPED_TRACE(view.lamp->name);
+  const Lamp& lamp = *view.lamp;
+  const Point towards = lamp.centre - view.reference;
+  const Point axis = lamp.environment || length(towards) < 1e-3 ? Point{0, 0, 1} : unit(towards);
+  const Focus focus(axis, lowest_cosine(view, axis));
+  std::vector<double> observed(focus.size() + 1), expected(focus.size() + 1);
+
+  Random random(1);
+  for (int i = 0; i < kSamples; i += kWidth) {
+    const LightSample s = sample_light(lamp.table, Int(0), wide(view.reference), random.next_2d(), Mask::all());
+    const std::uint32_t valid = s.valid.bits();
+    for (int l = 0; l < kWidth; ++l) ++observed[valid >> l & 1 ? focus.cell(unit(lane(s.wi, l))) : focus.size()];
+  }
+
+  double total = 0;
+  for (std::size_t i = 0; i < focus.size(); ++i) {
+    const double p = probability(view, focus, focus.bounds(i));
+    expected[i] = p * kSamples;
+    total += p;
+  }
+  expected[focus.size()] = std::max(0.0, 1 - total) * kSamples;
+  // Edges of the emitter leave a tenth of a per cent of one cell in ten or so, with either sign; far below this.
+  EXPECT_NEAR(total, 1, 1e-3);
+  const auto result = test::chi_square_test(observed, expected);
+  EXPECT_GT(result.degrees_of_freedom, 20);
+  EXPECT_GT(result.p_value, test::sidak_level(0.01, tests))
+      << "chi2 " << result.statistic << " dof " << result.degrees_of_freedom;
+}
+
+void check_all(const std::vector<View>& views) {
+  for (const View& view : views) check(view, static_cast<int>(views.size()));
+}
+
+TEST(LightChi2, Triangle) {
+  const std::vector<Point> corners = {{-1, 0.5, 2}, {1.2, -0.3, 2.5}, {0.1, 1.5, 3}};
+  const Lamp down = mesh_lamp("one-sided", corners, {0, 2, 1}, false);
+  const Lamp both = mesh_lamp("two-sided", corners, {0, 1, 2}, true);
+  check_all({{&down, {0, 0, 0}}, {&down, {3, -2, 1}}, {&both, {0.2, 0.5, 2.2}}, {&both, {0.3, 0.2, 30}}});
+}
+
+TEST(LightChi2, SphereFromOutside) {
+  const Lamp sphere = quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
+  check_all({{&sphere, {0, 0, 0}},
+             {&sphere, {1, 2, 2.15}},       // just above the surface
+             {&sphere, {-200, 100, 50}}});  // half-angle of a fifth of a degree
+}
+
+TEST(LightChi2, SphereFromInside) {
+  const Lamp inward = quadric_lamp("inward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), true, false);
+  check_all({{&inward, {1, 2, 3}}, {&inward, {1.5, 2.2, 1.9}}});
+}
+
+TEST(LightChi2, CutAndSqueezedSpheres) {
+  // Points of view without a limb: there the density by area grows without bound, and the grid would not integrate it.
+  QuadricRecord cut = sphere_record(1);
+  cut.z_min = 0.5f;
+  cut.phi_max = 4;
+  cut.partial = 1;
+  const Map at = placed({1, 2, 3}), squeezed = placed({1, 2, 3}, {0.5, 1, 1.6});
+  const Lamp cap = quadric_lamp("cap", ShapeKind::kSphere, cut, at, false, true);
+  const Lamp egg = quadric_lamp("egg", ShapeKind::kSphere, sphere_record(1), squeezed, true, false);
+  check_all({{&cap, at.point({0.2, 0.1, 3})},
+             {&cap, {1, 2, 3}},
+             {&egg, {1, 2, 3}},
+             {&egg, squeezed.point({0.3, 0.5, -0.4})}});
+}
+
+TEST(LightChi2, Disk) {
+  QuadricRecord whole, sector;
+  whole.radius = sector.radius = 1.3f;
+  whole.height = sector.height = -0.5f;
+  sector.inner_radius = 0.6f;
+  sector.phi_max = 4.2f;
+  sector.partial = 1;
+  const Lamp disk = quadric_lamp("disk", ShapeKind::kDisk, whole, placed({1, 2, 3}), true, true);
+  const Lamp ring =
+      quadric_lamp("sector of a ring, squeezed", ShapeKind::kDisk, sector, placed({1, 2, 3}, {1, 0.6, 1}), false, true);
+  check_all({{&disk, {0, 0, 0}}, {&disk, {1, 2, 3.2}}, {&ring, {0, 0, 0}}, {&ring, {5, 5, 5}}});
+}
+
+TEST(LightChi2, Environments) {
+  const Affine turned = placed({0, 0, 0}, {2, 2, 2}).affine();
+  const Affine mirrored = placed({0, 0, 0}, {1, 1, -1}).affine();
+  const Lamp uniform = environment_lamp("uniform", *build_environment({}, EnvironmentMapping::kUniform, 1, turned));
+  const Lamp octahedral = environment_lamp(
+      "octahedral", *build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned));
+  const Lamp latlong =
+      environment_lamp("latitude-longitude",
+                       *build_environment(noise_image(9, 5, 4), EnvironmentMapping::kLatitudeLongitude, 1, mirrored));
+  check_all({{&uniform, {0, 0, 0}}, {&octahedral, {1, 2, 3}}, {&latlong, {0, 0, 0}}});
+}
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA

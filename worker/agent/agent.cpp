@@ -1,0 +1,248 @@
+#include "agent/agent.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "agent/blob_fetcher.h"
+#include "agent/coordinator_link.h"
+#include "agent/lease_table.h"
+#include "agent/outbox.h"
+#include "agent/session.h"
+#include "agent/unit_renderer.h"
+#include "wire/backoff.h"
+#include "wire/status.h"
+#include "wire/limits.h"
+#include "wire/version.h"
+
+namespace tessera::agent {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::seconds kLeaseWait{10};
+constexpr std::size_t kQueuedPerThread = 2;
+constexpr std::size_t kResultsPerThread = 8;
+constexpr int kMaxSenders = 4;
+constexpr std::size_t kKnownJobs = 64;
+
+v1::RegisterRequest registration(const AgentOptions& options) {
+  v1::RegisterRequest request;
+  request.set_protocol(wire::kProtocolVersion);
+  request.set_build(wire::build_version());
+  request.set_isa(options.isas.front());
+  for (const std::string& isa : options.isas) request.add_supported_isas(isa);
+  request.set_name(options.name);
+  request.set_threads(static_cast<std::uint32_t>(options.threads));
+  return request;
+}
+
+/// Specs of the jobs leased from lately; the coordinator need not send them again.
+class KnownJobs {
+ public:
+  void add(const std::string& job_id, const v1::JobSpec& spec) {
+    if (!specs_.emplace(job_id, std::make_shared<const v1::JobSpec>(spec)).second) return;
+    order_.push_back(job_id);
+    if (order_.size() <= kKnownJobs) return;
+    specs_.erase(order_.front());
+    order_.pop_front();
+  }
+  std::shared_ptr<const v1::JobSpec> find(const std::string& job_id) const {
+    const auto found = specs_.find(job_id);
+    return found == specs_.end() ? nullptr : found->second;
+  }
+  const std::deque<std::string>& ids() const { return order_; }
+
+ private:
+  std::map<std::string, std::shared_ptr<const v1::JobSpec>> specs_;
+  std::deque<std::string> order_;  // oldest first
+};
+
+}  // namespace
+
+/// Everything that lives while the agent runs. Declared in the order in which it is built; torn down in reverse.
+class Agent::Work {
+ public:
+  Work(std::shared_ptr<grpc::Channel> channel, AgentOptions options, std::unique_ptr<BlobCache> cache)
+      : options_(std::move(options)),
+        link_(std::move(channel), options_.address),
+        session_(link_, registration(options_)),
+        cache_(std::move(cache)),
+        fetcher_(cache_ ? std::make_unique<BlobFetcher>(link_, *cache_) : nullptr),
+        renderer_(options_, fetcher_.get()),
+        outbox_(link_, session_, leases_, kResultsPerThread * static_cast<std::size_t>(options_.threads),
+                std::min(kMaxSenders, options_.threads)) {}
+
+  /// Until `stop`, a drain request, or a refusal, which is the error.
+  absl::Status work(std::stop_token stop) {
+    std::stop_callback outer{stop, [this] { drain_.request_stop(); }};
+    std::vector<std::jthread> renderers;
+    for (int i = 0; i < options_.threads; ++i) {
+      renderers.emplace_back([this](std::stop_token halt) { render_units(halt); });
+    }
+    std::jthread heart{[this](std::stop_token halt) { beat(halt); }};
+
+    const absl::Status status = lease_units(drain_.get_token());
+    if (status.ok()) wind_down();
+    leases_.revoke_all();
+    return status;
+  }
+
+  void deregister() {
+    const std::string worker_id = session_.current();
+    if (worker_id.empty()) return;
+    v1::DeregisterRequest request;
+    request.set_worker_id(worker_id);
+    if (const absl::Status status = link_.deregister(request); !status.ok()) {
+      spdlog::warn("{}; the coordinator will notice by itself", status.ToString());
+    }
+  }
+
+  AgentReport report() const {
+    AgentReport report = renderer_.report();
+    report.results_acknowledged = outbox_.acknowledged();
+    return report;
+  }
+
+ private:
+  absl::Status lease_units(std::stop_token stop);
+  void take(const v1::LeaseResponse& response);
+  void render_units(std::stop_token halt);
+  void beat(std::stop_token halt);
+  void wind_down();
+
+  const AgentOptions options_;
+  CoordinatorLink link_;
+  Session session_;
+  LeaseTable leases_;
+  const std::unique_ptr<BlobCache> cache_;      // null when the options name a blob source
+  const std::unique_ptr<BlobFetcher> fetcher_;  // likewise
+  UnitRenderer renderer_;
+  Outbox outbox_;
+  KnownJobs jobs_;  // of the leasing thread alone
+  std::stop_source drain_;
+};
+
+absl::Status Agent::Work::lease_units(std::stop_token stop) {
+  const std::size_t threads = static_cast<std::size_t>(options_.threads);
+  const std::size_t full = std::min<std::size_t>(kQueuedPerThread * threads, wire::kMaxLeasesPerCall);
+  wire::Backoff backoff{milliseconds{100}, milliseconds{2000}};
+  bool warned = false;
+  while (true) {
+    const std::size_t queued = leases_.wait_for_room(full / 2, stop);
+    const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
+    if (stop.stop_requested()) return absl::OkStatus();
+    if (!worker_id.ok()) return worker_id.status();
+
+    v1::LeaseRequest request;
+    request.set_worker_id(*worker_id);
+    request.set_max_units(static_cast<std::uint32_t>(full - queued));
+    request.mutable_max_wait()->set_seconds(kLeaseWait.count());
+    for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
+    for (const std::string& job_id : jobs_.ids()) request.add_known_job_ids(job_id);
+
+    const absl::StatusOr<v1::LeaseResponse> response = link_.lease(request, stop);
+    if (stop.stop_requested()) return absl::OkStatus();  // what was granted this instant goes back with Deregister
+    if (response.ok()) {
+      take(*response);
+      backoff.reset();
+      warned = false;
+      continue;
+    }
+    if (absl::IsNotFound(response.status())) {
+      session_.lost(*worker_id);
+      continue;
+    }
+    if (!wire::is_transient(response.status())) return response.status();
+    if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
+    warned = true;
+    backoff.wait(stop);
+  }
+}
+
+void Agent::Work::take(const v1::LeaseResponse& response) {
+  for (const auto& [job_id, spec] : response.specs()) jobs_.add(job_id, spec);
+  for (const v1::Lease& lease : response.leases()) {
+    std::shared_ptr<const v1::JobSpec> spec = jobs_.find(lease.token().job_id());
+    if (spec == nullptr) {
+      // The lease runs out, and the next request no longer claims to know the job.
+      spdlog::error("{} leased unit {} of job {} without the job's spec", link_.address(), lease.token().unit_index(),
+                    lease.token().job_id());
+      continue;
+    }
+    leases_.add(lease, std::move(spec));
+  }
+}
+
+void Agent::Work::render_units(std::stop_token halt) {
+  while (std::shared_ptr<HeldUnit> unit = leases_.next(halt)) {
+    Outcome outcome = renderer_.render(unit);
+    if (absl::IsCancelled(outcome.failure)) {
+      leases_.release(*unit);
+      continue;
+    }
+    if (!outcome.failure.ok()) {
+      spdlog::error("unit {} of job {}: {}", unit->unit.index(), unit->job_id, outcome.failure.ToString());
+    }
+    outbox_.push(std::move(outcome), halt);
+  }
+}
+
+void Agent::Work::beat(std::stop_token halt) {
+  bool warned = false;
+  while (true) {
+    const absl::StatusOr<std::string> worker_id = session_.worker_id(halt);
+    if (!worker_id.ok() || !wire::interruptible_sleep(session_.heartbeat_interval(), halt)) return;
+    v1::HeartbeatRequest request;
+    request.set_worker_id(*worker_id);
+    for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);
+    const absl::StatusOr<v1::HeartbeatResponse> response = link_.heartbeat(request, halt);
+    if (!response.ok()) {
+      if (absl::IsNotFound(response.status())) session_.lost(*worker_id);
+      if (!halt.stop_requested() && !warned) spdlog::warn("{}", response.status().ToString());
+      warned = true;
+      continue;
+    }
+    warned = false;
+    const std::vector<v1::LeaseToken> revoked{response->revoked().begin(), response->revoked().end()};
+    if (const std::size_t stopped = leases_.revoke(revoked); stopped > 0) spdlog::info("{} leases revoked", stopped);
+    if (response->drain()) drain_.request_stop();
+  }
+}
+
+void Agent::Work::wind_down() {
+  const std::size_t given_back = leases_.drop_queued();
+  const std::size_t begun = leases_.tokens().size();
+  if (begun + given_back > 0) spdlog::info("stopping: {} units finish, {} are given back", begun, given_back);
+  if (!leases_.wait_until_empty(options_.grace)) spdlog::warn("units still at work after the grace period are stopped");
+}
+
+absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::shared_ptr<grpc::Channel> channel, AgentOptions options) {
+  if (options.isas.empty()) return absl::FailedPreconditionError("this worker has no kernels for this machine");
+  std::unique_ptr<BlobCache> cache;
+  if (!options.blobs) {
+    absl::StatusOr<std::unique_ptr<BlobCache>> opened = BlobCache::open(options.cache_dir, options.cache_cap_bytes);
+    if (!opened.ok()) return opened.status();
+    cache = *std::move(opened);
+  }
+  auto work = std::make_unique<Work>(std::move(channel), std::move(options), std::move(cache));
+  return std::unique_ptr<Agent>{new Agent{std::move(work)}};
+}
+
+Agent::Agent(std::unique_ptr<Work> work) : work_(std::move(work)) {}
+Agent::~Agent() = default;
+
+absl::Status Agent::run(std::stop_token stop) {
+  const absl::Status status = work_->work(stop);
+  work_->deregister();
+  return status;
+}
+
+AgentReport Agent::report() const { return work_->report(); }
+
+}  // namespace tessera::agent

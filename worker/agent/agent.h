@@ -1,0 +1,72 @@
+// The worker: leases units from a coordinator, renders them, and brings the results home.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "render/build/load_scene.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace tessera::agent {
+
+/// Builds a scene: render::load_scene, or what a test puts in its place.
+using SceneLoader = std::function<absl::StatusOr<std::unique_ptr<render::RenderScene>>(
+    const v1::Scene&, const v1::JobSpec&, const render::BlobSource&, const render::LoadOptions&)>;
+
+struct AgentOptions {
+  std::string name;               // for people
+  std::string address;            // of the coordinator, for messages
+  int threads = 1;                // as many tiles are rendered at once
+  std::vector<std::string> isas;  // that this worker may use, best first
+  SceneLoader load_scene;
+  // Where the blobs come from; empty: from the coordinator, through a cache in `cache_dir`.
+  render::BlobSource blobs;
+  std::filesystem::path cache_dir;
+  std::uint64_t cache_cap_bytes = std::uint64_t{64} << 30;
+  std::size_t scenes_kept = 3;
+  // After a request to stop: how long units may take to finish and results to arrive.
+  std::chrono::milliseconds grace{10'000};
+};
+
+/// What an agent has done so far.
+struct AgentReport {
+  std::uint64_t units_rendered = 0;
+  std::uint64_t results_acknowledged = 0;
+  std::uint64_t downloaded_bytes = 0;
+  double load_seconds = 0;   // fetching blobs and building scenes
+  double build_seconds = 0;  // of that, building
+  std::size_t scene_bytes = 0;  // held by the largest scene
+};
+
+class Agent {
+ public:
+  /// FailedPrecondition when there is no ISA to work with or the cache directory cannot be used.
+  static absl::StatusOr<std::unique_ptr<Agent>> create(std::shared_ptr<grpc::Channel> channel, AgentOptions options);
+  ~Agent();
+
+  /// Works until `stop` is requested or the coordinator asks this worker to drain: then finishes what it has begun within
+  /// the grace period, gives the rest back and returns OK. Outlives any restart of the coordinator. An error means that
+  /// the coordinator refuses this worker. Call it once.
+  absl::Status run(std::stop_token stop);
+
+  /// Thread-safe.
+  AgentReport report() const;
+
+ private:
+  class Work;
+  explicit Agent(std::unique_ptr<Work> work);
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace tessera::agent

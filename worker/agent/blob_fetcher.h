@@ -1,0 +1,36 @@
+// A job's blobs: out of the cache, or from the coordinator.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "agent/blob_cache.h"
+#include "agent/coordinator_link.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::agent {
+
+/// Thread-safe.
+class BlobFetcher {
+ public:
+  BlobFetcher(CoordinatorLink& link, BlobCache& cache);
+
+  /// The blob's bytes. A download that breaks off goes on where it broke, for as long as the coordinator may come back; a
+  /// blob that comes with the wrong bytes three times is DataLoss. Cancelled when `stop` is requested.
+  absl::StatusOr<render::BlobBytes> get(const std::string& digest, std::stop_token stop);
+
+  /// Brings everything that the job refers to into the cache, several blobs at once.
+  absl::Status prefetch(const v1::JobSpec& spec, std::stop_token stop);
+
+  std::uint64_t downloaded_bytes() const { return downloaded_bytes_; }
+
+ private:
+  CoordinatorLink& link_;
+  BlobCache& cache_;
+  std::atomic<std::uint64_t> downloaded_bytes_{0};
+};
+
+}  // namespace tessera::agent

@@ -1,0 +1,93 @@
+#include "agent/coordinator_link.h"
+
+#include <grpcpp/channel.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "tessera/v1/blob.grpc.pb.h"
+#include "tessera/v1/work.grpc.pb.h"
+#include "wire/call.h"
+#include "wire/status.h"
+
+namespace tessera::agent {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kCallTimeout = seconds{15};
+constexpr milliseconds kDeregisterTimeout = seconds{3};
+constexpr milliseconds kLeaseMargin = seconds{10};
+constexpr milliseconds kChunkTimeout = seconds{30};
+
+}  // namespace
+
+struct CoordinatorLink::Stubs {
+  std::unique_ptr<v1::WorkService::Stub> work;
+  std::unique_ptr<v1::BlobService::Stub> blob;
+};
+
+CoordinatorLink::CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address)
+    : stubs_(std::make_unique<Stubs>(v1::WorkService::NewStub(channel), v1::BlobService::NewStub(channel))),
+      address_(std::move(address)) {}
+
+CoordinatorLink::~CoordinatorLink() = default;
+
+absl::StatusOr<v1::RegisterResponse> CoordinatorLink::register_worker(const v1::RegisterRequest& request,
+                                                                      std::stop_token stop) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_, kCallTimeout, stop);
+}
+
+absl::StatusOr<v1::LeaseResponse> CoordinatorLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
+  const milliseconds wait =
+      seconds{request.max_wait().seconds()} + milliseconds{request.max_wait().nanos() / 1'000'000};
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_, wait + kLeaseMargin, stop);
+}
+
+absl::StatusOr<v1::HeartbeatResponse> CoordinatorLink::heartbeat(const v1::HeartbeatRequest& request,
+                                                                 std::stop_token stop) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat", address_, kCallTimeout, stop);
+}
+
+absl::Status CoordinatorLink::complete(const v1::CompleteRequest& request, std::stop_token stop) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_, kCallTimeout, stop)
+      .status();
+}
+
+absl::Status CoordinatorLink::fail(const v1::FailRequest& request, std::stop_token stop) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_, kCallTimeout, stop).status();
+}
+
+absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_, kDeregisterTimeout, {})
+      .status();
+}
+
+absl::Status CoordinatorLink::download(const std::string& digest, std::uint64_t offset, const ChunkSink& sink,
+                                       std::stop_token stop) {
+  v1::DownloadRequest request;
+  request.mutable_blob()->set_digest(digest);
+  request.set_offset(offset);
+
+  grpc::ClientContext context;
+  std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
+  wire::StallGuard guard{context, kChunkTimeout};
+  const auto reader = stubs_->blob->Download(&context, request);
+
+  v1::DownloadResponse response;
+  absl::Status written;
+  while (written.ok() && reader->Read(&response)) {
+    guard.progress();
+    written = sink(response.data());
+  }
+  if (!written.ok()) context.TryCancel();
+  const grpc::Status status = reader->Finish();
+  if (!written.ok()) return written;
+
+  const std::string call = absl::StrCat("Download at ", address_);
+  if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": no data for 30 s"));
+  return status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
+}
+
+}  // namespace tessera::agent

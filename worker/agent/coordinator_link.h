@@ -1,0 +1,50 @@
+// The worker's calls to the coordinator: a deadline on each, errors that name the RPC and the address.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "tessera/v1/work.pb.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace tessera::agent {
+
+/// Thread-safe. Every call blocks until its reply, its deadline, or until `stop` is requested (then Cancelled).
+/// No call retries by itself.
+class CoordinatorLink {
+ public:
+  /// `address` is for messages only.
+  CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address);
+  ~CoordinatorLink();
+
+  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, std::stop_token stop);
+  /// The deadline is the request's `max_wait` and a margin.
+  absl::StatusOr<v1::LeaseResponse> lease(const v1::LeaseRequest& request, std::stop_token stop);
+  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request, std::stop_token stop);
+  absl::Status complete(const v1::CompleteRequest& request, std::stop_token stop);
+  absl::Status fail(const v1::FailRequest& request, std::stop_token stop);
+  absl::Status deregister(const v1::DeregisterRequest& request);
+
+  using ChunkSink = std::function<absl::Status(std::string_view chunk)>;
+  /// Streams the blob's bytes from `offset` on into `sink`, whose error ends the call. DeadlineExceeded when no chunk
+  /// has come for 30 s.
+  absl::Status download(const std::string& digest, std::uint64_t offset, const ChunkSink& sink, std::stop_token stop);
+
+  const std::string& address() const { return address_; }
+
+ private:
+  struct Stubs;
+  std::unique_ptr<Stubs> stubs_;
+  std::string address_;
+};
+
+}  // namespace tessera::agent

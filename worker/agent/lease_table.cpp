@@ -1,0 +1,126 @@
+#include "agent/lease_table.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera::agent {
+namespace {
+
+bool same_token(const v1::LeaseToken& a, const v1::LeaseToken& b) {
+  return a.job_id() == b.job_id() && a.generation() == b.generation() && a.unit_index() == b.unit_index() &&
+         a.attempt() == b.attempt() && a.epoch() == b.epoch();
+}
+
+}  // namespace
+
+LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) { return {unit.job_id, unit.generation, unit.unit.index()}; }
+
+void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec) {
+  auto held = std::make_shared<HeldUnit>();
+  held->unit = lease.unit();
+  held->job_id = lease.token().job_id();
+  held->generation = lease.token().generation();
+  held->spec = std::move(spec);
+
+  std::lock_guard lock{mutex_};
+  Key key = key_of(*held);
+  if (const auto found = entries_.find(key); found != entries_.end()) {
+    const bool stopped = found->second.held->stop.stop_requested();
+    if (!stopped) {
+      found->second.token = lease.token();
+      return;
+    }
+    // The earlier grant was revoked and is on its way out; this one is a fresh start.
+    entries_.erase(found);
+  }
+  entries_.emplace(key, Entry{std::move(held), lease.token()});
+  queue_.push_back(std::move(key));
+  changed_.notify_all();
+}
+
+std::shared_ptr<HeldUnit> LeaseTable::next(std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return nullptr;
+  if (stop.stop_requested()) return nullptr;
+  Entry& entry = entries_.at(queue_.front());
+  queue_.pop_front();
+  entry.begun = true;
+  changed_.notify_all();
+  return entry.held;
+}
+
+std::size_t LeaseTable::wait_for_room(std::size_t low_water, std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  changed_.wait(lock, stop, [&] { return queue_.size() <= low_water; });
+  return queue_.size();
+}
+
+v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
+  std::lock_guard lock{mutex_};
+  if (const auto found = entries_.find(key_of(unit)); found != entries_.end()) return found->second.token;
+  v1::LeaseToken token;  // released meanwhile: only the unit's name is left
+  token.set_job_id(unit.job_id);
+  token.set_generation(unit.generation);
+  token.set_unit_index(unit.unit.index());
+  return token;
+}
+
+std::vector<v1::LeaseToken> LeaseTable::tokens() const {
+  std::lock_guard lock{mutex_};
+  std::vector<v1::LeaseToken> tokens;
+  tokens.reserve(entries_.size());
+  for (const auto& [key, entry] : entries_) tokens.push_back(entry.token);
+  return tokens;
+}
+
+std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
+  std::lock_guard lock{mutex_};
+  std::size_t revoked = 0;
+  for (const v1::LeaseToken& token : tokens) {
+    const auto found = entries_.find(Key{token.job_id(), token.generation(), token.unit_index()});
+    if (found == entries_.end() || !same_token(found->second.token, token)) continue;
+    found->second.held->stop.request_stop();
+    forget_if_queued(found);
+    ++revoked;
+  }
+  changed_.notify_all();
+  return revoked;
+}
+
+void LeaseTable::revoke_all() {
+  std::lock_guard lock{mutex_};
+  for (auto& [key, entry] : entries_) entry.held->stop.request_stop();
+  std::erase_if(entries_, [](const auto& item) { return !item.second.begun; });
+  queue_.clear();
+  changed_.notify_all();
+}
+
+std::size_t LeaseTable::drop_queued() {
+  std::lock_guard lock{mutex_};
+  const std::size_t dropped = queue_.size();
+  std::erase_if(entries_, [](const auto& item) { return !item.second.begun; });
+  queue_.clear();
+  changed_.notify_all();
+  return dropped;
+}
+
+void LeaseTable::release(const HeldUnit& unit) {
+  std::lock_guard lock{mutex_};
+  const auto found = entries_.find(key_of(unit));
+  // A revoked unit may have been granted anew; that grant is not this one's to release.
+  if (found != entries_.end() && found->second.held.get() == &unit) entries_.erase(found);
+  changed_.notify_all();
+}
+
+bool LeaseTable::wait_until_empty(std::chrono::milliseconds timeout) {
+  std::unique_lock lock{mutex_};
+  return changed_.wait_for(lock, timeout, [this] { return entries_.empty(); });
+}
+
+void LeaseTable::forget_if_queued(std::map<Key, Entry>::iterator entry) {
+  if (entry->second.begun) return;
+  std::erase(queue_, entry->first);
+  entries_.erase(entry);
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,80 @@
+// The units that this worker holds, from the grant of a lease to the acknowledgement of its result.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tessera/v1/work.pb.h"
+
+namespace tessera::agent {
+
+/// A unit in the worker's hands.
+struct HeldUnit {
+  v1::WorkUnit unit;
+  std::string job_id;
+  std::uint32_t generation = 0;  // of the job
+  std::shared_ptr<const v1::JobSpec> spec;
+  std::stop_source stop;  // requested when the lease is revoked
+};
+
+/// Thread-safe. Leases come in by add(), render threads take units with next(), and whoever has brought the unit's
+/// result home (or given it up) calls release().
+class LeaseTable {
+ public:
+  /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart the
+  /// coordinator may grant what this worker never put down.
+  void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec);
+
+  /// The oldest unit not begun; waits for one. Null when `stop` is requested.
+  std::shared_ptr<HeldUnit> next(std::stop_token stop);
+
+  /// Waits until at most `low_water` units are queued; returns how many are. With `stop` requested it returns at once.
+  std::size_t wait_for_room(std::size_t low_water, std::stop_token stop);
+
+  /// The current token of a held unit.
+  v1::LeaseToken token(const HeldUnit& unit) const;
+
+  /// Tokens of everything held.
+  std::vector<v1::LeaseToken> tokens() const;
+
+  /// Stops the units with exactly these tokens; those not begun are forgotten. Returns how many there were.
+  std::size_t revoke(std::span<const v1::LeaseToken> tokens);
+
+  /// Stops everything that is held, and forgets what was not begun.
+  void revoke_all();
+
+  /// Forgets what was not begun. Returns how many units that were.
+  std::size_t drop_queued();
+
+  void release(const HeldUnit& unit);
+
+  /// Waits until nothing is held, at most `timeout`; true when nothing is.
+  bool wait_until_empty(std::chrono::milliseconds timeout);
+
+ private:
+  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t>;  // job, generation, unit
+  struct Entry {
+    std::shared_ptr<HeldUnit> held;
+    v1::LeaseToken token;
+    bool begun = false;
+  };
+  static Key key_of(const HeldUnit& unit);
+  void forget_if_queued(std::map<Key, Entry>::iterator entry);
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::map<Key, Entry> entries_;
+  std::deque<Key> queue_;  // not begun, in the order of their grant
+};
+
+}  // namespace tessera::agent

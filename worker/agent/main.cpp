@@ -1,0 +1,144 @@
+// tessera-worker: leases tiles from a coordinator and renders them.
+#include <CLI/CLI.hpp>
+#include <pthread.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+#include "absl/strings/str_join.h"
+#include "agent/agent.h"
+#include "agent/blob_cache.h"
+#include "wire/address.h"
+#include "wire/channel.h"
+#include "wire/version.h"
+
+namespace tessera {
+namespace {
+
+enum ExitCode { kDone = 0, kUsage = 2, kUnreachable = 4, kInterrupted = 130 };
+
+struct Options {
+  std::string server = "127.0.0.1:7070";
+  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::string cache = agent::default_cache_dir().string();
+  std::uint64_t cache_gigabytes = 64;
+  std::string isa;
+  std::string name;
+  std::string log_level = "info";
+  int grace_seconds = 10;
+  bool allow_insecure = false;
+};
+
+void define_options(CLI::App& app, Options& options) {
+  app.add_option("--server", options.server, "HOST:PORT of the coordinator")->envname("TESSERA_SERVER")->required();
+  app.add_option("--threads", options.threads, "tiles rendered at once")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option("--cache", options.cache, "directory for meshes and textures")->capture_default_str();
+  app.add_option("--cache-size", options.cache_gigabytes, "GB that the cache may grow to")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--isa", options.isa, "kernels to use")->check(CLI::IsMember(render::supported_isas()));
+  app.add_option("--name", options.name, "name in the coordinator's list (default: host:pid)");
+  app.add_option("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
+  app.add_option("--log-level", options.log_level)
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
+      ->capture_default_str();
+  app.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
+  app.set_version_flag("--version", wire::build_version());
+}
+
+std::string host_and_pid() {
+  char host[256] = "unknown";
+  ::gethostname(host, sizeof(host) - 1);
+  return std::string{host} + ":" + std::to_string(::getpid());
+}
+
+agent::AgentOptions agent_options(const Options& options) {
+  agent::AgentOptions result;
+  result.name = options.name.empty() ? host_and_pid() : options.name;
+  result.address = options.server;
+  result.threads = options.threads;
+  result.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
+  result.load_scene = render::load_scene;
+  result.cache_dir = options.cache;
+  result.cache_cap_bytes = options.cache_gigabytes * 1'000'000'000;
+  result.grace = std::chrono::seconds{options.grace_seconds};
+  return result;
+}
+
+sigset_t stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
+/// Asks for a stop at the first signal, and ends the program at the second; the coordinator then notices by itself. Needs
+/// the signals blocked in every thread.
+void wait_for_signal(std::stop_token done, std::stop_source stop) {
+  const sigset_t signals = stop_signals();
+  const timespec patience{0, 200'000'000};
+  while (!done.stop_requested()) {
+    if (const int signal = sigtimedwait(&signals, nullptr, &patience); signal > 0) {
+      if (stop.stop_requested()) _exit(kInterrupted);
+      spdlog::info("{}: finishing what was begun", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+      stop.request_stop();
+    }
+  }
+}
+
+int run_worker(const Options& options) {
+  const auto channel = wire::make_channel(options.server, {.allow_insecure = options.allow_insecure});
+  if (!channel.ok()) {
+    std::cerr << "tessera-worker: " << channel.status().message() << '\n';
+    return absl::IsInvalidArgument(channel.status()) ? kUsage : kUnreachable;
+  }
+  const agent::AgentOptions worker = agent_options(options);
+  auto agent = agent::Agent::create(*channel, worker);
+  if (!agent.ok()) {
+    std::cerr << "tessera-worker: " << agent.status().message() << '\n';
+    return kUsage;
+  }
+  std::stop_source stop;
+  std::jthread signals{wait_for_signal, stop};
+  spdlog::info("tessera-worker {} ({}): {} threads, {}, cache {}, coordinator {}", wire::build_version(), worker.name,
+               worker.threads, absl::StrJoin(worker.isas, " "), options.cache, options.server);
+  const absl::Status status = (*agent)->run(stop.get_token());
+  const agent::AgentReport report = (*agent)->report();
+  spdlog::info("{} units rendered, {} results delivered, {} bytes downloaded", report.units_rendered,
+               report.results_acknowledged, report.downloaded_bytes);
+  if (!status.ok()) {
+    spdlog::error("{}", status.ToString());
+    return kUnreachable;
+  }
+  return kDone;
+}
+
+}  // namespace
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+  const sigset_t signals = tessera::stop_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  CLI::App app{"Renders tiles for a Tessera coordinator."};
+  tessera::Options options;
+  tessera::define_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? tessera::kDone : tessera::kUsage;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-worker"));
+  spdlog::set_level(spdlog::level::from_str(options.log_level));
+  return tessera::run_worker(options);
+}

@@ -1,0 +1,109 @@
+#include "agent/outbox.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "wire/backoff.h"
+#include "wire/status.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr std::chrono::milliseconds kRetryCap{2000};
+constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
+
+}  // namespace
+
+Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, std::size_t capacity, int senders)
+    : link_(link), session_(session), leases_(leases), capacity_(capacity) {
+  for (int i = 0; i < senders; ++i) senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
+}
+
+Outbox::~Outbox() {
+  for (std::jthread& sender : senders_) sender.request_stop();
+}
+
+bool Outbox::push(Outcome outcome, std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  const bool room = changed_.wait(lock, stop, [this] { return queue_.size() < capacity_; });
+  if (!room) {
+    leases_.release(*outcome.unit);
+    return false;
+  }
+  queue_.push_back(std::move(outcome));
+  changed_.notify_all();
+  return true;
+}
+
+std::uint64_t Outbox::acknowledged() const {
+  std::lock_guard lock{mutex_};
+  return acknowledged_;
+}
+
+void Outbox::send_all(std::stop_token stop) {
+  while (true) {
+    std::unique_lock lock{mutex_};
+    if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
+    const Outcome outcome = std::move(queue_.front());
+    queue_.pop_front();
+    changed_.notify_all();
+    lock.unlock();
+    deliver(outcome, stop);
+    leases_.release(*outcome.unit);
+  }
+}
+
+void Outbox::deliver(const Outcome& outcome, std::stop_token stop) {
+  const std::stop_token revoked = outcome.unit->stop.get_token();
+  wire::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
+  std::string unknown_to;  // a registration under which the result was NOT_FOUND
+  bool warned = false;
+  while (!stop.stop_requested() && !revoked.stop_requested()) {
+    const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
+    if (!worker_id.ok()) return;
+    const absl::Status status = send_once(outcome, *worker_id, stop);
+    if (status.ok()) {
+      std::lock_guard lock{mutex_};
+      ++acknowledged_;
+      return;
+    }
+    if (stop.stop_requested()) return;
+    const bool registered_anew = !unknown_to.empty() && unknown_to != *worker_id;
+    if (absl::IsNotFound(status) && !registered_anew) {
+      unknown_to = *worker_id;
+      session_.lost(*worker_id);
+      continue;
+    }
+    if (!wire::is_transient(status)) {
+      spdlog::warn("unit {} of job {}: result not taken: {}", outcome.unit->unit.index(), outcome.unit->job_id,
+                   status.ToString());
+      return;
+    }
+    if (!warned) {
+      spdlog::warn("unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
+                   outcome.unit->job_id, status.ToString());
+      warned = true;
+    }
+    backoff.wait(stop);
+  }
+}
+
+absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop) {
+  if (outcome.failure.ok()) {
+    v1::CompleteRequest request;
+    request.set_worker_id(worker_id);
+    *request.mutable_token() = leases_.token(*outcome.unit);
+    request.set_payload(outcome.payload);
+    *request.mutable_stats() = outcome.stats;
+    return link_.complete(request, stop);
+  }
+  v1::FailRequest request;
+  request.set_worker_id(worker_id);
+  *request.mutable_token() = leases_.token(*outcome.unit);
+  request.set_message(std::string{outcome.failure.message().substr(0, kMaxFailureMessage)});
+  request.set_scene_fault(outcome.scene_fault);
+  return link_.fail(request, stop);
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,57 @@
+// Results on their way home. A result is kept until the coordinator has acknowledged it, through any number of restarts.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "agent/lease_table.h"
+#include "agent/session.h"
+
+namespace tessera::agent {
+
+/// What became of a unit.
+struct Outcome {
+  std::shared_ptr<HeldUnit> unit;
+  std::string payload;  // an encoded TileResult, when rendered
+  v1::UnitStats stats;
+  absl::Status failure;      // why it could not be rendered
+  bool scene_fault = false;  // another worker would fail alike
+};
+
+/// Thread-safe. Sends from threads of its own; the destructor waits for the call in flight, not for what is queued.
+class Outbox {
+ public:
+  /// At most `capacity` results wait; `senders` calls run at once.
+  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, std::size_t capacity, int senders);
+  ~Outbox();
+
+  /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
+  bool push(Outcome outcome, std::stop_token stop);
+
+  std::uint64_t acknowledged() const;
+
+ private:
+  void send_all(std::stop_token stop);
+  void deliver(const Outcome& outcome, std::stop_token stop);
+  absl::Status send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop);
+
+  CoordinatorLink& link_;
+  Session& session_;
+  LeaseTable& leases_;
+  const std::size_t capacity_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<Outcome> queue_;
+  std::uint64_t acknowledged_ = 0;
+  std::vector<std::jthread> senders_;
+};
+
+}  // namespace tessera::agent

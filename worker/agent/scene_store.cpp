@@ -1,0 +1,105 @@
+#include "agent/scene_store.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace tessera::agent {
+namespace {
+
+/// Two specs with the same key need the same RenderScene. What only cuts or names the work is left out.
+std::string key_of(const v1::JobSpec& spec) {
+  v1::JobSpec relevant = spec;
+  relevant.clear_name();
+  relevant.clear_blobs();
+  relevant.clear_tile_size();
+  relevant.clear_samples_per_unit();
+  relevant.clear_priority();
+  return relevant.SerializeAsString();
+}
+
+}  // namespace
+
+struct SceneStore::Slot {
+  std::string key;
+  std::string digest;
+  std::optional<absl::StatusOr<std::shared_ptr<const LoadedScene>>> result;  // absent while loading
+  bool loading = false;
+  int waiting = 0;  // callers not yet stopped
+  std::stop_source abandoned;
+};
+
+SceneStore::SceneStore(Loader loader, std::size_t keep) : loader_(std::move(loader)), keep_(keep) {}
+
+absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec, std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  const std::shared_ptr<Slot> slot = slot_for(spec);
+  if (slot->result) return *slot->result;
+
+  ++slot->waiting;
+  lock.unlock();
+  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be held where
+  // this object begins or ends.
+  std::stop_callback lost_interest{stop, [this, slot] {
+                                     std::lock_guard guard{mutex_};
+                                     if (--slot->waiting == 0) slot->abandoned.request_stop();
+                                   }};
+  return load_or_wait(slot, spec, stop);
+}
+
+absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(const std::shared_ptr<Slot>& slot,
+                                                                            const v1::JobSpec& spec,
+                                                                            std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  if (slot->loading) {
+    if (!changed_.wait(lock, stop, [&] { return slot->result.has_value(); })) {
+      return absl::CancelledError("stopped while the scene was loading");
+    }
+    return *slot->result;
+  }
+  slot->loading = true;
+  lock.unlock();
+  absl::StatusOr<LoadedScene> loaded = loader_(spec, slot->abandoned.get_token());
+  lock.lock();
+  if (loaded.ok()) {
+    slot->result = std::make_shared<const LoadedScene>(*std::move(loaded));
+  } else {
+    slot->result = loaded.status();
+    slots_.remove(slot);
+  }
+  changed_.notify_all();
+  return *slot->result;
+}
+
+std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) {
+  const std::string key = key_of(spec);
+  const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const auto& slot) {
+    return slot->key == key && (slot->result || !slot->abandoned.stop_requested());
+  });
+  if (found != slots_.end()) {
+    slots_.splice(slots_.begin(), slots_, found);
+    return slots_.front();
+  }
+  auto slot = std::make_shared<Slot>();
+  slot->key = key;
+  slot->digest = spec.scene().digest();
+  slots_.push_front(slot);
+  forget_oldest();
+  return slot;
+}
+
+void SceneStore::forget_oldest() {
+  // Units that still render hold their scene themselves. A scene that loads now is not the oldest for long.
+  while (slots_.size() > keep_ && slots_.back()->result) slots_.pop_back();
+}
+
+std::vector<std::string> SceneStore::digests() const {
+  std::lock_guard lock{mutex_};
+  std::vector<std::string> digests;
+  for (const auto& slot : slots_) {
+    if (slot->result) digests.push_back(slot->digest);
+  }
+  return digests;
+}
+
+}  // namespace tessera::agent

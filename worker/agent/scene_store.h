@@ -1,0 +1,57 @@
+// Scenes ready to render, each loaded once however many units need it.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/build/load_scene.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::agent {
+
+/// A loaded scene and what the loading cost.
+struct LoadedScene {
+  std::unique_ptr<render::RenderScene> scene;
+  double load_seconds = 0;  // fetching blobs and building
+  double build_seconds = 0;
+};
+
+/// Thread-safe.
+class SceneStore {
+ public:
+  /// Fetches and builds; gives up, with Cancelled, when `stop` is requested.
+  using Loader = std::function<absl::StatusOr<LoadedScene>(const v1::JobSpec& spec, std::stop_token stop)>;
+
+  /// Keeps the `keep` scenes used last.
+  SceneStore(Loader loader, std::size_t keep);
+
+  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose callers have
+  /// all been stopped is stopped too. A failed load is not remembered: whoever comes next tries again.
+  absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
+
+  /// Digests of the scenes held.
+  std::vector<std::string> digests() const;
+
+ private:
+  struct Slot;
+  std::shared_ptr<Slot> slot_for(const v1::JobSpec& spec);
+  absl::StatusOr<std::shared_ptr<const LoadedScene>> load_or_wait(const std::shared_ptr<Slot>& slot,
+                                                                  const v1::JobSpec& spec, std::stop_token stop);
+  void forget_oldest();
+
+  const Loader loader_;
+  const std::size_t keep_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::list<std::shared_ptr<Slot>> slots_;  // the last used first
+};
+
+}  // namespace tessera::agent

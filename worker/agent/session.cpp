@@ -1,0 +1,83 @@
+#include "agent/session.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "wire/backoff.h"
+#include "wire/status.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr std::chrono::milliseconds kShortestHeartbeat{50};
+constexpr std::chrono::milliseconds kReconnectCap{2000};
+
+std::chrono::milliseconds to_milliseconds(const google::protobuf::Duration& duration) {
+  return std::chrono::seconds{duration.seconds()} + std::chrono::milliseconds{duration.nanos() / 1'000'000};
+}
+
+}  // namespace
+
+Session::Session(CoordinatorLink& link, v1::RegisterRequest request) : link_(link), request_(std::move(request)) {}
+
+absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  changed_.wait(lock, stop, [this] { return !registering_; });
+  if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
+  if (!refused_.ok()) return refused_;
+  if (!worker_id_.empty()) return worker_id_;
+
+  // This thread registers; the others wait for what comes of it.
+  registering_ = true;
+  lock.unlock();
+  const absl::StatusOr<v1::RegisterResponse> response = register_until_heard(stop);
+  lock.lock();
+  registering_ = false;
+  changed_.notify_all();
+  if (!response.ok()) {
+    if (!absl::IsCancelled(response.status())) refused_ = response.status();
+    return response.status();
+  }
+  worker_id_ = response->worker_id();
+  heartbeat_interval_ = std::max(kShortestHeartbeat, to_milliseconds(response->heartbeat_interval()));
+  spdlog::info("registered with {} as {} (coordinator start {})", link_.address(), worker_id_, response->epoch());
+  return worker_id_;
+}
+
+absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(std::stop_token stop) {
+  wire::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
+  std::string last_message;
+  while (true) {
+    absl::StatusOr<v1::RegisterResponse> response = link_.register_worker(request_, stop);
+    if (response.ok()) return response;
+    if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
+    if (!wire::is_transient(response.status())) return response.status();
+    // The same reason again is worth no second line.
+    if (std::string message = response.status().ToString(); message != last_message) {
+      spdlog::warn("{}; trying again", message);
+      last_message = std::move(message);
+    }
+    if (!backoff.wait(stop)) return absl::CancelledError("stopped while registering");
+  }
+}
+
+void Session::lost(const std::string& worker_id) {
+  std::lock_guard lock{mutex_};
+  if (worker_id_ != worker_id) return;  // somebody noticed before
+  spdlog::warn("{} no longer knows {}; registering again", link_.address(), worker_id);
+  worker_id_.clear();
+}
+
+std::string Session::current() const {
+  std::lock_guard lock{mutex_};
+  return worker_id_;
+}
+
+std::chrono::milliseconds Session::heartbeat_interval() const {
+  std::lock_guard lock{mutex_};
+  return heartbeat_interval_;
+}
+
+}  // namespace tessera::agent

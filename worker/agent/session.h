@@ -1,0 +1,46 @@
+// The worker's registration with the coordinator, renewed whenever the coordinator no longer knows it.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "agent/coordinator_link.h"
+
+namespace tessera::agent {
+
+/// Thread-safe.
+class Session {
+ public:
+  Session(CoordinatorLink& link, v1::RegisterRequest request);
+
+  /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be reached.
+  /// Cancelled when `stop` is requested; any other error is final: the coordinator refuses this worker.
+  absl::StatusOr<std::string> worker_id(std::stop_token stop);
+
+  /// The coordinator does not know `worker_id`: the next caller of worker_id() registers again.
+  void lost(const std::string& worker_id);
+
+  /// The id, or empty when there is none now.
+  std::string current() const;
+
+  /// How often the coordinator wants to hear from the worker.
+  std::chrono::milliseconds heartbeat_interval() const;
+
+ private:
+  absl::StatusOr<v1::RegisterResponse> register_until_heard(std::stop_token stop);
+
+  CoordinatorLink& link_;
+  const v1::RegisterRequest request_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  bool registering_ = false;
+  std::string worker_id_;
+  absl::Status refused_;
+  std::chrono::milliseconds heartbeat_interval_{1000};
+};
+
+}  // namespace tessera::agent

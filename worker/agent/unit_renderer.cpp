@@ -1,0 +1,145 @@
+#include "agent/unit_renderer.h"
+
+#include <spdlog/spdlog.h>
+#include <time.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "tessera/v1/scene.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::agent {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kMaxWarningsPerUnit = 8;  // job.proto
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// CPU time of the calling thread.
+std::chrono::nanoseconds thread_cpu_time() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return std::chrono::seconds{now.tv_sec} + std::chrono::nanoseconds{now.tv_nsec};
+}
+
+void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration& message) {
+  message.set_seconds(duration.count() / 1'000'000'000);
+  message.set_nanos(static_cast<std::int32_t>(duration.count() % 1'000'000'000));
+}
+
+void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats) {
+  for (const std::string& warning : warnings) {
+    if (stats.warnings_size() == kMaxWarningsPerUnit) return;
+    stats.add_warnings(warning);
+  }
+}
+
+}  // namespace
+
+UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
+    : options_(options),
+      fetcher_(fetcher),
+      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept) {}
+
+Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
+  Outcome outcome;
+  outcome.unit = std::move(unit);
+  try {
+    outcome.failure = render_tile(*outcome.unit, outcome);
+  } catch (const std::exception& error) {  // out of memory, above all
+    outcome.failure = absl::ResourceExhaustedError(absl::StrCat("rendering: ", error.what()));
+  }
+  if (outcome.unit->stop.stop_requested()) outcome.failure = absl::CancelledError("the lease was revoked");
+  return outcome;
+}
+
+absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
+  const std::stop_token stop = unit.stop.get_token();
+  if (!unit.unit.has_tile()) return absl::UnimplementedError("this worker renders tiles only");
+
+  const absl::StatusOr<std::shared_ptr<const LoadedScene>> loaded = scenes_.get(*unit.spec, stop);
+  if (!loaded.ok()) {
+    outcome.scene_fault = absl::IsInvalidArgument(loaded.status());
+    return loaded.status();
+  }
+
+  const Clock::time_point start = Clock::now();
+  const std::chrono::nanoseconds cpu_start = thread_cpu_time();
+  const v1::PixelRect& pixels = unit.unit.tile().pixels();
+  const v1::SampleRange& samples = unit.unit.tile().samples();
+  const render::TileRequest request{pixels.x0(), pixels.y0(),     pixels.x1(),
+                                    pixels.y1(), samples.begin(), samples.end()};
+  render::RenderStats counts;
+  const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, stop, counts);
+  if (!result.ok()) return result.status();
+  outcome.payload = wire::encode_tile_result(*result);
+
+  outcome.stats.set_samples(counts.samples);
+  outcome.stats.set_camera_rays(counts.camera_rays);
+  outcome.stats.set_bounce_rays(counts.bounce_rays);
+  outcome.stats.set_shadow_rays(counts.shadow_rays);
+  outcome.stats.set_dropped_samples(counts.dropped_samples);
+  add_warnings(counts.warnings, outcome.stats);
+  // Every job hears once what its scene asked for in vain.
+  if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);
+  set_duration(thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
+  set_duration(Clock::now() - start, *outcome.stats.mutable_wall_time());
+
+  spdlog::debug("unit {} of job {} rendered", unit.unit.index(), unit.job_id);
+
+  std::lock_guard lock{mutex_};
+  ++report_.units_rendered;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
+  const Clock::time_point start = Clock::now();
+  const std::string& digest = spec.scene().digest();
+  render::BlobSource blobs = options_.blobs;
+  if (!blobs) {
+    if (absl::Status status = fetcher_->prefetch(spec, stop); !status.ok()) return status;
+    blobs = [this, stop](const std::string& name) { return fetcher_->get(name, stop); };
+  }
+  const absl::StatusOr<render::BlobBytes> bytes = blobs(digest);
+  if (!bytes.ok()) return bytes.status();
+  v1::Scene scene;
+  if (!scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
+    return absl::InvalidArgumentError(absl::StrCat("blob ", digest, " is not a scene"));
+  }
+
+  const Clock::time_point build_start = Clock::now();
+  const std::string isa = spec.isa().empty() ? options_.isas.front() : spec.isa();
+  if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
+    return absl::FailedPreconditionError(absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
+  }
+  absl::StatusOr<std::unique_ptr<render::RenderScene>> built =
+      options_.load_scene(scene, spec, blobs, {.isa = isa, .threads = options_.threads});
+  if (!built.ok()) return built.status();
+
+  LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};
+  const std::size_t held_bytes = loaded.scene->memory_bytes();
+  spdlog::info("scene {} ({}): loaded in {:.2f} s, {:.1f} MB", digest.substr(0, 12), scene.name(), loaded.load_seconds,
+               static_cast<double>(held_bytes) * 1e-6);
+  for (const std::string& warning : loaded.scene->warnings()) {
+    spdlog::warn("scene {}: {}", digest.substr(0, 12), warning);
+  }
+  std::lock_guard lock{mutex_};
+  report_.load_seconds += loaded.load_seconds;
+  report_.build_seconds += loaded.build_seconds;
+  report_.scene_bytes = std::max(report_.scene_bytes, held_bytes);
+  return loaded;
+}
+
+AgentReport UnitRenderer::report() const {
+  std::lock_guard lock{mutex_};
+  AgentReport report = report_;
+  if (fetcher_ != nullptr) report.downloaded_bytes = fetcher_->downloaded_bytes();
+  return report;
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,39 @@
+// One unit of work: from the lease to the encoded result.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <stop_token>
+
+#include "agent/agent.h"
+#include "agent/blob_fetcher.h"
+#include "agent/outbox.h"
+#include "agent/scene_store.h"
+
+namespace tessera::agent {
+
+/// Thread-safe.
+class UnitRenderer {
+ public:
+  /// `fetcher` may be null when the options name a blob source.
+  UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher);
+
+  /// Renders on the calling thread. The outcome's failure is Cancelled when the unit was revoked.
+  Outcome render(std::shared_ptr<HeldUnit> unit);
+
+  std::vector<std::string> loaded_digests() const { return scenes_.digests(); }
+  /// Everything but the results' way home.
+  AgentReport report() const;
+
+ private:
+  absl::StatusOr<LoadedScene> load(const v1::JobSpec& spec, std::stop_token stop);
+  absl::Status render_tile(const HeldUnit& unit, Outcome& outcome);
+
+  const AgentOptions& options_;
+  BlobFetcher* const fetcher_;
+  SceneStore scenes_;
+  mutable std::mutex mutex_;
+  AgentReport report_;
+};
+
+}  // namespace tessera::agent
