@@ -1,0 +1,44 @@
+// tessera compare REF TEST
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "image/exr.h"
+#include "image/metrics.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  std::string reference;
+  std::string test;
+  bool json = false;
+};
+
+int run(const Options& options) {
+  const auto reference = read_exr(options.reference);
+  if (!reference.ok()) return report(kUsage, std::string{reference.status().message()});
+  const auto test = read_exr(options.test);
+  if (!test.ok()) return report(kUsage, std::string{test.status().message()});
+  const auto comparison = compare_images(*reference, *test);
+  if (!comparison.ok()) return report(kUsage, std::string{comparison.status().message()});
+  std::cout << (options.json ? to_json(*comparison) : to_text(*comparison)) << '\n';
+  return kDone;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("compare", "Measures the error of an EXR image against a reference");
+  command.add_option("REF", options->reference)->required();
+  command.add_option("TEST", options->test)->required();
+  command.add_flag("--json", options->json, "as JSON");
+  command.callback([options, &action] { action = [options](Interrupt&) { return run(*options); }; });
+}
+
+}  // namespace tessera::client

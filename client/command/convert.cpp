@@ -1,0 +1,64 @@
+// tessera convert IN OUT: a scene to Tessera's own forms, or an image to another format.
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "command/output.h"
+#include "image/exr.h"
+#include "import/import.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  std::string input;
+  std::string output;
+  bool half = false;
+  bool quiet = false;
+};
+
+int convert_image(const Options& options) {
+  if (const absl::Status status = check_output(options.output); !status.ok()) {
+    return report(kUsage, std::string{status.message()});
+  }
+  const absl::StatusOr<Image> image = read_exr(options.input);
+  if (!image.ok()) return report(kUsage, std::string{image.status().message()});
+  const absl::Status written = write_image(*image, options.output, options.half);
+  return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
+}
+
+int convert_scene(const Options& options) {
+  const absl::StatusOr<ImportedScene> scene = import_scene(options.input);
+  if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
+  if (!options.quiet) {
+    for (const Diagnostic& warning : scene->warnings) std::cerr << "warning: " << to_string(warning) << '\n';
+  }
+  const absl::Status written = write_scene(*scene, options.output);
+  if (written.ok()) return kDone;
+  const bool unknown_format = absl::IsInvalidArgument(written) || absl::IsUnimplemented(written);
+  return report(unknown_format ? kUsage : kIncomplete, std::string{written.message()});
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("convert", "Scene to .textproto or .tsb; .exr to .png or .exr");
+  command.add_option("IN", options->input)->required();
+  command.add_option("OUT", options->output)->required();
+  command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--quiet", options->quiet, "no warnings");
+  command.callback([options, &action] {
+    action = [options](Interrupt&) {
+      const bool is_image = std::filesystem::path{options->input}.extension() == ".exr";
+      return is_image ? convert_image(*options) : convert_scene(*options);
+    };
+  });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,26 @@
+// What the program's exit codes mean.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace tessera::client {
+
+enum ExitCode : int {
+  kDone = 0,
+  kUsage = 2,
+  kBadScene = 3,
+  kUnreachable = 4,  // cannot reach the coordinator, or not allowed
+  kJobFailed = 5,
+  kIncomplete = 6,  // the image lacks samples, or could not be written
+  kInterrupted = 130
+};
+
+/// Prints "tessera: message" to stderr and returns `code`.
+int report(ExitCode code, const std::string& message);
+
+/// The same for an error of a call to the coordinator.
+int report_farm_error(const absl::Status& status);
+
+}  // namespace tessera::client

@@ -1,0 +1,51 @@
+// tessera fetch ID -o OUT
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/follow.h"
+#include "command/interrupt.h"
+#include "command/output.h"
+#include "command/server_option.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  ServerOption server;
+  std::string job_id;
+  std::string output;
+  bool half = false;
+  bool quiet = false;
+};
+
+int run(const Options& options, Interrupt& interrupt) {
+  if (const absl::Status status = check_output(options.output); !status.ok()) {
+    return report(kUsage, std::string{status.message()});
+  }
+  const std::stop_token stop = interrupt.token();
+  const auto farm = connect(options.server, options.quiet);
+  if (!farm.ok()) return report_farm_error(farm.status());
+  const auto job = (*farm)->job(options.job_id, stop);
+  if (!job.ok()) return report_farm_error(job.status());
+  auto followed = follow_job(**farm, options.job_id, job->spec(), options.quiet, stop);
+  if (!followed.ok()) return report_farm_error(followed.status());
+  return deliver(*followed, job->spec(), options.output, options.half, options.quiet);
+}
+
+}  // namespace
+
+void add_fetch_command(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("fetch", "Writes the image of a job, waiting for its end where needed");
+  command.add_option("ID", options->job_id)->required();
+  command.add_option("-o,--output", options->output, "the image, .exr or .png")->required();
+  command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--quiet", options->quiet, "no progress, no warnings");
+  define_server_option(command, options->server);
+  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,132 @@
+#include "command/follow.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "command/exit_code.h"
+#include "command/output.h"
+#include "command/progress.h"
+#include "image/assemble.h"
+#include "wire/tile_result.h"
+#include "wire/version.h"
+
+namespace tessera::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+AssemblyOptions assembly_options(const v1::JobSpec& spec, std::vector<wire::ChannelDesc> channels) {
+  AssemblyOptions options;
+  options.width = spec.width();
+  options.height = spec.height();
+  options.crop = {static_cast<std::int32_t>(spec.crop().x0()), static_cast<std::int32_t>(spec.crop().y0()),
+                  static_cast<std::int32_t>(spec.crop().x1()), static_cast<std::int32_t>(spec.crop().y1())};
+  options.spp = spec.settings().spp();
+  options.channels = std::move(channels);
+  options.samples_channel = std::find(spec.aovs().begin(), spec.aovs().end(), "samples") != spec.aovs().end();
+  return options;
+}
+
+std::uint64_t samples_of(const v1::JobSpec& spec) {
+  const v1::PixelRect& crop = spec.crop();
+  return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.settings().spp();
+}
+
+Progress make_progress(const v1::JobSpec& spec, bool quiet) {
+  return Progress{progress_mode(STDERR_FILENO, quiet), std::cerr, spec.name(), samples_of(spec), Clock::now(),
+                  terminal_columns(STDERR_FILENO)};
+}
+
+absl::Status add_result(const v1::UnitResult& unit, Assembler& assembler) {
+  absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(unit.payload());
+  const absl::Status status = result.ok() ? assembler.add(*std::move(result)) : result.status();
+  if (status.ok()) return status;
+  return absl::InternalError(absl::StrCat("result of unit ", unit.unit().index(), ": ", status.message()));
+}
+
+double seconds(const google::protobuf::Duration& duration) {
+  return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
+}
+
+RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
+  RenderInfo info;
+  info.scene_digest = spec.scene().digest();
+  info.spp = spec.settings().spp();
+  info.seed = spec.settings().seed();
+  info.integrator = spec.settings().integrator();
+  info.sampler = spec.settings().sampler();
+  info.isa = status.isa();
+  info.version = wire::build_version();
+  info.render_seconds = seconds(status.stats().cpu_time());
+  return info;
+}
+
+}  // namespace
+
+absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
+                                       std::stop_token stop) {
+  absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
+      wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
+  if (!channels.ok()) return channels.status();
+  absl::StatusOr<Assembler> assembler = Assembler::create(assembly_options(spec, *std::move(channels)));
+  if (!assembler.ok()) return assembler.status();
+
+  const Clock::time_point start = Clock::now();
+  Progress progress = make_progress(spec, quiet);
+  FarmClient::WatchHandlers handlers;
+  handlers.result = [&](const v1::UnitResult& unit) { return add_result(unit, *assembler); };
+  handlers.status = [&](const v1::JobStatus&) { progress.update(assembler->samples_done(), Clock::now()); };
+  absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
+  progress.update(assembler->samples_done(), Clock::now());
+  progress.finish(Clock::now());
+  if (!status.ok()) return status.status();
+
+  FollowedJob followed;
+  followed.status = *std::move(status);
+  if (followed.status.state() == v1::DONE) {
+    absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
+    if (!assembly.ok()) return assembly.status();
+    followed.image = std::move(assembly->image);
+    followed.incomplete_pixels = assembly->incomplete_pixels;
+  }
+  followed.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return followed;
+}
+
+absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
+                                              std::stop_token stop) {
+  Progress progress = make_progress(spec, /*quiet=*/false);
+  FarmClient::WatchHandlers handlers;
+  handlers.status = [&](const v1::JobStatus& status) { progress.update(status.stats().samples(), Clock::now()); };
+  absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
+  progress.finish(Clock::now());
+  return status;
+}
+
+int report_end(const v1::JobStatus& status) {
+  if (status.state() == v1::DONE) return kDone;
+  if (status.state() == v1::CANCELLED) return report(kJobFailed, absl::StrCat("job ", status.job_id(), " was cancelled"));
+  return report(kJobFailed, absl::StrCat("job ", status.job_id(), " failed: ", status.error()));
+}
+
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet) {
+  if (!quiet) {
+    for (const std::string& warning : followed.status.stats().warnings()) std::cerr << "warning: " << warning << '\n';
+  }
+  if (const int code = report_end(followed.status); code != kDone) return code;
+  set_render_info(render_info(spec, followed.status), *followed.image);
+  if (const absl::Status status = write_image(*followed.image, output, half); !status.ok()) {
+    return report(kIncomplete, std::string{status.message()});
+  }
+  if (followed.incomplete_pixels > 0) {
+    return report(kIncomplete, absl::StrCat(followed.incomplete_pixels, " pixels lack samples"));
+  }
+  return kDone;
+}
+
+}  // namespace tessera::client

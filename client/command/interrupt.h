@@ -1,0 +1,26 @@
+// SIGINT and SIGTERM.
+#pragma once
+
+#include <atomic>
+#include <stop_token>
+#include <thread>
+
+namespace tessera::client {
+
+/// Make one at the start of main, before any other thread. A signal ends the program at once, with exit code 130, until a
+/// command takes charge with token(): then the first signal requests a stop, and the next one ends the program.
+class Interrupt {
+ public:
+  Interrupt();
+
+  std::stop_token token();
+
+ private:
+  void wait(std::stop_token done);
+
+  std::atomic<bool> in_charge_{false};
+  std::stop_source stop_;
+  std::jthread thread_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,152 @@
+#include "command/job_request.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "wire/digest.h"
+#include "wire/limits.h"
+#include "wire/tile_result.h"
+
+namespace tessera::client {
+namespace {
+
+constexpr std::array kIntegrators{"path"};
+constexpr std::array kSamplers{"sobol", "independent"};
+constexpr std::uint32_t kDefaultSpp = 16;
+constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
+constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 18;
+
+/// Exactly `N` whole numbers, with `separator` between them.
+template <std::size_t N>
+std::optional<std::array<std::uint32_t, N>> parse_numbers(std::string_view text, char separator) {
+  std::array<std::uint32_t, N> numbers{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t i = 0; i < N; ++i) {
+    if (i > 0 && (at == end || *at++ != separator)) return std::nullopt;
+    const auto [next, error] = std::from_chars(at, end, numbers[i]);
+    if (error != std::errc{}) return std::nullopt;
+    at = next;
+  }
+  if (at != end) return std::nullopt;
+  return numbers;
+}
+
+template <class Names>
+absl::Status check_name(const char* what, const std::string& name, const Names& names) {
+  if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("there is no ", what, " '", name, "'; there is: ", absl::StrJoin(names, ", ")));
+}
+
+absl::Status check_settings(const std::string& integrator, const std::string& sampler) {
+  if (absl::Status status = check_name("integrator", integrator, kIntegrators); !status.ok()) return status;
+  return check_name("sampler", sampler, kSamplers);
+}
+
+const std::string& first_of(const std::string& wish, const std::string& scene, const std::string& otherwise) {
+  return !wish.empty() ? wish : !scene.empty() ? scene : otherwise;
+}
+
+v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderSettings& scene) {
+  v1::RenderSettings settings;
+  settings.set_integrator(first_of(request.integrator, scene.integrator(), kIntegrators[0]));
+  settings.set_sampler(first_of(request.sampler, scene.sampler(), kSamplers[0]));
+  settings.set_spp(request.spp.value_or(scene.spp() != 0 ? scene.spp() : kDefaultSpp));
+  settings.set_max_depth(request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth));
+  settings.set_seed(request.seed.value_or(scene.seed()));
+  return settings;
+}
+
+absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Resolution& film) {
+  v1::PixelRect crop;
+  crop.set_x1(film.width);
+  crop.set_y1(film.height);
+  if (!request.crop) return crop;
+  if (request.crop->x1() > film.width || request.crop->y1() > film.height) {
+    return absl::OutOfRangeError(absl::StrCat("the crop ends at ", request.crop->x1(), ",", request.crop->y1(),
+                                                   "; the film ends at ", film.width, ",", film.height));
+  }
+  return *request.crop;
+}
+
+}  // namespace
+
+absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
+  const auto numbers = parse_numbers<2>(text, 'x');
+  const auto fits = [](std::uint32_t size) { return size > 0 && size <= wire::kMaxFilmSize; };
+  if (!numbers || !fits((*numbers)[0]) || !fits((*numbers)[1])) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("expected WIDTHxHEIGHT, each from 1 to ", wire::kMaxFilmSize, ", as in 640x480"));
+  }
+  return Resolution{(*numbers)[0], (*numbers)[1]};
+}
+
+absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
+  const auto numbers = parse_numbers<4>(text, ',');
+  if (!numbers || (*numbers)[0] >= (*numbers)[2] || (*numbers)[1] >= (*numbers)[3]) {
+    return absl::InvalidArgumentError("expected x0,y0,x1,y1 in pixels with x0 < x1 and y0 < y1, as in 0,0,320,240");
+  }
+  v1::PixelRect rect;
+  rect.set_x0((*numbers)[0]);
+  rect.set_y0((*numbers)[1]);
+  rect.set_x1((*numbers)[2]);
+  rect.set_y1((*numbers)[3]);
+  return rect;
+}
+
+absl::Status check_names(const JobRequest& request) {
+  if (absl::Status status = check_settings(request.integrator, request.sampler); !status.ok()) return status;
+  return wire::channels_for_aovs(request.aovs).status();
+}
+
+std::uint32_t samples_per_unit(std::uint32_t tile_size, std::uint32_t spp) {
+  const std::uint64_t pixels = std::uint64_t{tile_size} * tile_size;
+  const std::uint64_t wanted = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerUnit / pixels));
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, std::bit_ceil(spp)));
+}
+
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& imported,
+                                                         const std::string& name) {
+  auto job = std::make_unique<PreparedJob>();
+  v1::JobSpec& spec = job->spec;
+  const v1::Scene& scene = imported.scene;
+
+  const Resolution film = request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
+  if (film.width == 0 || film.height == 0 || std::max(film.width, film.height) > wire::kMaxFilmSize) {
+    return absl::InvalidArgumentError(absl::StrCat("the scene's film has ", film.width, "x", film.height,
+                                                   " pixels; 1 to ", wire::kMaxFilmSize, " each way are possible"));
+  }
+  absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
+  if (!crop.ok()) return crop.status();
+  *spec.mutable_settings() = resolve_settings(request, scene.settings());
+  const absl::Status names = check_settings(spec.settings().integrator(), spec.settings().sampler());
+  if (!names.ok()) return names;
+
+  spec.set_name(name);
+  spec.set_width(film.width);
+  spec.set_height(film.height);
+  *spec.mutable_crop() = *std::move(crop);
+  spec.set_tile_size(request.tile_size);
+  spec.set_samples_per_unit(samples_per_unit(request.tile_size, spec.settings().spp()));
+  for (const std::string& aov : request.aovs) spec.add_aovs(aov);
+  spec.set_isa(request.isa);
+
+  job->scene.bytes = scene.SerializeAsString();
+  job->scene.ref.set_digest(wire::sha256_hex(job->scene.bytes));
+  job->scene.ref.set_size_bytes(job->scene.bytes.size());
+  *spec.mutable_scene() = job->scene.ref;
+  for (const SceneBlob& blob : imported.blobs) {
+    *spec.add_blobs() = blob.ref;
+    job->blobs.push_back(&blob);
+  }
+  job->blobs.push_back(&job->scene);
+  return job;
+}
+
+}  // namespace tessera::client

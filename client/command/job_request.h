@@ -1,0 +1,59 @@
+// From what a user asks for and what the scene says to a job in which everything is settled.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "import/input/imported_scene.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::client {
+
+struct Resolution {
+  std::uint32_t width = 0, height = 0;  // pixels
+};
+
+/// What the command line says; absent or empty: as the scene has it, or the default.
+struct JobRequest {
+  std::optional<Resolution> resolution;
+  std::optional<v1::PixelRect> crop;
+  std::optional<std::uint32_t> spp;
+  std::optional<std::uint32_t> max_depth;
+  std::optional<std::uint64_t> seed;
+  std::string integrator;
+  std::string sampler;
+  std::uint32_t tile_size = 32;
+  std::vector<std::string> aovs;
+  std::string isa;
+};
+
+/// A job, and the bytes that it needs.
+struct PreparedJob {
+  v1::JobSpec spec;
+  SceneBlob scene;                      // the Scene message
+  std::vector<const SceneBlob*> blobs;  // all, `scene` included; they point into this object and the imported scene
+};
+
+/// "640x480". InvalidArgument, with what was expected, otherwise.
+absl::StatusOr<Resolution> parse_resolution(std::string_view text);
+
+/// "x0,y0,x1,y1" in pixels. InvalidArgument, with what was expected, otherwise.
+absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
+
+/// InvalidArgument, naming what there is, for an integrator, a sampler or an AOV that does not exist.
+absl::Status check_names(const JobRequest& request);
+
+/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within the film;
+/// InvalidArgument when the scene itself asks for what does not exist. `scene` must outlive the result.
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
+                                                         const std::string& name);
+
+/// The power of two that makes a unit of at most 2^18 samples, but no larger than what covers `spp`.
+std::uint32_t samples_per_unit(std::uint32_t tile_size, std::uint32_t spp);
+
+}  // namespace tessera::client

@@ -1,0 +1,77 @@
+#include "command/job_table.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace tessera::client {
+
+const char* state_name(v1::JobState state) {
+  switch (state) {
+    case v1::QUEUED:
+      return "queued";
+    case v1::RUNNING:
+      return "running";
+    case v1::DONE:
+      return "done";
+    case v1::FAILED:
+      return "failed";
+    case v1::CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown";
+  }
+}
+
+std::string jobs_table(const std::vector<v1::JobStatus>& jobs) {
+  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %s\n", "ID", "STATE", "UNITS", "ISA", "NAME");
+  for (const v1::JobStatus& job : jobs) {
+    const std::string units = absl::StrCat(job.units_done(), "/", job.units_total());
+    absl::StrAppend(&table, absl::StrFormat("%-20s %-10s %15s  %-7s %s\n", job.job_id(), state_name(job.state()), units,
+                                            job.isa(), job.name()));
+  }
+  return table;
+}
+
+std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
+  std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
+                                      "UNITS DONE", "LAST SEEN");
+  for (const v1::WorkerStatus& worker : workers) {
+    absl::StrAppend(&table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s\n", worker.worker_id(),
+                                            worker.name(), worker.isa(), worker.threads(), worker.leases(),
+                                            worker.units_done(), 1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
+                                            worker.draining() ? ", draining" : ""));
+  }
+  return table;
+}
+
+std::string job_text(const v1::GetJobResponse& job) {
+  const v1::JobStatus& status = job.status();
+  const v1::JobSpec& spec = job.spec();
+  std::string text = absl::StrCat(
+      "id          ", status.job_id(), "\n",                                                    //
+      "name        ", status.name(), "\n",                                                      //
+      "state       ", state_name(status.state()), "\n",                                         //
+      "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(), " at work\n",
+      "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(), " samples a pixel\n",
+      "integrator  ", spec.settings().integrator(), ", depth ", spec.settings().max_depth(), ", seed ",
+      spec.settings().seed(), "\n",  //
+      "scene       ", spec.scene().digest(), "\n");
+  if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
+  if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
+  for (const std::string& warning : status.stats().warnings()) absl::StrAppend(&text, "warning     ", warning, "\n");
+  return text;
+}
+
+std::string to_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string json;
+  // Fails only for Any and for times out of range; neither is in these messages.
+  static_cast<void>(google::protobuf::util::MessageToJsonString(message, &json, options));
+  return json;
+}
+
+}  // namespace tessera::client

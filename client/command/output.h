@@ -1,0 +1,17 @@
+// The image file that a command was asked for.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "image/image.h"
+
+namespace tessera::client {
+
+/// InvalidArgument, before any work is done, when `path` is neither .exr nor .png or cannot be written.
+absl::Status check_output(const std::string& path);
+
+/// By extension: a linear EXR (16-bit with `half`), or a tone-mapped PNG.
+absl::Status write_image(const Image& image, const std::string& path, bool half);
+
+}  // namespace tessera::client

@@ -1,0 +1,116 @@
+#include "command/render_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <utility>
+
+#include "command/exit_code.h"
+#include "import/import.h"
+#include "wire/limits.h"
+
+namespace tessera::client {
+namespace {
+
+/// An option whose text `parse` turns into a value; what is wrong with the text becomes the parser's error.
+template <class Value, class Parse>
+CLI::Option* add_parsed_option(CLI::App& command, const char* name, std::optional<Value>& value, Parse parse,
+                               const char* description) {
+  const auto set = [&value, parse, name](const std::string& text) {
+    absl::StatusOr<Value> parsed = parse(text);
+    if (!parsed.ok()) throw CLI::ValidationError{name, std::string{parsed.status().message()}};
+    value = *std::move(parsed);
+  };
+  return command.add_option_function<std::string>(name, set, description);
+}
+
+std::string check_define(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  return equals == std::string::npos || equals == 0 ? "expected NAME=VALUE" : "";
+}
+
+/// What people call the job: the scene's own name, else its file's; of "kitchen/scene.pbrt", the usual form, the folder's.
+std::string name_of(const std::string& file, const ImportedScene& imported) {
+  if (!imported.scene.name().empty()) return imported.scene.name();
+  const std::filesystem::path path = std::filesystem::absolute(file);
+  return (path.stem() == "scene" ? path.parent_path().filename() : path.stem()).string();
+}
+
+ImportOptions import_options(const RenderOptions& options) {
+  ImportOptions result;
+  result.threads = options.threads;
+  for (const std::string& define : options.defines) {
+    const std::size_t equals = define.find('=');
+    result.defines[define.substr(0, equals)] = define.substr(equals + 1);
+  }
+  return result;
+}
+
+}  // namespace
+
+void define_render_options(CLI::App& command, RenderOptions& options) {
+  JobRequest& job = options.job;
+  command.add_option("SCENE", options.scene, "the scene file")->required();
+  command.add_option("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)");
+  command.add_option("--spp", job.spp, "samples a pixel")->check(CLI::Range(1U, wire::kMaxSamplesPerPixel));
+  add_parsed_option(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT")
+      ->type_name("WxH");
+  add_parsed_option(command, "--crop", job.crop, parse_crop, "pixels to render")->type_name("x0,y0,x1,y1");
+  command.add_option("--seed", job.seed, "seed of the sampler");
+  command.add_option("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
+      ->check(CLI::Range(0U, 65535U));
+  command.add_option("--tile", job.tile_size, "side of a tile, pixels")
+      ->check(CLI::Range(1U, wire::kMaxTileSize))
+      ->capture_default_str();
+  command.add_option("--integrator", job.integrator, "path");
+  command.add_option("--sampler", job.sampler, "sobol or independent");
+  command.add_option("-D", options.defines, "a parameter of the scene")
+      ->type_name("NAME=VALUE")
+      ->check(check_define)
+      ->allow_extra_args(false);
+  command.add_option("--aov", job.aovs, "further channels: variance, samples, albedo, normal, depth")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+  command.add_option("--isa", job.isa, "kernels to use, on every worker");
+  command.add_flag("--half", options.half, "16-bit EXR");
+  command.add_option("--stats", options.stats, "write what it cost to this file")->type_name("FILE.json");
+  command.add_flag("--quiet", options.quiet, "no progress, no warnings");
+}
+
+std::vector<std::string> LoadedJob::warning_lines() const {
+  std::vector<std::string> lines;
+  for (const Diagnostic& warning : imported.warnings) lines.push_back(to_string(warning));
+  return lines;
+}
+
+std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code) {
+  if (const absl::Status status = check_names(options.job); !status.ok()) {
+    exit_code = report(kUsage, std::string{status.message()});
+    return nullptr;
+  }
+  const auto start = std::chrono::steady_clock::now();
+  auto loaded = std::make_unique<LoadedJob>();
+  absl::StatusOr<ImportedScene> imported = import_scene(options.scene, import_options(options));
+  if (!imported.ok()) {
+    exit_code = report(kBadScene, std::string{imported.status().message()});
+    return nullptr;
+  }
+  loaded->imported = *std::move(imported);
+  if (!options.quiet) {
+    for (const std::string& line : loaded->warning_lines()) std::cerr << "warning: " << line << '\n';
+  }
+  absl::StatusOr<std::unique_ptr<PreparedJob>> job =
+      prepare_job(options.job, loaded->imported, name_of(options.scene, loaded->imported));
+  if (!job.ok()) {
+    exit_code = report(absl::IsOutOfRange(job.status()) ? kUsage : kBadScene, std::string{job.status().message()});
+    return nullptr;
+  }
+  loaded->job = *std::move(job);
+  loaded->import_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return loaded;
+}
+
+}  // namespace tessera::client

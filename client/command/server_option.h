@@ -1,0 +1,28 @@
+// --server, and the connection that it names.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "farm/farm_client.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::client {
+
+struct ServerOption {
+  std::string address = "127.0.0.1:7070";
+  bool allow_insecure = false;
+};
+
+/// Defines --server (else $TESSERA_SERVER, else 127.0.0.1:7070) and --allow-insecure.
+void define_server_option(CLI::App& command, ServerOption& option);
+
+/// A client that tells about breaks of the connection on stderr, unless `quiet`. InvalidArgument for a malformed address,
+/// PermissionDenied for one that would need encryption.
+absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet = false);
+
+}  // namespace tessera::client

@@ -1,0 +1,102 @@
+// tessera submit SCENE -o OUT: renders on the farm.
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/follow.h"
+#include "command/interrupt.h"
+#include "command/output.h"
+#include "command/render_options.h"
+#include "command/server_option.h"
+#include "command/stats_file.h"
+
+namespace tessera::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  RenderOptions render;
+  ServerOption server;
+  bool detach = false;
+};
+
+absl::Status check(const Options& options) {
+  if (options.render.output.empty()) {
+    if (options.detach) return absl::OkStatus();
+    return absl::InvalidArgumentError("--output is required, unless with --detach");
+  }
+  return check_output(options.render.output);
+}
+
+/// Follows the submitted job to its image.
+int wait_for_image(const Options& options, FarmClient& farm, const std::string& job_id, const LoadedJob& loaded,
+                   std::uint64_t uploaded_bytes, std::stop_token stop) {
+  const v1::JobSpec& spec = loaded.job->spec;
+  const Clock::time_point start = Clock::now();
+  absl::StatusOr<FollowedJob> followed = follow_job(farm, job_id, spec, options.render.quiet, stop);
+  if (!followed.ok()) {
+    const int exit_code = report_farm_error(followed.status());
+    std::cerr << "tessera: the job goes on; its image comes with: tessera fetch " << job_id << " -o "
+              << options.render.output << " --server " << options.server.address << std::endl;
+    return exit_code;
+  }
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const int exit_code = deliver(*followed, spec, options.render.output, options.render.half, options.render.quiet);
+  if (options.render.stats.empty()) return exit_code;
+
+  RenderStatistics statistics;
+  statistics.load_seconds = loaded.import_seconds;
+  statistics.render_wall_seconds = seconds;
+  statistics.uploaded_bytes = uploaded_bytes;
+  statistics.import_warnings = loaded.warning_lines();
+  statistics.spec = spec;
+  statistics.status = followed->status;
+  if (const absl::Status status = write_statistics(statistics, options.render.stats); !status.ok()) {
+    return report(kIncomplete, std::string{status.message()});
+  }
+  return exit_code;
+}
+
+int run(const Options& options, Interrupt& interrupt) {
+  if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
+  const auto farm = connect(options.server, options.render.quiet);
+  if (!farm.ok()) return report_farm_error(farm.status());
+  // A coordinator that is not there is better noticed before a long import than after it.
+  const auto workers = (*farm)->workers({});
+  if (!workers.ok()) return report_farm_error(workers.status());
+  if (workers->empty() && !options.render.quiet) {
+    std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one" << std::endl;
+  }
+
+  int exit_code = kDone;
+  const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code);
+  if (loaded == nullptr) return exit_code;
+  const std::stop_token stop = interrupt.token();
+  const absl::StatusOr<std::uint64_t> uploaded = (*farm)->upload(loaded->job->blobs, stop);
+  if (!uploaded.ok()) return report_farm_error(uploaded.status());
+  const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, stop);
+  if (!job_id.ok()) return report_farm_error(job_id.status());
+  if (options.detach || !options.render.quiet) std::cout << "job " << *job_id << std::endl;
+  if (options.detach) return kDone;
+  return wait_for_image(options, **farm, *job_id, *loaded, *uploaded, stop);
+}
+
+}  // namespace
+
+void add_submit_command(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("submit", "Renders a scene on the farm");
+  define_render_options(command, options->render);
+  define_server_option(command, options->server);
+  command.add_option("--threads", options->render.threads, "ignored: the workers have their own")
+      ->check(CLI::Range(1, 1024));
+  command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
+  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,46 @@
+// tessera watch ID
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/follow.h"
+#include "command/interrupt.h"
+#include "command/job_table.h"
+#include "command/server_option.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  ServerOption server;
+  std::string job_id;
+  bool json = false;
+};
+
+int run(const Options& options, Interrupt& interrupt) {
+  const std::stop_token stop = interrupt.token();
+  const auto farm = connect(options.server);
+  if (!farm.ok()) return report_farm_error(farm.status());
+  const auto job = (*farm)->job(options.job_id, stop);
+  if (!job.ok()) return report_farm_error(job.status());
+  const auto status = follow_progress(**farm, options.job_id, job->spec(), stop);
+  if (!status.ok()) return report_farm_error(status.status());
+  if (options.json) std::cout << to_json(*status) << '\n';
+  return report_end(*status);
+}
+
+}  // namespace
+
+void add_watch_command(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("watch", "Shows a job's progress until it ends");
+  command.add_option("ID", options->job_id)->required();
+  define_server_option(command, options->server);
+  command.add_flag("--json", options->json, "the final status as JSON");
+  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+}
+
+}  // namespace tessera::client

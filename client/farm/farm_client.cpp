@@ -1,0 +1,136 @@
+#include "farm/farm_client.h"
+
+#include <grpcpp/channel.h>
+
+#include <random>
+#include <utility>
+
+#include "farm/stubs.h"
+#include "wire/call.h"
+
+namespace tessera::client {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kCallTimeout = seconds{15};
+// A status comes at least every second (farm.proto).
+constexpr milliseconds kWatchStall = seconds{15};
+
+/// 128 random bits in hexadecimal.
+std::string make_request_id() {
+  std::random_device random;
+  std::string id;
+  for (int i = 0; i < 4; ++i) absl::StrAppend(&id, absl::Hex(random(), absl::kZeroPad8));
+  return id;
+}
+
+}  // namespace
+
+FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options)
+    : stubs_(std::make_unique<Stubs>(v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel))),
+      contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice)) {}
+
+FarmClient::~FarmClient() = default;
+
+absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, std::stop_token stop) {
+  v1::SubmitJobRequest request;
+  request.set_request_id(make_request_id());
+  *request.mutable_spec() = spec;
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob", contact_.address(),
+                            kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return response->job_id();
+}
+
+absl::StatusOr<v1::GetJobResponse> FarmClient::job(const std::string& job_id, std::stop_token stop) {
+  v1::GetJobRequest request;
+  request.set_job_id(job_id);
+  return contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob", contact_.address(),
+                            kCallTimeout, stop);
+  });
+}
+
+absl::StatusOr<std::vector<v1::JobStatus>> FarmClient::jobs(std::stop_token stop) {
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{}, "ListJobs",
+                            contact_.address(), kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::JobStatus>{response->jobs().begin(), response->jobs().end()};
+}
+
+absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std::stop_token stop) {
+  v1::CancelJobRequest request;
+  request.set_job_id(job_id);
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob", contact_.address(),
+                            kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return response->status();
+}
+
+absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{}, "ListWorkers",
+                            contact_.address(), kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::WorkerStatus>{response->workers().begin(), response->workers().end()};
+}
+
+absl::StatusOr<v1::JobStatus> FarmClient::watch(const std::string& job_id, const WatchHandlers& handlers,
+                                                std::stop_token stop) {
+  WatchProgress progress;
+  while (true) {
+    // Each attempt goes on after the last result that arrived.
+    const absl::Status status = watch_once(job_id, handlers, progress, stop);
+    if (!progress.handler.ok()) return progress.handler;
+    if (status.ok() && has_ended(progress.last.state())) return progress.last;
+    const absl::Status broken =
+        status.ok() ? absl::UnavailableError("WatchJob: the stream ended before the job") : status;
+    if (absl::Status given_up = contact_.failed(broken, stop); !given_up.ok()) return given_up;
+  }
+}
+
+absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
+                                    std::stop_token stop) {
+  v1::WatchJobRequest request;
+  request.set_job_id(job_id);
+  request.set_after(progress.after);
+  request.set_status_only(!handlers.result);
+
+  grpc::ClientContext context;
+  std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
+  wire::StallGuard guard{context, kWatchStall};
+  const auto reader = stubs_->farm->WatchJob(&context, request);
+  v1::WatchJobResponse response;
+  while (progress.handler.ok() && reader->Read(&response)) {
+    guard.progress();
+    contact_.succeeded();
+    for (const v1::UnitResult& result : response.results()) {
+      if (result.sequence() <= progress.after) continue;
+      progress.handler = handlers.result(result);
+      if (!progress.handler.ok()) break;
+      progress.after = result.sequence();
+    }
+    if (response.has_status()) {
+      progress.last = response.status();
+      if (handlers.status) handlers.status(progress.last);
+    }
+  }
+  if (!progress.handler.ok()) context.TryCancel();
+  const grpc::Status status = reader->Finish();
+  const std::string call = absl::StrCat("WatchJob at ", contact_.address());
+  if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));
+  return status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
+}
+
+bool has_ended(v1::JobState state) { return state == v1::DONE || state == v1::FAILED || state == v1::CANCELLED; }
+
+}  // namespace tessera::client

@@ -1,0 +1,82 @@
+// The client's calls to the coordinator.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "farm/contact.h"
+#include "import/input/imported_scene.h"
+#include "tessera/v1/farm.pb.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace tessera::client {
+
+struct FarmClientOptions {
+  std::string address;  // for messages
+  // How long the coordinator is waited for: before it was ever reached, and when it went away later.
+  std::chrono::milliseconds first_contact_patience{3'000};
+  std::chrono::milliseconds later_patience{120'000};
+  // Told once a break that the connection is lost and once that it is back. For people.
+  std::function<void(const std::string&)> notice = [](const std::string&) {};
+};
+
+/// Every call may be repeated safely, and is, while the error may go away by itself and patience lasts. All calls end
+/// with Cancelled when `stop` is requested. Not thread-safe.
+class FarmClient {
+ public:
+  FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options);
+  ~FarmClient();
+
+  /// Uploads those of `blobs` that the coordinator lacks, in 1 MiB chunks; after a break from where the stored part
+  /// ends. Returns the bytes sent. DataLoss when a blob's file has changed since it was imported, NotFound when it is gone.
+  absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
+
+  /// Returns the job's id. FailedPrecondition when blobs are missing.
+  absl::StatusOr<std::string> submit(const v1::JobSpec& spec, std::stop_token stop);
+
+  absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
+  absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop);
+  absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop);
+  absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
+
+  struct WatchHandlers {
+    // Every result once, in the order of its journal. An error ends the watch. Absent: results are not sent.
+    std::function<absl::Status(const v1::UnitResult&)> result;
+    std::function<void(const v1::JobStatus&)> status;
+  };
+  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator, and returns
+  /// the final status.
+  absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers, std::stop_token stop);
+
+ private:
+  struct Stubs;
+  // Of one watch, over all its connections.
+  struct WatchProgress {
+    std::uint64_t after = 0;  // the last result handled
+    v1::JobStatus last;
+    absl::Status handler;  // what the result handler said
+  };
+
+  absl::StatusOr<std::vector<v1::BlobRef>> find_missing(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
+  absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, std::stop_token stop);
+  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, std::stop_token stop);
+  absl::Status watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
+                          std::stop_token stop);
+
+  std::unique_ptr<Stubs> stubs_;
+  Contact contact_;
+};
+
+/// True for DONE, FAILED and CANCELLED.
+bool has_ended(v1::JobState state);
+
+}  // namespace tessera::client

@@ -1,0 +1,62 @@
+#include "local/local_farm.h"
+
+#include <spdlog/spdlog.h>
+
+#include <thread>
+#include <utility>
+
+#include "agent/agent.h"
+#include "local/scene_blobs.h"
+#include "service/coordinator.h"
+#include "service/in_process.h"
+
+namespace tessera::client {
+
+// Torn down in reverse: the worker first.
+struct LocalFarm::Parts {
+  std::shared_ptr<SceneBlobs> blobs;
+  std::unique_ptr<server::Coordinator> coordinator;
+  std::unique_ptr<agent::Agent> agent;
+  std::jthread worker;
+};
+
+std::vector<std::string> local_isas() { return render::supported_isas(); }
+
+absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions options) {
+  // Whatever happens reaches the user as the job's status; coordinator and worker have nobody to write a log for.
+  spdlog::set_level(spdlog::level::off);
+  auto parts = std::make_unique<Parts>();
+  parts->blobs = std::make_shared<SceneBlobs>(options.blobs);
+
+  server::CoordinatorOptions coordinator_options;
+  coordinator_options.blobs = parts->blobs;
+  absl::StatusOr<std::unique_ptr<server::Coordinator>> coordinator =
+      server::Coordinator::start(std::move(coordinator_options));
+  if (!coordinator.ok()) return coordinator.status();
+  parts->coordinator = *std::move(coordinator);
+
+  agent::AgentOptions agent_options;
+  agent_options.name = "local";
+  agent_options.address = "this process";
+  agent_options.threads = options.threads;
+  agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
+  agent_options.load_scene = render::load_scene;
+  agent_options.blobs = [blobs = parts->blobs](const std::string& digest) { return blobs->bytes(digest); };
+  agent_options.grace = std::chrono::milliseconds{0};
+  absl::StatusOr<std::unique_ptr<agent::Agent>> agent =
+      agent::Agent::create(server::in_process_channel(*parts->coordinator), std::move(agent_options));
+  if (!agent.ok()) return agent.status();
+  parts->agent = *std::move(agent);
+  // Its status is of no use here: a worker that cannot register leaves the job waiting only until the farm is stopped.
+  parts->worker = std::jthread{[&worker = *parts->agent](std::stop_token stop) { static_cast<void>(worker.run(stop)); }};
+  return std::unique_ptr<LocalFarm>{new LocalFarm{std::move(parts)}};
+}
+
+LocalFarm::LocalFarm(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+LocalFarm::~LocalFarm() = default;
+
+std::shared_ptr<grpc::Channel> LocalFarm::channel() { return server::in_process_channel(*parts_->coordinator); }
+
+double LocalFarm::build_seconds() const { return parts_->agent->report().build_seconds; }
+
+}  // namespace tessera::client

@@ -1,0 +1,46 @@
+// A farm within this process: the coordinator and the worker of the big one, in memory and without sockets.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "import/input/imported_scene.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace tessera::client {
+
+struct LocalFarmOptions {
+  int threads = 1;
+  std::string isa;                       // empty: the best of this machine
+  std::vector<const SceneBlob*> blobs;  // all that the jobs will need; read in place, they must outlive the farm
+};
+
+/// The kernels that this machine can run, best first.
+std::vector<std::string> local_isas();
+
+class LocalFarm {
+ public:
+  /// FailedPrecondition when there are no kernels for this machine.
+  static absl::StatusOr<std::unique_ptr<LocalFarm>> start(LocalFarmOptions options);
+
+  /// Stops what is being rendered.
+  ~LocalFarm();
+
+  /// To the coordinator. Must not be used once the farm is gone.
+  std::shared_ptr<grpc::Channel> channel();
+
+  /// Time spent building scenes so far, seconds.
+  double build_seconds() const;
+
+ private:
+  struct Parts;
+  explicit LocalFarm(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace tessera::client

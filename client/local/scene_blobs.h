@@ -1,0 +1,32 @@
+// An imported scene's blobs where they lie, for a coordinator and a worker of the same process.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "import/input/imported_scene.h"
+#include "render/build/load_scene.h"
+#include "store/blob_store.h"
+
+namespace tessera::client {
+
+/// Holds exactly these blobs, which must outlive the store, and takes no others. Thread-safe.
+class SceneBlobs final : public server::BlobStore {
+ public:
+  explicit SceneBlobs(const std::vector<const SceneBlob*>& blobs);
+
+  /// The bytes in place: in memory, or as the mapped file.
+  absl::StatusOr<render::BlobBytes> bytes(const std::string& digest) const;
+
+  server::UploadState query(const std::string& digest) const override;
+  absl::StatusOr<std::unique_ptr<server::BlobWriter>> write(const std::string& digest, std::uint64_t offset) override;
+  absl::StatusOr<std::unique_ptr<server::BlobReader>> read(const std::string& digest) const override;
+
+ private:
+  std::unordered_map<std::string, const SceneBlob*> blobs_;
+};
+
+}  // namespace tessera::client

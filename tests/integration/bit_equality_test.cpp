@@ -1,0 +1,82 @@
+// The same bits whoever renders: in process, and on any number of workers with any threads and tiles.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "integration/farm_under_test.h"
+
+namespace tessera::integration {
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+Arguments operator+(Arguments a, const Arguments& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// 50 samples a pixel: ranges that are no power of two, so that the sum tree has a ragged edge. The AOVs have channels of
+// every kind. The crop cuts tiles.
+const Arguments kCornellBox{"scenes/cornell-box/scene.pbrt", "--resolution", "72x72", "--crop", "3,5,70,72", "--spp", "50",
+                            "--aov", "variance,albedo,normal,depth,samples", "--quiet"};
+
+std::string render_hash(const Arguments& arguments) {
+  const support::TempDir directory;
+  const std::string image = (directory.path() / "in-process.exr").string();
+  const support::Finished done = tessera(Arguments{"render"} + arguments + Arguments{"-o", image});
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  return pixel_sha256(image);
+}
+
+std::string submit_hash(const FarmUnderTest& farm, const Arguments& arguments) {
+  const std::string image = (farm.directory() / "farm.exr").string();
+  const support::Finished done = tessera(farm.on_farm(Arguments{"submit"} + arguments + Arguments{"-o", image}));
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  return pixel_sha256(image);
+}
+
+TEST(BitEquality, InProcessWhateverThreadsAndTiles) {
+  const std::string expected = render_hash(kCornellBox + Arguments{"--threads", "1"});
+  for (const Arguments& variation :
+       {Arguments{"--threads", "3"}, Arguments{"--tile", "8"}, Arguments{"--tile", "16"}, Arguments{"--tile", "64"}}) {
+    EXPECT_EQ(render_hash(kCornellBox + variation), expected) << variation[0] << ' ' << variation[1];
+  }
+}
+
+TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
+  FarmUnderTest farm;
+  const std::string expected = render_hash(kCornellBox);
+  for (const int threads : {2, 1, 3}) {
+    farm.add_worker(threads);
+    for (const char* tile : {"8", "16", "64"}) {
+      EXPECT_EQ(submit_hash(farm, kCornellBox + Arguments{"--tile", tile}), expected) << "with tiles of " << tile;
+    }
+  }
+}
+
+TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
+  const std::string expected = render_hash(kCornellBox);
+  EXPECT_NE(render_hash(kCornellBox + Arguments{"--seed", "1"}), expected);
+  EXPECT_NE(render_hash(kCornellBox + Arguments{"--sampler", "independent"}), expected);
+}
+
+TEST(BitEquality, ClassroomInProcessAndOnTwoWorkers) {
+  const fs::path archive = "../shared/scenes/pbrt/classroom.tar.xz";
+  if (!fs::exists(archive)) GTEST_SKIP() << archive << " is not there";
+  FarmUnderTest farm;
+  const support::Finished unpacked =
+      support::run_program({"/bin/tar", "xJf", archive.string(), "-C", farm.directory().string()}, kPatience);
+  ASSERT_EQ(unpacked.status.code, 0) << unpacked.err;
+  const Arguments classroom{(farm.directory() / "classroom/scene.pbrt").string(), "--resolution", "96x54", "--spp", "8",
+                            "--quiet"};
+
+  const std::string expected = render_hash(classroom);
+  farm.add_worker(1);
+  farm.add_worker(2);
+  EXPECT_EQ(submit_hash(farm, classroom + Arguments{"--tile", "16"}), expected);
+}
+
+}  // namespace
+}  // namespace tessera::integration

@@ -1,0 +1,109 @@
+// Exit codes and messages of the command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "integration/farm_under_test.h"
+
+namespace tessera::integration {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kScene = "scenes/cornell-box/scene.pbrt";
+
+TEST(CommandLine, AnUnknownIntegratorIsAUsageErrorThatNamesTheKnownOnes) {
+  const support::Finished done = tessera({"render", kScene, "-o", "x.exr", "--integrator", "magic"});
+  EXPECT_EQ(done.status.code, 2);
+  EXPECT_THAT(done.err, HasSubstr("there is no integrator 'magic'; there is: path"));
+}
+
+TEST(CommandLine, ValuesThatMakeNoSenseAreUsageErrors) {
+  const std::vector<std::vector<std::string>> wrong{
+      {"--spp", "0"},         {"--spp", "-4"},      {"--resolution", "640"},  {"--resolution", "0x480"},
+      {"--crop", "5,5,5,9"},  {"--crop", "1,2,3"},  {"--tile", "0"},          {"--threads", "0"},
+      {"--sampler", "dice"},  {"--aov", "beauty"},  {"--isa", "z80"},         {"-D", "noequals"},
+      {"--no-such-option"},   {"--crop", "0,0,100000,100000"}};
+  for (const std::vector<std::string>& options : wrong) {
+    std::vector<std::string> arguments{"render", kScene, "-o", "x.exr"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const support::Finished done = tessera(arguments);
+    EXPECT_EQ(done.status.code, 2) << options[0] << ": " << done.err;
+    EXPECT_FALSE(done.err.empty());
+  }
+}
+
+TEST(CommandLine, AnOutputThatCannotBeWrittenIsNoticedFirst) {
+  EXPECT_EQ(tessera({"render", kScene, "-o", "x.jpg"}).status.code, 2);
+  EXPECT_EQ(tessera({"render", kScene, "-o", "/no/such/directory/x.exr"}).status.code, 2);
+  EXPECT_EQ(tessera({"render", kScene}).status.code, 2);
+}
+
+TEST(CommandLine, ABadSceneIsNamed) {
+  EXPECT_EQ(tessera({"render", "no-such-scene.pbrt", "-o", "x.exr"}).status.code, 3);
+  const support::TempDir directory;
+  const std::string scene = (directory.path() / "bad.pbrt").string();
+  std::ofstream{scene} << "WorldBegin\nNoSuchDirective\n";
+  const support::Finished done = tessera({"render", scene, "-o", "x.exr"});
+  EXPECT_EQ(done.status.code, 3);
+  EXPECT_THAT(done.err, HasSubstr("bad.pbrt:2:1"));
+}
+
+TEST(CommandLine, ACoordinatorThatIsNotThereIsNamed) {
+  for (const char* command : {"jobs", "workers"}) {
+    // Nothing listens on port 1: it is reserved.
+    const support::Finished done = tessera({command, "--server", "127.0.0.1:1"});
+    EXPECT_EQ(done.status.code, 4) << command;
+    EXPECT_THAT(done.err, HasSubstr("127.0.0.1:1"));
+  }
+  EXPECT_EQ(tessera({"jobs", "--server", "nonsense"}).status.code, 2);
+}
+
+TEST(CommandLine, AJobThatDoesNotExistIsNamed) {
+  const FarmUnderTest farm;
+  for (const char* command : {"job", "watch", "cancel"}) {
+    const support::Finished done = tessera(farm.on_farm({command, "nobody"}));
+    EXPECT_EQ(done.status.code, 2) << command;
+    EXPECT_THAT(done.err, HasSubstr("nobody"));
+  }
+}
+
+TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
+  const support::TempDir directory;
+  const std::string image = (directory.path() / "image.exr").string();
+  const std::string stats = (directory.path() / "stats.json").string();
+  const support::Finished rendered = tessera(
+      {"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", image, "--stats", stats, "--quiet"});
+  ASSERT_EQ(rendered.status.code, 0) << rendered.err;
+  EXPECT_EQ(rendered.out + rendered.err, "") << "--quiet is silent";
+  EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * 4);
+  EXPECT_EQ(json_number(stats, "spp"), 4);
+  for (const char* name : {"load_seconds", "build_seconds", "render_wall_seconds", "render_cpu_seconds"}) {
+    EXPECT_GE(json_number(stats, name), 0) << name;
+  }
+  EXPECT_GT(json_number(stats, "peak_memory_bytes"), 0);
+
+  const support::Finished compared = tessera({"compare", image, image, "--json"});
+  EXPECT_EQ(compared.status.code, 0) << compared.err;
+  EXPECT_THAT(compared.out, HasSubstr("\"relmse\""));
+  const std::string preview = (directory.path() / "image.png").string();
+  EXPECT_EQ(tessera({"convert", image, preview}).status.code, 0);
+  EXPECT_TRUE(std::filesystem::exists(preview));
+}
+
+TEST(CommandLine, ASceneInTesserasOwnFormGivesTheSameBits) {
+  const support::TempDir directory;
+  const std::string from_pbrt = (directory.path() / "pbrt.exr").string();
+  ASSERT_EQ(tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", from_pbrt, "--quiet"}).status.code, 0);
+  for (const char* form : {"own.textproto", "own.tsb"}) {
+    const std::string own = (directory.path() / form).string();
+    ASSERT_EQ(tessera({"convert", kScene, own, "--quiet"}).status.code, 0) << form;
+    const std::string from_own = (directory.path() / "own.exr").string();
+    ASSERT_EQ(tessera({"render", own, "--resolution", "32x32", "--spp", "4", "-o", from_own, "--quiet"}).status.code, 0);
+    EXPECT_EQ(pixel_sha256(from_own), pixel_sha256(from_pbrt)) << form;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::integration

@@ -1,0 +1,87 @@
+// The farm in everyday use: uploads, late workers, cancelling.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+
+#include "integration/farm_under_test.h"
+
+namespace tessera::integration {
+namespace {
+
+using Arguments = std::vector<std::string>;
+using Clock = std::chrono::steady_clock;
+
+TEST(Farm, ASecondSubmitUploadsNothing) {
+  FarmUnderTest farm;
+  farm.add_worker(2);
+  const auto uploaded = [&](const char* spp) {
+    const std::filesystem::path stats = farm.directory() / "stats.json";
+    const support::Finished done = tessera(farm.on_farm(
+        {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp, "--quiet", "-o",
+         (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
+    EXPECT_EQ(done.status.code, 0) << done.err;
+    EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * std::stod(spp));
+    return json_number(stats, "uploaded_bytes");
+  };
+  EXPECT_GT(uploaded("4"), 0);
+  EXPECT_EQ(uploaded("8"), 0);
+}
+
+TEST(Farm, AWorkerThatComesLateTakesPart) {
+  FarmUnderTest farm;
+  const std::string job_id = farm.submit_detached(
+      {"scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "256", "--tile", "16"});
+  farm.add_worker(1);
+  farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_done() > 0; });
+  farm.add_worker(1);
+  const v1::JobStatus end = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+  EXPECT_EQ(end.state(), v1::DONE) << end.error();
+  const auto workers = farm.client().workers({});
+  ASSERT_TRUE(workers.ok()) << workers.status();
+  ASSERT_EQ(workers->size(), 2U);
+  for (const v1::WorkerStatus& worker : *workers) EXPECT_GT(worker.units_done(), 0U) << worker.name();
+}
+
+TEST(Farm, CancellingStopsTheWorkers) {
+  FarmUnderTest farm;
+  support::Process& worker = farm.add_worker(2);
+  // Hours of work in units of minutes: they must be stopped in their midst.
+  const std::string job_id = farm.submit_detached(
+      {"scenes/cornell-box/scene.pbrt", "--resolution", "2048x2048", "--spp", "65536", "--tile", "1024"});
+  farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_leased() >= 2; });
+  ASSERT_TRUE(worker.wait_for_err("loaded in", kPatience)) << worker.err();
+
+  const Clock::time_point start = Clock::now();
+  const support::Finished cancelled = tessera(farm.on_farm({"cancel", job_id}));
+  EXPECT_EQ(cancelled.status.code, 0) << cancelled.err;
+  ASSERT_TRUE(worker.wait_for_err("leases revoked", kPatience)) << worker.err();
+  // The news comes with the next heartbeat, every 2 s at most; the rest is for starting a program on a busy machine.
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds{4});
+
+  // A worker that had not stopped could not render this.
+  const support::Finished next = tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "16x16",
+                                                       "--spp", "1", "--quiet", "-o",
+                                                       (farm.directory() / "next.exr").string()}));
+  EXPECT_EQ(next.status.code, 0) << next.err;
+  EXPECT_EQ(tessera(farm.on_farm({"watch", job_id})).status.code, 5) << "the exit code of a job that was cancelled";
+}
+
+TEST(Farm, ASceneThatCannotBeBuiltFailsTheJob) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  const std::filesystem::path scene = farm.directory() / "bad.textproto";
+  {
+    std::ofstream out{scene};
+    out << "camera { perspective { fov_degrees: 40 } }\n"
+           "film { width: 8 height: 8 }\n"
+           "shapes { name: 'lamp' material: 'missing' sphere { radius: 1 } }\n";
+  }
+  const support::Finished done = tessera(
+      farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
+  EXPECT_EQ(done.status.code, 5);
+  EXPECT_NE(done.err.find("missing"), std::string::npos) << done.err;
+}
+
+}  // namespace
+}  // namespace tessera::integration

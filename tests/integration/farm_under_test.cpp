@@ -1,0 +1,129 @@
+#include "integration/farm_under_test.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "image/exr.h"
+#include "wire/channel.h"
+#include "wire/digest.h"
+
+namespace tessera::integration {
+namespace {
+
+std::string program(const char* name) { return std::string{TESSERA_BIN_DIR} + "/" + name; }
+
+}  // namespace
+
+std::string tessera_program() { return program("tessera"); }
+std::string server_program() { return program("tessera-server"); }
+std::string worker_program() { return program("tessera-worker"); }
+
+support::Finished tessera(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), tessera_program());
+  return support::run_program(std::move(arguments), kPatience);
+}
+
+std::string pixel_sha256(const std::filesystem::path& exr) {
+  absl::StatusOr<client::Image> image = client::read_exr(exr.string());
+  if (!image.ok()) {
+    ADD_FAILURE() << image.status();
+    return "";
+  }
+  std::sort(image->channels.begin(), image->channels.end(),
+            [](const client::Channel& a, const client::Channel& b) { return a.name < b.name; });
+  wire::Sha256 sha;
+  for (const client::Channel& channel : image->channels) {
+    sha.update(channel.name);
+    sha.update({reinterpret_cast<const char*>(channel.values.data()), channel.values.size() * sizeof(float)});
+  }
+  return sha.finish_hex();
+}
+
+double json_number(const std::filesystem::path& file, const std::string& name) {
+  std::ifstream in{file};
+  return nlohmann::json::parse(in).at(name).get<double>();
+}
+
+FarmUnderTest::FarmUnderTest() {
+  start_coordinator("127.0.0.1:0");
+  auto channel = wire::make_channel(address_);
+  if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
+  client_ = std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
+}
+
+void FarmUnderTest::start_coordinator(const std::string& listen) {
+  coordinator_ = std::make_unique<support::Process>(std::vector<std::string>{
+      server_program(), "--listen", listen, "--data", (directory() / "coordinator").string()});
+  const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
+  if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + coordinator_->err()};
+  address_ = *address;
+}
+
+support::Process& FarmUnderTest::add_worker(int threads) {
+  const std::string cache = (directory() / ("cache" + std::to_string(workers_.size()))).string();
+  workers_.push_back(std::make_unique<support::Process>(
+      std::vector<std::string>{worker_program(), "--server", address_, "--threads", std::to_string(threads), "--cache",
+                               cache, "--name", "worker" + std::to_string(workers_.size()), "--log-level", "debug"}));
+  return *workers_.back();
+}
+
+void FarmUnderTest::kill_and_restart_coordinator() {
+  coordinator_->kill();
+  if (!coordinator_->wait(kPatience)) throw std::runtime_error{"the coordinator does not die"};
+  start_coordinator(address_);
+}
+
+std::vector<std::string> FarmUnderTest::on_farm(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.end(), {"--server", address_});
+  return arguments;
+}
+
+std::string FarmUnderTest::submit_detached(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "submit");
+  arguments.insert(arguments.end(), {"--detach", "--quiet"});
+  const support::Finished done = tessera(on_farm(std::move(arguments)));
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  const std::string prefix = "job ";
+  if (done.out.rfind(prefix, 0) != 0) {
+    ADD_FAILURE() << "no job id in: " << done.out;
+    return "";
+  }
+  return done.out.substr(prefix.size(), done.out.find('\n') - prefix.size());
+}
+
+std::string FarmUnderTest::fetch_hash(const std::string& job_id) {
+  const std::filesystem::path image = directory() / (job_id + ".exr");
+  const support::Finished done = tessera(on_farm({"fetch", job_id, "-o", image.string(), "--quiet"}));
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  return done.status.code == 0 ? pixel_sha256(image) : "";
+}
+
+v1::JobStatus FarmUnderTest::watch_until(const std::string& job_id,
+                                         const std::function<bool(const v1::JobStatus&)>& enough,
+                                         std::set<std::uint32_t>* acknowledged) {
+  std::stop_source stop;
+  v1::JobStatus reached;
+  client::FarmClient::WatchHandlers handlers;
+  if (acknowledged != nullptr) {
+    handlers.result = [&](const v1::UnitResult& result) {
+      acknowledged->insert(result.unit().index());
+      return absl::OkStatus();
+    };
+  }
+  handlers.status = [&](const v1::JobStatus& status) {
+    if (stop.stop_requested()) return;
+    reached = status;
+    if (enough(status)) stop.request_stop();
+  };
+  const absl::StatusOr<v1::JobStatus> status = client_->watch(job_id, handlers, stop.get_token());
+  if (status.ok()) return *status;
+  EXPECT_TRUE(absl::IsCancelled(status.status())) << status.status();
+  return reached;
+}
+
+}  // namespace tessera::integration

@@ -1,0 +1,98 @@
+#include "agent/scene_store.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <latch>
+#include <thread>
+
+namespace tessera::agent {
+namespace {
+
+v1::JobSpec spec(const std::string& digest, std::uint32_t width = 8) {
+  v1::JobSpec spec;
+  spec.mutable_scene()->set_digest(digest);
+  spec.set_width(width);
+  return spec;
+}
+
+TEST(SceneStore, LoadsOnceForAllWhoWait) {
+  std::atomic<int> loads{0};
+  std::latch all_asked{5};
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     ++loads;
+                     all_asked.wait();
+                     return LoadedScene{};
+                   },
+                   2};
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      all_asked.count_down();
+      EXPECT_TRUE(store.get(spec("a"), {}).ok());
+    });
+  }
+  all_asked.count_down();
+  threads.clear();
+  EXPECT_EQ(loads, 1);
+}
+
+TEST(SceneStore, KeepsTheScenesUsedLast) {
+  int loads = 0;
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     ++loads;
+                     return LoadedScene{};
+                   },
+                   2};
+  for (const char* digest : {"a", "b", "a", "c"}) ASSERT_TRUE(store.get(spec(digest), {}).ok());
+  EXPECT_EQ(loads, 3);
+  EXPECT_EQ(store.digests(), (std::vector<std::string>{"c", "a"}));
+}
+
+TEST(SceneStore, HowTheWorkIsCutMakesNoOtherScene) {
+  int loads = 0;
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     ++loads;
+                     return LoadedScene{};
+                   },
+                   4};
+  v1::JobSpec first = spec("a");
+  first.set_tile_size(8);
+  v1::JobSpec second = spec("a");
+  second.set_tile_size(64);
+  ASSERT_TRUE(store.get(first, {}).ok());
+  ASSERT_TRUE(store.get(second, {}).ok());
+  EXPECT_EQ(loads, 1);
+  ASSERT_TRUE(store.get(spec("a", 16), {}).ok());
+  EXPECT_EQ(loads, 2);
+}
+
+TEST(SceneStore, AFailedLoadIsTriedAgain) {
+  int loads = 0;
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     if (++loads == 1) return absl::UnavailableError("no");
+                     return LoadedScene{};
+                   },
+                   2};
+  EXPECT_FALSE(store.get(spec("a"), {}).ok());
+  EXPECT_TRUE(store.get(spec("a"), {}).ok());
+}
+
+TEST(SceneStore, ALoadThatNobodyWantsAnyMoreIsStopped) {
+  std::latch loading{1};
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token stop) -> absl::StatusOr<LoadedScene> {
+                     loading.count_down();
+                     while (!stop.stop_requested()) std::this_thread::yield();
+                     return absl::CancelledError("stopped");
+                   },
+                   2};
+  std::stop_source first, second;
+  std::jthread a{[&] { EXPECT_FALSE(store.get(spec("a"), first.get_token()).ok()); }};
+  loading.wait();
+  std::jthread b{[&] { EXPECT_FALSE(store.get(spec("a"), second.get_token()).ok()); }};
+  first.request_stop();
+  second.request_stop();
+}
+
+}  // namespace
+}  // namespace tessera::agent
