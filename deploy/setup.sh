@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# Installs what Tessera is built from, on Debian 12 or 13 and Ubuntu 24.04 or later. Does nothing, and asks for no rights,
+# when everything is there already.
+#
+#   deploy/setup.sh           install what is missing
+#   deploy/setup.sh --check   only print what is missing; exit status 1 when something is
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+# THE list of packages; deploy/cmake/TesseraDependencies.cmake finds them. The names are the same on all three systems;
+# libembree-dev is Embree 3.13 on Debian 12 and Embree 4 on the others.
+packages=(
+  # tools
+  g++ cmake ninja-build ccache pkg-config protobuf-compiler protobuf-compiler-grpc
+  # RPC, errors, logs, command line
+  libprotobuf-dev libgrpc++-dev libabsl-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
+  # journal, digests, compression
+  libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
+  # renderer and images
+  libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev
+  # tests
+  libgtest-dev libgmock-dev libbenchmark-dev
+)
+
+missing_packages() {
+  local package
+  for package in "${packages[@]}"; do
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || echo "$package"
+  done
+}
+
+check_only=
+case "${1:-}" in
+  '') ;;
+  --check) check_only=1 ;;
+  -h | --help)
+    usage
+    exit 0
+    ;;
+  *)
+    usage >&2
+    exit 2
+    ;;
+esac
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  cat >&2 <<EOF
+setup.sh: this system has no apt-get. Tessera is built on Debian 12 or 13 and Ubuntu 24.04 or later. Elsewhere, install what
+these Debian packages hold (CMake 3.22, a C++20 compiler, Embree 3.13 or 4, OpenEXR 3, ...), then run
+"cmake --preset release && cmake --build --preset release":
+  ${packages[*]}
+EOF
+  exit 1
+fi
+
+mapfile -t missing < <(missing_packages)
+[ ${#missing[@]} -gt 0 ] || exit 0
+if [ -n "$check_only" ]; then
+  printf '%s\n' "${missing[@]}"
+  exit 1
+fi
+
+say "installing ${missing[*]}"
+as_root apt-get update -qq
+for package in "${missing[@]}"; do
+  [ -n "$(apt-cache search --names-only "^${package//+/\\+}\$")" ] ||
+    die "there is no package $package here; Debian 12 or 13, or Ubuntu 24.04 or later (with universe) is needed"
+done
+as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+  -o DPkg::Lock::Timeout=120 "${missing[@]}" >/dev/null

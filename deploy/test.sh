@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Installs and builds what is missing, then runs the tests. What is not an option of this script goes to ctest.
+#
+#   deploy/test.sh                     all tests but those with the label `long`
+#   deploy/test.sh --long              those too
+#   deploy/test.sh --preset asan       another build: debug, asan, tsan
+#   deploy/test.sh -R scheduler        only tests whose name matches
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+preset=release
+labels=(-LE '^long$')
+arguments=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --long) labels=() ;;
+    --preset)
+      preset=${2:?--preset needs a name}
+      shift
+      ;;
+    -h | --help)
+      usage
+      exit 0
+      ;;
+    *) arguments+=("$1") ;;
+  esac
+  shift
+done
+
+"$top/deploy/setup.sh"
+build "$preset"
+say "testing build/$preset"
+cd "$top/build/$preset"
+ctest --output-on-failure --no-tests=error -j "$(nproc)" "${labels[@]}" "${arguments[@]}"
