@@ -23,6 +23,8 @@ namespace {
 // and only images of one colour more.
 constexpr std::uint64_t kFreeBytes = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMaxExpansion = 2000;
+// Decoding happens on the calling thread: handing small images to other threads costs more than it saves.
+constexpr int kNoThreads = 0;
 
 absl::Status broken(const std::string& path, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat(path, ": ", what));
@@ -87,7 +89,7 @@ bool is_subsampled(const Imf::ChannelList& channels) {
 
 // Luminance/chroma files: OpenEXR's own conversion to RGBA.
 void read_subsampled(const std::string& path, Image& image) {
-  Imf::RgbaInputFile input(path.c_str());
+  Imf::RgbaInputFile input(path.c_str(), kNoThreads);
   const Imath::Box2i box = input.dataWindow();
   Imf::Array2D<Imf::Rgba> pixels(image.data.height(), image.data.width());
   const std::ptrdiff_t origin = box.min.x + std::ptrdiff_t{box.min.y} * image.data.width();
@@ -117,7 +119,7 @@ void read_planes(Imf::MultiPartInputFile& file, Image& image) {
 }
 
 absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels) {
-  Imf::MultiPartInputFile file(path.c_str());
+  Imf::MultiPartInputFile file(path.c_str(), kNoThreads);
   const Imf::Header& header = file.header(0);
   if (absl::Status status = check_header(header, max_pixels, path); !status.ok()) return status;
   Image image;

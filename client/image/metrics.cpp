@@ -200,8 +200,8 @@ std::string to_text(const Comparison& c, const CompareOptions& options) {
     absl::StrAppendFormat(&text, "%s  reference mean %.6g  test mean %.6g  bias %+.4f %%  t %+.2f  p %.3g\n", kNames[i],
                           b.mean_reference, b.mean_test, b.bias_percent, b.t, b.p);
   }
-  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.block,
-                        options.block, c.blocks, c.blocks_rejected, c.block_tests);
+  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.block, options.block,
+                        c.blocks, c.blocks_rejected, c.block_tests);
   return text;
 }
 
