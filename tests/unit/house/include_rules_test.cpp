@@ -1,0 +1,128 @@
+// Who may include whom: the plan of the house (docs/architecture.md), held against every #include of the sources.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Rooms = std::set<std::string>;
+
+/// A folder, and the rooms that its files may include from (besides the standard library and packages).
+const std::map<std::string, Rooms>& rules() {
+  static const std::map<std::string, Rooms> rules = {
+      {"proto/wire", {"wire", "tessera/v1"}},
+      {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
+      {"server/store", {"store", "wire", "tessera/v1"}},
+      {"server/service", {"service", "scheduler", "store", "wire", "tessera/v1"}},
+      {"worker/agent", {"agent", "render", "render/build", "wire", "tessera/v1"}},
+      {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
+      {"client/image", {"image", "wire"}},
+      {"client/import", {"import", "wire", "tessera/v1"}},
+      {"client/command", {"command", "farm", "image", "import", "local", "wire", "tessera/v1"}},
+      {"client/local", {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
+      {"worker/render/core", {"render/core"}},
+      {"worker/render/sampling", {"render/sampling", "render/core"}},
+      {"worker/render/color", {"render/color", "render/core"}},
+      {"worker/render/shape", {"render/shape", "render/core"}},
+      {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
+      {"worker/render/accel",
+       {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
+      {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/film", {"render/film", "render/core", "wire"}},
+      {"worker/render/light", {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/integrator",
+       {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
+        "render/film", "render/light", "render/sampling", "render/shape"}},
+      {"worker/render/build",
+       {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
+        "render/film", "render/integrator", "render/light", "render/sampling", "render/shape", "wire", "tessera/v1"}},
+  };
+  return rules;
+}
+
+/// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in image.
+std::string room_of(const std::string& include) {
+  static const Rooms tops = {"wire",  "scheduler", "store", "service", "agent", "farm",
+                             "image", "import",    "command", "local", "render", "tessera"};
+  const auto first = include.find('/');
+  const std::string top = include.substr(0, first);
+  if (first == std::string::npos || !tops.contains(top)) return "";  // a package
+  const auto second = include.find('/', first + 1);
+  const bool deep = top == "render" || top == "tessera";
+  return deep && second != std::string::npos ? include.substr(0, second) : top;
+}
+
+std::vector<std::string> includes_of(const fs::path& file) {
+  static const std::regex pattern("^\\s*#\\s*include\\s*[<\"]([^>\"]+)[>\"]");
+  std::vector<std::string> result;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    std::smatch match;
+    if (std::regex_search(line, match, pattern)) result.push_back(match[1]);
+  }
+  return result;
+}
+
+template <class F>
+void for_each_source(const fs::path& folder, F&& f) {
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const auto extension = entry.path().extension();
+    if (extension == ".h" || extension == ".cpp") f(entry.path());
+  }
+}
+
+TEST(IncludeRules, EveryFolderKeepsToItsNeighbours) {
+  std::size_t seen = 0;
+  for (const auto& [folder, allowed] : rules()) {
+    ASSERT_TRUE(fs::is_directory(folder)) << folder << ": the rules name a folder that is not there";
+    for_each_source(folder, [&, &permitted = allowed, &where = folder](const fs::path& file) {
+      for (const std::string& include : includes_of(file)) {
+        const std::string room = room_of(include);
+        ++seen;
+        EXPECT_TRUE(room.empty() || permitted.contains(room))
+            << file << " includes " << include << ", but " << where << " may not look into " << room;
+      }
+    });
+  }
+  EXPECT_GT(seen, 500u);  // the test reads what it believes it reads
+}
+
+TEST(IncludeRules, EveryFolderOfSourcesHasARule) {
+  for (const char* top : {"proto", "server", "worker", "client"}) {
+    for_each_source(top, [](const fs::path& file) {
+      const std::string folder = file.parent_path().string();
+      bool covered = file.filename() == "main.cpp" || file.filename() == "renderer.h";
+      for (const auto& [prefix, rooms] : rules()) covered = covered || folder.rfind(prefix, 0) == 0;
+      EXPECT_TRUE(covered) << file << ": no rule says what its folder may include";
+    });
+  }
+}
+
+TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
+  for_each_source("worker/render", [](const fs::path& file) {
+    const bool build = file.string().find("render/build/") != std::string::npos;
+    for (const std::string& include : includes_of(file)) {
+      EXPECT_NE(include.rfind("grpc", 0), 0u) << file << " includes " << include;
+      EXPECT_TRUE(build || include.find(".pb.h") == std::string::npos) << file << " includes " << include;
+    }
+  });
+}
+
+TEST(IncludeRules, TheSchedulerHasNoClockThreadsOrSockets) {
+  static const Rooms forbidden = {"thread", "mutex", "condition_variable", "atomic", "sys/socket.h", "fstream"};
+  for_each_source("server/scheduler", [](const fs::path& file) {
+    for (const std::string& include : includes_of(file)) {
+      EXPECT_FALSE(forbidden.contains(include) || include.rfind("grpc", 0) == 0) << file << " includes " << include;
+    }
+  });
+}
+
+}  // namespace

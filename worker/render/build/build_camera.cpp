@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/build/scene_builder.h"
+
+namespace tessera::render {
+
+absl::Status SceneBuilder::build_settings() {
+  const v1::RenderSettings& settings = job_.settings();
+  if (settings.integrator() != "path") {
+    return absl::InvalidArgumentError(
+        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there is: path"));
+  }
+  if (settings.sampler() == "sobol") {
+    tables_.sampler.kind = SamplerKind::kSobol;
+  } else if (settings.sampler() == "independent") {
+    tables_.sampler.kind = SamplerKind::kIndependent;
+  } else {
+    return absl::InvalidArgumentError(
+        absl::StrCat("sampler '", settings.sampler(), "' does not exist; there are: sobol, independent"));
+  }
+  tables_.sampler.seed = settings.seed();
+  tables_.max_depth = static_cast<std::int32_t>(std::min(settings.max_depth(), 1u << 20));
+  for (const std::string& aov : job_.aovs()) {
+    if (aov == "albedo") tables_.aovs.albedo = true;
+    if (aov == "normal") tables_.aovs.normal = true;
+    if (aov == "depth") tables_.aovs.depth = true;
+  }
+  tables_.exposure = scene_.film().has_exposure() ? scene_.film().exposure() : 1.0f;
+  if (!std::isfinite(tables_.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::build_camera() {
+  const v1::Camera& camera = scene_.camera();
+  if (!camera.has_perspective()) return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
+  auto world_from_camera = Transform::from_proto(camera.world_from_camera());
+  if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
+  if (world_from_camera->determinant() == 0) return absl::InvalidArgumentError("camera: its transform is singular");
+
+  // Render space: as the world, but with the camera at its origin.
+  camera_origin_ = world_from_camera->apply({0, 0, 0});
+  render_from_world_ = Transform::translation({-camera_origin_.x, -camera_origin_.y, -camera_origin_.z});
+  CameraRecord& record = tables_.camera;
+  record.render_from_camera = (render_from_world_ * *world_from_camera).to_affine();
+
+  const v1::PerspectiveCamera& perspective = camera.perspective();
+  const double fov = perspective.fov_degrees();
+  if (!(fov > 0 && fov < 180)) {
+    return absl::InvalidArgumentError(absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+  }
+  const double width = job_.width(), height = job_.height();
+  double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
+  if (camera.screen_window_size() == 4) {
+    x_min = camera.screen_window(0), x_max = camera.screen_window(1);
+    y_min = camera.screen_window(2), y_max = camera.screen_window(3);
+  } else if (camera.screen_window_size() == 0) {
+    const double aspect = width / height;
+    if (aspect > 1) {
+      x_min = -aspect, x_max = aspect;
+    } else {
+      y_min = -1 / aspect, y_max = 1 / aspect;
+    }
+  } else {
+    return absl::InvalidArgumentError("camera: a screen window has four numbers");
+  }
+  const double tangent = std::tan(fov * 3.14159265358979323846 / 360);
+  record.scale_x = static_cast<float>((x_max - x_min) / width * tangent);
+  record.scale_y = static_cast<float>((y_min - y_max) / height * tangent);
+  record.offset_x = static_cast<float>(x_min * tangent);
+  record.offset_y = static_cast<float>(y_max * tangent);
+  if (!std::isfinite(record.scale_x + record.scale_y + record.offset_x + record.offset_y)) {
+    return absl::InvalidArgumentError("camera: its screen window is not finite");
+  }
+  record.lens_radius = perspective.lens_radius();
+  record.focal_distance = perspective.focal_distance();
+  if (!(record.lens_radius >= 0) || !std::isfinite(record.lens_radius) ||
+      (record.lens_radius > 0 && !(record.focal_distance > 0 && std::isfinite(record.focal_distance)))) {
+    return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::build_filter() {
+  const v1::PixelFilter& filter = scene_.film().filter();
+  FilterSpec spec;
+  float usual_radius = 0.5f;
+  switch (filter.kind()) {
+    case v1::PixelFilter::TRIANGLE: spec.kind = FilterKind::kTriangle, usual_radius = 2; break;
+    case v1::PixelFilter::GAUSSIAN: spec.kind = FilterKind::kGaussian, usual_radius = 1.5f; break;
+    case v1::PixelFilter::MITCHELL: spec.kind = FilterKind::kMitchell, usual_radius = 2; break;
+    case v1::PixelFilter::LANCZOS: spec.kind = FilterKind::kLanczos, usual_radius = 4; break;
+    default: break;
+  }
+  const auto positive_or = [](float x, float otherwise) { return x > 0 && std::isfinite(x) ? x : otherwise; };
+  spec.radius_x = positive_or(filter.radius_x(), usual_radius);
+  spec.radius_y = positive_or(filter.radius_y(), usual_radius);
+  spec.sigma = positive_or(filter.sigma(), spec.sigma);
+  spec.tau = positive_or(filter.tau(), spec.tau);
+  if (filter.b() != 0 || filter.c() != 0) spec.b = filter.b(), spec.c = filter.c();
+  if (!std::isfinite(spec.b) || !std::isfinite(spec.c) || std::max(spec.radius_x, spec.radius_y) > 1000) {
+    return absl::InvalidArgumentError("film: the pixel filter's parameters are not usable");
+  }
+  tables_.filter = PixelFilterRecord::build(spec);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

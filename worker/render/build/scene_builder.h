@@ -1,0 +1,106 @@
+// The steps of load_scene(). Each reads one part of the Scene message and fills the tables; together they name every
+// concrete class of the renderer.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "render/build/load_scene.h"
+#include "render/build/transform.h"
+#include "render/color/cie.h"
+#include "render/integrator/scene_tables.h"
+#include "tessera/v1/job.pb.h"
+#include "tessera/v1/scene.pb.h"
+#include "wire/mesh_blob.h"
+
+namespace tessera::render {
+
+class SceneBuilder {
+ public:
+  SceneBuilder(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, int threads,
+               SceneTables& tables, std::vector<std::string>& warnings)
+      : scene_(scene), job_(job), blobs_(blobs), threads_(threads), tables_(tables), warnings_(warnings) {}
+
+  /// Everything but the acceleration structure and what needs its bounds.
+  absl::Status build_tables();
+  /// Lights that depend on the scene's size, and the distribution over all lights.
+  absl::Status build_light_selection(float scene_radius);
+
+ private:
+  // build_camera.cpp
+  absl::Status build_settings();
+  absl::Status build_camera();
+  absl::Status build_filter();
+
+  // build_textures.cpp
+  absl::Status load_images();
+  absl::Status build_textures();
+  absl::StatusOr<int> texture_node(const std::string& name);
+  absl::StatusOr<int> texture_input(const v1::SpectrumValue& value, const Rgb& otherwise);
+  absl::StatusOr<TextureNode> make_node(const v1::Texture& texture);
+  absl::StatusOr<TextureNode> image_node(const v1::ImageTexture& image);
+  absl::StatusOr<int> normal_map_node(const v1::ImageTexture& image);
+  std::shared_ptr<const TextureImage>& image_slot(const v1::ImageTexture& image);
+
+  // build_materials.cpp
+  absl::Status build_materials();
+  absl::Status build_material(const v1::Material& material, MaterialRecord& record);
+  absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record, int slot);
+  absl::Status set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record, int slot);
+  absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record);
+  absl::Status set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record);
+  absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name, MaterialRecord& record);
+  absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialRecord& record);
+  absl::Status check_mixes() const;
+  absl::StatusOr<int> material_index(const std::string& name) const;
+
+  // build_shapes.cpp
+  absl::Status build_shapes();
+  absl::Status build_shape(const v1::Shape& shape, const Transform& placed_from_world, bool instanced,
+                           const std::string& where);
+  absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
+  absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
+  absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
+  absl::Status build_instances();
+
+  // build_lights.cpp
+  absl::Status build_lights();
+  absl::Status add_light(const v1::Light& light, float scale);
+  absl::Status add_area_lights(const v1::AreaLight& light, std::int32_t shape);
+  absl::Status add_infinite_light(const v1::InfiniteLight& light, float scale);
+
+  const v1::Scene& scene_;
+  const v1::JobSpec& job_;
+  const BlobSource& blobs_;
+  const int threads_;
+  SceneTables& tables_;
+  std::vector<std::string>& warnings_;
+
+  Point camera_origin_;  // world space
+  Transform render_from_world_;
+  std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
+  std::map<std::string, const v1::Texture*> textures_;  // by name
+  std::map<std::string, std::shared_ptr<const TextureImage>> images_;  // by digest and encoding
+  std::map<std::string, int> materials_;                // by name
+  std::map<std::string, int> objects_;                  // by name
+  int default_material_ = 0;
+};
+
+/// "shape 12 (lamp): " before the message of a status that is not OK.
+absl::Status located(const absl::Status& status, const std::string& where);
+
+/// A spectrum as light, and as matter; white means the same as in color/cie.h.
+Rgb emission(const v1::Spectrum& spectrum);
+Rgb reflectance(const v1::Spectrum& spectrum);
+/// InvalidArgument for numbers that are not finite, and for samples that do not ascend or do not pair up.
+absl::Status check_spectrum(const v1::Spectrum& spectrum, const char* what);
+
+/// f(0) .. f(n - 1) on up to `threads` threads; the first error that any returned.
+absl::Status parallel_for(std::size_t n, int threads, const std::function<absl::Status(std::size_t)>& f);
+
+}  // namespace tessera::render
