@@ -24,7 +24,7 @@ struct CoordinatorOptions {
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
   /// What workers are told at registration.
-  std::chrono::milliseconds heartbeat_interval{2000};
+  std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};
 };

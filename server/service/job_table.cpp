@@ -90,7 +90,8 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_name(entry.shape->spec.name());
   status.set_state(view.state);
   status.set_units_total(view.units_total);
-  status.set_units_done(view.units_done);
+  // Only what survives a crash is said to be done, so that the number never falls.
+  status.set_units_done(static_cast<std::uint32_t>(entry.durable_results));
   status.set_units_leased(view.units_leased);
   *status.mutable_stats() = entry.stats;
   status.set_error(view.error);

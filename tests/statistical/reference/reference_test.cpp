@@ -1,0 +1,103 @@
+// Pictures that other renderers made of scenes that other people made. The corpus lies beside the project; without it the
+// tests are skipped by name.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "image/assemble.h"
+#include "image/exr.h"
+#include "image/metrics.h"
+#include "support/scene_file.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr const char* kScenes = "../shared/scenes/";
+
+client::Image render(const std::string& path, std::uint32_t spp) {
+  v1::JobSpec job;
+  job.mutable_settings()->set_spp(spp);
+  const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const auto file = load_scene_file(path, job, render::supported_isas().front(), threads);
+  EXPECT_TRUE(file.ok()) << file.status();
+  if (!file.ok()) return {};
+  const std::uint32_t width = file->job.width(), height = file->job.height(), tile = 64;
+  client::AssemblyOptions options;
+  options.width = width;
+  options.height = height;
+  options.crop = {0, 0, static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)};
+  options.spp = spp;
+  options.channels = *wire::channels_for_aovs({});
+  auto assembler = client::Assembler::create(options);
+  std::mutex mutex;
+  std::atomic<std::uint32_t> next{0};
+  const std::uint32_t columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
+  const auto work = [&] {
+    for (std::uint32_t i; (i = next.fetch_add(1)) < columns * rows;) {
+      const std::uint32_t x = i % columns * tile, y = i / columns * tile;
+      render::RenderStats stats;
+      auto result =
+          file->scene->render_tile({x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp}, {}, stats);
+      const std::lock_guard lock(mutex);
+      EXPECT_EQ(stats.dropped_samples, 0u);
+      EXPECT_TRUE(assembler->add(*std::move(result)).ok());
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    for (int i = 0; i < threads; ++i) workers.emplace_back(work);
+  }
+  return std::move(*assembler).finish()->image;
+}
+
+client::Image crop(const client::Image& image, client::Window window) {
+  client::Image result;
+  result.data = result.display = window;
+  for (const client::Channel& channel : image.channels) {
+    client::Channel& to = result.add(channel.name);
+    to.values.clear();
+    for (std::int32_t y = window.y0; y < window.y1; ++y) {
+      const auto row = channel.values.begin() + std::ptrdiff_t{y} * image.data.width();
+      to.values.insert(to.values.end(), row + window.x0, row + window.x1);
+    }
+  }
+  return result;
+}
+
+bool have(const std::string& file) { return std::filesystem::exists(std::string(kScenes) + file); }
+
+TEST(Reference, CornellBoxAgreesWithTungstenAndMitsuba) {
+  if (!have("pbrt/cornell-box/reference.exr")) GTEST_SKIP() << "no ../shared/scenes";
+  const client::Image ours = render(std::string(kScenes) + "pbrt/cornell-box/scene.pbrt", 32);
+  for (const char* file : {"pbrt/cornell-box/reference.exr", "mitsuba/cornell-box/reference-mitsuba.exr"}) {
+    const auto reference = client::read_exr(std::string(kScenes) + file);
+    ASSERT_TRUE(reference.ok()) << reference.status();
+    const auto comparison = client::compare_images(*reference, ours);
+    ASSERT_TRUE(comparison.ok()) << comparison.status();
+    // At 32 samples the standard error of a channel's mean is about 0.02 %.
+    for (const auto& channel : comparison->channels) EXPECT_LT(std::abs(channel.bias_percent), 0.3) << file;
+    EXPECT_EQ(comparison->blocks_rejected, 0u) << file;
+    EXPECT_EQ(comparison->non_finite_pixels, 0u);
+  }
+}
+
+TEST(Reference, VeachMisAgreesOnWallAndFloor) {
+  if (!have("pbrt/veach-mis/reference.exr")) GTEST_SKIP() << "no ../shared/scenes";
+  const client::Image ours = render(std::string(kScenes) + "pbrt/veach-mis/scene.pbrt", 64);
+  const auto reference = client::read_exr(std::string(kScenes) + "pbrt/veach-mis/reference.exr");
+  ASSERT_TRUE(reference.ok()) << reference.status();
+  // Above the plates and below them; the plates themselves are known to differ (another microfacet model).
+  for (const client::Window& window : {client::Window{0, 0, 1280, 240}, client::Window{0, 688, 1280, 720}}) {
+    const auto comparison = client::compare_images(crop(*reference, window), crop(ours, window));
+    ASSERT_TRUE(comparison.ok()) << comparison.status();
+    for (const auto& channel : comparison->channels) EXPECT_LT(std::abs(channel.bias_percent), 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace tessera::test
