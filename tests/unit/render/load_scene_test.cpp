@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(
         // 1e-3: quadrature of the coat's internal reflectance, magnified by the white base.
         FurnaceCase{"smooth_coat", "coated_diffuse { reflectance { constant { constant: 1 } } eta { constant: 1.5 } }", 1,
                     3e-3}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
   // A floor seen from above: a disk of radius 1 at distance h, coaxial, gives the point under its centre the irradiance

@@ -144,10 +144,15 @@ void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
   const Spectrum contribution = v.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
   const Mask shines = and_not(reachable, is_black(contribution));
 
+  // From the offset origin to the point just before the light: the offset of a large surface may exceed the light's
+  // own margin, and would then make the light shadow itself.
+  const Vec3 origin = offset_origin(v.surface, light.wi);
+  const Vec3 to_light = v.surface.p + light.wi * light.distance - origin;
+  const Float distance = length(to_light);
   const int at = shadows_.size;
-  shadows_.origin.append(offset_origin(v.surface, light.wi), shines, at);
-  shadows_.direction.append(light.wi, shines, at);
-  compress_store(light.distance, shines, shadows_.distance + at);
+  shadows_.origin.append(origin, shines, at);
+  shadows_.direction.append(to_light * (1.0f / max(distance, 1e-30f)), shines, at);
+  compress_store(distance, shines, shadows_.distance + at);
   shadows_.contribution.append(contribution, shines, at);
   compress_store(v.slot, shines, shadows_.slot + at);
   shadows_.size += count(shines);
