@@ -1,4 +1,4 @@
-// A connection to a coordinator of the same process, without a socket.
+// A connection to a coordinator of the same process, over a pair of sockets without an address.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace tessera::server {
 
 class Coordinator;
 
-/// The coordinator must outlive all calls on the channel.
+/// Calls that begin after the coordinator has shut down fail with Unavailable.
 std::shared_ptr<grpc::Channel> in_process_channel(Coordinator& coordinator);
 
 }  // namespace tessera::server

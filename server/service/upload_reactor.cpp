@@ -27,20 +27,13 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
       if (whole_) verdict_ = absl::OkStatus();
       if (!verdict_.ok() || whole_) writer_.reset();
     }
-    if ((verdict_.ok() && !whole_) || must_drain()) return StartRead(&chunk_);
+    if (verdict_.ok() && !whole_) return StartRead(&chunk_);
     end(verdict_);
   }
 
   void OnDone() override { delete this; }
 
  private:
-  /// The in-process transport leaves a client that still writes waiting for ever when the call ends before: there, the
-  /// rest is read and dropped.
-  bool must_drain() const {
-    const std::string peer = context_->peer();
-    return !peer.starts_with("ipv4:") && !peer.starts_with("ipv6:");
-  }
-
   void end(const absl::Status& status) {
     // Stored parts are found by the next call as soon as the client has the answer.
     writer_.reset();

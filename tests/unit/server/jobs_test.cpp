@@ -1,13 +1,17 @@
 // FarmService.
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <future>
 #include <set>
+#include <thread>
 
 #include "coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 class JobsTest : public CoordinatorTest {
  protected:
@@ -37,6 +41,16 @@ class JobsTest : public CoordinatorTest {
     for (const v1::Lease& lease : leases.leases()) {
       ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
     }
+  }
+
+  /// Whether the only worker made a call after `then`; right when true, and after a while when it did.
+  bool worker_seen_since(Clock::time_point then) {
+    const auto elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - then).count();
+    grpc::ClientContext context;
+    v1::ListWorkersResponse response;
+    EXPECT_TRUE(farm_->ListWorkers(&context, {}, &response).ok());
+    return response.workers_size() == 1 &&
+           static_cast<std::int64_t>(response.workers(0).last_seen_ms_ago()) + 1 < elapsed;
   }
 
   static v1::WatchJobRequest watch_request(const std::string& id, std::uint64_t after = 0) {
@@ -146,22 +160,38 @@ TEST_F(JobsTest, UnsoundJobsAreRefused) {
 
 TEST_F(JobsTest, ShutdownEndsEveryCall) {
   const std::string id = submit(job_spec());
-  auto watched = std::async([&] { watch(watch_request(id), grpc::StatusCode::UNAVAILABLE); });
+  grpc::ClientContext watch_context;
+  const auto watched = farm_->WatchJob(&watch_context, watch_request(id));
+  v1::WatchJobResponse message;
+  ASSERT_TRUE(watched->Read(&message));  // so the call is under way
   v1::LeaseRequest request;
   request.set_worker_id(register_worker("avx512"));
   // Takes the four units, so that the next call waits.
   EXPECT_EQ(lease(request.worker_id(), 4).leases_size(), 4);
   request.set_max_units(1);
   request.mutable_max_wait()->set_seconds(20);
-  auto leased = std::async([&] {
+  const Clock::time_point before = Clock::now();
+  std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  auto leased = std::async(std::launch::async, [&] {
     grpc::ClientContext context;
     v1::LeaseResponse response;
     return work_->Lease(&context, request, &response).error_code();
   });
+  // gRPC ends a call that arrives during the shutdown with Cancelled: this is about calls that came before.
+  while (!worker_seen_since(before)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   coordinator_->request_shutdown();
   EXPECT_TRUE(coordinator_->wait().ok());
   EXPECT_EQ(leased.get(), grpc::StatusCode::UNAVAILABLE);
-  watched.get();
+  while (watched->Read(&message)) continue;
+  EXPECT_EQ(watched->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(JobsTest, CallsAfterTheShutdownFail) {
+  coordinator_->request_shutdown();
+  EXPECT_TRUE(coordinator_->wait().ok());
+  EXPECT_EQ(try_submit("late", {}).error_code(), grpc::StatusCode::UNAVAILABLE);
+  stop();
+  EXPECT_EQ(try_submit("later", {}).error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
 }  // namespace

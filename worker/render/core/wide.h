@@ -427,6 +427,48 @@ TESSERA_INLINE Wide<T> gather_member(const Record* records, T Record::*member, I
   return gather(&(records->*member), index * static_cast<std::int32_t>(sizeof(Record) / 4), active);
 }
 
+/// Four Wides at once.
+struct Float4 {
+  Float c[4];
+};
+
+namespace detail {
+/// The four floats at base + at[k], base + at[k + 4], ... side by side in one native vector.
+template <int kLanes>
+TESSERA_INLINE auto load_blocks(const float* base, const std::int32_t* at) {
+  const hn::CappedTag<float, kLanes> d;
+  if constexpr (kLanes == 4) {
+    return hn::LoadU(d, base + *at);
+  } else {
+    return hn::Combine(d, load_blocks<kLanes / 2>(base, at + kLanes / 2), load_blocks<kLanes / 2>(base, at));
+  }
+}
+}  // namespace detail
+
+/// base[index[i]] .. base[index[i] + 3] for every lane, transposed: one load a lane instead of four. Lanes that are not active
+/// read base[0] .. base[3], which must be there, and give anything.
+TESSERA_INLINE Float4 gather4(const float* base, Int index, Mask active) {
+  alignas(64) std::int32_t at[kWidth];
+  select_or_zero(active, index).store(at);
+  Float4 result;
+  for_each_part([&](auto part) {
+    const std::int32_t* first = at + part() * kPartWidth;
+    const Tag<float> d;
+    const hn::Repartition<std::uint64_t, Tag<float>> d64;
+    // Lane k of each block of four is row k: a 4 x 4 transpose in every block.
+    const auto row = [&](int k) { return detail::load_blocks<kPartWidth>(base, first + k); };
+    const auto a = row(0), b = row(1);
+    const auto e = row(2), f = row(3);
+    const auto ab_low = hn::BitCast(d64, hn::InterleaveLower(d, a, b)), ab_high = hn::BitCast(d64, hn::InterleaveUpper(d, a, b));
+    const auto ef_low = hn::BitCast(d64, hn::InterleaveLower(d, e, f)), ef_high = hn::BitCast(d64, hn::InterleaveUpper(d, e, f));
+    result.c[0].v[part()] = hn::BitCast(d, hn::InterleaveLower(d64, ab_low, ef_low));
+    result.c[1].v[part()] = hn::BitCast(d, hn::InterleaveUpper(d64, ab_low, ef_low));
+    result.c[2].v[part()] = hn::BitCast(d, hn::InterleaveLower(d64, ab_high, ef_high));
+    result.c[3].v[part()] = hn::BitCast(d, hn::InterleaveUpper(d64, ab_high, ef_high));
+  });
+  return result;
+}
+
 /// Writes the active lanes one after the other; returns how many. `p` has room for 16.
 template <class T>
 TESSERA_INLINE int compress_store(Wide<T> a, Mask active, T* p) {

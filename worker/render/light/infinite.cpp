@@ -12,12 +12,20 @@ const Environment& environment_of(const LightTable& table, std::int32_t light) {
   return table.environments[static_cast<std::size_t>(table.lights[static_cast<std::size_t>(light)].environment)];
 }
 
-Spectrum texel(const Environment& e, Int x, Int y, Mask active) {
-  const Int first = (y * e.width + x) * 4;
-  Spectrum result;
-  for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = gather(e.texels.data() + i, first, active);
+struct Texel {
+  Spectrum radiance;
+  Float density;  // of the distribution in this cell
+};
+
+Texel whole_texel(const Environment& e, Int x, Int y, Mask active) {
+  const Float4 rgbd = gather4(e.texels.data(), (y * e.width + x) * 4, active);
+  Texel result;
+  for (int i = 0; i < kSpectrumLanes; ++i) result.radiance.c[i] = select_or_zero(active, rgbd.c[i]);
+  result.density = select_or_zero(active, rgbd.c[3]);
   return result;
 }
+
+Spectrum texel(const Environment& e, Int x, Int y, Mask active) { return whole_texel(e, x, y, active).radiance; }
 
 /// pbrt-v4 reads its octahedral maps without interpolation.
 Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
@@ -54,13 +62,14 @@ MapSample sample_map(const Environment& e, const LightRecord& record, Vec2 u, Ma
   if (e.mapping == EnvironmentMapping::kUniform) {
     return {square_to_sphere(u), uniform_radiance(record, active), Float(kInv4Pi)};
   }
-  const Piecewise2dSample place = sample_piecewise2d(e.distribution, u, active);
+  const Piecewise2dPlace place = locate_piecewise2d(e.distribution, u, active);
+  const Texel cell = whole_texel(e, place.x, place.y, active);
   if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) {
-    return {direction_from_octahedral(place.uv), texel(e, place.x, place.y, active), place.density * kInv4Pi};
+    return {direction_from_octahedral(place.uv), cell.radiance, cell.density * kInv4Pi};
   }
   const Vec3 w = direction_from_latlong(place.uv);
   const Float sin_theta = sin(kPi * place.uv.y);
-  return {w, bilinear(e, place.uv, active), place.density * (kInv2Pi * kInvPi) / max(sin_theta, 1e-12f)};
+  return {w, bilinear(e, place.uv, active), cell.density * (kInv2Pi * kInvPi) / max(sin_theta, 1e-12f)};
 }
 
 Float map_pdf(const Environment& e, Vec3 w, Mask active) {

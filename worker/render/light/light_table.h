@@ -39,7 +39,7 @@ struct Environment {
   Affine light_from_render;  // rotation (scale allowed) of directions
   Affine render_from_light;
   std::int32_t width = 0, height = 0;
-  std::vector<float> texels;  // four floats a texel (R, G, B, 0), rows from the top, scale applied
+  std::vector<float> texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;   // over the unit square of the map, density proportional to luminance x Jacobian
 };
 

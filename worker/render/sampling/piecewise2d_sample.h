@@ -7,9 +7,12 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-struct Piecewise2dSample {
-  Vec2 uv;        // in [0, 1)
-  Int x, y;       // the cell that uv lies in
+struct Piecewise2dPlace {
+  Vec2 uv;   // in [0, 1)
+  Int x, y;  // the cell that uv lies in
+};
+
+struct Piecewise2dSample : Piecewise2dPlace {
   Float density;  // of uv, over the unit square
 };
 
@@ -41,8 +44,8 @@ TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, const std::int32
 
 }  // namespace detail
 
-/// A point of the unit square with the distribution's density; `u` is uniform in [0, 1)^2.
-TESSERA_INLINE Piecewise2dSample sample_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
+/// A point of the unit square, distributed as `p`; `u` is uniform in [0, 1)^2.
+TESSERA_INLINE Piecewise2dPlace locate_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
   const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.marginal_guide.data(), Int(0),
                                                   p.marginal_guides, u.y, active);
   const detail::CdfPlace column =
@@ -50,8 +53,13 @@ TESSERA_INLINE Piecewise2dSample sample_piecewise2d(const Piecewise2d& p, Vec2 u
                          row.cell * p.conditional_guides, p.conditional_guides, u.x, active);
   const Vec2 uv = {(to_float(column.cell) + column.offset) * (1.0f / static_cast<float>(p.width)),
                    (to_float(row.cell) + row.offset) * (1.0f / static_cast<float>(p.height))};
-  const Float density = gather(p.density.data(), row.cell * p.width + column.cell, active);
-  return {{min(uv.x, kOneMinusEpsilon), min(uv.y, kOneMinusEpsilon)}, column.cell, row.cell, density};
+  return {{min(uv.x, kOneMinusEpsilon), min(uv.y, kOneMinusEpsilon)}, column.cell, row.cell};
+}
+
+/// The same with its density there.
+TESSERA_INLINE Piecewise2dSample sample_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
+  const Piecewise2dPlace place = locate_piecewise2d(p, u, active);
+  return {place, gather(p.density.data(), place.y * p.width + place.x, active)};
 }
 
 /// The density at `uv` in [0, 1]^2.

@@ -14,20 +14,24 @@ Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 /// Error along the normal of a point whose coordinates are each off by at most `e`.
 Float along_normal(Vec3 n, Float e) { return e * (abs(n.x) + abs(n.y) + abs(n.z)); }
 
-/// One vertex a lane.
+/// One vertex a lane, read in two halves of four floats.
 class VertexLanes {
  public:
   TESSERA_INLINE VertexLanes(const ShapeTable& table, Int index, Mask active)
-      : base_(table.vertices.data()->position), at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)), active_(active) {}
-  TESSERA_INLINE Vec3 position() const { return {member(0), member(1), member(2)}; }
-  TESSERA_INLINE Vec3 normal() const { return {member(4), member(5), member(6)}; }
-  TESSERA_INLINE Vec2 uv() const { return {member(3), member(7)}; }
+      : base_(table.vertices.data()->position), at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)), active_(active) {
+    position_u_ = gather4(base_, at_, active);
+  }
+  TESSERA_INLINE Vec3 position() const { return {position_u_.c[0], position_u_.c[1], position_u_.c[2]}; }
+  /// Wanted only where there are normals or uvs.
+  TESSERA_INLINE void read_rest() { normal_v_ = gather4(base_ + 4, at_, active_); }
+  TESSERA_INLINE Vec3 normal() const { return {normal_v_.c[0], normal_v_.c[1], normal_v_.c[2]}; }
+  TESSERA_INLINE Vec2 uv() const { return {position_u_.c[3], normal_v_.c[3]}; }
 
  private:
-  TESSERA_INLINE Float member(int i) const { return gather(base_ + i, at_, active_); }
   const float* base_;
   Int at_;
   Mask active_;
+  Float4 position_u_, normal_v_;
 };
 
 /// dp/du and dp/dv of a triangle; an arbitrary frame where its uvs are degenerate.
@@ -51,8 +55,10 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Int i1 = gather(indices + 1, corner, active);
   const Int i2 = gather(indices + 2, corner, active);
 
-  const VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active),
-      v2(table, first_vertex + i2, active);
+  VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active), v2(table, first_vertex + i2, active);
+  if (any(active & ((flags & (kHasNormals | kHasUvs)) != 0))) {
+    for (VertexLanes* v : {&v0, &v1, &v2}) v->read_rest();
+  }
   const Vec3 p0 = v0.position(), p1 = v1.position(), p2 = v2.position();
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
   const Float b1 = hit.u, b2 = hit.v, b0 = 1.0f - b1 - b2;
