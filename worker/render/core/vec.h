@@ -39,10 +39,6 @@ TESSERA_INLINE Vec3 face_forward(Vec3 v, Vec3 reference) {
   const Mask flip = dot(v, reference) < 0.0f;
   return select(flip, -v, v);
 }
-TESSERA_INLINE Vec3 gather3(const float* base, Int index, Mask active) {
-  const Int i = index * 3;
-  return {gather(base, i, active), gather(base + 1, i, active), gather(base + 2, i, active)};
-}
 
 /// An orthonormal basis; z is the normal.
 struct Frame {
