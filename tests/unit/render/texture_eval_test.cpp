@@ -113,7 +113,7 @@ void expect_agreement(const TextureNode& node) {
   for (int i = 0; i < 200; ++i) {
     const Vec2 uv = random_uv(random);
     const Mask active = Mask::from_bits(static_cast<std::uint32_t>(random() | 1) & 0xffff);
-    const Spectrum actual = eval_texture(table, 1, uv, active);
+    const Spectrum actual = eval_texture(table, 1, TexturePoint::at(uv), active);
     for (int l = 0; l < kWidth; ++l) {
       const Colour expected = active.bits() >> l & 1 ? image_reference(node, uv.x.lane(l), uv.y.lane(l)) : Colour{};
       for (int c = 0; c < 3; ++c) {
@@ -162,7 +162,7 @@ TEST(ImageTexture, NearestReadsTheTexelUnderThePoint) {
     table.nodes = {node};
     for (int y = -12; y < 12; ++y) {
       const Vec2 uv = {(to_float(Int::iota(-8)) + 0.5f) * (1.0f / 8), Float((static_cast<float>(y) + 0.5f) / 4)};
-      const Spectrum actual = eval_texture(table, 0, uv, Mask::all());
+      const Spectrum actual = eval_texture(table, 0, TexturePoint::at(uv), Mask::all());
       for (int l = 0; l < kWidth; ++l) {
         EXPECT_FLOAT_EQ(actual.c[0].lane(l),
                         static_cast<float>(image_reference(node, uv.x.lane(l), uv.y.lane(l)).c[0]));
@@ -178,7 +178,7 @@ TEST(ImageTexture, HasItsOriginAtTheLowerLeft) {
   TextureTable table;
   table.nodes = {image_node(image)};
   const auto at = [&](float u, float v) {
-    return eval_texture_scalar(table, 0, {Float(u), Float(v)}, Mask::all()).lane(0);
+    return eval_texture_scalar(table, 0, TexturePoint::at({Float(u), Float(v)}), Mask::all()).lane(0);
   };
   EXPECT_EQ(at(0.25f, 0.25f), 3);  // the file's last row, first texel
   EXPECT_EQ(at(0.75f, 0.25f), 4);
@@ -205,7 +205,7 @@ TEST(ImageTexture, StaysFiniteForAnyCoordinate) {
   for (const float x : {nan, inf, -inf, 3e38f, -3e38f, 1e10f, 16777217.0f, -1e-45f, 0x1.fffffep-1f}) {
     for (const float y : {0.5f, nan, -inf, 1e20f}) {
       for (int node = 0; node < static_cast<int>(table.nodes.size()); ++node) {
-        const Spectrum s = eval_texture(table, node, {Float(x), Float(y)}, Mask::all());
+        const Spectrum s = eval_texture(table, node, TexturePoint::at({Float(x), Float(y)}), Mask::all());
         for (int c = 0; c < 3; ++c) {
           EXPECT_TRUE(s.c[c].lane(0) >= 0 && s.c[c].lane(0) <= 1) << x << " " << y << " node " << node;
         }
@@ -234,7 +234,7 @@ TEST(TextureTree, CheckerboardAlternates) {
   std::mt19937 random(1);
   for (int i = 0; i < 50; ++i) {
     const Vec2 uv = random_uv(random);
-    const Spectrum s = eval_texture(table, 2, uv, Mask::first(12));
+    const Spectrum s = eval_texture(table, 2, TexturePoint::at(uv), Mask::first(12));
     for (int l = 0; l < kWidth; ++l) {
       const auto cell = static_cast<int>(std::floor(2 * uv.x.lane(l)) + std::floor(uv.y.lane(l) - 0.5f));
       EXPECT_EQ(s.c[1].lane(l), l < 12 && cell % 2 == 0 ? 1 : 0);
@@ -254,14 +254,14 @@ TEST(TextureTree, ScalesAndMixes) {
   TextureTable table;
   table.nodes = {constant(1, 2, 3), constant(0.5f, 0.25f, 2), constant(0.1f, 0.2f, 0.6f), scale, mix};
   const Vec2 uv = {Float(0.5f), Float(0.5f)};
-  const Spectrum product = eval_texture(table, 3, uv, Mask::all()), mixed = eval_texture(table, 4, uv, Mask::all());
+  const Spectrum product = eval_texture(table, 3, TexturePoint::at(uv), Mask::all()), mixed = eval_texture(table, 4, TexturePoint::at(uv), Mask::all());
   const float expected[3] = {0.5f, 0.5f, 6};
   for (int c = 0; c < 3; ++c) {
     EXPECT_FLOAT_EQ(product.c[c].lane(3), expected[c]);
     // The amount is the mean of its colour, 0.3.
     EXPECT_FLOAT_EQ(mixed.c[c].lane(3), 0.7f * static_cast<float>(c + 1) + 0.3f * expected[c]);
   }
-  EXPECT_FLOAT_EQ(eval_texture_scalar(table, 3, uv, Mask::all()).lane(0), 7.0f / 3);
+  EXPECT_FLOAT_EQ(eval_texture_scalar(table, 3, TexturePoint::at(uv), Mask::all()).lane(0), 7.0f / 3);
 }
 
 }  // namespace

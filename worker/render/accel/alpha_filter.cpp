@@ -35,7 +35,7 @@ void filter_alpha(const RTCFilterFunctionNArguments* args) {
                     Int::load(primitive), Int(geometry.shape), Int(-1)};
       const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
       const Surface surface = surface_at(*geometry.shapes, hit, zero, zero, active, false);
-      alpha = eval_texture_scalar(*geometry.textures, shape.alpha_texture, surface.uv, active);
+      alpha = eval_texture_scalar(*geometry.textures, shape.alpha_texture, texture_point(surface), active);
     }
     UInt h = bit_cast<std::uint32_t>(Int::load(primitive));
     for (const auto& component : ray) h = hash(h, bit_cast<std::uint32_t>(Float::load(component)));

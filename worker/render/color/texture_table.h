@@ -7,7 +7,7 @@
 
 namespace tessera::render {
 
-enum class TextureKind : std::int32_t { kConstant, kImage, kCheckerboard, kScale, kMix };
+enum class TextureKind : std::int32_t { kConstant, kImage, kCheckerboard, kScale, kMix, kMeshAttribute };
 
 enum class WrapMode : std::int32_t { kRepeat, kClamp, kBlack, kMirror };
 
@@ -37,12 +37,23 @@ struct TextureNode {
   float scale = 1;
   std::int32_t channel = -1;              // -1: RGB; 0..3: that channel, in all components
   float scale_u = 1, scale_v = 1, offset_u = 0, offset_v = 0;  // kImage, kCheckerboard
+  std::int32_t attribute = -1;            // kMeshAttribute: a name, TextureTable::attribute_of_shape
   // Other nodes: kCheckerboard even, odd; kScale value, factor; kMix a, b, amount
   std::int32_t inputs[3] = {-1, -1, -1};
 };
 
+/// Values over a mesh: one a triangle, or one a corner of every triangle (three together).
+struct MeshAttribute {
+  std::int32_t channels = 1;  // 1 or 3, together
+  bool per_face = false;
+  std::vector<float> values;
+};
+
 struct TextureTable {
   std::vector<TextureNode> nodes;  // inputs come before the nodes that use them
+  std::int32_t attribute_names = 0;
+  std::vector<MeshAttribute> attributes;
+  std::vector<std::int32_t> attribute_of_shape;  // [shape * attribute_names + name], -1: none; empty: no shape has any
 };
 
 }  // namespace tessera::render

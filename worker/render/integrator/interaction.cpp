@@ -21,7 +21,7 @@ Int resolve_mix(const SceneTables& scene, const Surface& surface, Int material, 
       const MaterialRecord& mix = records[m];
       Float amount(mix.scalars[0].value);
       if (mix.scalars[0].texture >= 0) {
-        amount = clamp(eval_texture_scalar(scene.textures, mix.scalars[0].texture, surface.uv, lanes), 0.0f, 1.0f);
+        amount = clamp(eval_texture_scalar(scene.textures, mix.scalars[0].texture, texture_point(surface), lanes), 0.0f, 1.0f);
       }
       const Mask second = u < amount;
       material = select(lanes, select(second, Int(mix.mix_b), Int(mix.mix_a)), material);
@@ -43,13 +43,13 @@ void look_up_textures(const SceneTables& scene, const Surface& surface, Int mate
   for (int i = 0; i < kMaterialSpectra; ++i) {
     const Int texture = texture_at(records->spectra[i].texture);
     for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      params.spectra[i] = select(lanes, eval_texture(scene.textures, t, surface.uv, lanes), params.spectra[i]);
+      params.spectra[i] = select(lanes, eval_texture(scene.textures, t, texture_point(surface), lanes), params.spectra[i]);
     });
   }
   for (int i = 0; i < kMaterialScalars; ++i) {
     const Int texture = texture_at(records->scalars[i].texture);
     for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      Float value = eval_texture_scalar(scene.textures, t, surface.uv, lanes);
+      Float value = eval_texture_scalar(scene.textures, t, texture_point(surface), lanes);
       // Scalars 0 and 1 are alphas, which pbrt's scenes give as roughness.
       if (i < 2) value = select((flags & kRemapAlpha) != 0, safe_sqrt(value), value);
       params.scalars[i] = select(lanes, value, params.scalars[i]);
@@ -70,9 +70,13 @@ void reflectance_to_k(Mask lanes, BsdfParams& params) {
 Vec3 bump(const SceneTables& scene, int texture, const Surface& s, Mask lanes, Vec3 ns) {
   // Half a thousandth of the parameter range: as pbrt does where it has no footprint.
   constexpr float kStep = 0.0005f;
-  const Float here = eval_texture_scalar(scene.textures, texture, s.uv, lanes);
-  const Float along_u = eval_texture_scalar(scene.textures, texture, {s.uv.x + kStep, s.uv.y}, lanes);
-  const Float along_v = eval_texture_scalar(scene.textures, texture, {s.uv.x, s.uv.y + kStep}, lanes);
+  const TexturePoint at = texture_point(s);
+  TexturePoint beside_u = at, beside_v = at;
+  beside_u.uv.x = beside_u.uv.x + kStep;
+  beside_v.uv.y = beside_v.uv.y + kStep;
+  const Float here = eval_texture_scalar(scene.textures, texture, at, lanes);
+  const Float along_u = eval_texture_scalar(scene.textures, texture, beside_u, lanes);
+  const Float along_v = eval_texture_scalar(scene.textures, texture, beside_v, lanes);
   const Vec3 dpdu = s.dpdu + ns * ((along_u - here) * (1 / kStep));
   const Vec3 dpdv = s.dpdv + ns * ((along_v - here) * (1 / kStep));
   const Vec3 n = cross(dpdu, dpdv);
@@ -83,7 +87,7 @@ Vec3 bump(const SceneTables& scene, int texture, const Surface& s, Mask lanes, V
 
 /// The normal that a tangent-space normal map gives.
 Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes, Vec3 ns) {
-  const Spectrum encoded = eval_texture(scene.textures, texture, s.uv, lanes);
+  const Spectrum encoded = eval_texture(scene.textures, texture, texture_point(s), lanes);
   const Vec3 local{encoded.c[0] * 2.0f - 1.0f, encoded.c[1] * 2.0f - 1.0f, encoded.c[2] * 2.0f - 1.0f};
   const Vec3 n = Frame::from_normal_tangent(ns, s.dpdu).to_world(local);
   const Float l2 = length_squared(n);

@@ -204,7 +204,8 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   const Int flags = gather_member(shapes, &ShapeRecord::flags, hit.shape, active);
 
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-  Surface s{zero, Float(0.0f), zero, zero, {Float(0.0f), Float(0.0f)}, zero, zero, Int(0), Int(-1)};
+  Surface s{zero, Float(0.0f), zero, zero, {Float(0.0f), Float(0.0f)}, zero, zero, Int(0), Int(-1),
+            hit.shape, hit.primitive, {hit.u, hit.v}};
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
   if (any(triangles)) triangle_surface(table, hit, flags, triangles, want_tangents, s);
 

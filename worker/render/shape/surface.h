@@ -1,6 +1,7 @@
 // From a hit to the geometry of the surface there, 16 hits at a time.
 #pragma once
 
+#include "render/core/texture_point.h"
 #include "render/core/vec.h"
 #include "render/shape/shape_table.h"
 
@@ -25,12 +26,18 @@ struct Surface {
   Vec3 dpdu, dpdv;  // only with `want_tangents`
   Int material;
   Int light;     // -1: does not emit
+  Int shape, primitive;
+  Vec2 barycentric;
 };
 
 /// Geometry at the active hits of rays with origin `o` and direction `d`. Hit points are recomputed from the surface
 /// itself (barycentrics, reprojection), not from the ray, so that `error` depends on the shape and not on t
 /// [Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., sec. 6.8].
 Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents);
+
+TESSERA_INLINE TexturePoint texture_point(const Surface& s) {
+  return {s.uv, s.p, s.ns, s.shape, s.primitive, s.barycentric};
+}
 
 /// `p` moved off its surface to the side that `w` points to.
 TESSERA_INLINE Vec3 offset_origin(const Surface& s, Vec3 w) {
