@@ -17,6 +17,8 @@ packages=(
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
   # renderer and images
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev
+  # scene files
+  libpugixml-dev
   # tests
   libgtest-dev libgmock-dev libbenchmark-dev
 )

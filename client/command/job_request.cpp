@@ -15,8 +15,9 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::array kIntegrators{"path"};
+constexpr std::array kIntegrators{"path", "volpath"};
 constexpr std::array kSamplers{"sobol", "independent"};
+constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell", "lanczos"};  // in the order of PixelFilter::Kind
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
 constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 18;
@@ -75,6 +76,16 @@ absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Reso
   return *request.crop;
 }
 
+/// The Scene message, with the film's filter as asked for.
+std::string scene_bytes(const JobRequest& request, const v1::Scene& scene) {
+  const auto filter = std::find(kFilters.begin(), kFilters.end(), request.filter);
+  if (filter == kFilters.end()) return scene.SerializeAsString();
+  v1::Scene filtered = scene;
+  filtered.mutable_film()->clear_filter();
+  filtered.mutable_film()->mutable_filter()->set_kind(static_cast<v1::PixelFilter::Kind>(filter - kFilters.begin()));
+  return filtered.SerializeAsString();
+}
+
 }  // namespace
 
 absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
@@ -102,6 +113,7 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
 
 absl::Status check_names(const JobRequest& request) {
   if (absl::Status status = check_settings(request.integrator, request.sampler); !status.ok()) return status;
+  if (absl::Status status = check_name("pixel filter", request.filter, kFilters); !status.ok()) return status;
   return wire::channels_for_aovs(request.aovs).status();
 }
 
@@ -137,7 +149,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   spec.set_isa(request.isa);
 
-  job->scene.bytes = scene.SerializeAsString();
+  job->scene.bytes = scene_bytes(request, scene);
   job->scene.ref.set_digest(wire::sha256_hex(job->scene.bytes));
   job->scene.ref.set_size_bytes(job->scene.bytes.size());
   *spec.mutable_scene() = job->scene.ref;

@@ -27,6 +27,7 @@ struct JobRequest {
   std::optional<std::uint64_t> seed;
   std::string integrator;
   std::string sampler;
+  std::string filter;  // of pixels, with its usual radius
   std::uint32_t tile_size = 32;
   std::vector<std::string> aovs;
   std::string isa;
@@ -45,7 +46,7 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text);
 /// "x0,y0,x1,y1" in pixels. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
 
-/// InvalidArgument, naming what there is, for an integrator, a sampler or an AOV that does not exist.
+/// InvalidArgument, naming what there is, for an integrator, a sampler, a pixel filter or an AOV that does not exist.
 absl::Status check_names(const JobRequest& request);
 
 /// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within the film;

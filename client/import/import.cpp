@@ -1,6 +1,7 @@
 #include "import/import.h"
 
 #include "import/input/concat.h"
+#include "import/mitsuba/import_mitsuba.h"
 #include "import/pbrt/import_pbrt.h"
 #include "import/tessera_scene/read_scene.h"
 #include "import/tessera_scene/write_scene.h"
@@ -14,13 +15,15 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   absl::StatusOr<ImportedScene> scene;
   if (name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")) {
     scene = pbrt::import_pbrt(path, options.threads);
+  } else if (name.ends_with(".xml")) {
+    return mitsuba::import_mitsuba(path, options.defines, options.threads);
   } else if (name.ends_with(".textproto") || name.ends_with(".pbtxt")) {
     scene = tessera_scene::read_text_scene(path);
   } else if (name.ends_with(".tsb")) {
     scene = tessera_scene::read_binary_scene(path);
   } else {
     return absl::UnimplementedError(
-        concat(path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .textproto, .pbtxt or .tsb"));
+        concat(path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
   }
   if (scene.ok() && !options.defines.empty()) {
     scene->warnings.push_back(

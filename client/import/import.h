@@ -17,8 +17,8 @@ struct ImportOptions {
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
 };
 
-/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .textproto, .pbtxt (a Scene in text form),
-/// .tsb (a serialized Scene).
+/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .textproto, .pbtxt (a Scene in
+/// text form), .tsb (a serialized Scene).
 ///
 /// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once. NotFound when
 /// there is no such file; Unimplemented for another ending. What the importer cannot express becomes a warning of the

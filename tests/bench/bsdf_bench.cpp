@@ -65,7 +65,15 @@ void register_all() {
                                    dielectric(0.2f, 0.1f, 1.5f),
                                    thin_dielectric(1.5f),
                                    coated_diffuse(0, 0, 1.5f),
-                                   coated_diffuse(0.2f, 0.1f, 1.5f)};
+                                   coated_diffuse(0.2f, 0.1f, 1.5f),
+                                   conductor(0.2f, 0.1f, kCopperEta, kCopperK, render::kBeckmann),
+                                   dielectric(0.2f, 0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
+                                   plastic(0, 1.5f, 0),
+                                   plastic(0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
+                                   principled("plain", {}),
+                                   principled("glass", {.spec_trans = 1}),
+                                   principled("plain", {}, true),
+                                   hair(0.3f, 0.3f, 0.5f)};
   for (const BsdfCase& bsdf : cases) {
     benchmark::RegisterBenchmark(("eval/" + bsdf.name).c_str(), [&](benchmark::State& state) { eval(state, bsdf); });
     benchmark::RegisterBenchmark(("sample/" + bsdf.name).c_str(),

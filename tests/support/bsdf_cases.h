@@ -13,6 +13,7 @@
 
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/coat_table.h"
+#include "render/bsdf/plastic_table.h"
 
 namespace tessera::test {
 
@@ -86,14 +87,26 @@ class BsdfCase {
   using Color = std::array<float, 3>;
 
   BsdfCase(std::string case_name, render::BsdfKind bsdf_kind, Color spectrum0 = {}, Color spectrum1 = {},
-           std::vector<float> scalars = {})
-      : name(std::move(case_name)), kind(bsdf_kind), spectra_{spectrum0, spectrum1}, scalars_(std::move(scalars)) {
+           std::vector<float> scalars = {}, std::int32_t material_flags = 0, std::vector<float> extended = {})
+      : name(std::move(case_name)),
+        kind(bsdf_kind),
+        flags(material_flags),
+        spectra_{spectrum0, spectrum1},
+        scalars_(std::move(scalars)),
+        extended_(std::move(extended)) {
     scalars_.resize(render::kMaterialScalars);
+    extended_.resize(render::kExtendedScalars);
     if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], table_);
+    if (kind == render::BsdfKind::kPlastic) {
+      const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
+      const double alpha = scalars_[0] < 1e-3f ? 0 : scalars_[0];
+      render::append_plastic_table(scalars_[2], {alpha, beckmann, separable}, table_);
+    }
   }
 
   std::string name;
   render::BsdfKind kind;
+  std::int32_t flags;  // render::MaterialFlags
 
   float scalar(int i) const { return scalars_[static_cast<std::size_t>(i)]; }
 
@@ -103,6 +116,12 @@ class BsdfCase {
       for (int c = 0; c < kernel::kSpectrumLanes; ++c) params.spectra[s].c[c] = spectra_[s][c % 3];
     }
     for (int s = 0; s < render::kMaterialScalars; ++s) params.scalars[s] = scalar(s);
+    params.flags = kernel::Int(flags);
+    params.some_flags = flags;
+    for (kernel::Spectrum& tint : params.extended_spectra) {
+      for (int c = 0; c < kernel::kSpectrumLanes; ++c) tint.c[c] = kTint[c % 3];
+    }
+    for (int s = 0; s < render::kExtendedScalars; ++s) params.extended[s] = extended_[static_cast<std::size_t>(s)];
     params.coat_table = kernel::Int(0);
     params.coat_tables = table_.coat_tables.data();
     return params;
@@ -175,8 +194,10 @@ class BsdfCase {
     return result;
   }
 
+  static constexpr Color kTint{0.9f, 0.5f, 0.2f};  // of conductors with kTinted
+
   std::array<float, 3> spectra_[render::kMaterialSpectra];
-  std::vector<float> scalars_;
+  std::vector<float> scalars_, extended_;
   render::MaterialTable table_;
 };
 
@@ -189,24 +210,73 @@ inline std::string number(float x) {
   return text;
 }
 
-inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta,
-                          BsdfCase::Color k = kCopperK) {
-  return {
-      "conductor " + number(alpha_x) + " " + number(alpha_y), render::BsdfKind::kConductor, eta, k, {alpha_x, alpha_y}};
+/// "beckmann", "separable" and so on.
+inline std::string names_of(std::int32_t flags) {
+  std::string names;
+  if (flags & render::kBeckmann) names += " beckmann";
+  if (flags & render::kSeparableMasking) names += " separable";
+  if (flags & render::kTinted) names += " tinted";
+  if (flags & render::kNonlinear) names += " nonlinear";
+  return names;
 }
-inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta) {
-  return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
+
+inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta, BsdfCase::Color k = kCopperK,
+                          std::int32_t flags = 0) {
+  return {"conductor " + number(alpha_x) + " " + number(alpha_y) + names_of(flags),
+          render::BsdfKind::kConductor,
+          eta,
+          k,
+          {alpha_x, alpha_y},
+          flags};
+}
+inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta, std::int32_t flags = 0) {
+  return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta) + names_of(flags),
           render::BsdfKind::kDielectric,
-          {},
-          {},
-          {alpha_x, alpha_y, eta}};
+          {0.7f, 0.9f, 0.2f},  // with kTinted
+          {0.7f, 0.5f, 1.0f},
+          {alpha_x, alpha_y, eta},
+          flags};
 }
 inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
   return {"coated diffuse " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
           render::BsdfKind::kCoatedDiffuse,
           rho,
           {},
-          {alpha_x, alpha_y, eta, 0.01f}};
+          {alpha_x, alpha_y, eta}};
+}
+inline BsdfCase plastic(float alpha, float eta, std::int32_t flags, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
+  return {"plastic " + number(alpha) + " eta " + number(eta) + names_of(flags),
+          render::BsdfKind::kPlastic,
+          rho,
+          {1.0f, 0.5f, 0.8f},
+          {alpha, alpha, eta},
+          flags};
+}
+/// Brown hair hit at `h` across, with scales tilted by 2 degrees.
+inline BsdfCase hair(float beta_m, float beta_n, float h, BsdfCase::Color sigma_a = {0.5f, 0.9f, 1.8f}) {
+  return {"hair " + number(beta_m) + " " + number(beta_n) + " h " + number(h),
+          render::BsdfKind::kHair,
+          sigma_a,
+          {},
+          {beta_m, beta_n, 1.55f},
+          0,
+          {0.035f, h}};
+}
+
+struct PrincipledParameters {
+  float roughness = 0.5f, anisotropic = 0, eta = 1.5f;
+  float metallic = 0, spec_trans = 0, spec_tint = 0, sheen = 0, sheen_tint = 0, flatness = 0, clearcoat = 0,
+        clearcoat_gloss = 0, diff_trans = 0;
+};
+inline BsdfCase principled(const std::string& what, const PrincipledParameters& p, bool thin = false) {
+  return {(thin ? "principled thin " : "principled ") + what,
+          thin ? render::BsdfKind::kPrincipledThin : render::BsdfKind::kPrincipled,
+          {0.8f, 0.5f, 0.2f},
+          {},
+          {p.roughness, p.anisotropic, p.eta},
+          render::kSeparableMasking | (!thin && p.spec_trans > 0 ? render::kHasInside : 0),
+          {p.metallic, p.spec_trans, p.spec_tint, p.sheen, p.sheen_tint, p.flatness, p.clearcoat, p.clearcoat_gloss,
+           p.diff_trans}};
 }
 inline BsdfCase thin_dielectric(float eta) {
   return {"thin dielectric eta " + number(eta), render::BsdfKind::kThinDielectric, {}, {}, {0, 0, eta}};
@@ -232,6 +302,31 @@ inline std::vector<BsdfCase> all_cases() {
   for (const float eta : {1.0f, 1 + 1e-6f, 1.01f}) {
     cases.push_back(dielectric(0.2f, 0.2f, eta));
     cases.push_back(coated_diffuse(0.2f, 0.2f, eta));
+  }
+  constexpr std::int32_t kMitsuba = render::kBeckmann | render::kSeparableMasking;
+  for (const std::int32_t flags : {kMitsuba, std::int32_t{render::kSeparableMasking}, std::int32_t{render::kBeckmann}}) {
+    for (const auto& [x, y] : {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.5f}}) {
+      cases.push_back(conductor(x, y, kCopperEta, kCopperK, flags | render::kTinted));
+      cases.push_back(dielectric(x, y, 1.5f, flags | render::kTinted));
+      if (x == y) cases.push_back(plastic(x, 1.5f, flags));
+    }
+    cases.push_back(dielectric(0.2f, 0.2f, 1 / 1.5f, flags));
+  }
+  cases.push_back(plastic(0, 1.5f, 0));
+  cases.push_back(plastic(0, 1.9f, render::kNonlinear));
+  const PrincipledParameters all{.roughness = 0.3f, .anisotropic = 0.6f, .metallic = 0.3f, .spec_trans = 0.5f,
+                                 .spec_tint = 0.4f, .sheen = 0.5f, .sheen_tint = 0.5f, .flatness = 0.5f,
+                                 .clearcoat = 0.8f, .clearcoat_gloss = 0.3f, .diff_trans = 0.7f};
+  for (const bool thin : {false, true}) {
+    cases.push_back(principled("all", all, thin));
+    cases.push_back(principled("plain", {}, thin));
+    cases.push_back(principled("glass", {.roughness = 0.3f, .spec_trans = 1}, thin));
+  }
+  cases.push_back(principled("metal", {.roughness = 0.2f, .metallic = 1}));
+  cases.push_back(principled("coat", {.clearcoat = 1, .clearcoat_gloss = 0}));
+  cases.push_back(principled("leaf", {.diff_trans = 2}, true));
+  for (const auto& [m, n] : {std::array{0.3f, 0.3f}, std::array{0.1f, 0.9f}, std::array{0.9f, 0.1f}}) {
+    for (const float h : {0.0f, -0.7f, 0.99f}) cases.push_back(hair(m, n, h));
   }
   return cases;
 }

@@ -13,58 +13,13 @@ void warn_of_approximation(ValueReader& values, std::string_view instead) {
   values.warn(concat("the ", values.parameters().owner(), " is not supported yet: ", instead));
 }
 
-/// RGB of a spectrum parameter, if it is one given as RGB.
+/// RGB of a spectrum parameter, if it is given.
 std::optional<std::array<double, 3>> rgb_of(ValueReader& values, std::string_view name, SpectrumUse use) {
-  const v1::Spectrum value = values.plain_spectrum(name, 0, use);
-  if (!value.has_rgb()) return std::nullopt;
-  return std::array<double, 3>{value.rgb().r(), value.rgb().g(), value.rgb().b()};
+  if (!values.parameters().has(name)) return std::nullopt;
+  return linear_rgb_of(values.plain_spectrum(name, 0, use));
 }
 
 }  // namespace
-
-void write_coated_conductor(ValueReader& values, const UseMaterial&, v1::Material& material) {
-  warn_of_approximation(values, "its conductor without the coat is used");
-  v1::ConductorMaterial& conductor = *material.mutable_conductor();
-  if (values.parameters().has("reflectance")) {
-    *conductor.mutable_reflectance() = values.spectrum("reflectance", 1, SpectrumUse::kReflectance);
-  } else {
-    write_conductor_index(values, "conductor.", conductor);
-  }
-  write_roughness(values, "conductor.", *conductor.mutable_roughness());
-  values.parameters().ignore({"interface.roughness", "interface.uroughness", "interface.vroughness", "interface.eta",
-                              "thickness", "g", "albedo", "maxdepth", "nsamples"});
-}
-
-void write_hair(ValueReader& values, const UseMaterial&, v1::Material& material) {
-  warn_of_approximation(values, "a diffuse material of the hair's colour is used");
-  const double beta = values.get_float("beta_n", 0.3);
-  values.parameters().ignore({"beta_m", "alpha", "eta"});
-  v1::SpectrumValue& reflectance = *material.mutable_diffuse()->mutable_reflectance();
-  for (const char* name : {"reflectance", "color"}) {
-    if (!values.parameters().has(name)) continue;
-    reflectance = values.spectrum(name, 0.5, SpectrumUse::kReflectance);
-    return;
-  }
-  // Absorption of the two pigments [d'Eon et al. 2011], and the albedo of many hairs of that absorption [Chiang et al.
-  // 2016, equation 9].
-  std::array<double, 3> sigma_a;
-  if (const auto given = rgb_of(values, "sigma_a", SpectrumUse::kUnbounded);
-      given && values.parameters().has("sigma_a")) {
-    sigma_a = *given;
-  } else {
-    const bool has_pigment = values.parameters().has("eumelanin") || values.parameters().has("pheomelanin");
-    const double eumelanin = constant_of(values, "eumelanin", has_pigment ? 0 : 1.3);
-    const double pheomelanin = constant_of(values, "pheomelanin", 0);
-    constexpr double kEumelanin[] = {0.419, 0.697, 1.37};
-    constexpr double kPheomelanin[] = {0.187, 0.4, 1.05};
-    for (int c = 0; c < 3; ++c) sigma_a[c] = eumelanin * kEumelanin[c] + pheomelanin * kPheomelanin[c];
-  }
-  const double spread = 5.969 - 0.215 * beta + 2.532 * std::pow(beta, 2) - 10.73 * std::pow(beta, 3) +
-                        5.574 * std::pow(beta, 4) + 0.245 * std::pow(beta, 5);
-  std::array<double, 3> albedo;
-  for (int c = 0; c < 3; ++c) albedo[c] = std::exp(-std::sqrt(sigma_a[c]) * spread);
-  *reflectance.mutable_constant() = rgb_spectrum(albedo);
-}
 
 void write_measured(ValueReader& values, const UseMaterial&, v1::Material& material) {
   warn_of_approximation(values, "a diffuse material of reflectance 0.5 is used");

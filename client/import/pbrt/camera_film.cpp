@@ -113,50 +113,24 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   parameters.warn_of_unused(diagnostics);
 }
 
-double read_shutter(Context& context, Directive& camera) {
-  const double open = camera.parameters.get_float("shutteropen", 0, context.diagnostics);
-  const double close = camera.parameters.get_float("shutterclose", 1, context.diagnostics);
-  if (close > open) return close - open;
+ShutterTimes read_shutter(Context& context, Directive& camera) {
+  const ShutterTimes times{camera.parameters.get_float("shutteropen", 0, context.diagnostics),
+                           camera.parameters.get_float("shutterclose", 1, context.diagnostics)};
+  if (times.close > times.open) return times;
   context.diagnostics.error(camera.parameters.where(), "camera: the shutter closes before it opens");
-  return 1;
+  return {};
 }
 
-void write_camera(Context& context, Directive& camera, const Transform& camera_from_world) {
+namespace {
+
+void write_screen_window(Context& context, ParameterList& parameters, v1::Camera& message) {
   Diagnostics& diagnostics = context.diagnostics;
-  ParameterList& parameters = camera.parameters;
-  if (camera.type == "orthographic" || camera.type == "spherical" || camera.type == "realistic") {
-    diagnostics.warning(parameters.where(),
-                        concat("camera \"", camera.type, "\" is not supported yet: a perspective camera is used"));
-    parameters.ignore({"mapping", "lensfile", "aperturediameter", "aperture"});
-  } else if (camera.type != "perspective") {
-    diagnostics.error(parameters.where(), concat("unknown camera \"", camera.type,
-                                                 "\": expected perspective, orthographic, spherical or realistic"));
-    return;
-  }
-  v1::Camera& message = *context.scene.mutable_camera();
-  const std::optional<Transform> world_from_camera = inverse(camera_from_world);
-  if (!world_from_camera) {
-    diagnostics.error(parameters.where(), "the camera's transformation is singular");
-    return;
-  }
-  write_matrix(*world_from_camera, *message.mutable_world_from_camera());
-
-  v1::PerspectiveCamera& perspective = *message.mutable_perspective();
-  const double fov = parameters.get_float("fov", 90, diagnostics);
-  if (!(fov > 0) || fov >= 180) {
-    diagnostics.error(parameters.where(), concat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
-  }
-  perspective.set_fov_degrees(static_cast<float>(fov));
-  perspective.set_lens_radius(static_cast<float>(parameters.get_float("lensradius", 0, diagnostics)));
-  perspective.set_focal_distance(static_cast<float>(parameters.get_float("focaldistance", 1e6, diagnostics)));
-
   if (const Parameter* window = parameters.find("screenwindow", {ParameterType::kFloat}, diagnostics)) {
     const std::vector<double>& w = window->numbers;
     if (w.size() != 4 || !(w[0] < w[1]) || !(w[2] < w[3])) {
       diagnostics.error(window->where, "screenwindow: expected xmin < xmax and ymin < ymax");
     }
     for (const double edge : w) message.add_screen_window(static_cast<float>(edge));
-    parameters.ignore({"frameaspectratio"});
   } else if (parameters.has("frameaspectratio")) {
     const double frame = parameters.get_float("frameaspectratio", 1, diagnostics);
     if (!(frame > 0)) diagnostics.error(parameters.where(), "frameaspectratio is not above 0");
@@ -164,7 +138,66 @@ void write_camera(Context& context, Directive& camera, const Transform& camera_f
     for (const float edge : {-x, x, -y, y}) message.add_screen_window(edge);
   }
   parameters.ignore({"frameaspectratio"});
-  parameters.warn_of_unused(diagnostics);
+}
+
+/// A thin lens, of either camera that has one.
+template <typename Lens>
+void write_lens(Context& context, ParameterList& parameters, Lens& lens) {
+  lens.set_lens_radius(static_cast<float>(parameters.get_float("lensradius", 0, context.diagnostics)));
+  lens.set_focal_distance(static_cast<float>(parameters.get_float("focaldistance", 1e6, context.diagnostics)));
+}
+
+void write_perspective(Context& context, ParameterList& parameters, v1::Camera& message) {
+  const double fov = parameters.get_float("fov", 90, context.diagnostics);
+  if (!(fov > 0) || fov >= 180) {
+    context.diagnostics.error(parameters.where(), concat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+  }
+  message.mutable_perspective()->set_fov_degrees(static_cast<float>(fov));
+  write_lens(context, parameters, *message.mutable_perspective());
+  write_screen_window(context, parameters, message);
+}
+
+void write_orthographic(Context& context, ParameterList& parameters, v1::Camera& message) {
+  write_lens(context, parameters, *message.mutable_orthographic());
+  write_screen_window(context, parameters, message);
+}
+
+void write_spherical(Context& context, ParameterList& parameters, v1::Camera& message) {
+  const std::string mapping = parameters.get_string("mapping", "equalarea", context.diagnostics);
+  if (mapping == "equirectangular") {
+    message.mutable_spherical()->set_mapping(v1::SphericalCamera::EQUIRECTANGULAR);
+  } else {
+    message.mutable_spherical()->set_mapping(v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL);
+    if (mapping != "equalarea") {
+      context.diagnostics.error(parameters.where(), concat("unknown mapping \"", mapping,
+                                                           "\" of a spherical camera: expected equalarea or "
+                                                           "equirectangular"));
+    }
+  }
+  // It has neither lens nor screen.
+  parameters.ignore({"lensradius", "focaldistance", "screenwindow", "frameaspectratio"});
+}
+
+}  // namespace
+
+void write_camera(Context& context, Directive& camera) {
+  v1::Camera& message = *context.scene.mutable_camera();
+  if (camera.type == "perspective") {
+    write_perspective(context, camera.parameters, message);
+  } else if (camera.type == "orthographic") {
+    write_orthographic(context, camera.parameters, message);
+  } else if (camera.type == "spherical") {
+    write_spherical(context, camera.parameters, message);
+  } else {
+    context.diagnostics.error(
+        camera.parameters.where(),
+        camera.type == "realistic"
+            ? std::string("camera \"realistic\" is not supported: a perspective camera with \"lensradius\" and "
+                          "\"focaldistance\" comes near")
+            : concat("unknown camera \"", camera.type, "\": expected perspective, orthographic or spherical"));
+    return;
+  }
+  camera.parameters.warn_of_unused(context.diagnostics);
 }
 
 }  // namespace tessera::client::pbrt

@@ -18,10 +18,14 @@ void write_filter(Context& context, Directive& filter);
 /// Size and exposure. `shutter_seconds` is the camera's exposure time. The film comes before the camera.
 void write_film(Context& context, Directive& film, double shutter_seconds);
 
-/// The camera; nothing but "perspective" exists yet. `camera_from_world` is the transformation at the directive.
-void write_camera(Context& context, Directive& camera, const Transform& camera_from_world);
+/// All of the camera but where it stands.
+void write_camera(Context& context, Directive& camera);
 
-/// Seconds that the shutter is open.
-double read_shutter(Context& context, Directive& camera);
+/// Seconds.
+struct ShutterTimes {
+  double open = 0, close = 1;
+};
+
+ShutterTimes read_shutter(Context& context, Directive& camera);
 
 }  // namespace tessera::client::pbrt

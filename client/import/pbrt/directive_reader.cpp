@@ -269,9 +269,9 @@ void DirectiveReader::active_transform(const Token&) {
   builder_.set_active_transform(which.text, which.where);
 }
 
-void DirectiveReader::transform_times(const Token&) {
+void DirectiveReader::transform_times(const Token& directive) {
   double times[2];
-  read_numbers(times);  // only of motion, which ActiveTransform warns of
+  if (read_numbers(times)) builder_.set_transform_times(times[0], times[1], directive.where);
 }
 
 void DirectiveReader::world_begin(const Token& directive) { builder_.world_begin(directive.where); }

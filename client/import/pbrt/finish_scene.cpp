@@ -46,6 +46,45 @@ void run(MeshJob& job) {
 
 }  // namespace
 
+MovingTransform SceneBuilder::during_exposure(const MovingTransform& moving) const {
+  if (!moving.moves()) return moving;
+  MovingTransform result;
+  result.start = interpolated(moving, shutter_.open, transform_times_[0], transform_times_[1]);
+  result.end = interpolated(moving, shutter_.close, transform_times_[0], transform_times_[1]);
+  return result;
+}
+
+void SceneBuilder::place_shapes() {
+  for (const PendingShape& pending : pending_shapes_) {
+    const MovingTransform moving = during_exposure(pending.world_from_object);
+    write_matrix(moving.start, *pending.shape->mutable_world_from_object());
+    if (moving.moves()) write_all_elements(moving.end, *pending.shape->mutable_world_from_object_end());
+  }
+}
+
+void SceneBuilder::place_camera() {
+  const MovingTransform from_world = during_exposure(camera_from_world_);
+  const std::optional<Transform> start = inverse(from_world.start), end = inverse(from_world.end);
+  if (!start || !end) {
+    context_.diagnostics.error(camera_.parameters.where(), "the camera's transformation is singular");
+    return;
+  }
+  v1::Camera& camera = *context_.scene.mutable_camera();
+  write_matrix(*start, *camera.mutable_world_from_camera());
+  if (from_world.moves()) write_all_elements(*end, *camera.mutable_world_from_camera_end());
+}
+
+void SceneBuilder::add_media() {
+  std::set<std::string> used = {context_.scene.camera().medium()};
+  for (const PendingShape& pending : pending_shapes_) {
+    used.insert(pending.shape->interior_medium());
+    used.insert(pending.shape->exterior_medium());
+  }
+  for (auto& [name, medium] : media_) {
+    if (used.contains(name)) *context_.scene.add_media() = std::move(medium);
+  }
+}
+
 void SceneBuilder::place_instances() {
   std::set<int> used;
   for (const PendingInstance& instance : pending_instances_) {
@@ -58,7 +97,9 @@ void SceneBuilder::place_instances() {
     used.insert(object->second);
     v1::Instance& message = *context_.scene.add_instances();
     message.set_object(instance.object);
-    write_matrix(instance.world_from_instance, *message.mutable_world_from_instance());
+    const MovingTransform moving = during_exposure(instance.world_from_instance);
+    write_matrix(moving.start, *message.mutable_world_from_instance());
+    if (moving.moves()) write_all_elements(moving.end, *message.mutable_world_from_instance_end());
   }
   std::erase_if(pending_shapes_,
                 [&](const PendingShape& shape) { return shape.object >= 0 && !used.contains(shape.object); });
@@ -73,8 +114,8 @@ void SceneBuilder::load_meshes() {
   std::vector<MeshJob> jobs;
   std::map<std::string, std::size_t> job_of_file;
   for (const PendingShape& shape : pending_shapes_) {
-    if (shape.ply_file.empty() || !job_of_file.try_emplace(shape.ply_file, jobs.size()).second) continue;
-    jobs.push_back({shape.ply_file, context_.resolve(shape.ply_file), absl::OkStatus(), "", "", {}, {}});
+    if (shape.needs.ply_file.empty() || !job_of_file.try_emplace(shape.needs.ply_file, jobs.size()).second) continue;
+    jobs.push_back({shape.needs.ply_file, context_.resolve(shape.needs.ply_file), absl::OkStatus(), "", "", {}, {}});
   }
   parallel_for(jobs.size(), context_.threads, [&](std::size_t i) { run(jobs[i]); });
   for (MeshJob& job : jobs) {
@@ -82,8 +123,8 @@ void SceneBuilder::load_meshes() {
   }
   std::set<const MeshJob*> reported;
   for (PendingShape& shape : pending_shapes_) {
-    if (shape.ply_file.empty()) continue;
-    const MeshJob& job = jobs[job_of_file[shape.ply_file]];
+    if (shape.needs.ply_file.empty()) continue;
+    const MeshJob& job = jobs[job_of_file[shape.needs.ply_file]];
     *shape.shape->mutable_mesh()->mutable_blob() = job.blob;
     if (!reported.insert(&job).second) continue;
     if (!job.status.ok()) context_.diagnostics.error(shape.where, std::string(job.status.message()));
@@ -96,9 +137,9 @@ void SceneBuilder::load_meshes() {
 void SceneBuilder::resolve_materials_and_textures() {
   for (const PendingShape& pending : pending_shapes_) {
     pending.shape->set_material(materials_.use(pending.material, pending.where));
-    if (!pending.alpha_texture.empty()) {
+    if (!pending.needs.alpha_texture.empty()) {
       pending.shape->mutable_alpha()->set_texture(
-          textures_.use(TextureKind::kFloat, pending.alpha_texture, pending.where));
+          textures_.use(TextureKind::kFloat, pending.needs.alpha_texture, pending.where));
     }
     if (pending.shape->has_area_light() && materials_.is_interface(pending.material)) {
       pending.shape->clear_area_light();
@@ -111,20 +152,23 @@ void SceneBuilder::resolve_materials_and_textures() {
 void SceneBuilder::resolve_powers() {
   for (const PendingShape& pending : pending_shapes_) {
     if (pending.power <= 0 || !pending.shape->has_area_light()) continue;
-    const double area = world_area(*pending.shape, pending.world_from_object, context_.blobs);
-    if (!(area > 0)) {
-      context_.diagnostics.error(pending.where, "\"power\" of an area light: the shape has no area");
+    const SurfaceArea area = world_area(*pending.shape, pending.world_from_object.start, context_.blobs);
+    // pbrt-v4 gives the power to each of the lights that it makes of a mesh.
+    const double lights = static_cast<double>(area.triangles) / static_cast<double>(pending.needs.triangles_per_light);
+    v1::AreaLight& light = *pending.shape->mutable_area_light();
+    // A diffuse emitter of radiance L emits pi L for each unit of area and side.
+    const double sides = light.two_sided() ? 2 : 1;
+    const double emitted = sides * std::numbers::pi * area.total * pending.mean_image;
+    if (!(emitted > 0)) {
+      context_.diagnostics.error(pending.where, "\"power\" of an area light: the shape has no area, or its image is dark");
       continue;
     }
-    // A diffuse emitter of radiance L emits pi L for each unit of area and side.
-    v1::AreaLight& light = *pending.shape->mutable_area_light();
-    const double sides = light.two_sided() ? 2 : 1;
     const double scale = light.has_scale() ? light.scale() : 1;
-    light.set_scale(static_cast<float>(scale * pending.power / (sides * std::numbers::pi * area)));
-    if (pending.shape->has_mesh()) {
+    light.set_scale(static_cast<float>(scale * pending.power * lights / emitted));
+    if (!area.equal_triangles) {
       context_.diagnostics.warning(pending.where,
-                                   "\"power\" is taken as that of the whole mesh; pbrt-v4 gives it to each "
-                                   "triangle");
+                                   "\"power\" is spread evenly over the mesh; pbrt-v4 gives the same to each triangle, "
+                                   "whatever its size");
     }
   }
 }
@@ -134,15 +178,20 @@ void SceneBuilder::finish() {
     context_.diagnostics.error(block.where, "this block is never closed");
   }
   if (!in_world_) context_.diagnostics.error({0, 0, 0}, "expected WorldBegin before the end of the file");
+  close_curves();
+  shutter_ = read_shutter(context_, camera_);
   place_instances();
+  place_shapes();
   load_meshes();
   resolve_materials_and_textures();
   resolve_powers();
-  write_film(context_, film_, read_shutter(context_, camera_));
+  add_media();
+  write_film(context_, film_, shutter_.close - shutter_.open);
   write_filter(context_, filter_);
-  write_camera(context_, camera_, camera_from_world_);
+  place_camera();
+  write_camera(context_, camera_);
   write_sampler(context_, sampler_);
-  write_integrator(context_, integrator_, !media_.empty());
+  write_integrator(context_, integrator_);
 }
 
 }  // namespace tessera::client::pbrt

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "import/input/concat.h"
+#include "import/input/light_image.h"
 #include "import/pbrt/spectrum_values.h"
 
 namespace tessera::client::pbrt {
@@ -11,6 +12,7 @@ namespace {
 
 struct LightInput {
   Context& context;
+  TextureTable& textures;
   ParameterList& parameters;
   const Transform& world_from_light;
   double scale;  // of the result, so far
@@ -43,10 +45,97 @@ void write_point_light(LightInput& in, v1::Light& light) {
   if (power > 0) in.scale *= power / (4 * std::numbers::pi);
 }
 
-void write_patterned_light(LightInput& in, v1::Light& light) {
-  in.warn(concat("the ", in.parameters.owner(), " is not supported yet: a point light without its pattern is used"));
-  in.parameters.ignore({"filename", "fov"});
-  write_point_light(in, light);
+/// Decodes the image; nothing after an error.
+std::optional<LightImage> decode(Context& context, ParameterList& parameters, const std::string& file) {
+  absl::StatusOr<LightImage> image = read_light_image(context.resolve(file));
+  if (image.ok()) return *std::move(image);
+  context.diagnostics.error(parameters.where(),
+                            concat("image of the ", parameters.owner(), ": ", image.status().message()));
+  return std::nullopt;
+}
+
+/// The texture of an image on a light, read as pbrt-v4 does: each texel a square. Its name, or "" after an error.
+std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters,
+                          const std::string& file) {
+  absl::StatusOr<v1::BlobRef> blob = context.blobs.add_file(context.resolve(file), file);
+  if (!blob.ok()) {
+    context.diagnostics.error(parameters.where(),
+                              concat("image of the ", parameters.owner(), ": ", blob.status().message()));
+    return "";
+  }
+  v1::Texture texture;
+  v1::ImageTexture& image = *texture.mutable_image();
+  *image.mutable_image() = *std::move(blob);
+  image.set_wrap(v1::ImageTexture::CLAMP);
+  image.set_filter(v1::ImageTexture::NEAREST);
+  return textures.add(file, std::move(texture));
+}
+
+/// Mean over the image of its luminance, weighted by the solid angle of its pixels [pbrt-v4 ProjectionLight].
+double projected_mean(const LightImage& image, double half_width, double half_height) {
+  double sum = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const double u = (2 * (x + 0.5) / image.width - 1) * half_width;
+      const double v = (2 * (y + 0.5) / image.height - 1) * half_height;
+      sum += image.luminance(x, y) / std::pow(1 + u * u + v * v, 1.5);
+    }
+  }
+  return sum / (static_cast<double>(image.width) * image.height);
+}
+
+void write_projection(LightInput& in, v1::Light& light) {
+  v1::ProjectionLight& projection = *light.mutable_projection();
+  const std::string file = in.parameters.get_string("filename", "", in.diagnostics());
+  if (file.empty()) {
+    in.diagnostics().error(in.parameters.where(), "projection light: expected \"string filename\"");
+    return;
+  }
+  const double fov = in.get_float("fov", 90), power = in.get_float("power", -1);
+  if (!(fov > 0) || fov >= 180) {
+    in.diagnostics().error(in.parameters.where(), concat("projection light: fov ", fov, " is not in (0, 180)"));
+    return;
+  }
+  const std::optional<LightImage> image = decode(in.context, in.parameters, file);
+  if (!image) return;
+  const double aspect = static_cast<double>(image->width) / image->height;
+  const double shorter = std::tan(fov * std::numbers::pi / 360);
+  const double half_width = shorter * std::max(aspect, 1.0), half_height = shorter * std::max(1 / aspect, 1.0);
+  *projection.mutable_intensity() = rgb_spectrum({1, 1, 1});
+  projection.set_fov_degrees(static_cast<float>(fov));
+  if (aspect != 1) projection.set_aspect(static_cast<float>(aspect));
+  projection.set_texture(light_texture(in.context, in.textures, in.parameters, file));
+  // pbrt's image has its left upper corner at smallest x and largest y, ours at the opposite.
+  write_matrix(in.world_from_light * scaling(-1, -1, 1), *projection.mutable_world_from_light());
+  if (power > 0) in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
+}
+
+void write_goniometric(LightInput& in, v1::Light& light) {
+  v1::GoniometricLight& goniometric = *light.mutable_goniometric();
+  *goniometric.mutable_intensity() = in.spectrum("I");
+  const double power = in.get_float("power", -1);
+  double mean = 1;
+  const std::string file = in.parameters.get_string("filename", "", in.diagnostics());
+  if (file.empty()) {
+    in.warn("goniometric light: without \"string filename\" it shines evenly");
+  } else if (const std::optional<LightImage> image = decode(in.context, in.parameters, file)) {
+    if (image->width != image->height) {
+      in.diagnostics().error(in.parameters.where(),
+                             concat("image of the goniometric light: ", image->width, " x ", image->height,
+                                    " pixels are not square, as an equal-area map is"));
+    }
+    double sum = 0;
+    for (int y = 0; y < image->height; ++y) {
+      for (int x = 0; x < image->width; ++x) sum += image->mean_of_channels(x, y);
+    }
+    mean = sum / (static_cast<double>(image->width) * image->height);
+    goniometric.set_texture(light_texture(in.context, in.textures, in.parameters, file));
+  }
+  // Its map has y and z the other way round.
+  Transform swap_yz;
+  swap_yz.m = {1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+  write_matrix(in.world_from_light * swap_yz, *goniometric.mutable_world_from_light());
+  if (power > 0) in.scale *= power / (4 * std::numbers::pi * mean);
 }
 
 void write_spot(LightInput& in, v1::Light& light) {
@@ -85,12 +174,39 @@ void write_distant(LightInput& in, v1::Light& light) {
   if (illuminance > 0) in.scale *= illuminance;
 }
 
+/// Illuminance of an upward patch under an equal-area map, as pbrt-v4 reckons it: with the weight of a hemisphere spread
+/// over all pixels.
+double illuminance_of_map(const LightImage& image) {
+  double sum = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      // z of the direction on the octahedral map [Clarberg 2008].
+      const double inside = 1 - (std::abs(2 * (x + 0.5) / image.width - 1) + std::abs(2 * (y + 0.5) / image.height - 1));
+      if (inside <= 0) continue;
+      const double z = 1 - (1 - inside) * (1 - inside);
+      sum += image.luminance(x, y) * z;
+    }
+  }
+  return sum * 2 * std::numbers::pi / (static_cast<double>(image.width) * image.height);
+}
+
+void read_portal(LightInput& in, v1::InfiniteLight& infinite) {
+  const Parameter* portal = in.parameters.find("portal", {ParameterType::kPoint3}, in.diagnostics());
+  if (portal == nullptr) return;
+  if (portal->numbers.size() != 12) {
+    in.diagnostics().error(portal->where,
+                           concat("portal of an infinite light: expected 4 points, found ", portal->numbers.size() / 3));
+    return;
+  }
+  // In world space whatever the transformation.
+  for (std::size_t i = 0; i < 12; i += 3) {
+    write_point({portal->numbers[i], portal->numbers[i + 1], portal->numbers[i + 2]}, *infinite.add_portal());
+  }
+}
+
 void write_infinite(LightInput& in, v1::Light& light) {
   v1::InfiniteLight& infinite = *light.mutable_infinite();
-  if (in.parameters.has("portal")) {
-    in.parameters.ignore({"portal"});
-    in.warn("\"portal\" of an infinite light is not supported yet: the light comes from everywhere");
-  }
+  read_portal(in, infinite);
   const double illuminance = in.get_float("illuminance", -1);
   const std::string file = in.parameters.get_string("filename", "", in.diagnostics());
   if (file.empty()) {
@@ -102,15 +218,17 @@ void write_infinite(LightInput& in, v1::Light& light) {
   if (in.parameters.has("L")) {
     in.diagnostics().error(in.parameters.where(), "infinite light: expected either \"L\" or \"filename\"");
   }
-  if (illuminance > 0) {
-    in.warn("\"illuminance\" of an infinite light with an image is not supported yet: the image's own values are used");
-  }
-  absl::StatusOr<v1::BlobRef> image = in.context.blobs.add_file(in.context.resolve(file), file);
-  if (!image.ok()) {
-    in.diagnostics().error(in.parameters.where(), concat("image of the infinite light: ", image.status().message()));
+  absl::StatusOr<v1::BlobRef> blob = in.context.blobs.add_file(in.context.resolve(file), file);
+  if (!blob.ok()) {
+    in.diagnostics().error(in.parameters.where(), concat("image of the infinite light: ", blob.status().message()));
     return;
   }
-  *infinite.mutable_image() = *std::move(image);
+  if (illuminance > 0) {
+    if (const std::optional<LightImage> image = decode(in.context, in.parameters, file)) {
+      in.scale *= illuminance / illuminance_of_map(*image);
+    }
+  }
+  *infinite.mutable_image() = *std::move(blob);
   infinite.set_mapping(v1::InfiniteLight::EQUAL_AREA_OCTAHEDRAL);
   write_matrix(in.world_from_light, *infinite.mutable_world_from_light());
 }
@@ -124,18 +242,23 @@ constexpr LightType kTypes[] = {{"point", write_point_light},
                                 {"spot", write_spot},
                                 {"distant", write_distant},
                                 {"infinite", write_infinite},
-                                {"goniometric", write_patterned_light},
-                                {"projection", write_patterned_light}};
+                                {"goniometric", write_goniometric},
+                                {"projection", write_projection}};
 
 }  // namespace
 
-void add_light(Context& context, const std::string& type, ParameterList& parameters,
+void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
                const Transform& world_from_light) {
   for (const LightType& known : kTypes) {
     if (known.name != type) continue;
-    LightInput in{context, parameters, world_from_light, parameters.get_float("scale", 1, context.diagnostics)};
+    LightInput in{context, textures, parameters, world_from_light,
+                  parameters.get_float("scale", 1, context.diagnostics)};
     v1::Light light;
     known.write(in, light);
+    if (!std::isfinite(in.scale)) {
+      context.diagnostics.error(parameters.where(), concat(parameters.owner(), ": a dark image cannot give that power"));
+      in.scale = 1;
+    }
     if (in.scale != 1) light.set_scale(static_cast<float>(in.scale));
     light.set_name(concat(type, " light, line ", parameters.where().line));
     parameters.warn_of_unused(context.diagnostics);
@@ -147,7 +270,8 @@ void add_light(Context& context, const std::string& type, ParameterList& paramet
       concat("unknown light type \"", type, "\": expected point, spot, distant, infinite, goniometric or projection"));
 }
 
-std::optional<AreaLightInput> read_area_light(Context& context, const std::string& type, ParameterList& parameters) {
+std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures, const std::string& type,
+                                              ParameterList& parameters) {
   if (type != "diffuse") {
     context.diagnostics.error(parameters.where(), concat("unknown area light type \"", type, "\": expected diffuse"));
     return std::nullopt;
@@ -160,10 +284,20 @@ std::optional<AreaLightInput> read_area_light(Context& context, const std::strin
   if (scale != 1) result.light.set_scale(static_cast<float>(scale));
   result.light.set_two_sided(parameters.get_bool("twosided", false, context.diagnostics));
   result.power = std::max(0.0, parameters.get_float("power", 0, context.diagnostics));
-  if (parameters.has("filename")) {
-    parameters.ignore({"filename"});
-    context.diagnostics.warning(parameters.where(),
-                                "an area light with an image is not supported yet: it emits evenly in white");
+  if (const std::string file = parameters.get_string("filename", "", context.diagnostics); !file.empty()) {
+    if (parameters.has("L")) {
+      context.diagnostics.error(parameters.where(), "area light: expected either \"L\" or \"filename\"");
+    }
+    result.light.set_texture(light_texture(context, textures, parameters, file));
+    if (result.power > 0) {
+      const std::optional<LightImage> image = decode(context, parameters, file);
+      if (!image) return std::nullopt;
+      double sum = 0;
+      for (int y = 0; y < image->height; ++y) {
+        for (int x = 0; x < image->width; ++x) sum += image->luminance(x, y);
+      }
+      result.mean_image = sum / (static_cast<double>(image->width) * image->height);
+    }
   }
   parameters.warn_of_unused(context.diagnostics);
   return result;

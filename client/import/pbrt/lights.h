@@ -3,22 +3,24 @@
 
 #include <optional>
 
-#include "import/pbrt/context.h"
-#include "import/pbrt/parameters.h"
+#include "import/pbrt/textures.h"
 
 namespace tessera::client::pbrt {
 
-/// Adds a light of `type` ("distant", "infinite", "point", "spot", ...) to the scene.
-void add_light(Context& context, const std::string& type, ParameterList& parameters, const Transform& world_from_light);
+/// Adds a light of `type` ("distant", "infinite", "point", "spot", "projection", "goniometric") to the scene.
+void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
+               const Transform& world_from_light);
 
 /// A diffuse emitter, before it is bound to a shape.
 struct AreaLightInput {
   v1::AreaLight light;
-  double power = 0;  // of the whole shape, in place of a radiance; 0: none
+  double power = 0;       // of each shape, in place of a radiance; 0: none
+  double mean_image = 1;  // mean luminance of its image
   SourceLocation where;
 };
 
 /// Nothing after an error.
-std::optional<AreaLightInput> read_area_light(Context& context, const std::string& type, ParameterList& parameters);
+std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures, const std::string& type,
+                                              ParameterList& parameters);
 
 }  // namespace tessera::client::pbrt

@@ -9,19 +9,21 @@ void write_diffuse(ValueReader& values, const UseMaterial&, v1::Material& materi
   *material.mutable_diffuse()->mutable_reflectance() = values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
 }
 
-void write_conductor(ValueReader& values, const UseMaterial&, v1::Material& material) {
-  v1::ConductorMaterial& conductor = *material.mutable_conductor();
+/// Reflectance, or eta and k behind `index_prefix`.
+void write_conductor_color(ValueReader& values, std::string_view index_prefix, v1::ConductorMaterial& conductor) {
   ParameterList& parameters = values.parameters();
-  if (parameters.has("reflectance")) {
-    if (parameters.has("eta") || parameters.has("k")) {
-      values.diagnostics().error(parameters.where(),
-                                 concat(parameters.owner(), ": expected either \"reflectance\" or \"eta\" and \"k\""));
-    }
-    *conductor.mutable_reflectance() = values.spectrum("reflectance", 1, SpectrumUse::kReflectance);
-  } else {
-    write_conductor_index(values, "", conductor);
+  if (!parameters.has("reflectance")) return write_conductor_index(values, index_prefix, conductor);
+  const std::string eta = concat(index_prefix, "eta"), k = concat(index_prefix, "k");
+  if (parameters.has(eta) || parameters.has(k)) {
+    values.diagnostics().error(parameters.where(), concat(parameters.owner(), ": expected either \"reflectance\" or \"",
+                                                          eta, "\" and \"", k, "\""));
   }
-  write_roughness(values, "", *conductor.mutable_roughness());
+  *conductor.mutable_reflectance() = values.spectrum("reflectance", 1, SpectrumUse::kReflectance);
+}
+
+void write_conductor(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  write_conductor_color(values, "", *material.mutable_conductor());
+  write_roughness(values, "", *material.mutable_conductor()->mutable_roughness());
 }
 
 void write_dielectric(ValueReader& values, const UseMaterial&, v1::Material& material) {
@@ -33,17 +35,62 @@ void write_thin_dielectric(ValueReader& values, const UseMaterial&, v1::Material
   *material.mutable_thin_dielectric()->mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
 }
 
+/// The medium between coat and base, of either kind of coat.
+template <typename Coat>
+void write_layer(ValueReader& values, Coat& coat) {
+  coat.set_thickness(constant_of(values, "thickness", 0.01));
+  if (values.parameters().has("albedo")) {
+    *coat.mutable_albedo() = values.spectrum("albedo", 0, SpectrumUse::kReflectance);
+  }
+  coat.set_g(constant_of(values, "g", 0));
+  values.parameters().ignore({"maxdepth", "nsamples"});  // of pbrt's random walk
+}
+
 void write_coated_diffuse(ValueReader& values, const UseMaterial&, v1::Material& material) {
   v1::CoatedDiffuseMaterial& coated = *material.mutable_coated_diffuse();
   *coated.mutable_reflectance() = values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
   *coated.mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
   write_roughness(values, "", *coated.mutable_roughness());
-  coated.set_thickness(constant_of(values, "thickness", 0.01));
-  if (values.parameters().has("albedo")) {
-    *coated.mutable_albedo() = values.spectrum("albedo", 0, SpectrumUse::kReflectance);
+  write_layer(values, coated);
+}
+
+void write_coated_conductor(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::CoatedConductorMaterial& coated = *material.mutable_coated_conductor();
+  write_conductor_color(values, "conductor.", *coated.mutable_conductor());
+  write_roughness(values, "conductor.", *coated.mutable_conductor()->mutable_roughness());
+  *coated.mutable_eta() = values.plain_spectrum("interface.eta", 1.5, SpectrumUse::kUnbounded);
+  write_roughness(values, "interface.", *coated.mutable_roughness());
+  write_layer(values, coated);
+}
+
+/// Absorption of the two pigments [d'Eon et al. 2011], in concentrations as Chiang et al. [2016] give them.
+std::array<double, 3> absorption_of_pigments(double eumelanin, double pheomelanin) {
+  constexpr double kEumelanin[] = {0.419, 0.697, 1.37};
+  constexpr double kPheomelanin[] = {0.187, 0.4, 1.05};
+  std::array<double, 3> sigma_a;
+  for (std::size_t c = 0; c < 3; ++c) sigma_a[c] = eumelanin * kEumelanin[c] + pheomelanin * kPheomelanin[c];
+  return sigma_a;
+}
+
+void write_hair(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::HairMaterial& hair = *material.mutable_hair();
+  ParameterList& parameters = values.parameters();
+  // The first of these that is given counts, as in pbrt-v4; "color" is the old name of "reflectance".
+  const char* color = parameters.has("reflectance") ? "reflectance" : "color";
+  if (parameters.has("sigma_a")) {
+    *hair.mutable_sigma_a() = values.spectrum("sigma_a", 1, SpectrumUse::kUnbounded);
+  } else if (parameters.has(color)) {
+    *hair.mutable_reflectance() = values.spectrum(color, 0.5, SpectrumUse::kReflectance);
+  } else {
+    const bool has_pigment = parameters.has("eumelanin") || parameters.has("pheomelanin");
+    const double eumelanin = constant_of(values, "eumelanin", has_pigment ? 0 : 1.3);
+    const double pheomelanin = constant_of(values, "pheomelanin", 0);
+    *hair.mutable_sigma_a()->mutable_constant() = rgb_spectrum(absorption_of_pigments(eumelanin, pheomelanin));
   }
-  coated.set_g(constant_of(values, "g", 0));
-  values.parameters().ignore({"maxdepth", "nsamples"});  // of pbrt's random walk; here it is in closed form
+  hair.set_eta(constant_of(values, "eta", 1.55));
+  *hair.mutable_beta_m() = values.number("beta_m", 0.3);
+  *hair.mutable_beta_n() = values.number("beta_n", 0.3);
+  hair.set_alpha_degrees(constant_of(values, "alpha", 2));
 }
 
 void write_diffuse_transmission(ValueReader& values, const UseMaterial&, v1::Material& material) {

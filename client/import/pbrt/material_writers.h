@@ -29,8 +29,6 @@ void write_conductor_index(ValueReader& values, std::string_view prefix, v1::Con
 float constant_of(ValueReader& values, std::string_view name, double fallback);
 
 // Materials that are replaced by a near one, each with a warning [approximate_materials.cpp].
-void write_coated_conductor(ValueReader& values, const UseMaterial& use, v1::Material& material);
-void write_hair(ValueReader& values, const UseMaterial& use, v1::Material& material);
 void write_measured(ValueReader& values, const UseMaterial& use, v1::Material& material);
 void write_subsurface(ValueReader& values, const UseMaterial& use, v1::Material& material);
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "import/input/concat.h"
+#include "import/pbrt/subdivision.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -85,28 +86,41 @@ std::optional<wire::MeshData> read_triangle_mesh(ValueReader& values) {
   return mesh;
 }
 
-std::optional<wire::MeshData> read_bilinear_mesh(ValueReader& values) {
-  // A fraction of the patch's size by which its fourth corner may leave the plane of the others.
-  constexpr double kFlat = 1e-3;
-  wire::MeshData mesh;
-  if (!read_vertices(values, mesh)) return std::nullopt;
-  std::optional<std::vector<std::uint32_t>> corners = read_indices(values, mesh.positions.size() / 3, 4);
-  if (!corners) return std::nullopt;
-  bool warped = false;
-  for (std::size_t i = 0; i < corners->size(); i += 4) {
-    const std::uint32_t* c = &(*corners)[i];  // p00 p10 p01 p11
-    mesh.indices.insert(mesh.indices.end(), {c[0], c[1], c[3], c[0], c[3], c[2]});
-    double twist = 0, size = 0;
-    for (int a = 0; a < 3; ++a) {
-      const auto at = [&](int k) { return double{mesh.positions[3 * std::size_t{c[k]} + a]}; };
-      twist = std::max(twist, std::abs(at(0) - at(1) - at(2) + at(3)));
-      size = std::max({size, std::abs(at(3) - at(0)), std::abs(at(2) - at(1))});
-    }
-    warped = warped || twist > kFlat * size;
-  }
-  if (warped) values.warn("a bilinear patch is not a parallelogram: it is cut into two flat triangles");
+std::optional<BilinearTessellation> read_bilinear_mesh(ValueReader& values) {
+  wire::MeshData corners;
+  if (!read_vertices(values, corners)) return std::nullopt;
+  std::optional<std::vector<std::uint32_t>> indices = read_indices(values, corners.positions.size() / 3, 4);
+  if (!indices) return std::nullopt;
   values.parameters().ignore({"faceIndices", "emissionfilename"});
-  return mesh;
+  BilinearTessellation triangles = tessellate_patches(corners, *indices);
+  if (triangles.curved) {
+    values.warn(concat("curved bilinear patches are cut into ", triangles.steps, " x ", triangles.steps, " cells each"));
+  }
+  return triangles;
+}
+
+std::optional<wire::MeshData> read_subdivision_mesh(ValueReader& values) {
+  constexpr std::int64_t kMostTriangles = std::int64_t{1} << 26;
+  wire::MeshData control;
+  control.positions = read_array(values, "P", {ParameterType::kPoint3});
+  if (control.positions.empty()) {
+    fail(values, "expected vertex positions \"point3 P\"");
+    return std::nullopt;
+  }
+  std::optional<std::vector<std::uint32_t>> indices = read_indices(values, control.positions.size() / 3, 3);
+  if (!indices) return std::nullopt;
+  control.indices = *std::move(indices);
+  const std::int64_t levels = values.get_integer("levels", 3);
+  values.parameters().ignore({"scheme"});
+  const auto faces = static_cast<std::int64_t>(control.indices.size() / 3);
+  if (levels < 0 || levels > 13 || faces > (kMostTriangles >> (2 * levels))) {
+    fail(values, concat(levels, " levels of ", faces, " faces are not possible: at most ", kMostTriangles,
+                        " triangles may come out"));
+    return std::nullopt;
+  }
+  std::optional<wire::MeshData> smooth = subdivide_loop(control, static_cast<int>(levels));
+  if (!smooth) fail(values, "its faces do not fit one another: an edge has more than two, or two of the same direction");
+  return smooth;
 }
 
 }  // namespace tessera::client::pbrt

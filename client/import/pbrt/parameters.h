@@ -11,7 +11,7 @@
 
 #include "import/input/diagnostics.h"
 #include "import/pbrt/color_space.h"
-#include "import/pbrt/transform.h"
+#include "import/geometry/transform.h"
 
 namespace tessera::client::pbrt {
 

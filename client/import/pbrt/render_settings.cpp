@@ -17,37 +17,47 @@ bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-constexpr std::string_view kPathTracers[] = {"path", "simplepath", "volpath", "simplevolpath"};
-constexpr std::string_view kOtherIntegrators[] = {"bdpt", "mlt", "sppm", "lightpath", "ao", "randomwalk", "function"};
+struct IntegratorType {
+  std::string_view name;
+  const char* ours;
+  bool same_image;  // once converged
+};
+
+constexpr IntegratorType kIntegrators[] = {
+    {"path", "path", true},        {"simplepath", "path", true}, {"volpath", "volpath", true},
+    {"simplevolpath", "volpath", true}, {"bdpt", "volpath", true}, {"mlt", "volpath", true},
+    {"sppm", "volpath", true},     {"lightpath", "light", true}, {"ao", "volpath", false},
+    {"randomwalk", "volpath", true}, {"function", "volpath", false}};
+
 constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol", "zsobol",
                                           "halton",      "pmj02bn", "stratified"};
 
 }  // namespace
 
-void write_integrator(Context& context, Directive& integrator, bool has_media) {
+void write_integrator(Context& context, Directive& integrator) {
   Diagnostics& diagnostics = context.diagnostics;
   ParameterList& parameters = integrator.parameters;
-  const std::string& type = integrator.type;
-  if (contains(kOtherIntegrators, type)) {
-    diagnostics.warning(parameters.where(), concat("integrator \"", type, "\" is not supported yet: \"path\" is used"));
-  } else if (!contains(kPathTracers, type)) {
-    diagnostics.error(parameters.where(), concat("unknown integrator \"", type,
-                                                 "\": expected path, volpath, "
-                                                 "simplepath, bdpt, mlt, sppm, lightpath, ao or randomwalk"));
+  const auto known = std::find_if(std::begin(kIntegrators), std::end(kIntegrators),
+                                  [&](const IntegratorType& type) { return type.name == integrator.type; });
+  if (known == std::end(kIntegrators)) {
+    diagnostics.error(parameters.where(), concat("unknown integrator \"", integrator.type,
+                                                 "\": expected path, volpath, simplepath, simplevolpath, bdpt, mlt, "
+                                                 "sppm, lightpath, ao or randomwalk"));
     return;
-  } else if (has_media && type == "volpath") {
-    diagnostics.warning(parameters.where(),
-                        "integrator \"volpath\" is not supported yet: \"path\" is used, without media");
+  }
+  if (!known->same_image) {
+    diagnostics.warning(parameters.where(), concat("integrator \"", integrator.type,
+                                                   "\" is not supported: \"volpath\" shows the scene's light instead"));
   }
   v1::RenderSettings& settings = *context.scene.mutable_settings();
-  settings.set_integrator("path");
+  settings.set_integrator(known->ours);
   const std::int64_t depth = parameters.get_integer("maxdepth", 5, diagnostics);
   settings.set_max_depth(static_cast<std::uint32_t>(std::clamp<std::int64_t>(depth, 0, kLargest)));
   if (parameters.get_bool("regularize", false, diagnostics)) {
     diagnostics.warning(parameters.where(),
                         "\"regularize\" of the integrator is not applied: the image stays unbiased");
   }
-  // How samples are spent, not what the image shows; and what belongs to the algorithms that "path" stands in for.
+  // How samples are spent, not what the image shows; and what belongs to the algorithms that "volpath" stands in for.
   parameters.ignore({"lightsampler",
                      "lightsampling",
                      "bsdfsampling",

@@ -5,8 +5,8 @@
 
 namespace tessera::client::pbrt {
 
-/// The path tracer serves all of pbrt's algorithms; says so where it matters. `has_media`: some medium is defined.
-void write_integrator(Context& context, Directive& integrator, bool has_media);
+/// "path", "volpath" or "light"; what else pbrt has becomes "volpath", which converges to the same image or says so.
+void write_integrator(Context& context, Directive& integrator);
 
 void write_sampler(Context& context, Directive& sampler);
 

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "import/input/concat.h"
+#include "import/pbrt/media.h"
 #include "import/pbrt/render_settings.h"
-#include "import/pbrt/shapes.h"
 
 namespace tessera::client::pbrt {
 
@@ -31,11 +31,13 @@ bool SceneBuilder::require_options(std::string_view directive, SourceLocation wh
 // ---------------------------------------------------------------- transformations
 
 void SceneBuilder::set_transform(const Transform& t) {
-  if (state_.transforms_act_on_start) state_.ctm = t;
+  if (state_.acts_on_start) state_.ctm.start = t;
+  if (state_.acts_on_end) state_.ctm.end = t;
 }
 
 void SceneBuilder::concatenate(const Transform& t) {
-  if (state_.transforms_act_on_start) state_.ctm = state_.ctm * t;
+  if (state_.acts_on_start) state_.ctm.start = state_.ctm.start * t;
+  if (state_.acts_on_end) state_.ctm.end = state_.ctm.end * t;
 }
 
 void SceneBuilder::name_coordinate_system(const std::string& name) { coordinate_systems_[name] = state_.ctm; }
@@ -55,11 +57,18 @@ void SceneBuilder::set_active_transform(std::string_view which, SourceLocation w
     context_.diagnostics.error(where, concat("expected All, StartTime or EndTime, found \"", which, "\""));
     return;
   }
-  state_.transforms_act_on_start = which != "EndTime";
-  if (which == "EndTime") {
-    context_.diagnostics.warning(where,
-                                 "motion is not supported yet: everything stands where it is when the shutter opens");
+  state_.acts_on_start = which != "EndTime";
+  state_.acts_on_end = which != "StartTime";
+}
+
+void SceneBuilder::set_transform_times(double start, double end, SourceLocation where) {
+  if (!require_options("TransformTimes", where)) return;
+  if (!(start < end)) {
+    context_.diagnostics.error(where, "TransformTimes: the end is not after the start");
+    return;
   }
+  transform_times_[0] = start;
+  transform_times_[1] = end;
 }
 
 // ---------------------------------------------------------------- blocks and state
@@ -67,8 +76,8 @@ void SceneBuilder::set_active_transform(std::string_view which, SourceLocation w
 void SceneBuilder::world_begin(SourceLocation where) {
   if (!require_options("WorldBegin", where)) return;
   in_world_ = true;
-  state_.ctm = Transform{};
-  state_.transforms_act_on_start = true;
+  state_.ctm = MovingTransform{};
+  state_.acts_on_start = state_.acts_on_end = true;
   name_coordinate_system("world");
 }
 
@@ -155,7 +164,9 @@ void SceneBuilder::camera(const std::string& type, std::vector<Parameter> parame
   if (!require_options("Camera", where)) return;
   camera_ = {type, list("camera", type, std::move(parameters), where)};
   camera_from_world_ = state_.ctm;
-  coordinate_systems_["camera"] = inverse(state_.ctm).value_or(Transform{});
+  coordinate_systems_["camera"] = {inverse(state_.ctm.start).value_or(Transform{}),
+                                   inverse(state_.ctm.end).value_or(Transform{})};
+  context_.scene.mutable_camera()->set_medium(state_.outside_medium);
 }
 
 void SceneBuilder::film(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
@@ -181,13 +192,17 @@ void SceneBuilder::accelerator(const std::string&, std::vector<Parameter>, Sourc
 
 // ---------------------------------------------------------------- materials, media, lights, shapes
 
-void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter>, SourceLocation where) {
-  if (!media_.insert(name).second) {
+void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters,
+                                     SourceLocation where) {
+  ParameterList all = list("medium", name, std::move(parameters), where, "medium");
+  ValueReader values(context_, textures_, all);
+  const std::string type = values.get_string("type", "");
+  std::optional<v1::Medium> medium = read_medium(type, values, state_.ctm.start);
+  if (medium) medium->set_name(name);
+  // A medium that cannot be read is still known by its name.
+  if (!media_.try_emplace(name, medium ? *std::move(medium) : v1::Medium{}).second) {
     context_.diagnostics.error(where, concat("medium \"", name, "\" is defined a second time"));
-    return;
   }
-  context_.diagnostics.warning(where,
-                               concat("medium \"", name, "\": media are not supported yet: rendered as empty space"));
 }
 
 void SceneBuilder::medium_interface(const std::string& inside, const std::string& outside, SourceLocation where) {
@@ -197,6 +212,8 @@ void SceneBuilder::medium_interface(const std::string& inside, const std::string
       return;
     }
   }
+  state_.inside_medium = inside;
+  state_.outside_medium = outside;
 }
 
 void SceneBuilder::make_named_material(const std::string& name, std::vector<Parameter> parameters,
@@ -219,13 +236,16 @@ void SceneBuilder::texture(const std::string& name, const std::string& value_typ
     return;
   }
   textures_.define(value_type == "float" ? TextureKind::kFloat : TextureKind::kSpectrum, name, type,
-                   list("texture", type, std::move(parameters), where, "texture"));
+                   list("texture", type, std::move(parameters), where, "texture"), state_.ctm.start);
 }
 
 void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
   if (!require_world("LightSource", where)) return;
   ParameterList all = list("light", type, std::move(parameters), where, "light");
-  add_light(context_, type, all, state_.ctm);
+  if (state_.ctm.moves()) {
+    context_.diagnostics.warning(where, "lights do not move: this one stands where it is at the start");
+  }
+  add_light(context_, textures_, type, all, state_.ctm.start);
 }
 
 void SceneBuilder::area_light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
@@ -241,39 +261,54 @@ void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
     context_.diagnostics.warning(pending.where, "area lights on the shapes of an object are ignored, as in pbrt-v4");
     return;
   }
-  if (std::optional<AreaLightInput> light = read_area_light(context_, state_.area_light_type, state_.area_light)) {
+  if (std::optional<AreaLightInput> light = read_area_light(context_, textures_, state_.area_light_type,
+                                                              state_.area_light)) {
     *shape.mutable_area_light() = std::move(light->light);
     pending.power = light->power;
+    pending.mean_image = light->mean_image;
   }
+}
+
+void SceneBuilder::write_state(v1::Shape& shape, PendingShape& pending) {
+  shape.set_reverse_orientation(state_.reverse_orientation);
+  if (state_.inside_medium != state_.outside_medium) {
+    shape.set_interior_medium(state_.inside_medium);
+    shape.set_exterior_medium(state_.outside_medium);
+  }
+  pending.object = current_object_;
+  pending.material = state_.material;
+  pending.world_from_object = state_.ctm;
+  bind_area_light(pending, shape);
+}
+
+void SceneBuilder::keep_shape(v1::Shape message, PendingShape pending) {
+  auto* shapes = pending.object >= 0 ? context_.scene.mutable_objects(pending.object)->mutable_shapes()
+                                     : context_.scene.mutable_shapes();
+  pending.shape = shapes->Add();
+  *pending.shape = std::move(message);
+  pending_shapes_.push_back(std::move(pending));
 }
 
 void SceneBuilder::shape(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
   if (!require_world("Shape", where)) return;
   ParameterList all = list("shape", type, std::move(parameters), where, "shape");
   ValueReader values(context_, textures_, all);
-  auto* shapes = current_object_ >= 0 ? context_.scene.mutable_objects(current_object_)->mutable_shapes()
-                                      : context_.scene.mutable_shapes();
-  v1::Shape* message = shapes->Add();
-  const double volume = state_.ctm.determinant3();
-  const bool singular = volume == 0 || !state_.ctm.is_finite();
-  ShapeResult result;
-  if (singular) {
+  for (const Transform& t : {state_.ctm.start, state_.ctm.end}) {
+    if (t.determinant3() != 0 && t.is_finite()) continue;
     context_.diagnostics.warning(where, concat(all.owner(), ": its transformation is singular: it is left out"));
-  } else {
-    result = write_shape(type, values, *message);
-  }
-  if (!result.kept) {
-    shapes->RemoveLast();
     return;
   }
-  write_matrix(state_.ctm, *message->mutable_world_from_object());
-  message->set_reverse_orientation(state_.reverse_orientation);
+  if (type == "curve") return curve(values, where);
+  close_curves();
+  v1::Shape message;
+  PendingShape pending;
+  pending.where = where;
+  pending.needs = write_shape(type, values, message);
+  if (!pending.needs.kept) return;
   const std::filesystem::path file = context_.diagnostics.file_name(where.file);
-  message->set_name(concat(type, ", ", file.filename().string(), ":", where.line));
-  PendingShape pending{message, current_object_, state_.material, state_.ctm, result.ply_file, result.alpha_texture, 0,
-                       where};
-  bind_area_light(pending, *message);
-  pending_shapes_.push_back(std::move(pending));
+  message.set_name(concat(type, ", ", file.filename().string(), ":", where.line));
+  write_state(message, pending);
+  keep_shape(std::move(message), std::move(pending));
 }
 
 }  // namespace tessera::client::pbrt

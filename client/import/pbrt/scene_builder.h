@@ -2,22 +2,26 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "import/pbrt/camera_film.h"
+#include "import/pbrt/curves.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/materials.h"
+#include "import/pbrt/shapes.h"
 
 namespace tessera::client::pbrt {
 
 /// What AttributeBegin saves and AttributeEnd restores.
 struct GraphicsState {
-  Transform ctm;  // world_from_object inside the world block, camera_from_world before it
+  MovingTransform ctm;  // world_from_object inside the world block, camera_from_world before it
   bool reverse_orientation = false;
-  bool transforms_act_on_start = true;  // ActiveTransform
+  bool acts_on_start = true, acts_on_end = true;  // ActiveTransform
   MaterialRef material;
+  std::string inside_medium, outside_medium;
   bool has_area_light = false;
   std::string area_light_type;
   ParameterList area_light;
@@ -35,6 +39,7 @@ class SceneBuilder {
   void name_coordinate_system(const std::string& name);
   void use_coordinate_system(const std::string& name, SourceLocation where);
   void set_active_transform(std::string_view which, SourceLocation where);
+  void set_transform_times(double start, double end, SourceLocation where);
 
   // Blocks and state.
   void world_begin(SourceLocation where);
@@ -91,16 +96,22 @@ class SceneBuilder {
     v1::Shape* shape = nullptr;
     int object = -1;  // index in the scene; -1: in the world
     MaterialRef material;
-    Transform world_from_object;
-    std::string ply_file;
-    std::string alpha_texture;
-    double power = 0;  // of its area light, where that is given
+    MovingTransform world_from_object;
+    ShapeResult needs;
+    double power = 0;       // of its area light, where that is given
+    double mean_image = 1;  // of the area light's image
     SourceLocation where;
   };
   struct PendingInstance {
     std::string object;
-    Transform world_from_instance;
+    MovingTransform world_from_instance;
     SourceLocation where;
+  };
+  /// Curves that follow one another under the same state, on their way into one shape.
+  struct OpenCurves {
+    CurveBatch batch;
+    v1::Shape looks;  // all of the shape but its geometry and its name
+    PendingShape pending;
   };
 
   ParameterList list(std::string_view what, const std::string& type, std::vector<Parameter> parameters,
@@ -108,8 +119,20 @@ class SceneBuilder {
   bool require_world(std::string_view directive, SourceLocation where);
   bool require_options(std::string_view directive, SourceLocation where);
   void bind_area_light(PendingShape& pending, v1::Shape& shape);
+  /// Takes a shape into the scene whose geometry is written.
+  void keep_shape(v1::Shape message, PendingShape pending);
+  /// All that the graphics state says of a shape.
+  void write_state(v1::Shape& shape, PendingShape& pending);
 
+  // gather_curves.cpp
+  void curve(ValueReader& values, SourceLocation where);
+  void close_curves();
+
+  MovingTransform during_exposure(const MovingTransform& moving) const;
+  void place_shapes();
   void place_instances();
+  void place_camera();
+  void add_media();
   void load_meshes();
   void resolve_materials_and_textures();
   void resolve_powers();
@@ -120,19 +143,22 @@ class SceneBuilder {
   GraphicsState state_;
   bool in_world_ = false;
   std::vector<Block> blocks_;
-  std::map<std::string, Transform> coordinate_systems_;
+  std::map<std::string, MovingTransform> coordinate_systems_;
   std::map<std::string, int> object_index_;
   int current_object_ = -1;
   std::vector<PendingShape> pending_shapes_;
   std::vector<PendingInstance> pending_instances_;
-  std::set<std::string> media_;
+  std::optional<OpenCurves> open_curves_;
+  std::map<std::string, v1::Medium> media_;
 
   Directive camera_{"perspective", {}};
   Directive film_{"rgb", {}};
   Directive filter_{"gaussian", {}};
   Directive sampler_{"zsobol", {}};
   Directive integrator_{"volpath", {}};
-  Transform camera_from_world_;
+  MovingTransform camera_from_world_;
+  double transform_times_[2] = {0, 1};
+  ShutterTimes shutter_;
 };
 
 }  // namespace tessera::client::pbrt

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
 #include "import/pbrt/tokenizer.h"
+#include "import/spectra/linear_rgb.h"
 #include "import/spectra/named_spectra.h"
 #include "import/spectra/photometry.h"
 
@@ -28,6 +30,27 @@ SpectrumTable table_of(const v1::SampledSpectrum& sampled) {
   return {{sampled.wavelengths_nm().begin(), sampled.wavelengths_nm().end()},
           {sampled.values().begin(), sampled.values().end()}};
 }
+
+/// The spectrum at so many wavelengths that lines between them miss nothing that is seen.
+SpectrumTable tabulated(const v1::Spectrum& spectrum) {
+  if (spectrum.has_sampled()) return table_of(spectrum.sampled());
+  constexpr float kStep = 5;
+  SpectrumTable table;
+  for (float nm = kFirstNm; nm <= kLastNm; nm += kStep) {
+    table.wavelengths_nm.push_back(nm);
+    table.values.push_back(
+        spectrum.has_blackbody() ? static_cast<float>(normalized_blackbody(nm, spectrum.blackbody().kelvin()))
+                                 : spectrum.constant());
+  }
+  return table;
+}
+
+std::array<double, 3> rgb_or_grey(const v1::Spectrum& spectrum) {
+  if (spectrum.has_rgb()) return {spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()};
+  return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
+}
+
+bool is_table(const v1::Spectrum& spectrum) { return spectrum.has_sampled() || spectrum.has_blackbody(); }
 
 /// Pairs of wavelength and value; the message of what is wrong, or nothing.
 std::string fill_table(const std::vector<double>& numbers, SpectrumTable& table) {
@@ -145,6 +168,51 @@ v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb) {
   spectrum.mutable_rgb()->set_g(static_cast<float>(rgb[1]));
   spectrum.mutable_rgb()->set_b(static_cast<float>(rgb[2]));
   return spectrum;
+}
+
+v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor) {
+  if (is_table(spectrum)) {
+    SpectrumTable table = tabulated(spectrum);
+    for (float& value : table.values) value = static_cast<float>(value * factor);
+    return sampled_spectrum(table);
+  }
+  if (!spectrum.has_rgb()) return constant_spectrum(spectrum.constant() * factor);
+  const std::array<double, 3> rgb = rgb_or_grey(spectrum);
+  return rgb_spectrum({rgb[0] * factor, rgb[1] * factor, rgb[2] * factor});
+}
+
+v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b) {
+  if (a.has_rgb() || b.has_rgb()) {
+    const std::array<double, 3> first = linear_rgb_of(a), second = linear_rgb_of(b);
+    return rgb_spectrum({first[0] + second[0], first[1] + second[1], first[2] + second[2]});
+  }
+  if (!is_table(a) && !is_table(b)) return constant_spectrum(double{a.constant()} + b.constant());
+  // Linear between the samples of both.
+  const SpectrumTable first = tabulated(a), second = tabulated(b);
+  SpectrumTable result;
+  std::set_union(first.wavelengths_nm.begin(), first.wavelengths_nm.end(), second.wavelengths_nm.begin(),
+                 second.wavelengths_nm.end(), std::back_inserter(result.wavelengths_nm));
+  for (const float nm : result.wavelengths_nm) {
+    result.values.push_back(static_cast<float>(evaluate(first, nm) + evaluate(second, nm)));
+  }
+  return sampled_spectrum(result);
+}
+
+std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum) {
+  if (!is_table(spectrum)) return rgb_or_grey(spectrum);
+  // Constant beyond its ends, which linear_rgb() is not.
+  SpectrumTable table = tabulated(spectrum);
+  if (table.wavelengths_nm.front() > kFirstNm) {
+    table.wavelengths_nm.insert(table.wavelengths_nm.begin(), kFirstNm);
+    table.values.insert(table.values.begin(), table.values.front());
+  }
+  if (table.wavelengths_nm.back() < kLastNm) {
+    table.wavelengths_nm.push_back(kLastNm);
+    table.values.push_back(table.values.back());
+  }
+  std::array<double, 3> rgb = linear_rgb(table, SeenUnder::kD65);
+  for (double& component : rgb) component = std::max(component, 0.0);
+  return rgb;
 }
 
 std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter, std::string_view owner,

@@ -17,6 +17,12 @@ inline constexpr std::initializer_list<ParameterType> kSpectrumTypes = {
 v1::Spectrum constant_spectrum(double value);
 v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb);
 
+/// Factors apply to values of any kind; a scaled blackbody comes out as samples.
+v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor);
+v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b);
+/// Linear Rec.709 of a spectrum of matter, for places that hold nothing else; no component is below 0.
+std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum);
+
 /// The value of a parameter of one of kSpectrumTypes; nothing after an error. RGB comes out in linear Rec.709. Sampled
 /// reflectances and illuminants are zero outside the wavelengths given, as in pbrt; indices of refraction are
 /// constant there.

@@ -8,7 +8,14 @@
 
 namespace tessera::client::pbrt {
 
-using TextureWriter = void (*)(TextureKind kind, ValueReader& values, v1::Texture& texture);
+/// A Texture directive: which name space it is in, and the transformation at it.
+struct TextureInput {
+  TextureKind kind;
+  const Transform& world_from_texture;
+  ValueReader& values;
+};
+
+using TextureWriter = void (*)(const TextureInput& in, v1::Texture& texture);
 
 /// Null for a type that pbrt-v4 does not have.
 TextureWriter find_texture_writer(std::string_view type);

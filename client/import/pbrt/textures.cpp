@@ -6,7 +6,7 @@
 namespace tessera::client::pbrt {
 
 void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type,
-                          ParameterList parameters) {
+                          ParameterList parameters, const Transform& world_from_texture) {
   Diagnostics& diagnostics = context_.diagnostics;
   if (find_texture_writer(type) == nullptr) {
     diagnostics.error(parameters.where(),
@@ -24,7 +24,8 @@ void TextureTable::define(TextureKind kind, const std::string& name, const std::
     }
   }
   const SourceLocation where = parameters.where();
-  if (!entries_.try_emplace({kind, name}, Entry{type, std::move(parameters), State::kDefined, ""}).second) {
+  if (!entries_
+           .try_emplace({kind, name}, Entry{type, std::move(parameters), world_from_texture, State::kDefined, ""}).second) {
     diagnostics.error(where, concat("texture \"", name, "\" is defined a second time"));
   }
 }
@@ -52,13 +53,22 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
   entry.state = State::kInProgress;
   v1::Texture texture;
   ValueReader values(context_, *this, entry.parameters);
-  find_texture_writer(entry.type)(kind, values, texture);
+  find_texture_writer(entry.type)({kind, entry.world_from_texture, values}, texture);
   entry.parameters.warn_of_unused(context_.diagnostics);
   entry.scene_name = unique_scene_name(kind, name);
   texture.set_name(entry.scene_name);
   *context_.scene.add_textures() = std::move(texture);
   entry.state = State::kDone;
   return entry.scene_name;
+}
+
+std::string TextureTable::add(const std::string& hint, v1::Texture texture) {
+  const auto [entry, fresh] = added_.try_emplace(texture.SerializeAsString());
+  if (!fresh) return entry->second;
+  entry->second = unique_scene_name(TextureKind::kSpectrum, hint);
+  texture.set_name(entry->second);
+  *context_.scene.add_textures() = std::move(texture);
+  return entry->second;
 }
 
 v1::SpectrumValue ValueReader::spectrum(std::string_view name, double fallback, SpectrumUse use) {

@@ -20,16 +20,21 @@ class TextureTable {
   explicit TextureTable(Context& context) : context_(context) {}
 
   /// `type` is "imagemap", "checkerboard", ... Errors: an unknown type, a name that is taken, an image that is missing.
-  void define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters);
+  void define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters,
+              const Transform& world_from_texture);
 
   /// The name in the scene of a texture; empty after an error at `where`.
   std::string use(TextureKind kind, const std::string& name, SourceLocation where);
+
+  /// Takes a texture that no directive names; equal ones become one. Its name in the scene begins with `hint`.
+  std::string add(const std::string& hint, v1::Texture texture);
 
  private:
   enum class State { kDefined, kInProgress, kDone };
   struct Entry {
     std::string type;
     ParameterList parameters;
+    Transform world_from_texture;
     State state = State::kDefined;
     std::string scene_name;
   };
@@ -39,6 +44,7 @@ class TextureTable {
   Context& context_;
   std::map<std::pair<TextureKind, std::string>, Entry> entries_;
   std::set<std::string> scene_names_;
+  std::map<std::string, std::string> added_;  // names by content
 };
 
 /// Reads the parameters of one directive that can be constants or textures.

@@ -112,7 +112,8 @@ struct VertexTarget {
 
 class PlyMeshReader {
  public:
-  PlyMeshReader(std::string_view bytes, const PlyHeader& header) : header_(header), cursor_(bytes, header) {}
+  PlyMeshReader(std::string_view bytes, const PlyHeader& header, bool with_attributes)
+      : header_(header), cursor_(bytes, header), with_attributes_(with_attributes) {}
 
   absl::StatusOr<PlyMesh> read() {
     for (const PlyElement& element : header_.elements) {
@@ -192,7 +193,9 @@ class PlyMeshReader {
 
   const PlyHeader& header_;
   PlyCursor cursor_;
+  const bool with_attributes_;
   PlyMesh result_;
+  std::vector<PlyAttribute> vertex_attributes_, face_attributes_;
   bool has_vertices_ = false;
   bool has_faces_ = false;
   std::vector<std::uint32_t> polygon_;  // the face being read
@@ -218,6 +221,15 @@ absl::StatusOr<std::vector<VertexTarget>> PlyMeshReader::vertex_targets(const Pl
   assign({"nx", "ny", "nz"}, mesh.normals);
   for (const auto& [u, v] : {std::pair{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}) {
     if (assign({u, v}, mesh.uvs)) break;
+  }
+  if (with_attributes_) {
+    vertex_attributes_ = plan_attributes(element, false, result_.warnings);
+    for (PlyAttribute& attribute : vertex_attributes_) {
+      attribute.values.resize(element.count * attribute.channels);
+      for (std::uint32_t c = 0; c < attribute.channels; ++c) {
+        targets[attribute.properties[c]] = {&attribute.values, attribute.channels, c};
+      }
+    }
   }
   return targets;
 }
@@ -293,9 +305,20 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
     return fail("faces have no integer list vertex_indices");
   }
   if (read_packed_triangles(element, element.properties[list])) return absl::OkStatus();
+  if (with_attributes_) face_attributes_ = plan_attributes(element, true, result_.warnings);
+  std::vector<double> scalars(element.properties.size());
+  std::vector<bool> wanted(element.properties.size());
+  for (const PlyAttribute& attribute : face_attributes_) {
+    for (const int property : attribute.properties) wanted[property] = true;
+  }
   for (std::uint64_t i = 0; i < element.count; ++i) {
+    const std::size_t triangles_before = result_.mesh.indices.size() / 3;
     for (int p = 0; p < static_cast<int>(element.properties.size()); ++p) {
       const PlyProperty& property = element.properties[p];
+      if (wanted[p]) {
+        if (!cursor_.read(property.type, scalars[p])) return fail_element(element, i, "expected a number");
+        continue;
+      }
       if (p != list) {
         if (absl::Status status = skip_property(element, property, i); !status.ok()) return status;
         continue;
@@ -315,6 +338,8 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
       }
       if (absl::Status status = add_polygon(element, i); !status.ok()) return status;
     }
+    const std::size_t triangles = result_.mesh.indices.size() / 3 - triangles_before;
+    for (PlyAttribute& attribute : face_attributes_) attribute.append(scalars, triangles);
   }
   return absl::OkStatus();
 }
@@ -362,6 +387,12 @@ absl::Status PlyMeshReader::finish() {
     return absl::InvalidArgumentError(concat("triangle ", (bad - indices.begin()) / 3, ": vertex index ", *bad,
                                              " is out of range: there are ", vertices, " vertices"));
   }
+  for (std::vector<PlyAttribute>* attributes : {&vertex_attributes_, &face_attributes_}) {
+    for (PlyAttribute& attribute : *attributes) {
+      if (absl::Status status = attribute.finish(); !status.ok()) return status;
+      result_.attributes.push_back(std::move(attribute));
+    }
+  }
   warn_of_warped_quads();
   if (larger_polygons_ > 0) {
     result_.warnings.push_back(concat(larger_polygons_, " faces have more than four vertices: cut into fans"));
@@ -401,10 +432,10 @@ void PlyMeshReader::warn_of_warped_quads() {
 
 }  // namespace
 
-absl::StatusOr<PlyMesh> read_ply(std::string_view bytes) {
+absl::StatusOr<PlyMesh> read_ply(std::string_view bytes, bool with_attributes) {
   absl::StatusOr<PlyHeader> header = read_ply_header(bytes);
   if (!header.ok()) return header.status();
-  return PlyMeshReader(bytes, *header).read();
+  return PlyMeshReader(bytes, *header, with_attributes).read();
 }
 
 }  // namespace tessera::client

@@ -6,12 +6,14 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "import/ply/ply_attributes.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::client {
 
 struct PlyMesh {
   wire::MeshData mesh;
+  std::vector<PlyAttribute> attributes;  // only when they are asked for
   std::vector<std::string> warnings;  // what was approximated or not read
 };
 
@@ -22,6 +24,8 @@ struct PlyMesh {
 /// InvalidArgument for bytes that are not a usable PLY file, with the line (ascii, header) or the element number and
 /// byte offset (binary): truncated data, indices out of range, coordinates that are not finite, counts that the file
 /// cannot hold. Memory is bounded by a small multiple of the file's size, whatever its header claims.
-absl::StatusOr<PlyMesh> read_ply(std::string_view bytes);
+///
+/// `with_attributes`: other scalar properties of vertices and faces are read too, grouped as in ply_attributes.h.
+absl::StatusOr<PlyMesh> read_ply(std::string_view bytes, bool with_attributes = false);
 
 }  // namespace tessera::client

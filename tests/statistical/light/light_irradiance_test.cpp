@@ -1,7 +1,7 @@
 // Irradiance estimated through light sampling, against formulas.
 #include <gtest/gtest.h>
 
-#include "render/light/environment_map.h"
+#include "render/sampling/sphere_map.h"
 #include "statistical/light/lamps.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -1,10 +1,10 @@
-#include "import/pbrt/transform.h"
+#include "import/geometry/transform.h"
 
 #include <cmath>
 
 #include "gtest/gtest.h"
 
-namespace tessera::client::pbrt {
+namespace tessera::client {
 namespace {
 
 // Products of a few doubles of magnitude 1 to 10.
@@ -45,4 +45,4 @@ TEST(Transform, InvertsWhatCanBeInverted) {
 }
 
 }  // namespace
-}  // namespace tessera::client::pbrt
+}  // namespace tessera::client

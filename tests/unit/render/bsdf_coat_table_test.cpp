@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/bsdf/boundary_energy.h"
+
 namespace tessera::render {
 namespace {
 
@@ -34,7 +36,7 @@ TEST(CoatTable, InterpolationIsAccurate) {
     int count = 0;
     for (double alpha = 0.002; alpha < 1; alpha *= 1.3) {
       for (double cosine = 0.01; cosine < 1; cosine += 0.0171) {
-        const double exact = boundary_energy(cosine, alpha, eta).transmitted;
+        const double exact = boundary_energy(cosine, {alpha}, eta).transmitted;
         const double error = std::abs(interpolated_transmittance(table.coat_tables.data(), cosine, alpha) - exact);
         worst = std::max(worst, error);
         sum += error;
@@ -50,7 +52,7 @@ TEST(CoatTable, BoundariesCreateNoEnergy) {
   for (const double eta : {1 / 1.5, 1.0, 1.5, 3.0}) {
     for (const double alpha : {0.0, 0.01, 0.3, 1.0}) {
       for (const double cosine : {1e-9, 0.01, 0.5, 1.0}) {
-        const BoundaryEnergy energy = boundary_energy(cosine, alpha, eta);
+        const BoundaryEnergy energy = boundary_energy(cosine, {alpha}, eta);
         EXPECT_GE(energy.reflected, 0);
         EXPECT_GE(energy.transmitted, 0);
         EXPECT_LE(energy.reflected + energy.transmitted, 1 + 1e-6);

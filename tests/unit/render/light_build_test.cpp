@@ -30,7 +30,7 @@ ShapeTable quadric_table(ShapeKind kind, const QuadricRecord& quadric) {
 
 LightRecord only_light(ShapeTable shapes) {
   std::vector<LightRecord> lights;
-  append_area_lights(shapes, 0, kRadiance, false, lights);
+  append_area_lights(shapes, 0, kRadiance, false, -1, lights);
   EXPECT_EQ(lights.size(), 1u);
   return lights.at(0);
 }
@@ -43,7 +43,7 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
   shape.triangle_count = 3;
   shapes.shapes = {shape};
   std::vector<LightRecord> lights(2);
-  append_area_lights(shapes, 0, kRadiance, true, lights);
+  append_area_lights(shapes, 0, kRadiance, true, -1, lights);
   ASSERT_EQ(lights.size(), 5u);
   EXPECT_EQ(shapes.shapes[0].first_light, 2);
   for (int i = 0; i < 3; ++i) {

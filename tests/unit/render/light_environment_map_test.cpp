@@ -1,4 +1,4 @@
-#include "render/light/environment_map.h"
+#include "render/sampling/sphere_map.h"
 
 #include <gtest/gtest.h>
 

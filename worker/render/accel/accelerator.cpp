@@ -4,32 +4,51 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "render/accel/curve_geometry.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
 
 namespace {
 
-/// Bounds in the space that the quadric is placed in: those of the transformed box about it.
+/// Bounds of a transformed box given by its centre and half of its sides, with room for the roundings of transform and
+/// intersection.
+void put_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3], RTCBounds& b) {
+  const float* m = transform.m;
+  float low[3], high[3];
+  for (int i = 0; i < 3; ++i) {
+    const float* row = m + 4 * i;
+    const float middle = row[0] * centre[0] + row[1] * centre[1] + row[2] * centre[2] + row[3];
+    const float reach = std::abs(row[0]) * half[0] + std::abs(row[1]) * half[1] + std::abs(row[2]) * half[2];
+    const float slack = 4e-6f * (std::abs(middle) + reach);
+    low[i] = middle - reach - slack;
+    high[i] = middle + reach + slack;
+  }
+  b.lower_x = low[0], b.lower_y = low[1], b.lower_z = low[2];
+  b.upper_x = high[0], b.upper_y = high[1], b.upper_z = high[2];
+}
+
 void quadric_bounds(const RTCBoundsFunctionArguments* args) {
   const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
   const ShapeRecord& shape = geometry.table->shapes[geometry.shape];
   const QuadricRecord& q = geometry.table->quadrics[shape.quadric];
-  const float centre_z = shape.kind == ShapeKind::kDisk ? q.height : (q.z_min + q.z_max) / 2;
-  const float half_z = shape.kind == ShapeKind::kDisk ? 0.0f : (q.z_max - q.z_min) / 2;
-  const float* m = q.render_from_object.m;
-  float low[3], high[3];
+  const bool flat = shape.kind == ShapeKind::kDisk;
+  put_bounds(q.render_from_object, {0, 0, flat ? q.height : (q.z_min + q.z_max) / 2},
+             {q.radius, q.radius, flat ? 0.0f : (q.z_max - q.z_min) / 2}, *args->bounds_o);
+}
+
+/// Of one voxel.
+void sdf_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
+  const SdfGridRecord& grid = geometry.table->sdf_grids[geometry.table->shapes[geometry.shape].quadric];
+  const std::int32_t lower = grid.voxels[args->primID];
+  const std::int32_t at[3] = {lower % grid.size[0], lower / grid.size[0] % grid.size[1], lower / grid.size[0] / grid.size[1]};
+  float centre[3], half[3];
   for (int i = 0; i < 3; ++i) {
-    const float* row = m + 4 * i;
-    const float centre = row[2] * centre_z + row[3];
-    const float half = (std::abs(row[0]) + std::abs(row[1])) * q.radius + std::abs(row[2]) * half_z;
-    const float slack = 4e-6f * (std::abs(centre) + half);  // roundings of transform and intersection
-    low[i] = centre - half - slack;
-    high[i] = centre + half + slack;
+    half[i] = 0.5f / static_cast<float>(grid.size[i] - 1);
+    centre[i] = (2 * static_cast<float>(at[i]) + 1) * half[i];
   }
-  RTCBounds& b = *args->bounds_o;
-  b.lower_x = low[0], b.lower_y = low[1], b.lower_z = low[2];
-  b.upper_x = high[0], b.upper_y = high[1], b.upper_z = high[2];
+  put_bounds(grid.render_from_object, centre, half, *args->bounds_o);
 }
 
 bool count_memory(void* counter, ssize_t bytes, bool) {
@@ -69,18 +88,21 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
                                std::size_t(shape.first_vertex) * sizeof(Vertex), sizeof(Vertex), shape.vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, table.triangles.data(),
                                std::size_t(shape.first_triangle) * 12, 12, shape.triangle_count);
-    if (shape.flags & kHasAlpha) {
-      rtcSetGeometryUserData(geometry, &alphas_.emplace_back(&table, &textures, index));
-      rtcSetGeometryIntersectFilterFunction(geometry, callbacks.filter_alpha);
-      rtcSetGeometryOccludedFilterFunction(geometry, callbacks.filter_alpha);
-    }
+  } else if (shape.kind == ShapeKind::kCurves) {
+    geometry = new_curve_geometry(device_, table.curves[static_cast<std::size_t>(shape.quadric)]);
   } else {
+    const bool sdf = shape.kind == ShapeKind::kSdfGrid;
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, 1);
+    rtcSetGeometryUserPrimitiveCount(geometry, sdf ? static_cast<unsigned>(table.sdf_grids[shape.quadric].voxels.size()) : 1);
     rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(&table, index));
-    rtcSetGeometryBoundsFunction(geometry, quadric_bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry, callbacks.intersect_quadric);
-    rtcSetGeometryOccludedFunction(geometry, callbacks.occluded_quadric);
+    rtcSetGeometryBoundsFunction(geometry, sdf ? sdf_bounds : quadric_bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, sdf ? callbacks.intersect_sdf : callbacks.intersect_quadric);
+    rtcSetGeometryOccludedFunction(geometry, sdf ? callbacks.occluded_sdf : callbacks.occluded_quadric);
+  }
+  if ((shape.flags & kHasAlpha) && (shape.kind == ShapeKind::kTriangles || shape.kind == ShapeKind::kCurves)) {
+    rtcSetGeometryUserData(geometry, &alphas_.emplace_back(&table, &textures, index));
+    rtcSetGeometryIntersectFilterFunction(geometry, callbacks.filter_alpha);
+    rtcSetGeometryOccludedFilterFunction(geometry, callbacks.filter_alpha);
   }
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(index));

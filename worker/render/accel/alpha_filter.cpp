@@ -33,8 +33,9 @@ void filter_alpha(const RTCFilterFunctionNArguments* args) {
     if (shape.alpha_texture >= 0) {
       const Hit hit{Float(0.0f),          Float::load(uv[0]),      Float::load(uv[1]),
                     Int::load(primitive), Int(geometry.shape), Int(-1)};
-      const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-      const Surface surface = surface_at(*geometry.shapes, hit, zero, zero, active, false);
+      const Vec3 o{Float::load(ray[0]), Float::load(ray[1]), Float::load(ray[2])};
+      const Vec3 d{Float::load(ray[3]), Float::load(ray[4]), Float::load(ray[5])};
+      const Surface surface = surface_at(*geometry.shapes, hit, o, d, active, false);
       alpha = eval_texture_scalar(*geometry.textures, shape.alpha_texture, texture_point(surface), active);
     }
     UInt h = bit_cast<std::uint32_t>(Int::load(primitive));

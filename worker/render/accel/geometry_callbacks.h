@@ -8,6 +8,8 @@ namespace tessera::render {
 struct GeometryCallbacks {
   RTCIntersectFunctionN intersect_quadric = nullptr;
   RTCOccludedFunctionN occluded_quadric = nullptr;
+  RTCIntersectFunctionN intersect_sdf = nullptr;
+  RTCOccludedFunctionN occluded_sdf = nullptr;
   RTCFilterFunctionN filter_alpha = nullptr;
 };
 

@@ -18,6 +18,14 @@ struct BsdfParams {
   Float scalars[kMaterialScalars];
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()
+  Int flags;                 // MaterialFlags
+  std::int32_t some_flags;   // all that some lane has, of whatever kind: models look at their variants only where set
+  // With kUsesExtended
+  Spectrum extended_spectra[kExtendedSpectra];
+  Float extended[kExtendedScalars];
+
+  /// Lanes that have `flag`.
+  TESSERA_INLINE Mask with(std::int32_t flag) const { return (flags & flag) != 0; }
 };
 
 struct BsdfEval {
@@ -44,7 +52,7 @@ class Bsdf {
   virtual BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const = 0;
 };
 
-/// The model of a kind; null for kInterface and kMix, which are not asked.
+/// The model of a kind; null for kMix, which is not asked.
 const Bsdf* bsdf_model(BsdfKind kind);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -26,15 +26,4 @@ inline constexpr int kCoatTableSize = kCoatTransmittance + kCoatAlphas * kCoatCo
 /// unless it is there.
 std::int32_t append_coat_table(float eta, MaterialTable& table);
 
-/// Parts of the light along a direction that a boundary reflects and lets through; what is missing from 1 would need
-/// more than one bounce on the microfacets.
-struct BoundaryEnergy {
-  double reflected = 0;
-  double transmitted = 0;
-};
-
-/// A rough boundary of GGX roughness `alpha`, 0 <= alpha <= 1; `eta` is the index of the other side over that of the
-/// side that the light comes from, at `cosine` > 0 to the normal.
-BoundaryEnergy boundary_energy(double cosine, double alpha, double eta);
-
 }  // namespace tessera::render

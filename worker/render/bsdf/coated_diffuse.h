@@ -1,4 +1,5 @@
-// A dielectric coat, smooth or rough, over a Lambertian base. Seen from below it is the same again.
+// A dielectric coat, smooth or rough, over a Lambertian base: pbrt-v4's "coateddiffuse". Seen from below it is the same
+// again.
 //
 // The closed form of the random walk between the two: a Lambertian base forgets where light came from, so only
 // energies matter, and the orders of interreflection are a geometric series:

@@ -1,8 +1,9 @@
-// A conductor: mirror, or GGX microfacets.
+// A conductor: mirror, or microfacets. pbrt-v4's "conductor", Mitsuba 3's "conductor" and "roughconductor".
 //
 // spectra[0]     eta: real part of the complex index of refraction, relative to the outside
 // spectra[1]     k: its imaginary part
-// scalars[0, 1]  GGX alpha along x and y; a mirror where both are below kSmoothAlpha
+// scalars[0, 1]  alpha along x and y; a mirror where both are below kSmoothAlpha
+// extended_spectra[0]  with kTinted: factor of the light
 #pragma once
 
 #include "render/bsdf/bsdf.h"

@@ -2,6 +2,7 @@
 
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
+#include "render/bsdf/tint.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -36,26 +37,26 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
 
   // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted radiance is
   // scaled by 1 / eta^2.
-  const Ggx ggx = ggx_of(params, kAlpha);
-  const Float so = ggx.stretched_length(wo), si = ggx.stretched_length(wi), zi = abs_cos_theta(wi);
-  const Float refraction = (1.0f - r) * 2.0f * abs(oh * ih) / sqr(h2);
-  const Float scatter = ggx.density(h) * select(reflected, 0.5f * r, refraction);
   const Mask lit = rough & facing;
-  const Float pdf = scatter * select(reflected, 1.0f, sqr(eta)) / (wo.z + so);
-  return {Spectrum(select_or_zero(lit, scatter * zi / (so * zi + si * wo.z))), select_or_zero(lit, pdf)};
+  return with_microfacets(params, kAlpha, [&](const auto& facets) -> BsdfEval {
+    const Float zi = abs_cos_theta(wi);
+    const Float so = facets.masking_length(wo), si = facets.masking_length({wi.x, wi.y, zi});
+    const Float refraction = (1.0f - r) * 2.0f * abs(oh * ih) / sqr(h2);
+    const Float scatter = facets.density(h) * select(reflected, 0.5f * r, refraction);
+    const Float pdf = scatter * select(reflected, 1.0f, sqr(eta)) / (wo.z + so);
+    const Spectrum f_cos(select_or_zero(lit, scatter * zi / facets.masking_pair(so, wo.z, si, zi)));
+    return {tinted(params, reflected, f_cos), select_or_zero(lit, pdf)};
+  });
 }
 
-BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
-  const Mask below = wo.z < 0.0f;
-  const Float eta = relative_eta(params, below);
-  wo = mirror_if(below, wo);
-  const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
-  const bool any_rough = any(and_not(active, delta));
-  const Ggx ggx = ggx_of(params, kAlpha);
+namespace {
 
+/// sample() for microfacets of one type; all rough lanes have it. `wo` is above the surface.
+template <class Facets>
+TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta, Mask delta, bool any_rough, Float u_lobe, Vec2 u) {
   // A normal, then reflection or refraction by its Fresnel reflectance.
   Vec3 wm{0.0f, 0.0f, 1.0f};
-  if (any_rough) wm = select(delta, wm, ggx.sample_visible(wo, u));
+  if (any_rough) wm = select(delta, wm, facets.sample_visible(wo, u));
   const Float cos_m = dot(wo, wm);
   const DielectricFresnel fresnel = fresnel_dielectric(cos_m, eta);
   const Mask reflected = u_lobe < fresnel.reflectance;
@@ -66,19 +67,35 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   Float pdf = select(reflected, fresnel.reflectance, 1.0f - fresnel.reflectance);
   if (any_rough) {
     // Density of the visible normal, apart from its cos_m, times the Jacobian of reflection or refraction with it.
-    const Float visible = 2.0f * ggx.density(wm) / (wo.z + ggx.stretched_length(wo));
+    const Float visible = 2.0f * facets.density(wm) / (wo.z + facets.masking_length(wo));
     const Float g = fresnel.eta_cos_t;
     const Float jacobian = select(reflected, 0.25f, eta * g * cos_m / sqr(cos_m - g));
-    weight = weight * select(delta, 1.0f, visible_weight(ggx, wo, {wi.x, wi.y, zi}));
+    weight = weight * select(delta, 1.0f, visible_weight(facets, wo, {wi.x, wi.y, zi}));
     pdf = pdf * select(delta, 1.0f, visible * jacobian);
   }
-  return {.wi = mirror_if(below, wi),
+  return {.wi = wi,
           .weight = Spectrum(weight),
           .pdf = pdf,
           .eta = select(reflected, 1.0f, eta),
-          .valid = active & (wo.z > 0.0f) & (cos_m > 0.0f) & (zi > 0.0f) & (reflected ^ (wi.z < 0.0f)) & (pdf > 0.0f),
+          .valid = (wo.z > 0.0f) & (cos_m > 0.0f) & (zi > 0.0f) & (reflected ^ (wi.z < 0.0f)) & (pdf > 0.0f),
           .specular = delta,
           .transmission = ~reflected};
+}
+
+}  // namespace
+
+BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+  const Mask below = wo.z < 0.0f;
+  const Float eta = relative_eta(params, below);
+  const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
+  const bool any_rough = any(and_not(active, delta));
+  BsdfSample result = with_microfacets(params, kAlpha, [&](const auto& facets) {
+    return sample_above(facets, mirror_if(below, wo), eta, delta, any_rough, u_lobe, u);
+  });
+  result.wi = mirror_if(below, result.wi);
+  result.weight = tinted(params, ~result.transmission, result.weight);
+  result.valid &= active;
+  return result;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

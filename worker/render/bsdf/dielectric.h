@@ -1,6 +1,8 @@
-// The boundary of a dielectric: mirror and refraction, or GGX microfacets that do both [Walter et al. 2007].
+// The boundary of a dielectric: mirror and refraction, or microfacets that do both [Walter et al. 2007]. pbrt-v4's
+// "dielectric", Mitsuba 3's "dielectric" and "roughdielectric".
 //
-// scalars[0, 1]  GGX alpha along x and y; smooth where both are below kSmoothAlpha
+// spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
+// scalars[0, 1]  alpha along x and y; smooth where both are below kSmoothAlpha
 // scalars[2]     eta: index below the surface (z < 0) over the index above
 #pragma once
 

@@ -1,4 +1,4 @@
-// Lambertian reflection, on whichever side wo is [Lambert 1760].
+// Lambertian reflection, on whichever side wo is [Lambert 1760]. pbrt-v4's and Mitsuba 3's "diffuse".
 //
 // spectra[0]  reflectance, clamped to [0, 1]
 #pragma once

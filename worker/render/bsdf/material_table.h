@@ -14,7 +14,12 @@ enum class BsdfKind : std::int32_t {
   kThinDielectric,
   kCoatedDiffuse,
   kDiffuseTransmission,
-  kMix,  // resolved to one of its parts before any BSDF is asked
+  kPlastic,
+  kCoatedConductor,
+  kHair,
+  kPrincipled,
+  kPrincipledThin,
+  kMix,  // resolved into its two parts before any BSDF is asked
   kCount
 };
 
@@ -30,10 +35,28 @@ enum MaterialFlags : std::int32_t {
   kUsesSecondSpectrum = 64,  // spectra[1]
   kUsesAlphas = 128,         // scalars[0] and [1]
   kUsesEta = 256,            // scalars[2] and coat_table
+  kUsesExtended = 512,       // the ExtendedRecord
+  // Variants of the models.
+  kBeckmann = 1 << 10,          // microfacets of Beckmann's distribution instead of GGX
+  kSeparableMasking = 1 << 11,  // masking and shadowing multiply instead of being correlated by height
+  kTinted = 1 << 12,            // the tints among the slots are not all 1
+  kNonlinear = 1 << 13,         // PlasticMaterial::nonlinear
+  kHasInside = 1 << 14,         // kPrincipled: light gets through, so that below the surface is not as above
+  kEtaFromSpecular = 1 << 15,   // scalars[2] is a texture of PrincipledMaterial::specular, not the index
+  kHairReflectance = 1 << 16,   // kHair: spectra[0] is the colour of much hair, not its absorption
+  // The two sides.
+  kOneSided = 1 << 17,  // black when seen from behind
+  kHasBack = 1 << 18,   // MaterialRecord::back is what is seen from behind
+  // What only the integrator looks at.
+  kHasOpacity = 1 << 19,      // `opacity` may be below 1
+  kPassesStraight = 1 << 20,  // kThinDielectric: going straight through is no scattering event in volumetric scenes
+  kMixed = 1 << 21,           // of an Interaction: it has a second part
 };
 
 inline constexpr int kMaterialSpectra = 2;
 inline constexpr int kMaterialScalars = 3;
+inline constexpr int kExtendedSpectra = 2;
+inline constexpr int kExtendedScalars = 9;
 
 /// A constant, or a texture of the TextureTable (then the constant is ignored).
 struct SpectrumSlot {
@@ -51,19 +74,32 @@ struct MaterialRecord {
   std::int32_t flags = 0;
   SpectrumSlot spectra[kMaterialSpectra];
   ScalarSlot scalars[kMaterialScalars];
+  ScalarSlot opacity{1, -1};
   std::int32_t bump_texture = -1;
   std::int32_t normal_texture = -1;
   std::int32_t mix_a = -1, mix_b = -1;  // materials; scalars[0] is the probability of b
-  // Offset into MaterialTable::coat_tables (kCoatedDiffuse; from append_coat_table()), else -1.
+  // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic), else -1.
   std::int32_t coat_table = -1;
-  std::int32_t padding[11] = {};
+  std::int32_t extended = 0;  // in MaterialTable::extended, with kUsesExtended
+  std::int32_t back = -1;     // material, with kHasBack
+  float bump_step = 0;        // in u and v, over which differences of the bump texture are taken
+  std::int32_t padding[6] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
 
+/// More slots, for the few models that need them.
+struct ExtendedRecord {
+  SpectrumSlot spectra[kExtendedSpectra];
+  ScalarSlot scalars[kExtendedScalars];
+};
+
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
-  // Transmittance and internal reflectance of rough dielectric coats; layout in bsdf/coat_table.h.
+  std::vector<ExtendedRecord> extended;
+  // Transmittance and internal reflectance of rough dielectric coats; layouts in bsdf/coat_table.h and
+  // bsdf/plastic_table.h.
   std::vector<float> coat_tables;
+  std::vector<std::int32_t> coat_offsets;  // of those of bsdf/coat_table.h
 };
 
 }  // namespace tessera::render

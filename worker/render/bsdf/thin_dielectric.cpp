@@ -1,6 +1,7 @@
 #include "render/bsdf/thin_dielectric.h"
 
 #include "render/bsdf/fresnel.h"
+#include "render/bsdf/tint.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -12,7 +13,7 @@ BsdfSample ThinDielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u
   const Float reflectance = 2.0f * once / (1.0f + once);
   const Mask reflected = u_lobe < reflectance;
   return {.wi = {-wo.x, -wo.y, select(reflected, wo.z, -wo.z)},
-          .weight = Spectrum(1.0f),
+          .weight = tinted(params, reflected, Spectrum(1.0f)),
           .pdf = select(reflected, reflectance, 1.0f - reflectance),
           .eta = 1.0f,
           .valid = active & (wo.z != 0.0f),

@@ -8,9 +8,9 @@ namespace tessera::render {
 
 absl::Status SceneBuilder::build_settings() {
   const v1::RenderSettings& settings = job_.settings();
-  if (settings.integrator() != "path") {
+  if (settings.integrator() != "path" && settings.integrator() != "volpath") {
     return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there is: path"));
+        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there are: path, volpath"));
   }
   if (settings.sampler() == "sobol") {
     tables_.sampler.kind = SamplerKind::kSobol;
@@ -34,7 +34,6 @@ absl::Status SceneBuilder::build_settings() {
 
 absl::Status SceneBuilder::build_camera() {
   const v1::Camera& camera = scene_.camera();
-  if (!camera.has_perspective()) return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
   auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
   if (world_from_camera->determinant() == 0) return absl::InvalidArgumentError("camera: its transform is singular");
@@ -45,11 +44,38 @@ absl::Status SceneBuilder::build_camera() {
   CameraRecord& record = tables_.camera;
   record.render_from_camera = (render_from_world_ * *world_from_camera).to_affine();
 
-  const v1::PerspectiveCamera& perspective = camera.perspective();
-  const double fov = perspective.fov_degrees();
-  if (!(fov > 0 && fov < 180)) {
-    return absl::InvalidArgumentError(absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+  record.near_clip = camera.near_clip();
+  record.far_clip = camera.far_clip();
+  if (!(record.near_clip >= 0) || !std::isfinite(record.near_clip) || !(record.far_clip >= 0) ||
+      (record.far_clip > 0 && record.far_clip <= record.near_clip)) {
+    return absl::InvalidArgumentError("camera: its clipping distances are not in order");
   }
+  switch (camera.kind_case()) {
+    case v1::Camera::kPerspective: {
+      const double fov = camera.perspective().fov_degrees();
+      if (!(fov > 0 && fov < 180)) {
+        return absl::InvalidArgumentError(absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+      }
+      if (auto s = set_screen(std::tan(fov * 3.14159265358979323846 / 360)); !s.ok()) return s;
+      return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance());
+    }
+    case v1::Camera::kOrthographic:
+      record.kind = CameraKind::kOrthographic;
+      if (auto s = set_screen(1); !s.ok()) return s;
+      return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance());
+    case v1::Camera::kSpherical:
+      record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL ? CameraKind::kOctahedral
+                                                                                                : CameraKind::kEquirectangular;
+      record.scale_x = 1.0f / static_cast<float>(job_.width());
+      record.scale_y = 1.0f / static_cast<float>(job_.height());
+      return absl::OkStatus();
+    case v1::Camera::KIND_NOT_SET: break;
+  }
+  return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
+}
+
+absl::Status SceneBuilder::set_screen(double half_side) {
+  const v1::Camera& camera = scene_.camera();
   const double width = job_.width(), height = job_.height();
   double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
   if (camera.screen_window_size() == 4) {
@@ -65,18 +91,21 @@ absl::Status SceneBuilder::build_camera() {
   } else {
     return absl::InvalidArgumentError("camera: a screen window has four numbers");
   }
-  const double tangent = std::tan(fov * 3.14159265358979323846 / 360);
-  record.scale_x = static_cast<float>((x_max - x_min) / width * tangent);
-  record.scale_y = static_cast<float>((y_min - y_max) / height * tangent);
-  record.offset_x = static_cast<float>(x_min * tangent);
-  record.offset_y = static_cast<float>(y_max * tangent);
+  CameraRecord& record = tables_.camera;
+  record.scale_x = static_cast<float>((x_max - x_min) / width * half_side);
+  record.scale_y = static_cast<float>((y_min - y_max) / height * half_side);
+  record.offset_x = static_cast<float>(x_min * half_side);
+  record.offset_y = static_cast<float>(y_max * half_side);
   if (!std::isfinite(record.scale_x + record.scale_y + record.offset_x + record.offset_y)) {
     return absl::InvalidArgumentError("camera: its screen window is not finite");
   }
-  record.lens_radius = perspective.lens_radius();
-  record.focal_distance = perspective.focal_distance();
-  if (!(record.lens_radius >= 0) || !std::isfinite(record.lens_radius) ||
-      (record.lens_radius > 0 && !(record.focal_distance > 0 && std::isfinite(record.focal_distance)))) {
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_lens(float radius, float focal_distance) {
+  tables_.camera.lens_radius = radius;
+  tables_.camera.focal_distance = focal_distance;
+  if (!(radius >= 0) || !std::isfinite(radius) || (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
     return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
   }
   return absl::OkStatus();

@@ -25,10 +25,68 @@ absl::Status put_unit(Point direction, float (&to)[3]) {
   return absl::OkStatus();
 }
 
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+Point unit(Point v) {
+  const double l = length(v);
+  return {v.x / l, v.y / l, v.z / l};
+}
+
+/// Rows of the rotation into a frame with its z axis along `axis` and its x axis along `side`.
+absl::Status put_rotation(Point side, Point axis, float (&rows)[9]) {
+  if (!(length(side) > 0) || !(length(axis) > 0)) return absl::InvalidArgumentError("its orientation is not defined");
+  const Point x = unit(side), z = unit(axis), y = cross(z, x);
+  int i = 0;
+  for (const Point row : {x, y, z}) {
+    for (const double v : {row.x, row.y, row.z}) rows[i++] = static_cast<float>(v);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
+
+absl::Status SceneBuilder::place_light(const v1::Matrix& matrix, LightRecord& record) {
+  const auto world_from_light = Transform::from_proto(matrix);
+  if (!world_from_light.ok()) return world_from_light.status();
+  Transform light_from_world;
+  if (!world_from_light->invert(light_from_world)) return absl::InvalidArgumentError("its transform is singular");
+  put(world_from_light->apply({0, 0, 0}) - camera_origin_, record.position);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      record.vertices[3 * row + column] = static_cast<float>(light_from_world.m[4 * row + column]);
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_light_texture(const std::string& name, LightRecord& record) {
+  if (name.empty()) return absl::OkStatus();
+  const auto node = texture_node(name);
+  if (!node.ok()) return node.status();
+  record.texture = *node;
+  tables_.lights.any_textures = true;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) {
+  if (light.portal().empty()) return absl::OkStatus();
+  if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
+  const Point p0 = point_of(light.portal(0));
+  const Point u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
+  const double area = length(cross(u, v));
+  if (!(area > 0) || !std::isfinite(area)) return absl::InvalidArgumentError("its portal has no area");
+  const Point corner = p0 - camera_origin_;
+  int i = 0;
+  for (const Point row : {corner, u, v}) {
+    for (const double x : {row.x, row.y, row.z}) environment.portal[i++] = static_cast<float>(x);
+  }
+  environment.portal_area = static_cast<float>(area);
+  return absl::OkStatus();
+}
 
 absl::Status SceneBuilder::build_lights() {
   tables_.lights.shapes = &tables_.shapes;
+  tables_.lights.textures = &tables_.textures;
   int index = 0;
   for (const v1::Light& light : scene_.lights()) {
     const std::string where = light.name().empty() ? absl::StrCat("light ", index) : absl::StrCat("light ", index, " (", light.name(), ")");
@@ -58,18 +116,47 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
       record.kind = LightKind::kSpot;
       put(point_of(spot.position()) - camera_origin_, record.position);
       status = set_colour(spot.intensity());
-      if (status.ok()) status = put_unit(point_of(spot.target()) - point_of(spot.position()), record.direction);
-      const double degree = 3.14159265358979323846 / 180;
+      const Point axis = point_of(spot.target()) - point_of(spot.position());
+      if (status.ok()) status = put_unit(axis, record.direction);
       const double cone = std::clamp(double{spot.cone_angle_degrees()}, 0.0, 180.0);
       const double inner = std::clamp(cone - spot.cone_delta_degrees(), 0.0, cone);
-      record.cos_outer = static_cast<float>(std::cos(cone * degree));
-      record.cos_inner = static_cast<float>(std::cos(inner * degree));
+      record.cos_outer = static_cast<float>(std::cos(cone * kDegree));
+      record.cos_inner = static_cast<float>(std::cos(inner * kDegree));
+      record.profile = spot.falloff() == v1::SpotLight::LINEAR ? kLinearAngle : kPlainProfile;
+      if (status.ok() && !spot.texture().empty()) {
+        if (cone >= 90) return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
+        record.tan_x = record.tan_y = static_cast<float>(std::tan(cone * kDegree));
+        status = put_rotation(cross(point_of(spot.up()), axis), axis, record.vertices);
+        if (status.ok()) status = set_light_texture(spot.texture(), record);
+      }
       break;
     }
     case v1::Light::kDistant:
       record.kind = LightKind::kDistant;
       status = set_colour(light.distant().irradiance());
       if (status.ok()) status = put_unit(point_of(light.distant().direction()), record.direction);
+      break;
+    case v1::Light::kProjection: {
+      const v1::ProjectionLight& projection = light.projection();
+      record.kind = LightKind::kProjection;
+      record.profile = projection.even_screen() ? kEvenScreen : kPlainProfile;
+      const double aspect = projection.has_aspect() ? projection.aspect() : 1, fov = projection.fov_degrees();
+      if (!(fov > 0 && fov < 180) || !(aspect > 0 && std::isfinite(aspect))) {
+        return absl::InvalidArgumentError("its field of view is not in (0, 180) degrees, or its aspect not above 0");
+      }
+      const double tangent = std::tan(fov * kDegree / 2);
+      record.tan_x = static_cast<float>(tangent * std::max(aspect, 1.0));
+      record.tan_y = static_cast<float>(tangent * std::max(1 / aspect, 1.0));
+      status = set_colour(projection.intensity());
+      if (status.ok()) status = place_light(projection.world_from_light(), record);
+      if (status.ok()) status = set_light_texture(projection.texture(), record);
+      break;
+    }
+    case v1::Light::kGoniometric:
+      record.kind = LightKind::kGoniometric;
+      status = set_colour(light.goniometric().intensity());
+      if (status.ok()) status = place_light(light.goniometric().world_from_light(), record);
+      if (status.ok()) status = set_light_texture(light.goniometric().texture(), record);
       break;
     case v1::Light::kInfinite: return add_infinite_light(light.infinite(), scale);
     case v1::Light::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
@@ -100,6 +187,7 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
     environment = *std::move(built);
   }
 
+  if (auto s = set_portal(light, environment); !s.ok()) return s;
   LightRecord record;
   record.kind = LightKind::kInfinite;
   if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
@@ -117,7 +205,9 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("area light: its scale is not finite");
   float radiance[3];
   put(emission(light.radiance()), scale, radiance);
-  append_area_lights(tables_.shapes, shape, radiance, light.two_sided(), tables_.lights.lights);
+  LightRecord textured;
+  if (auto s = set_light_texture(light.texture(), textured); !s.ok()) return located(s, "area light");
+  append_area_lights(tables_.shapes, shape, radiance, light.two_sided(), textured.texture, tables_.lights.lights);
   return absl::OkStatus();
 }
 

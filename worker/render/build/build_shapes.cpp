@@ -96,8 +96,9 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
   if (!material.ok()) return material.status();
   record.material = *material;
   const bool interface = tables_.materials.materials[*material].kind == BsdfKind::kInterface;
-  // Without media, the border of a medium is nothing at all.
-  if (interface && !shape.has_area_light()) return absl::OkStatus();
+  if (auto s = set_media(shape, record); !s.ok()) return s;
+  // A surface of nothing matters only as the border of a medium.
+  if (interface && !shape.has_area_light() && !(record.flags & kMediumBorder)) return absl::OkStatus();
 
   auto world_from_object = Transform::from_proto(shape.world_from_object());
   if (!world_from_object.ok()) return world_from_object.status();
@@ -109,19 +110,44 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
       break;
     case v1::Shape::kSphere:
     case v1::Shape::kDisk:
+    case v1::Shape::kCylinder:
       if (record.flags & kHasAlpha) warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
       if (auto s = add_quadric(shape, placed_from_object, record); !s.ok()) return s;
+      break;
+    case v1::Shape::kSdfGrid:
+      if (auto s = add_sdf_grid(shape, placed_from_object, record); !s.ok()) return s;
+      break;
+    case v1::Shape::kCurves:
+      if (auto s = add_curves(shape, placed_from_object, record); !s.ok()) return s;
       break;
     case v1::Shape::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
   }
   const auto shape_index = static_cast<std::int32_t>(tables_.shapes.shapes.size());
   tables_.shapes.shapes.push_back(record);
+  if (shape.has_mesh()) {
+    if (auto s = add_attributes(shape.mesh(), shape_index); !s.ok()) return s;
+  }
   if (!shape.has_area_light()) return absl::OkStatus();
+  if (shape.has_sdf_grid()) return absl::InvalidArgumentError("a grid of distances cannot emit light");
+  if (shape.has_curves()) {
+    warnings_.push_back(absl::StrCat(where, ": curves cannot emit light; their area light is left out"));
+    return absl::OkStatus();
+  }
   if (instanced) {
     warnings_.push_back(absl::StrCat(where, ": shapes of an object cannot emit light; its area light is left out"));
     return absl::OkStatus();
   }
   return add_area_lights(shape.area_light(), shape_index);
+}
+
+absl::Status SceneBuilder::set_media(const v1::Shape& shape, ShapeRecord& record) {
+  const auto interior = medium_index(shape.interior_medium()), exterior = medium_index(shape.exterior_medium());
+  if (!interior.ok()) return interior.status();
+  if (!exterior.ok()) return exterior.status();
+  if (*interior == *exterior) return absl::OkStatus();
+  record.flags |= kMediumBorder;
+  record.interior = *interior, record.exterior = *exterior;
+  return absl::OkStatus();
 }
 
 absl::Status SceneBuilder::set_alpha(const v1::Shape& shape, ShapeRecord& record) {
@@ -170,45 +196,6 @@ absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& pla
   if (!mesh->uvs.empty()) record.flags |= kHasUvs;
   const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
   append_triangles(*mesh, placed, with_normals, turn, table.triangles);
-  return absl::OkStatus();
-}
-
-absl::Status SceneBuilder::add_quadric(const v1::Shape& shape, const Transform& placed_from_object,
-                                       ShapeRecord& record) {
-  Transform object_from_placed;
-  if (!placed_from_object.invert(object_from_placed)) {
-    return absl::InvalidArgumentError("its transform is singular");
-  }
-  QuadricRecord q;
-  q.render_from_object = placed_from_object.to_affine();
-  q.object_from_render = object_from_placed.to_affine();
-  float phi_max = 360;
-  if (shape.has_sphere()) {
-    const v1::Sphere& sphere = shape.sphere();
-    record.kind = ShapeKind::kSphere;
-    q.radius = sphere.radius();
-    q.z_min = std::clamp(sphere.has_z_min() ? sphere.z_min() : -q.radius, -q.radius, q.radius);
-    q.z_max = std::clamp(sphere.has_z_max() ? sphere.z_max() : q.radius, -q.radius, q.radius);
-    if (q.z_min > q.z_max) std::swap(q.z_min, q.z_max);
-    if (sphere.has_phi_max_degrees()) phi_max = sphere.phi_max_degrees();
-    q.partial = q.z_min > -q.radius || q.z_max < q.radius || phi_max < 360;
-  } else {
-    const v1::Disk& disk = shape.disk();
-    record.kind = ShapeKind::kDisk;
-    q.radius = disk.radius();
-    q.inner_radius = disk.inner_radius();
-    q.height = disk.height();
-    if (disk.has_phi_max_degrees()) phi_max = disk.phi_max_degrees();
-    q.partial = phi_max < 360;
-  }
-  q.phi_max = std::clamp(phi_max, 1e-3f, 360.0f) * 0.01745329251994f;
-  if (!(q.radius > 0) || !finite(q.radius) || !finite(q.height) || !(q.inner_radius >= 0) ||
-      (record.kind == ShapeKind::kDisk && q.inner_radius >= q.radius) || !(phi_max > 0)) {
-    return absl::InvalidArgumentError("its radius, height or angle is not usable");
-  }
-  if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(tables_.shapes.quadrics.size());
-  tables_.shapes.quadrics.push_back(q);
   return absl::OkStatus();
 }
 

@@ -151,6 +151,15 @@ absl::StatusOr<TextureNode> SceneBuilder::make_node(const v1::Texture& texture) 
       inputs = {{&texture.mix().a(), {0, 0, 0}}, {&texture.mix().b(), {1, 1, 1}}, {&amount, {0.5f, 0.5f, 0.5f}}};
       break;
     }
+    case v1::Texture::kMeshAttribute: {
+      node.kind = TextureKind::kMeshAttribute;
+      node.scale = texture.mesh_attribute().has_scale() ? texture.mesh_attribute().scale() : 1;
+      if (!std::isfinite(node.scale)) return absl::InvalidArgumentError("its scale is not finite");
+      const auto [it, added] = attributes_.try_emplace(texture.mesh_attribute().attribute(), tables_.textures.attribute_names);
+      if (added) ++tables_.textures.attribute_names;
+      node.attribute = it->second;
+      return node;
+    }
     case v1::Texture::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
   }
   for (std::size_t i = 0; i < inputs.size(); ++i) {

@@ -106,10 +106,11 @@ class LoadedScene final : public RenderScene {
 
 absl::Status SceneBuilder::build_tables() {
   for (const auto step : {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter,
-                          &SceneBuilder::load_images, &SceneBuilder::build_textures, &SceneBuilder::build_materials,
-                          &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
+                          &SceneBuilder::load_images, &SceneBuilder::build_textures, &SceneBuilder::build_media,
+                          &SceneBuilder::build_materials, &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
+  decide_volumetric();
   return absl::OkStatus();
 }
 

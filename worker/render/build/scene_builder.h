@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -35,6 +36,9 @@ class SceneBuilder {
   // build_camera.cpp
   absl::Status build_settings();
   absl::Status build_camera();
+  /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera space.
+  absl::Status set_screen(double half_side);
+  absl::Status set_lens(float radius, float focal_distance);
   absl::Status build_filter();
 
   // build_textures.cpp
@@ -47,17 +51,46 @@ class SceneBuilder {
   absl::StatusOr<int> normal_map_node(const v1::ImageTexture& image);
   std::shared_ptr<const TextureImage>& image_slot(const v1::ImageTexture& image);
 
-  // build_materials.cpp
+  // build_media.cpp
+  absl::Status build_media();
+  absl::Status build_medium(const v1::Medium& medium, MediumRecord& record);
+  absl::Status set_medium_value(const v1::VolumeValue& value, float otherwise, float scale, MediumValue& result);
+  absl::StatusOr<int> density_grid(const v1::VolumeGrid& grid);
+  absl::StatusOr<int> medium_index(const std::string& name) const;
+  /// Whether paths have to look for media and for surfaces that light passes.
+  void decide_volumetric();
+
+  // build_materials.cpp: names, mixes, sides, maps
   absl::Status build_materials();
   absl::Status build_material(const v1::Material& material, MaterialRecord& record);
-  absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record, int slot);
-  absl::Status set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record, int slot);
-  absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record);
-  absl::Status set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record);
-  absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name, MaterialRecord& record);
-  absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialRecord& record);
+  absl::Status set_kind(const v1::Material& material, MaterialRecord& record);
+  absl::Status set_mix(const v1::MixMaterial& mix, MaterialRecord& record);
+  absl::Status set_sides(const v1::Material& material, MaterialRecord& record);
+  absl::Status set_maps(const v1::Material& material, MaterialRecord& record);
   absl::Status check_mixes() const;
   absl::StatusOr<int> material_index(const std::string& name) const;
+
+  // build_material_slots.cpp: what several kinds have in common
+  absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record,
+                            SpectrumSlot& slot);
+  absl::Status set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record, ScalarSlot& slot);
+  absl::Status set_tint(const v1::SpectrumValue& value, MaterialRecord& record, SpectrumSlot& slot);
+  absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u, ScalarSlot& v);
+  absl::Status set_eta(const v1::Spectrum& eta, float otherwise, MaterialRecord& record);
+  ExtendedRecord& extend(MaterialRecord& record);
+
+  // build_material_kinds.cpp: one function a kind
+  absl::Status set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record);
+  absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, MaterialRecord& record);
+  absl::Status set_dielectric(const v1::DielectricMaterial& dielectric, MaterialRecord& record);
+  absl::Status set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, MaterialRecord& record);
+  absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name, MaterialRecord& record);
+  absl::Status set_plastic(const v1::PlasticMaterial& plastic, MaterialRecord& record);
+  absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, const std::string& name,
+                                    MaterialRecord& record);
+  absl::Status set_hair(const v1::HairMaterial& hair, MaterialRecord& record);
+  absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialRecord& record);
+  absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialRecord& record);
 
   // build_shapes.cpp
   absl::Status build_shapes();
@@ -65,13 +98,20 @@ class SceneBuilder {
                            const std::string& where);
   absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
   absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
+  absl::Status add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
+  absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
+  absl::Status add_attributes(const v1::TriangleMesh& mesh, std::int32_t shape);
   absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
+  absl::Status set_media(const v1::Shape& shape, ShapeRecord& record);
   absl::Status build_instances();
 
   // build_lights.cpp
   absl::Status build_lights();
   absl::Status add_light(const v1::Light& light, float scale);
   absl::Status add_area_lights(const v1::AreaLight& light, std::int32_t shape);
+  absl::Status place_light(const v1::Matrix& matrix, LightRecord& record);
+  absl::Status set_light_texture(const std::string& name, LightRecord& record);
+  absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment);
   absl::Status add_infinite_light(const v1::InfiniteLight& light, float scale);
 
   const v1::Scene& scene_;
@@ -88,6 +128,9 @@ class SceneBuilder {
   std::map<std::string, std::shared_ptr<const TextureImage>> images_;  // by digest and encoding
   std::map<std::string, int> materials_;                // by name
   std::map<std::string, int> objects_;                  // by name
+  std::map<std::string, int> attributes_;               // of meshes that textures look up, by name
+  std::map<std::string, int> media_;                    // by name; empty unless the integrator looks for media
+  std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
   int default_material_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include "render/color/texture.h"
 #include "render/core/constants.h"
+#include "render/integrator/material_slots.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -9,175 +10,185 @@ namespace {
 
 constexpr int kStride = sizeof(MaterialRecord) / 4;
 
-/// Replaces mixed materials by one of their parts, with the probability that the mix gives.
-Int resolve_mix(const SceneTables& scene, const Surface& surface, Int material, Float u, Mask active) {
+Int kind_of(const SceneTables& scene, Int record, Mask active) {
   const MaterialRecord* records = scene.materials.materials.data();
-  const auto* kinds = reinterpret_cast<const std::int32_t*>(&records->kind);
-  // Mixes of mixes are acyclic (build/ sees to that); each level uses up part of u.
-  for (;;) {
-    const Mask mixed = active & (gather(kinds, material * kStride, active) == static_cast<std::int32_t>(BsdfKind::kMix));
-    if (none(mixed)) return material;
-    for_each_distinct(material, mixed, [&](std::int32_t m, Mask lanes) {
-      const MaterialRecord& mix = records[m];
-      Float amount(mix.scalars[0].value);
-      if (mix.scalars[0].texture >= 0) {
-        amount = clamp(eval_texture_scalar(scene.textures, mix.scalars[0].texture, texture_point(surface), lanes), 0.0f, 1.0f);
-      }
-      const Mask second = u < amount;
-      material = select(lanes, select(second, Int(mix.mix_b), Int(mix.mix_a)), material);
-      const Float rescaled = select(second, u / max(amount, 1e-30f), (u - amount) / max(1.0f - amount, 1e-30f));
-      u = select(lanes, clamp(rescaled, 0.0f, kOneMinusEpsilon), u);
-    });
-  }
+  return gather(reinterpret_cast<const std::int32_t*>(&records->kind), record * kStride, active);
+}
+Int flags_of(const SceneTables& scene, Int record, Mask active) {
+  return gather(&scene.materials.materials.data()->flags, record * kStride, active);
+}
+Mask is_mix(Int kind) { return kind == static_cast<std::int32_t>(BsdfKind::kMix); }
+
+Float amount_of(const SceneTables& scene, const MaterialRecord& mix, const Surface& surface, Mask lanes) {
+  const ScalarSlot& slot = mix.scalars[0];
+  if (slot.texture < 0) return Float(slot.value);
+  return clamp(eval_texture_scalar(scene.textures, slot.texture, texture_point(surface), lanes), 0.0f, 1.0f);
 }
 
-/// Overwrites the textured slots.
-void look_up_textures(const SceneTables& scene, const Surface& surface, Int material, Int flags, Mask textured,
-                      BsdfParams& params) {
-  const MaterialRecord* records = scene.materials.materials.data();
-  const auto* base = reinterpret_cast<const std::int32_t*>(records);
-  const auto texture_at = [&](const std::int32_t& member) {
-    const auto offset = &member - base;
-    return select(textured, gather(base + offset, material * kStride, textured), Int(-1));
-  };
-  for (int i = 0; i < kMaterialSpectra; ++i) {
-    const Int texture = texture_at(records->spectra[i].texture);
-    for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      params.spectra[i] = select(lanes, eval_texture(scene.textures, t, texture_point(surface), lanes), params.spectra[i]);
-    });
-  }
-  for (int i = 0; i < kMaterialScalars; ++i) {
-    const Int texture = texture_at(records->scalars[i].texture);
-    for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      Float value = eval_texture_scalar(scene.textures, t, texture_point(surface), lanes);
-      // Scalars 0 and 1 are alphas, which pbrt's scenes give as roughness.
-      if (i < 2) value = select((flags & kRemapAlpha) != 0, safe_sqrt(value), value);
-      params.scalars[i] = select(lanes, value, params.scalars[i]);
-    });
-  }
-}
+/// Materials on the way from the one that a shape names to those that have a BSDF.
+struct Route {
+  Int record;
+  Mask mirrored = Mask::none();  // from behind a surface to what is there
+  Int inherited = Int(0);        // flags that mixes hand down to their parts
 
-/// eta = 1 and the k that gives a conductor the reflectance looked up for it [pbrt-v4].
-void reflectance_to_k(Mask lanes, BsdfParams& params) {
-  for (int c = 0; c < kSpectrumLanes; ++c) {
-    const Float r = clamp(params.spectra[1].c[c], 0.0f, 0.9999f);
-    params.spectra[0].c[c] = select(lanes, Float(1.0f), params.spectra[0].c[c]);
-    params.spectra[1].c[c] = select(lanes, 2.0f * sqrt(r / (1.0f - r)), params.spectra[1].c[c]);
+  /// Lanes seen from behind go on to what is there.
+  void turn(const SceneTables& scene, Mask behind, Mask active) {
+    const Mask turns = and_not(active & behind & ((flags_of(scene, record, active) & kHasBack) != 0), mirrored);
+    if (none(turns)) return;
+    record = select(turns, gather(&scene.materials.materials.data()->back, record * kStride, turns), record);
+    mirrored |= turns;
   }
-}
+
+  /// Mixes go on to one of their parts, with the probability that the mix gives, until none is left. Materials do not
+  /// contain themselves (build/ sees to that); each level uses up part of u.
+  void pick_parts(const SceneTables& scene, const Surface& surface, Mask behind, Float u, Mask active) {
+    for (;;) {
+      const Mask mixed = active & is_mix(kind_of(scene, record, active));
+      if (none(mixed)) return;
+      for_each_distinct(record, mixed, [&](std::int32_t m, Mask lanes) {
+        const MaterialRecord& mix = scene.materials.materials[static_cast<std::size_t>(m)];
+        const Float amount = amount_of(scene, mix, surface, lanes);
+        const Mask second = u < amount;
+        record = select(lanes, select(second, Int(mix.mix_b), Int(mix.mix_a)), record);
+        inherited = select(lanes, inherited | (mix.flags & kOneSided), inherited);
+        const Float rescaled = select(second, u / max(amount, 1e-30f), (u - amount) / max(1.0f - amount, 1e-30f));
+        u = select(lanes, clamp(rescaled, 0.0f, kOneMinusEpsilon), u);
+      });
+      turn(scene, behind, mixed);
+    }
+  }
+};
 
 /// Tilts the shading normal as if the surface were displaced along it by the texture [Blinn 1978].
-Vec3 bump(const SceneTables& scene, int texture, const Surface& s, Mask lanes, Vec3 ns) {
-  // Half a thousandth of the parameter range: as pbrt does where it has no footprint.
-  constexpr float kStep = 0.0005f;
+Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surface& s, Mask lanes) {
   const TexturePoint at = texture_point(s);
   TexturePoint beside_u = at, beside_v = at;
-  beside_u.uv.x = beside_u.uv.x + kStep;
-  beside_v.uv.y = beside_v.uv.y + kStep;
-  const Float here = eval_texture_scalar(scene.textures, texture, at, lanes);
-  const Float along_u = eval_texture_scalar(scene.textures, texture, beside_u, lanes);
-  const Float along_v = eval_texture_scalar(scene.textures, texture, beside_v, lanes);
-  const Vec3 dpdu = s.dpdu + ns * ((along_u - here) * (1 / kStep));
-  const Vec3 dpdv = s.dpdv + ns * ((along_v - here) * (1 / kStep));
+  beside_u.uv.x = beside_u.uv.x + material.bump_step;
+  beside_v.uv.y = beside_v.uv.y + material.bump_step;
+  const auto height = [&](const TexturePoint& p) {
+    return eval_texture_scalar(scene.textures, material.bump_texture, p, lanes);
+  };
+  const Float here = height(at), scale = Float(1.0f / material.bump_step);
+  const Float along_u = (height(beside_u) - here) * scale, along_v = (height(beside_v) - here) * scale;
+  const Vec3 dpdu = s.dpdu + s.ns * (along_u - dot(s.ns, s.dpdu));
+  const Vec3 dpdv = s.dpdv + s.ns * (along_v - dot(s.ns, s.dpdv));
   const Vec3 n = cross(dpdu, dpdv);
   const Float l2 = length_squared(n);
   const Mask usable = lanes & (l2 > 0.0f) & is_finite(l2);
-  return select(usable, face_forward(normalize(n), ns), ns);
+  return select(usable, face_forward(normalize(n), s.ng), s.ns);
 }
 
 /// The normal that a tangent-space normal map gives.
-Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes, Vec3 ns) {
+Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes) {
   const Spectrum encoded = eval_texture(scene.textures, texture, texture_point(s), lanes);
   const Vec3 local{encoded.c[0] * 2.0f - 1.0f, encoded.c[1] * 2.0f - 1.0f, encoded.c[2] * 2.0f - 1.0f};
-  const Vec3 n = Frame::from_normal_tangent(ns, s.dpdu).to_world(local);
+  const Vec3 n = Frame::from_normal_tangent(s.ns, s.dpdu).to_world(local);
   const Float l2 = length_squared(n);
   const Mask usable = lanes & (l2 > 0.0f);
-  return select(usable, normalize(n), ns);
+  return select(usable, normalize(n), s.ns);
 }
 
-Vec3 bend_normal(const SceneTables& scene, const Surface& surface, Int material, Int flags, Mask active) {
-  Vec3 ns = surface.ns;
-  const Mask bumped = active & ((flags & kHasBump) != 0);
-  if (none(bumped)) return ns;
-  for_each_distinct(material, bumped, [&](std::int32_t m, Mask lanes) {
-    const MaterialRecord& record = scene.materials.materials[m];
-    if (record.normal_texture >= 0) ns = mapped_normal(scene, record.normal_texture, surface, lanes, ns);
-    if (record.bump_texture >= 0) ns = bump(scene, record.bump_texture, surface, lanes, ns);
+Vec3 bend_normal(const SceneTables& scene, const Surface& surface, Int record, Mask bumped) {
+  Surface s = surface;
+  for_each_distinct(record, bumped, [&](std::int32_t m, Mask lanes) {
+    const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
+    if (material.normal_texture >= 0) s.ns = select(lanes, mapped_normal(scene, material.normal_texture, s, lanes), s.ns);
+    if (material.bump_texture >= 0) s.ns = select(lanes, bump(scene, material, s, lanes), s.ns);
   });
-  return ns;
+  return s.ns;
 }
 
-}  // namespace
-
-Interaction interact(const SceneTables& scene, const Surface& surface, Float u, Mask active) {
-  const MaterialRecord* records = scene.materials.materials.data();
-  const auto* base = reinterpret_cast<const float*>(records);
-  Int material = surface.material;
-  if (scene.any_mix) material = resolve_mix(scene, surface, material, u, active);
-
-  Interaction at;
-  const Int record = material * kStride;
-  const auto constant_at = [&](const float& member) { return gather(base + (&member - base), record, active); };
-  const auto* kinds = reinterpret_cast<const std::int32_t*>(&records->kind);
-  at.kind = gather(kinds, record, active);
-  at.flags = gather(&records->flags, record, active);
-  // Only what some lane's model looks at.
-  for (int c = 0; c < kSpectrumLanes; ++c) at.params.spectra[0].c[c] = constant_at(records->spectra[0].value[c]);
-  const auto some_use = [&](std::int32_t flag) { return any(active & ((at.flags & flag) != 0)); };
-  if (some_use(kUsesSecondSpectrum)) {
-    for (int c = 0; c < kSpectrumLanes; ++c) at.params.spectra[1].c[c] = constant_at(records->spectra[1].value[c]);
-  }
-  if (some_use(kUsesAlphas)) {
-    for (int i = 0; i < 2; ++i) at.params.scalars[i] = constant_at(records->scalars[i].value);
-  }
-  if (some_use(kUsesEta)) {
-    at.params.scalars[2] = constant_at(records->scalars[2].value);
-    at.params.coat_table = gather(&records->coat_table, record, active);
-  }
-  at.params.coat_tables = scene.materials.coat_tables.data();
-  if (scene.any_textures) {
-    const Mask textured = active & ((at.flags & kHasTextures) != 0);
-    if (any(textured)) look_up_textures(scene, surface, material, at.flags, textured, at.params);
-    const Mask reflective = textured & ((at.flags & kConductorReflectance) != 0);
-    if (any(reflective)) reflectance_to_k(reflective, at.params);
-  }
-
+void set_frame(const SceneTables& scene, const Surface& surface, Int record, Mask active, MaterialPart& part) {
   if (!scene.any_tangents) {
-    at.frame = Frame::from_normal(surface.ns);
-    return at;
+    part.frame = Frame::from_normal(surface.ns);
+    return;
   }
-  const Vec3 ns = bend_normal(scene, surface, material, at.flags, active);
-  const Mask along = active & ((at.flags & kAnisotropic) != 0);
-  const Frame isotropic = Frame::from_normal(ns);
-  if (none(along)) {
-    at.frame = isotropic;
-    return at;
+  Vec3 ns = surface.ns, along = surface.dpdu;
+  const Mask bumped = active & ((part.flags & kHasBump) != 0);
+  if (any(bumped)) {
+    part.ns = surface.ns;
+    along = select(bumped, Frame::from_normal_tangent(ns, along).x, along);
+    ns = bend_normal(scene, surface, record, bumped);
   }
-  const Frame tangent = Frame::from_normal_tangent(ns, surface.dpdu);
-  at.frame = {select(along, tangent.x, isotropic.x), select(along, tangent.y, isotropic.y), ns};
-  return at;
+  part.frame = Frame::from_normal(ns);
+  const Mask turned = active & ((part.flags & kAnisotropic) != 0);
+  if (none(turned)) return;
+  const Frame tangent = Frame::from_normal_tangent(ns, along);
+  part.frame.x = select(turned, tangent.x, part.frame.x);
+  part.frame.y = select(turned, tangent.y, part.frame.y);
 }
 
-BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
-  const Vec3 lo = at.frame.to_local(wo), li = at.frame.to_local(wi);
+void load_part(const SceneTables& scene, const Surface& surface, const Route& route, Mask active, MaterialPart& part) {
+  part.material = route.record;
+  part.kind = kind_of(scene, route.record, active);
+  part.flags = flags_of(scene, route.record, active);
+  if (scene.any_mix) {
+    part.flags = part.flags | route.inherited;
+    part.flags = select(route.mirrored, part.flags & ~std::int32_t{kOneSided}, part.flags);
+  }
+  load_parameters(scene, surface, route.record, active, part);
+  set_frame(scene, surface, route.record, active, part);
+}
+
+/// Fills both parts of mixes; of mixes of mixes, one part of each.
+void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at) {
+  Route first{surface.material};
+  const Mask behind = dot(wo, surface.ns) < 0.0f;
+  first.turn(scene, behind, active);
+  const Int whole = first.record, whole_flags = flags_of(scene, whole, active);
+  const Mask mixed = active & is_mix(kind_of(scene, whole, active));
+  Route second = first;
+  at.amount = Float(0.0f);
+  for_each_distinct(whole, mixed, [&](std::int32_t m, Mask lanes) {
+    const MaterialRecord& mix = scene.materials.materials[static_cast<std::size_t>(m)];
+    at.amount = select(lanes, amount_of(scene, mix, surface, lanes), at.amount);
+    first.record = select(lanes, Int(mix.mix_a), first.record);
+    second.record = select(lanes, Int(mix.mix_b), second.record);
+  });
+  if (any(mixed)) {
+    first.inherited = second.inherited = select_or_zero(mixed, whole_flags & kOneSided);
+    for (Route* route : {&first, &second}) {
+      route->turn(scene, behind, mixed);
+      route->pick_parts(scene, surface, behind, u, mixed);
+    }
+    load_part(scene, surface, second, mixed, at.second);
+  }
+  load_part(scene, surface, first, active, at);
+  if (none(mixed)) return;
+  at.material = whole;
+  // Delta is what both are; opacity is that of the mix.
+  constexpr std::int32_t kOwn = kHasOpacity | kPassesStraight;
+  const Int both = (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) | (at.flags & ~(kAllDelta | kOwn));
+  at.flags = select(mixed, both | kMixed, at.flags);
+}
+
+/// Lanes in which the part scatters light from wi to wo at all, given both in its frame.
+Mask scatters(const MaterialPart& part, Vec3 lo, Vec3 wi, Float li_z, Mask active) {
+  if (part.params.some_flags & kOneSided) active = and_not(active, ((part.flags & kOneSided) != 0) & (lo.z <= 0.0f));
+  if (part.params.some_flags & kHasBump) {
+    // A bent normal must not make light shine through.
+    active = and_not(active, ((part.flags & kHasBump) != 0) & (dot(wi, part.ns) * li_z <= 0.0f));
+  }
+  return active;
+}
+
+BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
+  const Vec3 lo = part.frame.to_local(wo), li = part.frame.to_local(wi);
+  const Mask scattering = scatters(part, lo, wi, li.z, active);
   BsdfEval result{Spectrum(0.0f), Float(0.0f)};
-  for_each_distinct(at.kind, active, [&](std::int32_t kind, Mask lanes) {
-    const Bsdf* model = bsdf_model(static_cast<BsdfKind>(kind));
-    if (!model) return;
-    const BsdfEval one = model->eval(at.params, lo, li, lanes);
+  for_each_distinct(part.kind, scattering, [&](std::int32_t kind, Mask lanes) {
+    const BsdfEval one = bsdf_model(static_cast<BsdfKind>(kind))->eval(part.params, lo, li, lanes);
     result.f_cos = select(lanes, one.f_cos, result.f_cos);
     result.pdf = select(lanes, one.pdf, result.pdf);
   });
   return result;
 }
 
-BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active) {
-  const Vec3 lo = at.frame.to_local(wo);
+BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, Mask active) {
+  const Vec3 lo = part.frame.to_local(wo);
   BsdfSample result{lo, Spectrum(0.0f), Float(0.0f), Float(1.0f), Mask::none(), Mask::none(), Mask::none()};
-  for_each_distinct(at.kind, active, [&](std::int32_t kind, Mask lanes) {
-    const Bsdf* model = bsdf_model(static_cast<BsdfKind>(kind));
-    if (!model) return;
-    const BsdfSample one = model->sample(at.params, lo, u_lobe, u, lanes);
+  for_each_distinct(part.kind, active, [&](std::int32_t kind, Mask lanes) {
+    const BsdfSample one = bsdf_model(static_cast<BsdfKind>(kind))->sample(part.params, lo, u_lobe, u, lanes);
     result.wi = select(lanes, one.wi, result.wi);
     result.weight = select(lanes, one.weight, result.weight);
     result.pdf = select(lanes, one.pdf, result.pdf);
@@ -186,17 +197,36 @@ BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mas
     result.specular |= one.specular & lanes;
     result.transmission |= one.transmission & lanes;
   });
-  result.wi = at.frame.to_world(result.wi);
+  const Float li_z = result.wi.z;
+  result.wi = part.frame.to_world(result.wi);
+  result.valid = scatters(part, lo, result.wi, li_z, result.valid);
   return result;
 }
 
-Spectrum albedo_of(const Interaction& at, Mask active) {
+/// `sample` is of one part of a mix, chosen with probability `share`: with what the other would do, chosen with the
+/// rest. A part whose densities are not those of its samples (coated_conductor.h) cannot share in the weight.
+void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 wo, Float share, Mask lanes,
+                      BsdfSample& sample) {
+  const Mask spread = and_not(lanes & sample.valid, sample.specular);
+  if (none(spread)) return;
+  const BsdfEval also = eval_part(other, wo, sample.wi, spread);
+  const Float chosen = share * sample.pdf, pdf = chosen + (1.0f - share) * also.pdf;
+  const Spectrum f_cos = sample.weight * chosen + also.f_cos * (1.0f - share);
+  constexpr auto kWalks = static_cast<std::int32_t>(BsdfKind::kCoatedConductor);
+  const Mask exact = and_not(spread, (own.kind == kWalks) | (other.kind == kWalks));
+  sample.weight = select(exact, f_cos * (1.0f / max(pdf, 1e-37f)), sample.weight);
+  sample.pdf = select(spread, pdf, sample.pdf);
+}
+
+Spectrum albedo_of_part(const MaterialPart& at, Mask active) {
   const auto is = [&](BsdfKind kind) { return active & (at.kind == static_cast<std::int32_t>(kind)); };
   Spectrum albedo(1.0f);
-  albedo = select(is(BsdfKind::kDiffuse) | is(BsdfKind::kCoatedDiffuse), at.params.spectra[0], albedo);
+  const Mask coloured = is(BsdfKind::kDiffuse) | is(BsdfKind::kCoatedDiffuse) | is(BsdfKind::kPlastic) |
+                        is(BsdfKind::kPrincipled) | is(BsdfKind::kPrincipledThin);
+  albedo = select(coloured, at.params.spectra[0], albedo);
   albedo = select(is(BsdfKind::kDiffuseTransmission), at.params.spectra[0] + at.params.spectra[1], albedo);
   // Reflectance of a conductor at normal incidence.
-  const Mask metal = is(BsdfKind::kConductor);
+  const Mask metal = is(BsdfKind::kConductor) | is(BsdfKind::kCoatedConductor);
   if (any(metal)) {
     const Spectrum one(1.0f), eta = at.params.spectra[0], k2 = at.params.spectra[1] * at.params.spectra[1];
     const Spectrum numerator = (eta - one) * (eta - one) + k2;
@@ -204,6 +234,56 @@ Spectrum albedo_of(const Interaction& at, Mask active) {
     albedo = select(metal, numerator / denominator, albedo);
   }
   return albedo;
+}
+
+}  // namespace
+
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at) {
+  if (scene.any_mix) {
+    interact_mixed(scene, surface, wo, u, active, at);
+  } else {
+    load_part(scene, surface, Route{surface.material}, active, at);
+  }
+}
+
+BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
+  BsdfEval result = eval_part(at, wo, wi, active);
+  const Mask mixed = active & ((at.flags & kMixed) != 0);
+  if (none(mixed)) return result;
+  const BsdfEval other = eval_part(at.second, wo, wi, mixed);
+  result.f_cos = select(mixed, lerp(at.amount, result.f_cos, other.f_cos), result.f_cos);
+  result.pdf = select(mixed, lerp(at.amount, result.pdf, other.pdf), result.pdf);
+  return result;
+}
+
+BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active) {
+  const Mask mixed = active & ((at.flags & kMixed) != 0);
+  if (none(mixed)) return sample_part(at, wo, u_lobe, u, active);
+
+  // One part, with what is left of u_lobe.
+  const Mask second = mixed & (u_lobe < at.amount);
+  const Float rest = select(second, u_lobe / max(at.amount, 1e-30f), (u_lobe - at.amount) / max(1.0f - at.amount, 1e-30f));
+  u_lobe = select(mixed, clamp(rest, 0.0f, kOneMinusEpsilon), u_lobe);
+  BsdfSample result = sample_part(at, wo, u_lobe, u, and_not(active, second));
+  weigh_other_part(at, at.second, wo, 1.0f - at.amount, and_not(mixed, second), result);
+  if (none(second)) return result;
+  BsdfSample other = sample_part(at.second, wo, u_lobe, u, second);
+  weigh_other_part(at.second, at, wo, at.amount, second, other);
+  result.wi = select(second, other.wi, result.wi);
+  result.weight = select(second, other.weight, result.weight);
+  result.pdf = select(second, other.pdf, result.pdf);
+  result.eta = select(second, other.eta, result.eta);
+  result.valid = and_not(result.valid, second) | (other.valid & second);
+  result.specular = and_not(result.specular, second) | (other.specular & second);
+  result.transmission = and_not(result.transmission, second) | (other.transmission & second);
+  return result;
+}
+
+Spectrum albedo_of(const Interaction& at, Mask active) {
+  const Spectrum albedo = albedo_of_part(at, active);
+  const Mask mixed = active & ((at.flags & kMixed) != 0);
+  if (none(mixed)) return albedo;
+  return select(mixed, lerp(at.amount, albedo, albedo_of_part(at.second, mixed)), albedo);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

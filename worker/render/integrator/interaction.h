@@ -1,5 +1,5 @@
-// From a surface point to a BSDF with its parameters: mixes resolved, textures looked up, normals bent. Shared by all
-// integrators.
+// From a surface point to a BSDF with its parameters: sides and mixes resolved, textures looked up, normals bent. Shared
+// by all integrators.
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -8,19 +8,29 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What scatters light at 16 surface points.
-struct Interaction {
-  Int kind;  // BsdfKind
-  Int flags;  // MaterialFlags
+/// One material at 16 surface points.
+struct MaterialPart {
+  Int kind;      // BsdfKind
+  Int material;  // for mixes the mix itself, from behind what is there
+  Int flags;     // MaterialFlags
   BsdfParams params;
-  Frame frame;  // shading frame, z on the side of the geometric normal
+  Frame frame;  // shading frame, z on the side of the geometric normal before bump and normal maps
+  Vec3 ns;      // shading normal before those; only with kHasBump
 };
 
-/// `u` picks the part of mixed materials.
-Interaction interact(const SceneTables& scene, const Surface& surface, Float u, Mask active);
+/// What scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed the first part
+/// counts 1 - amount, and `second` the rest.
+struct Interaction : MaterialPart {
+  Float amount;
+  MaterialPart second;
+};
+
+/// Fills `at`. `wo` is where the path came from; `u` picks the parts of mixes of mixes.
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at);
 
 /// f |cos| and pdf in render space, lanes of any kind.
 BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active);
+/// Of mixes, one part is chosen; pdf and weight are of both, unless it was a delta lobe.
 BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active);
 
 /// An estimate of the surface's colour for the albedo AOV.

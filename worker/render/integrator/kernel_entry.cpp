@@ -4,6 +4,7 @@
 #include "render/accel/alpha_filter.h"
 #include "render/accel/quadric.h"
 #include "render/accel/replay.h"
+#include "render/accel/sdf.h"
 #include "render/integrator/kernel.h"
 #include "render/integrator/path/wavefront.h"
 
@@ -20,7 +21,7 @@ bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_to
 }
 
 constexpr Kernel kKernel{
-    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &filter_alpha}, &render_path, &replay_rays};
+    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha}, &render_path, &replay_rays};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

@@ -9,6 +9,7 @@
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/light/light_table.h"
+#include "render/medium/medium_table.h"
 #include "render/sampling/sampler_config.h"
 #include "render/shape/shape_table.h"
 
@@ -24,6 +25,7 @@ struct SceneTables {
   MaterialTable materials;
   TextureTable textures;
   LightTable lights;
+  MediumTable media;
   CameraRecord camera;
   PixelFilterRecord filter;
   float exposure = 1;
@@ -33,6 +35,9 @@ struct SceneTables {
   bool any_textures = false;   // some material looks a texture up
   bool any_tangents = false;   // some material needs dp/du: bump, normal map, anisotropy
   bool any_mix = false;
+  bool any_opacity = false;    // some material lets part of the light straight through
+  // Paths look for media and for surfaces that light passes without being scattered.
+  bool volumetric = false;
   RTCScene accel = nullptr;
 };
 

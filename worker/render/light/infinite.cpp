@@ -1,5 +1,5 @@
 #include "render/core/affine.h"
-#include "render/light/environment_map.h"
+#include "render/sampling/sphere_map.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
 #include "render/sampling/piecewise2d_sample.h"
@@ -35,7 +35,8 @@ Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
 
 /// Round about in u, up to the poles in v.
 Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
-  const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height) - 0.5f;
+  // As Mitsuba 3 does it: columns have their centres at half-integers, but the first and last rows lie on the poles.
+  const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height - 1);
   const Float x_floor = floor(x), y_floor = floor(y);
   const Int left = to_int(x_floor), top = to_int(y_floor);
   const Int x0 = select(left < 0, left + e.width, left), x1 = select(left + 1 >= e.width, Int(0), left + 1);
@@ -49,6 +50,43 @@ Spectrum uniform_radiance(const LightRecord& record, Mask active) {
   Spectrum result;
   for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = select_or_zero(active, Float(record.radiance[i]));
   return result;
+}
+
+/// The parallelogram through which the light comes.
+struct PortalPlane {
+  Vec3 corner, side_u, side_v, normal;
+  Float area;
+
+  explicit PortalPlane(const Environment& e)
+      : corner{Float(e.portal[0]), Float(e.portal[1]), Float(e.portal[2])},
+        side_u{Float(e.portal[3]), Float(e.portal[4]), Float(e.portal[5])},
+        side_v{Float(e.portal[6]), Float(e.portal[7]), Float(e.portal[8])},
+        normal(normalize(cross(side_u, side_v))),
+        area(e.portal_area) {}
+};
+
+/// Solid-angle density of a direction towards a uniformly chosen point at this distance.
+Float portal_pdf(const PortalPlane& plane, Float distance_squared, Vec3 wi) {
+  return distance_squared / max(plane.area * abs(dot(plane.normal, wi)), 1e-30f);
+}
+
+/// Whether light along `wi` comes to `origin` through the portal; all of it where there is none.
+Mask through_portal(const Environment& e, Vec3 origin, Vec3 wi, Mask active) {
+  if (e.portal_area == 0) return active;
+  const PortalPlane plane(e);
+  const Float slope = dot(wi, plane.normal);
+  const Float t = dot(plane.corner - origin, plane.normal) / select(slope == 0.0f, 1.0f, slope);
+  const Vec3 at = origin + wi * t - plane.corner;
+  // Coordinates along the sides of a parallelogram.
+  const Float a = dot(cross(at, plane.side_v), plane.normal), b = dot(cross(plane.side_u, at), plane.normal);
+  return active & (slope != 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) & (b <= plane.area);
+}
+
+Spectrum map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, Mask active) {
+  if (e.mapping == EnvironmentMapping::kUniform) return uniform_radiance(record, active);
+  const Vec3 w = normalize(transform_vector(e.light_from_render, wi));
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return nearest(e, octahedral_from_direction(w), active);
+  return bilinear(e, latlong_from_direction(w).uv, active);
 }
 
 /// A direction in light space with what is known of it.
@@ -86,14 +124,33 @@ Float map_pdf(const Environment& e, Vec3 w, Mask active) {
   return select_or_zero(active, Float(kInv4Pi));
 }
 
+/// A point of the portal, uniformly; the environment is looked up behind it.
+LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 reference, Vec2 u, Mask active) {
+  const PortalPlane plane(e);
+  const Vec3 to = plane.corner + plane.side_u * u.x + plane.side_v * u.y - reference;
+  const Float distance_squared = length_squared(to);
+  LightSample s;
+  s.wi = normalize(to);
+  s.distance = Float(kInfiniteDistance);
+  s.radiance = map_radiance(e, record, s.wi, active);
+  s.pdf = portal_pdf(plane, distance_squared, s.wi);
+  s.valid = active & (s.pdf > 0.0f) & is_finite(s.pdf);
+  s.delta = Mask::none();
+  return s;
+}
+
 /// Light from all directions, sampled in proportion to the radiance of an environment map.
 class InfiniteLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
     LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(),
                        Mask::none()};
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
+      if (e.portal_area > 0) {
+        result = select(lanes, sample_portal(e, table.lights[static_cast<std::size_t>(i)], reference, u, lanes), result);
+        return;
+      }
       const MapSample s = sample_map(e, table.lights[static_cast<std::size_t>(i)], u, lanes);
       result.wi = select(lanes, normalize(transform_vector(e.render_from_light, s.w)), result.wi);
       result.radiance = select(lanes, s.radiance, result.radiance);
@@ -103,10 +160,18 @@ class InfiniteLight final : public LightModel {
     return result;
   }
 
-  Float pdf(const LightTable& table, Int light, Vec3, Vec3 wi, Vec3, Vec3, Mask active) const override {
+  Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3, Vec3, Mask active) const override {
     Float result(0.0f);
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
+      if (e.portal_area > 0) {
+        const PortalPlane plane(e);
+        const Float slope = dot(wi, plane.normal);
+        const Float t = dot(plane.corner - reference, plane.normal) / select(slope == 0.0f, 1.0f, slope);
+        const Mask open = through_portal(e, reference, wi, lanes);
+        result = select(lanes, select_or_zero(open, portal_pdf(plane, sqr(t), wi)), result);
+        return;
+      }
       result = select(lanes, map_pdf(e, normalize(transform_vector(e.light_from_render, wi)), lanes), result);
     });
     return result;
@@ -120,14 +185,9 @@ const LightModel& infinite_light() {
   return model;
 }
 
-Spectrum environment_radiance(const LightTable& table, int light, Vec3 wi, Mask active) {
+Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
   const Environment& e = environment_of(table, light);
-  if (e.mapping == EnvironmentMapping::kUniform) {
-    return uniform_radiance(table.lights[static_cast<std::size_t>(light)], active);
-  }
-  const Vec3 w = normalize(transform_vector(e.light_from_render, wi));
-  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return nearest(e, octahedral_from_direction(w), active);
-  return bilinear(e, latlong_from_direction(w).uv, active);
+  return map_radiance(e, table.lights[static_cast<std::size_t>(light)], wi, through_portal(e, origin, wi, active));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

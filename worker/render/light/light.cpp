@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "render/color/texture.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
 
@@ -18,12 +19,30 @@ LightSample no_sample() {
   return {{0.0f, 0.0f, 1.0f}, Float(0.0f), Spectrum(0.0f), Float(0.0f), Mask::none(), Mask::none()};
 }
 
+/// The textures of area lights, at points of their surfaces.
+Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& at, Mask active) {
+  Spectrum factor(1.0f);
+  const Int texture = gather_member(table.lights.data(), &LightRecord::texture, light, active);
+  for_each_distinct(texture, active & (texture >= 0), [&](std::int32_t t, Mask lanes) {
+    factor = select(lanes, eval_texture(*table.textures, t, at, lanes), factor);
+  });
+  return factor;
+}
+
+/// Where on its surface a sample of an area light lies.
+TexturePoint sampled_point(const LightTable& table, Int light, const LightSample& s, Vec3 reference, Mask lanes) {
+  const auto field = [&](std::int32_t LightRecord::*member) { return gather_member(table.lights.data(), member, light, lanes); };
+  const Hit hit{Float(0.0f), s.barycentric.x, s.barycentric.y, field(&LightRecord::primitive), field(&LightRecord::shape), Int(-1)};
+  // Quadrics are found again from a point near them.
+  return texture_point(surface_at(*table.shapes, hit, reference + s.wi * s.distance, s.wi, lanes, false));
+}
+
 }  // namespace
 
 const LightModel& light_model(LightKind kind) {
   static const std::array<const LightModel*, static_cast<std::size_t>(LightKind::kCount)> models = {
       &point_light(),    &spot_light(),   &distant_light(), &infinite_light(),
-      &triangle_light(), &sphere_light(), &disk_light()};
+      &triangle_light(), &sphere_light(), &disk_light(), &cylinder_light(), &projection_light(), &goniometric_light()};
   return *models[static_cast<std::size_t>(kind)];
 }
 
@@ -33,7 +52,20 @@ LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec
     const LightSample one = light_model(static_cast<LightKind>(kind)).sample(table, light, reference, u, lanes);
     result = select(lanes, one, result);
   });
+  if (table.any_textures) {
+    const Int shape = gather_member(table.lights.data(), &LightRecord::shape, light, active);
+    const Int texture = gather_member(table.lights.data(), &LightRecord::texture, light, active);
+    const Mask textured = result.valid & active & (shape >= 0) & (texture >= 0);
+    if (any(textured)) {
+      const TexturePoint at = sampled_point(table, light, result, reference, textured);
+      result.radiance = select(textured, result.radiance * texture_factor(table, light, at, textured), result.radiance);
+    }
+  }
   return result;
+}
+
+Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {
+  return texture_factor(table, light, TexturePoint::at(uv), wanted);
 }
 
 Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal, Mask active) {
@@ -45,9 +77,12 @@ Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec
   return result;
 }
 
-Spectrum emitted_radiance(const LightTable& table, Int light, Vec3 normal, Vec3 wo, Mask active) {
+Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active) {
   const LightLanes lanes{table, light, active};
-  return select_or_zero(lanes.shines_towards(normal, wo), lanes.radiance());
+  const Mask shines = lanes.shines_towards(surface.ng, wo);
+  Spectrum radiance = select_or_zero(shines, lanes.radiance());
+  if (table.any_textures) radiance = radiance * texture_factor(table, light, texture_point(surface), shines);
+  return radiance;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

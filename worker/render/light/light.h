@@ -4,6 +4,7 @@
 #include "render/color/spectrum.h"
 #include "render/core/vec.h"
 #include "render/light/light_table.h"
+#include "render/shape/surface.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -15,6 +16,7 @@ struct LightSample {
   Float pdf;          // of wi, solid angle, given the light; 1 for delta lights
   Mask valid;         // there is a direction with radiance > 0 and pdf > 0
   Mask delta;         // no other strategy can find this direction
+  Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
 };
 
 class LightModel {
@@ -35,11 +37,10 @@ const LightModel& light_model(LightKind kind);
 LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active);
 Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal, Mask active);
 
-/// Radiance that an area light emits towards `wo` from a point with geometric normal `normal` (zero from the back
-/// of a one-sided emitter).
-Spectrum emitted_radiance(const LightTable& table, Int light, Vec3 normal, Vec3 wo, Mask active);
+/// Radiance that an area light emits towards `wo` from `surface` (zero from the back of a one-sided emitter).
+Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);
 
-/// Radiance of one environment light along direction `wi`; `light` is the same for all lanes.
-Spectrum environment_radiance(const LightTable& table, int light, Vec3 wi, Mask active);
+/// Radiance of one environment light that arrives at `origin` along direction `wi`; `light` is the same for all lanes.
+Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -33,6 +33,13 @@ struct LightLanes {
     result.c[2] = rgb.z;
     return result;
   }
+  /// A direction of render space, turned into the space of a kSpot, kProjection or kGoniometric.
+  TESSERA_INLINE Vec3 to_light(Vec3 w) const {
+    return {dot(field3(&LightRecord::vertices, 0), w), dot(field3(&LightRecord::vertices, 3), w),
+            dot(field3(&LightRecord::vertices, 6), w)};
+  }
+  /// The light's texture at `uv` for lanes in `wanted` that have one, else 1.
+  Spectrum texture_at(Vec2 uv, Mask wanted) const;
   /// An area light shines from the front of its surface, or from both sides.
   TESSERA_INLINE Mask shines_towards(Vec3 normal, Vec3 wo) const {
     return active & ((dot(normal, wo) > 0.0f) | (field(&LightRecord::two_sided) != 0));
@@ -41,7 +48,8 @@ struct LightLanes {
 
 TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSample& b) {
   return {select(m, a.wi, b.wi),   select(m, a.distance, b.distance),   select(m, a.radiance, b.radiance),
-          select(m, a.pdf, b.pdf), (m & a.valid) | and_not(b.valid, m), (m & a.delta) | and_not(b.delta, m)};
+          select(m, a.pdf, b.pdf), (m & a.valid) | and_not(b.valid, m), (m & a.delta) | and_not(b.delta, m),
+          {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)}};
 }
 
 /// Of shadow rays to lights at infinity: beyond any scene, and finite when squared.

@@ -35,6 +35,20 @@ void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightR
   light.area = static_cast<float>(0.5 * length(cross(e1, e2)));
 }
 
+/// Area of a cylinder's wall under any affine map.
+double cylinder_area(const QuadricRecord& q) {
+  const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1), z = column(q.render_from_object, 2);
+  constexpr int kSteps = 1024;
+  double around = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double phi = (i + 0.5) / kSteps * q.phi_max;
+    Vec along;
+    for (std::size_t c = 0; c < 3; ++c) along[c] = std::cos(phi) * y[c] - std::sin(phi) * x[c];
+    around += length(cross(along, z));
+  }
+  return around / kSteps * q.phi_max * q.radius * (double{q.z_max} - q.z_min);
+}
+
 double disk_area(const QuadricRecord& q) {
   const double in_object = 0.5 * q.phi_max * (double{q.radius} * q.radius - double{q.inner_radius} * q.inner_radius);
   return in_object * length(cross(column(q.render_from_object, 0), column(q.render_from_object, 1)));
@@ -86,12 +100,13 @@ void describe_sphere(const QuadricRecord& q, LightRecord& light) {
 }  // namespace
 
 void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
-                        std::vector<LightRecord>& lights) {
+                        std::int32_t texture, std::vector<LightRecord>& lights) {
   ShapeRecord& record = shapes.shapes[static_cast<std::size_t>(shape)];
   record.first_light = static_cast<std::int32_t>(lights.size());
   LightRecord light;
   light.shape = shape;
   light.two_sided = two_sided;
+  light.texture = texture;
   std::copy(radiance.begin(), radiance.end(), light.radiance);
   switch (record.kind) {
     case ShapeKind::kTriangles:
@@ -107,6 +122,10 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
       light.kind = LightKind::kDisk;
       light.area = static_cast<float>(disk_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
       break;
+    case ShapeKind::kCylinder:
+      light.kind = LightKind::kCylinder;
+      light.area = static_cast<float>(cylinder_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
+      break;
   }
   lights.push_back(light);
 }
@@ -116,7 +135,11 @@ double light_power(const LightTable& table, const LightRecord& light) {
   const double scene_disk = kPi64 * table.scene_radius * table.scene_radius;
   switch (light.kind) {
     case LightKind::kPoint:
+    case LightKind::kGoniometric:
       return 4 * kPi64 * mean;
+    case LightKind::kProjection:
+      // As if the solid angle were that of a picture seen from afar.
+      return 4 * double{light.tan_x} * light.tan_y * mean;
     case LightKind::kSpot:
       // The mean of a smoothstep over its range is one half.
       return 2 * kPi64 * mean * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
@@ -130,6 +153,7 @@ double light_power(const LightTable& table, const LightRecord& light) {
     case LightKind::kTriangle:
     case LightKind::kSphere:
     case LightKind::kDisk:
+    case LightKind::kCylinder:
       return kPi64 * light.area * mean * (light.two_sided ? 2 : 1);
     case LightKind::kCount:
       break;

@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/color/texture_table.h"
 #include "render/sampling/alias_table.h"
 #include "render/sampling/piecewise2d.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
 
-enum class LightKind : std::int32_t { kPoint, kSpot, kDistant, kInfinite, kTriangle, kSphere, kDisk, kCount };
+enum class LightKind : std::int32_t {
+  kPoint, kSpot, kDistant, kInfinite, kTriangle, kSphere, kDisk, kCylinder, kProjection, kGoniometric, kCount
+};
 
 /// One light: a delta light, an environment, or one emitting primitive (a triangle, a sphere, a disk). Render space.
 struct LightRecord {
@@ -26,10 +29,21 @@ struct LightRecord {
   float cos_outer = 0;            // kSpot: of the whole cone
   float cos_inner = 0;            // kSpot: where the falloff begins
   std::int32_t environment = -1;  // kInfinite: index into LightTable::environments
-  float vertices[9] = {};         // kTriangle: its corners
-  std::int32_t padding[5] = {};
+  // kTriangle: its corners. kSpot, kProjection, kGoniometric: rows of the rotation of directions from render to light space.
+  float vertices[9] = {};
+  std::int32_t texture = -1;      // factor of the radiance, a node of LightTable::textures; -1: none
+  std::int32_t profile = 0;       // LightProfile
+  float tan_x = 0, tan_y = 0;     // kProjection, kSpot with a texture: half of the picture's sides at distance 1
+  std::int32_t padding[1] = {};
 };
 static_assert(sizeof(LightRecord) == 128);
+
+/// LightRecord::profile: how intensity varies off the axis.
+enum LightProfile : std::int32_t {
+  kPlainProfile = 0,   // kSpot: a smoothstep of the cosine [pbrt-v4]; kProjection: the same for all directions
+  kLinearAngle = 1,    // kSpot: linear in the angle [Mitsuba 3]
+  kEvenScreen = 2,     // kProjection: 1 / cos^3, so that a screen across the axis is lit evenly [Mitsuba 3]
+};
 
 enum class EnvironmentMapping : std::int32_t { kUniform, kEqualAreaOctahedral, kLatitudeLongitude };
 
@@ -41,6 +55,9 @@ struct Environment {
   std::int32_t width = 0, height = 0;
   std::vector<float> texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;   // over the unit square of the map, density proportional to luminance x Jacobian
+  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
+  float portal[9] = {};
+  float portal_area = 0;
 };
 
 struct LightTable {
@@ -49,6 +66,8 @@ struct LightTable {
   std::vector<std::int32_t> infinite_lights;  // indices of the kInfinite lights
   AliasTable selection;                       // over lights, by power
   const ShapeTable* shapes = nullptr;
+  const TextureTable* textures = nullptr;
+  bool any_textures = false;                  // some light has one
   float scene_radius = 1;  // of a sphere about the scene's bounds, render-space units
 };
 

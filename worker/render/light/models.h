@@ -12,5 +12,8 @@ const LightModel& infinite_light();
 const LightModel& triangle_light();
 const LightModel& sphere_light();
 const LightModel& disk_light();
+const LightModel& cylinder_light();
+const LightModel& projection_light();
+const LightModel& goniometric_light();
 
 }  // namespace tessera::render::TESSERA_ISA

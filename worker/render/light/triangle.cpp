@@ -18,7 +18,9 @@ class TriangleLight final : public LightModel {
     const Vec3 point = p0 * b.b0 + p1 * b.b1 + p2 * b.b2;
     const Vec3 normal = normalize(cross(e1, e2));
     const Float extent = max(max_abs(e1), max_abs(e2));
-    return sample_from_point(lanes, reference, point, normal, 1.0f / lanes.field(&LightRecord::area), extent);
+    LightSample s = sample_from_point(lanes, reference, point, normal, 1.0f / lanes.field(&LightRecord::area), extent);
+    s.barycentric = {b.b1, b.b2};
+    return s;
   }
 
   Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal,

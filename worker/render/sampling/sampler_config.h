@@ -23,6 +23,9 @@ inline constexpr int kLightPoint = 1;
 inline constexpr int kChoice = 2;   // light, BSDF lobe
 inline constexpr int kRoulette = 3;  // Russian roulette, mixed material
 inline constexpr int kPairsPerBounce = 4;
+// Beyond all bounces, one pair each
+inline constexpr int kFlight = 1 << 24;   // distance in a medium
+inline constexpr int kOpacity = 2 << 24;
 }  // namespace dimension
 
 }  // namespace tessera::render

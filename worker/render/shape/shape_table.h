@@ -8,18 +8,20 @@
 #include <vector>
 
 #include "render/core/affine_data.h"
+#include "render/shape/curve_table.h"
 
 namespace tessera::render {
 
-enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk };
+enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk, kCylinder, kSdfGrid, kCurves };
 
 /// Bits of ShapeRecord::flags.
 enum ShapeFlags : std::int32_t {
-  kFlipNormal = 1,   // kSphere, kDisk: the geometric normal is the negative of the kind's own. Triangles are wound so
+  kFlipNormal = 1,   // all but kTriangles: the geometric normal is the negative of the kind's own. Triangles are wound so
                      // that cross(p1 - p0, p2 - p0) is the geometric normal.
   kHasNormals = 2,   // shading normals
   kHasUvs = 4,
   kHasAlpha = 8,     // opacity below 1 somewhere: its Embree geometry has filter functions
+  kMediumBorder = 16,  // interior and exterior differ
 };
 
 /// One shape; its index is its Embree geometry id, in whichever Embree scene it lies.
@@ -31,13 +33,15 @@ struct ShapeRecord {
   // kTriangles
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
   std::int32_t first_vertex = 0;    // in ShapeTable::vertices
-  // kSphere and kDisk
-  std::int32_t quadric = 0;  // in ShapeTable::quadrics
+  std::int32_t quadric = 0;  // kSphere, kDisk, kCylinder: in ShapeTable::quadrics; kSdfGrid: in ShapeTable::sdf_grids;
+                             // kCurves: in ShapeTable::curves
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
   std::int32_t vertex_count = 0;
-  std::int32_t padding[5] = {};
+  // With kMediumBorder: what is behind the surface and in front of it; -1: nothing.
+  std::int32_t interior = -1, exterior = -1;
+  std::int32_t padding[3] = {};
 };
 static_assert(sizeof(ShapeRecord) == 64);
 
@@ -49,7 +53,7 @@ struct alignas(32) Vertex {
   float v = 0;                  // u and v with kHasUvs
 };
 
-/// A sphere about the origin or a disk in z = height, in object space [pbrt-v4].
+/// A sphere about the origin, a disk in z = height or a cylinder about the z axis, in object space [pbrt-v4].
 struct QuadricRecord {
   Affine render_from_object;
   Affine object_from_render;
@@ -57,7 +61,20 @@ struct QuadricRecord {
   float inner_radius = 0;  // disk
   float height = 0;        // disk
   float z_min = -1, z_max = 1, phi_max = 6.28318530718f;
-  std::int32_t partial = 0;  // a sphere that is not whole, or a disk cut by phi_max
+  std::int32_t partial = 0;  // a sphere that is not whole, or a disk or cylinder cut by phi_max
+  std::int32_t maps_uv = 0;  // (u', v') = (uv_map[0] u + uv_map[1] v + uv_map[2], uv_map[3] u + ...) of pbrt's parameters
+  float uv_map[6] = {1, 0, 0, 0, 1, 0};
+};
+
+/// The zero level of samples that are trilinear in between. They fill the unit cube of object space, the first and last
+/// along an axis on its faces.
+struct SdfGridRecord {
+  Affine render_from_object;
+  Affine object_from_render;
+  std::int32_t size[3] = {2, 2, 2};
+  std::int32_t smooth_normals = 0;
+  std::vector<float> samples;        // x fastest
+  std::vector<std::int32_t> voxels;  // samples at the lower corners of the voxels that hold a piece of the surface: primitives
 };
 
 struct InstanceRecord {
@@ -79,6 +96,8 @@ struct ShapeTable {
   std::int32_t world_shape_count = 0;  // the first shapes stand in the world; the others belong to objects
   std::vector<ObjectRange> objects;
   std::vector<QuadricRecord> quadrics;
+  std::vector<SdfGridRecord> sdf_grids;
+  std::vector<CurvesRecord> curves;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
   std::vector<std::uint32_t> triangles;   // three vertex indices each, counted from first_vertex
   std::vector<Vertex> vertices;

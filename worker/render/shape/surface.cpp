@@ -1,18 +1,16 @@
 #include "render/shape/surface.h"
 
+#include <cmath>
+
 #include "render/core/affine.h"
 #include "render/core/constants.h"
+#include "render/shape/error_bound.h"
+#include "render/shape/curve_surface.h"
+#include "render/shape/sdf_surface.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-// 2^-21: eight roundings of a float. Interpolating a point takes about five; the rest covers the intersector's own.
-constexpr float kPositionError = 4.76837158e-7f;
-
-Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
-/// Error along the normal of a point whose coordinates are each off by at most `e`.
-Float along_normal(Vec3 n, Float e) { return e * (abs(n.x) + abs(n.y) + abs(n.z)); }
 
 /// One vertex a lane, read in two halves of four floats.
 class VertexLanes {
@@ -87,7 +85,7 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
     uv2 = own_or(v2.uv(), uv2);
   }
 
-  const Float extent = max_abs(p) + max(max_abs(e1), max_abs(e2));
+  const Float extent = largest_coordinate(p) + max(largest_coordinate(e1), largest_coordinate(e2));
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
   s.ng = select(active, ng, s.ng);
@@ -144,19 +142,54 @@ ObjectPoint disk_point(const QuadricRecord& q, Vec3 p) {
   return o;
 }
 
+ObjectPoint cylinder_point(const QuadricRecord& q, Vec3 p) {
+  ObjectPoint o;
+  const Float scale = q.radius / sqrt(sqr(p.x) + sqr(p.y));
+  o.p = {p.x * scale, p.y * scale, p.z};
+  Float phi = atan2(p.y, p.x);
+  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
+  o.uv = {phi * (1 / q.phi_max), (p.z - q.z_min) * (1 / (q.z_max - q.z_min))};
+  o.dpdu = {o.p.y * -q.phi_max, o.p.x * q.phi_max, Float(0.0f)};
+  o.dpdv = {Float(0.0f), Float(0.0f), Float(q.z_max - q.z_min)};
+  o.n = {o.p.x * (1 / q.radius), o.p.y * (1 / q.radius), Float(0.0f)};
+  o.extent = Float(q.radius + std::fmax(std::fabs(q.z_min), std::fabs(q.z_max)));
+  return o;
+}
+
+ObjectPoint object_point(const QuadricRecord& q, ShapeKind kind, Vec3 p) {
+  switch (kind) {
+    case ShapeKind::kSphere: return sphere_point(q, p);
+    case ShapeKind::kCylinder: return cylinder_point(q, p);
+    default: return disk_point(q, p);
+  }
+}
+
+/// Parameters other than pbrt's, and the tangents that belong to them.
+void map_parameters(const QuadricRecord& q, ObjectPoint& point) {
+  const float* m = q.uv_map;
+  const Vec2 uv = point.uv;
+  point.uv = {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+  const float determinant = m[0] * m[4] - m[1] * m[3];
+  const float inverse = determinant == 0 ? 0 : 1 / determinant;
+  const Vec3 dpdu = point.dpdu, dpdv = point.dpdv;
+  point.dpdu = (dpdu * Float(m[4]) - dpdv * Float(m[3])) * Float(inverse);
+  point.dpdv = (dpdv * Float(m[0]) - dpdu * Float(m[1])) * Float(inverse);
+}
+
 void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
                      bool want_tangents, Surface& s) {
   const QuadricRecord& q = table.quadrics[shape.quadric];
   const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
   const Vec3 guess = oo + od * hit.t;
-  const ObjectPoint point = shape.kind == ShapeKind::kSphere ? sphere_point(q, guess) : disk_point(q, guess);
+  ObjectPoint point = object_point(q, shape.kind, guess);
+  if (q.maps_uv) map_parameters(q, point);
   const Vec3 p = transform_point(q.render_from_object, point.p);
   Vec3 ng = normalize(transform_normal(q.object_from_render, point.n));
   if (shape.flags & kFlipNormal) ng = -ng;
 
   // The transform's own roundings count: the extent of the object about its origin, seen in render space.
   const Vec3 spread = transform_vector(q.render_from_object, Vec3{point.extent, point.extent, point.extent});
-  const Float extent = max_abs(p) + max_abs(spread) + std::abs(q.render_from_object.m[3]) +
+  const Float extent = largest_coordinate(p) + largest_coordinate(spread) + std::abs(q.render_from_object.m[3]) +
                        std::abs(q.render_from_object.m[7]) + std::abs(q.render_from_object.m[11]);
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
@@ -179,11 +212,11 @@ void place_instances(const ShapeTable& table, Int instance, Mask placed, bool wa
     from.m[i] = gather(base + 12 + i, instance * kStride, placed);
   }
   const Vec3 p = transform_point(to, s.p);
-  const Float growth = max_abs(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
+  const Float growth = largest_coordinate(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
                                abs(Vec3{to.m[2], to.m[6], to.m[10]}));
-  const Float shift = max_abs({to.m[3], to.m[7], to.m[11]});
+  const Float shift = largest_coordinate({to.m[3], to.m[7], to.m[11]});
   const Vec3 ng = normalize(transform_normal(from, s.ng));
-  const Float extent = max_abs(p) + max_abs(s.p) * growth + shift;
+  const Float extent = largest_coordinate(p) + largest_coordinate(s.p) * growth + shift;
   s.error = select(placed, s.error * growth + along_normal(ng, extent * kPositionError), s.error);
   s.p = select(placed, p, s.p);
   s.ng = select(placed, ng, s.ng);
@@ -222,7 +255,14 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
       id = select(placed, transform_vector(from, d), d);
     }
     for_each_distinct(hit.shape, quadrics, [&](std::int32_t shape, Mask lanes) {
-      quadric_surface(table, table.shapes[shape], hit, io, id, lanes, want_tangents, s);
+      const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+      if (record.kind == ShapeKind::kSdfGrid) {
+        sdf_surface(table, record, hit, io, id, lanes, s);
+      } else if (record.kind == ShapeKind::kCurves) {
+        curve_surface(table.curves[static_cast<std::size_t>(record.quadric)], hit, io, id, lanes, s);
+      } else {
+        quadric_surface(table, record, hit, io, id, lanes, want_tangents, s);
+      }
     });
   }
   if (any(placed)) place_instances(table, hit.instance, placed, want_tangents, s);

@@ -50,7 +50,13 @@ struct PathState {
   alignas(64) Lanes<float> pdf;    // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
   alignas(64) Lanes<float> eta_scale;  // undoes the 1/eta^2 of refraction, for Russian roulette
   alignas(64) Lanes<std::int32_t> slot;
+  // Volumetric scenes only
+  Vec3Lanes reference;  // where the path was last scattered; `origin` is where it last crossed something
+  alignas(64) Lanes<std::int32_t> medium;  // around `origin`; -1: none
 };
+
+/// HitState::shape of a path that was scattered by its medium, at hits.t.
+inline constexpr std::int32_t kScatteredByMedium = -2;
 
 /// What the rays met, entry by entry.
 struct HitState {
@@ -73,7 +79,15 @@ struct ShadowQueue {
   alignas(64) Lanes<float> distance;
   SpectrumLanes contribution;
   alignas(64) Lanes<std::int32_t> slot;
+  alignas(64) Lanes<std::int32_t> medium;  // volumetric scenes only: around the origin
   int size = 0;
+};
+
+/// Paths that passed a surface and are traced on.
+struct TransitState {
+  alignas(64) Lanes<std::int32_t> path;  // entry of PathState
+  Vec3Lanes origin, direction;
+  HitState hits;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

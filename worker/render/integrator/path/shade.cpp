@@ -1,8 +1,10 @@
 // One scattering event of 16 paths: what the ray met, what shines on it, where the path goes on.
 #include "render/core/constants.h"
 #include "render/integrator/interaction.h"
+#include "render/integrator/passing.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/light/light.h"
+#include "render/medium/medium.h"
 #include "render/sampling/discrete.h"
 #include "render/sampling/sampler.h"
 
@@ -11,6 +13,9 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen paths at the end of their latest segment.
 struct Wavefront::Vertex {
   Vec3 origin, direction;
+  Vec3 reference;  // where the path was last scattered
+  Int medium = Int(-1);  // that the path came through; only in volumetric scenes
+  Mask in_medium = Mask::none();  // scattered by it
   Spectrum beta;
   Float pdf, eta_scale;
   Int slot;
@@ -27,6 +32,7 @@ struct Wavefront::Vertex {
          Mask active)
       : origin(paths.origin.load(i)),
         direction(paths.direction.load(i)),
+        reference(origin),
         beta(paths.beta.load(i)),
         pdf(Float::load(paths.pdf + i)),
         eta_scale(Float::load(paths.eta_scale + i)),
@@ -56,9 +62,15 @@ void Wavefront::shade(int depth) {
     Vertex v(paths_, hits_, samples_, scene_.sampler.kind, first_pair, i, active);
 
     const Mask hit = active & (v.hit.shape >= 0);
-    const Mask missed = and_not(active, hit);
+    if (scene_.volumetric) {
+      v.reference = paths_.reference.load(i);
+      v.medium = Int::load(paths_.medium + i);
+      v.in_medium = active & (v.hit.shape == kScatteredByMedium);
+    }
+    const Mask events = hit | v.in_medium;
+    const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
-    if (none(hit)) continue;
+    if (none(events)) continue;
 
     v.surface = surface_at(scene_.shapes, v.hit, v.origin, v.direction, hit, scene_.any_tangents);
     add_emission(v, hit);
@@ -66,12 +78,18 @@ void Wavefront::shade(int depth) {
     if (last && depth > 0) continue;
     v.roulette = v.sampler.get_2d(first_pair + dimension::kRoulette);
     v.choice = v.sampler.get_2d(first_pair + dimension::kChoice);
-    v.at = interact(scene_, v.surface, v.roulette.y, hit);
-    if (depth == 0) record_first_hit(v, hit);
+    interact(scene_, v.surface, -v.direction, v.roulette.y, hit, v.at);
+    if (any(v.in_medium)) {
+      // A point without a surface: nothing to offset from, and the medium's phase function in place of a BSDF.
+      v.surface.p = select(v.in_medium, v.origin + v.direction * v.hit.t, v.surface.p);
+      v.at.flags = select(v.in_medium, Int(0), v.at.flags);
+    }
+    if (scene_.any_opacity) make_partly_opaque(v, hit, depth);
+    if (depth == 0) record_first_hit(v, events);
     if (last) continue;
 
-    sample_one_light(v, hit);
-    scatter_path(v, hit, depth, kept);
+    sample_one_light(v, events);
+    scatter_path(v, events, depth, kept);
   }
   alive_ = kept;
 }
@@ -79,38 +97,30 @@ void Wavefront::shade(int depth) {
 void Wavefront::add_environment(const Vertex& v, Mask missed) {
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
-    const Spectrum radiance = environment_radiance(scene_.lights, light, v.direction, missed);
+    const Spectrum radiance = environment_radiance(scene_.lights, light, v.reference, v.direction, missed);
     Float weight(1.0f);
     const Mask weighed = missed & (v.pdf > 0.0f);
     if (any(weighed)) {
-      const Float pdf = light_pdf(scene_.lights, Int(light), v.origin, v.direction, v.origin, v.direction, weighed) *
+      const Float pdf = light_pdf(scene_.lights, Int(light), v.reference, v.direction, v.reference, v.direction, weighed) *
                         scene_.lights.selection.pmf[light];
       weight = select(weighed, power_heuristic(v.pdf, pdf), weight);
     }
     sum += radiance * weight;
   }
-  sum *= v.beta;
-  for (int c = 0; c < kSpectrumLanes; ++c) {
-    float* radiance = samples_.radiance.c[c];
-    scatter(gather(radiance, v.slot, missed) + sum.c[c], radiance, v.slot, missed);
-  }
+  add_radiance(sum * v.beta, v.slot, missed);
 }
 
 void Wavefront::add_emission(const Vertex& v, Mask hit) {
   const Mask lit = hit & (v.surface.light >= 0);
   if (none(lit)) return;
-  Spectrum radiance = emitted_radiance(scene_.lights, v.surface.light, v.surface.ng, -v.direction, lit);
+  Spectrum radiance = emitted_radiance(scene_.lights, v.surface.light, v.surface, -v.direction, lit);
   const Mask weighed = lit & (v.pdf > 0.0f);
   if (any(weighed)) {
-    const Float pdf = light_pdf(scene_.lights, v.surface.light, v.origin, v.direction, v.surface.p, v.surface.ng, weighed) *
+    const Float pdf = light_pdf(scene_.lights, v.surface.light, v.reference, v.direction, v.surface.p, v.surface.ng, weighed) *
                       gather(scene_.lights.selection.pmf.data(), v.surface.light, weighed);
     radiance *= select(weighed, power_heuristic(v.pdf, pdf), 1.0f);
   }
-  radiance *= v.beta;
-  for (int c = 0; c < kSpectrumLanes; ++c) {
-    float* sum = samples_.radiance.c[c];
-    scatter(gather(sum, v.slot, lit) + radiance.c[c], sum, v.slot, lit);
-  }
+  add_radiance(radiance * v.beta, v.slot, lit);
 }
 
 void Wavefront::record_first_hit(const Vertex& v, Mask hit) {
@@ -128,8 +138,18 @@ void Wavefront::record_first_hit(const Vertex& v, Mask hit) {
   }
 }
 
-void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
-  const Mask wanted = hit & ((v.at.flags & kAllDelta) == 0);
+void Wavefront::make_partly_opaque(Vertex& v, Mask hit, int depth) {
+  Mask partly = hit & ((v.at.flags & kHasOpacity) != 0);
+  if (scene_.volumetric) partly &= v.at.material != v.surface.material;  // but for parts of mixes, transit() has seen to it
+  if (none(partly)) return;
+  const Float u = v.sampler.get_2d(dimension::kOpacity + depth).x;
+  const Mask open = partly & (u >= opacity_of(scene_, v.at.material, v.surface, partly));
+  v.at.kind = select(open, Int(static_cast<std::int32_t>(BsdfKind::kInterface)), v.at.kind);
+  v.at.flags = select(open, Int(kAllDelta), v.at.flags);
+}
+
+void Wavefront::sample_one_light(const Vertex& v, Mask events) {
+  const Mask wanted = events & ((v.at.flags & kAllDelta) == 0);
   if (scene_.lights.lights.empty() || none(wanted)) return;
 
   const DiscreteSample choice = sample_discrete(scene_.lights.selection, v.choice.x, wanted);
@@ -137,7 +157,13 @@ void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
                                          v.sampler.get_2d(v.first_pair + dimension::kLightPoint), wanted);
   const Mask reachable = wanted & light.valid;
   if (none(reachable)) return;
-  const BsdfEval bsdf = eval_bsdf(v.at, -v.direction, light.wi, reachable);
+  BsdfEval bsdf = eval_bsdf(v.at, -v.direction, light.wi, and_not(reachable, v.in_medium));
+  const Mask in_medium = reachable & v.in_medium;
+  if (any(in_medium)) {
+    const Float phase = phase_value(scene_.media, v.medium, -v.direction, light.wi, in_medium);
+    bsdf.f_cos = select(in_medium, Spectrum(phase), bsdf.f_cos);
+    bsdf.pdf = select(in_medium, phase, bsdf.pdf);
+  }
 
   const Float pdf = light.pdf * choice.pmf;
   const Float weight = select(light.delta, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
@@ -155,15 +181,37 @@ void Wavefront::sample_one_light(const Vertex& v, Mask hit) {
   compress_store(distance, shines, shadows_.distance + at);
   shadows_.contribution.append(contribution, shines, at);
   compress_store(v.slot, shines, shadows_.slot + at);
+  if (scene_.volumetric) {
+    const Mask on_surface = and_not(shines, v.in_medium);
+    compress_store(medium_behind(scene_.shapes, v.surface, light.wi, v.medium, on_surface), shines, shadows_.medium + at);
+  }
   shadows_.size += count(shines);
 }
 
-void Wavefront::scatter_path(const Vertex& v, Mask hit, int depth, int& kept) {
-  const BsdfSample bsdf = sample_bsdf(v.at, -v.direction, v.choice.y,
-                                      v.sampler.get_2d(v.first_pair + dimension::kBsdfDirection), hit);
+void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept) {
+  const Vec2 u = v.sampler.get_2d(v.first_pair + dimension::kBsdfDirection);
+  Float u_lobe = v.choice.y;
+  Mask hit = events;
+  if (scene_.volumetric) {
+    hit = and_not(events, v.in_medium);
+    // Where light that passes does so in transit(), a sheet reflects what is left: 0 chooses that lobe.
+    u_lobe = select((v.at.flags & kPassesStraight) != 0, Float(0.0f), u_lobe);
+  }
+  BsdfSample bsdf = sample_bsdf(v.at, -v.direction, u_lobe, u, hit);
+  Int medium = v.medium;
+  if (any(v.in_medium)) {
+    const PhaseSample phase = sample_phase(scene_.media, v.medium, -v.direction, u, v.in_medium);
+    bsdf.wi = select(v.in_medium, phase.wi, bsdf.wi);
+    bsdf.weight = select(v.in_medium, Spectrum(1.0f), bsdf.weight);
+    bsdf.pdf = select(v.in_medium, phase.pdf, bsdf.pdf);
+    bsdf.valid |= v.in_medium;
+    bsdf.specular = and_not(bsdf.specular, v.in_medium);
+    bsdf.transmission = and_not(bsdf.transmission, v.in_medium);
+  }
+  if (scene_.volumetric) medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, hit);
   Spectrum beta = v.beta * bsdf.weight;
   const Float eta_scale = select(bsdf.transmission, v.eta_scale * sqr(bsdf.eta), v.eta_scale);
-  Mask alive = and_not(hit & bsdf.valid, is_black(beta));
+  Mask alive = and_not(events & bsdf.valid, is_black(beta));
 
   // Russian roulette on what the path can still bring, refraction's scaling set aside.
   if (depth > 1) {
@@ -173,12 +221,17 @@ void Wavefront::scatter_path(const Vertex& v, Mask hit, int depth, int& kept) {
   }
 
   // Entries are read 16 at a time before they are overwritten, and never move up.
-  paths_.origin.append(offset_origin(v.surface, bsdf.wi), alive, kept);
+  const Vec3 origin = offset_origin(v.surface, bsdf.wi);
+  paths_.origin.append(origin, alive, kept);
   paths_.direction.append(bsdf.wi, alive, kept);
   paths_.beta.append(beta, alive, kept);
   compress_store(select(bsdf.specular, Float(0.0f), bsdf.pdf), alive, paths_.pdf + kept);
   compress_store(eta_scale, alive, paths_.eta_scale + kept);
   compress_store(v.slot, alive, paths_.slot + kept);
+  if (scene_.volumetric) {
+    paths_.reference.append(origin, alive, kept);
+    compress_store(medium, alive, paths_.medium + kept);
+  }
   kept += count(alive);
 }
 

@@ -7,7 +7,7 @@
 
 #include "render/accel/replay.h"
 #include "render/accel/trace.h"
-#include "render/camera/perspective.h"
+#include "render/camera/camera.h"
 #include "render/film/filter_sample.h"
 #include "render/sampling/sampler.h"
 
@@ -94,6 +94,10 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
     Float(0.0f).store(paths_.pdf + slot);
     Float(1.0f).store(paths_.eta_scale + slot);
     Int::iota(slot).store(paths_.slot + slot);
+    if (scene_.volumetric) {
+      paths_.reference.append(ray.origin, all, slot);
+      Int(scene_.camera.medium).store(paths_.medium + slot);
+    }
     hash.store(samples_.pixel_hash + slot);
     reversed.store(samples_.reversed_sample + slot);
     filter.weight.store(samples_.filter_weight + slot);
@@ -111,8 +115,13 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
 void Wavefront::advance(int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   intersect(depth);
+  if (scene_.volumetric) transit(depth);
   shade(depth);
-  trace_shadow_rays();
+  if (scene_.volumetric) {
+    march_shadow_rays(depth);
+  } else {
+    trace_shadow_rays();
+  }
 }
 
 void Wavefront::intersect(int depth) {
@@ -122,6 +131,14 @@ void Wavefront::intersect(int depth) {
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0;
   if (log_) record_rays(rays, nullptr, alive_, depth == 0 ? RayLog::Kind::kCamera : RayLog::Kind::kBounce, coherent, *log_);
   trace_nearest(scene_.accel, rays, alive_, coherent, static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
+  if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
+}
+
+void Wavefront::clip_far() {
+  for (int i = 0; i < alive_; i += kWidth) {
+    const Mask seen = Float::load(hits_.t + i) <= visible_distance(scene_.camera, paths_.direction.load(i));
+    select(seen, Int::load(hits_.shape + i), Int(-1)).store(hits_.shape + i);
+  }
 }
 
 void Wavefront::trace_shadow_rays() {
@@ -136,6 +153,13 @@ void Wavefront::trace_shadow_rays() {
     for (int c = 0; c < kSpectrumLanes; ++c) samples_.radiance.c[c][slot] += shadows_.contribution.c[c][i];
   }
   shadows_.size = 0;
+}
+
+void Wavefront::add_radiance(Spectrum more, Int slot, Mask lanes) {
+  for (int c = 0; c < kSpectrumLanes; ++c) {
+    float* sum = samples_.radiance.c[c];
+    scatter(gather(sum, slot, lanes) + more.c[c], sum, slot, lanes);
+  }
 }
 
 void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count) {

@@ -26,18 +26,31 @@ class Wavefront {
   void start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
   void advance(int depth);
   void intersect(int depth);
+  void clip_far();
   void shade(int depth);
   void trace_shadow_rays();
+  /// radiance += more, for samples that are all different.
+  void add_radiance(Spectrum more, Int slot, Mask lanes);
   void finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples);
   void drop_bad_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
+
+  // Volumetric scenes, see transit.cpp. transit() moves every path on to its next scattering event, march_shadow_rays()
+  // shadow rays to their lights.
+  void transit(int depth);
+  Mask fly(Int path, int depth, int round, Mask active);
+  void retrace(int n);
+  void end_stuck_paths(int n);
+  void march_shadow_rays(int depth);
+  int march(int depth, int round, int i, Mask active, int kept);
 
   // The steps of shade(), for 16 paths; see shade.cpp.
   struct Vertex;
   void add_environment(const Vertex& v, Mask missed);
   void add_emission(const Vertex& v, Mask hit);
   void record_first_hit(const Vertex& v, Mask hit);
-  void sample_one_light(const Vertex& v, Mask hit);
-  void scatter_path(const Vertex& v, Mask hit, int depth, int& kept);
+  void make_partly_opaque(Vertex& v, Mask hit, int depth);
+  void sample_one_light(const Vertex& v, Mask events);
+  void scatter_path(const Vertex& v, Mask events, int depth, int& kept);
 
   const SceneTables& scene_;
   const TileRequest& tile_;
@@ -50,6 +63,7 @@ class Wavefront {
   HitState hits_;
   SampleState samples_;
   ShadowQueue shadows_;
+  TransitState transit_;  // volumetric scenes only
   std::vector<float> planes_;  // what the film takes
 };
 

@@ -1,5 +1,5 @@
-// The maps between the unit square of an environment image and directions in light space. (0, 0) is the image's upper
-// left corner: u runs along rows, v down the columns.
+// The maps between the unit square of an image and all directions. (0, 0) is the image's upper left corner: u runs along
+// rows, v down the columns.
 #pragma once
 
 #include "render/core/constants.h"

@@ -1,4 +1,4 @@
-// 4x4 matrices in double precision, as pbrt's transformation directives make them.
+// 4x4 matrices in double precision, as the transformations of scene files make them.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "tessera/v1/scene.pb.h"
 
-namespace tessera::client::pbrt {
+namespace tessera::client {
 
 using Vector3 = std::array<double, 3>;
 
@@ -34,10 +34,23 @@ Transform translation(double x, double y, double z);
 Transform scaling(double x, double y, double z);
 /// Counter-clockwise about `axis` (any length but zero) for an observer towards whom the axis points.
 Transform rotation(double degrees, const Vector3& axis);
-/// camera_from_world for a camera at `eye`; x right, y up, z forward, left-handed as in pbrt. Nothing where eye and
+/// camera_from_world for a camera at `eye`; x right, y up, z forward, left-handed. Nothing where eye and
 /// target coincide or `up` is parallel to the view.
 std::optional<Transform> look_at(const Vector3& eye, const Vector3& target, const Vector3& up);
 
-void write_matrix(const Transform& t, v1::Matrix& matrix);
+/// What `ActiveTransform` keeps apart: where something is at the two times of `TransformTimes`.
+struct MovingTransform {
+  Transform start, end;
 
-}  // namespace tessera::client::pbrt
+  bool moves() const { return !(start == end); }
+  bool operator==(const MovingTransform&) const = default;
+};
+
+/// The matrix at time `t` between `t_start` and `t_end`, element by element; held outside of them.
+Transform interpolated(const MovingTransform& moving, double t, double t_start, double t_end);
+
+void write_matrix(const Transform& t, v1::Matrix& matrix);
+/// All 16 elements, also of the identity: for fields where empty means something else.
+void write_all_elements(const Transform& t, v1::Matrix& matrix);
+
+}  // namespace tessera::client

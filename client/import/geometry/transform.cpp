@@ -1,11 +1,11 @@
-#include "import/pbrt/transform.h"
+#include "import/geometry/transform.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-namespace tessera::client::pbrt {
+namespace tessera::client {
 namespace {
 
 Vector3 cross(const Vector3& a, const Vector3& b) {
@@ -144,10 +144,24 @@ std::optional<Transform> look_at(const Vector3& eye, const Vector3& target, cons
   return inverse(world_from_camera);
 }
 
+Transform interpolated(const MovingTransform& moving, double t, double t_start, double t_end) {
+  if (t <= t_start || !moving.moves()) return moving.start;
+  if (t >= t_end) return moving.end;
+  const double x = (t - t_start) / (t_end - t_start);
+  Transform result;
+  for (int i = 0; i < 16; ++i) result.m[i] = (1 - x) * moving.start.m[i] + x * moving.end.m[i];
+  return result;
+}
+
 void write_matrix(const Transform& t, v1::Matrix& matrix) {
   matrix.clear_elements();
   if (t == Transform{}) return;  // empty means identity
+  write_all_elements(t, matrix);
+}
+
+void write_all_elements(const Transform& t, v1::Matrix& matrix) {
+  matrix.clear_elements();
   for (const double element : t.m) matrix.add_elements(element);
 }
 
-}  // namespace tessera::client::pbrt
+}  // namespace tessera::client

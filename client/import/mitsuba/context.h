@@ -1,0 +1,25 @@
+// What every part of the Mitsuba importer writes to.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "import/input/blob_collector.h"
+#include "import/input/diagnostics.h"
+#include "import/mitsuba/values.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::client::mitsuba {
+
+struct Context {
+  Diagnostics diagnostics;
+  BlobCollector blobs;
+  v1::Scene scene;
+  Document document;
+  int threads = 0;  // 0: one a core
+
+  /// The object's id, else `kind` and a number; not in `taken`, which it joins.
+  static std::string unique_name(const Object& object, const std::string& kind, std::set<std::string>& taken);
+};
+
+}  // namespace tessera::client::mitsuba

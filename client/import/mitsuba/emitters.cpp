@@ -1,0 +1,185 @@
+#include "import/mitsuba/emitters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include "import/input/concat.h"
+#include "import/mitsuba/field_of_view.h"
+#include "import/mitsuba/image_size.h"
+
+namespace tessera::client::mitsuba {
+namespace {
+
+void write_point(const Vector3& from, v1::Point3& to) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+  to.set_z(from[2]);
+}
+
+Vector3 origin_of(const Transform& t) { return {t(0, 3), t(1, 3), t(2, 3)}; }
+
+v1::Spectrum emission(PropertyReader& reader, std::string_view name) {
+  return rgb_spectrum(read_color(reader, name, 1, ColorUse::kEmission));
+}
+
+void write_point_light(PropertyReader& reader, TextureTable&, v1::Light& light) {
+  if (reader.has("position") && reader.has("to_world")) {
+    reader.error("emitter \"point\": \"position\" and \"to_world\" exclude each other");
+  }
+  const Vector3 position = reader.vector("position").value_or(origin_of(reader.transform("to_world")));
+  write_point(position, *light.mutable_point()->mutable_position());
+  *light.mutable_point()->mutable_intensity() = emission(reader, "intensity");
+}
+
+void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light) {
+  v1::SpotLight& spot = *light.mutable_spot();
+  const Transform to_world = reader.transform("to_world");
+  const Vector3 position = origin_of(to_world), axis = to_world.apply_to_vector({0, 0, 1});
+  write_point(position, *spot.mutable_position());
+  write_point({position[0] + axis[0], position[1] + axis[1], position[2] + axis[2]}, *spot.mutable_target());
+  *spot.mutable_intensity() = emission(reader, "intensity");
+  const double cutoff = reader.number("cutoff_angle", 20), beam = reader.number("beam_width", 0.75 * cutoff);
+  if (!(cutoff > 0 && cutoff <= 180) || !(beam >= 0 && beam <= cutoff)) {
+    reader.error(concat("emitter \"spot\": expected 0 <= beam_width <= cutoff_angle <= 180, found ", beam, " and ", cutoff));
+  }
+  spot.set_cone_angle_degrees(static_cast<float>(cutoff));
+  spot.set_cone_delta_degrees(static_cast<float>(cutoff - beam));
+  spot.set_falloff(v1::SpotLight::LINEAR);
+  Object* texture = reader.named_child("texture", "texture");
+  if (texture == nullptr) return;
+  spot.set_texture(textures.use(*texture, TextureRole::kColor));
+  write_point(to_world.apply_to_vector({0, 1, 0}), *spot.mutable_up());
+  // u grows along cross(up, axis), in Mitsuba as here, as long as nothing mirrors.
+  if (to_world.determinant3() < 0) {
+    reader.warn("the transformation of a spot mirrors its texture in Mitsuba: it is not mirrored here");
+  }
+}
+
+void write_directional(PropertyReader& reader, TextureTable&, v1::Light& light) {
+  if (reader.has("direction") && reader.has("to_world")) {
+    reader.error("emitter \"directional\": \"direction\" and \"to_world\" exclude each other");
+  }
+  const Vector3 direction =
+      reader.vector("direction").value_or(reader.transform("to_world").apply_to_vector({0, 0, 1}));
+  if (!(std::hypot(direction[0], direction[1], direction[2]) > 0)) {
+    reader.error("emitter \"directional\": its direction is zero");
+  }
+  write_point(direction, *light.mutable_distant()->mutable_direction());
+  *light.mutable_distant()->mutable_irradiance() = emission(reader, "irradiance");
+}
+
+void write_constant(PropertyReader& reader, TextureTable&, v1::Light& light) {
+  *light.mutable_infinite()->mutable_radiance() = emission(reader, "radiance");
+}
+
+void write_environment(PropertyReader& reader, TextureTable&, v1::Light& light) {
+  v1::InfiniteLight& infinite = *light.mutable_infinite();
+  infinite.set_mapping(v1::InfiniteLight::LATITUDE_LONGITUDE);
+  const double scale = reader.number("scale", 1);
+  if (scale != 1) infinite.set_scale(static_cast<float>(scale));
+  write_matrix(reader.transform("to_world"), *infinite.mutable_world_from_light());
+  reader.ignore({"mis_compensation"});
+  const std::optional<std::filesystem::path> path = reader.file("filename");
+  if (!path) return;
+  absl::StatusOr<v1::BlobRef> blob = reader.context().blobs.add_file(*path, reader.text("filename", ""));
+  if (blob.ok()) {
+    *infinite.mutable_image() = *std::move(blob);
+  } else {
+    reader.error(*reader.find("filename"), std::string(blob.status().message()));
+  }
+}
+
+/// Width over height of a texture: that of its image, 1 for others.
+double aspect_of(Context& context, Object* texture) {
+  if (texture == nullptr || texture->type != "bitmap") return 1;
+  PropertyReader nested(context, *texture);
+  const std::optional<std::filesystem::path> path = nested.file("filename");
+  if (!path) return 1;
+  const absl::StatusOr<ImageSize> size = read_image_size(*path);
+  if (size.ok()) return static_cast<double>(size->width) / size->height;
+  nested.error(std::string(size.status().message()));
+  return 1;
+}
+
+void write_projector(PropertyReader& reader, TextureTable& textures, v1::Light& light) {
+  v1::ProjectionLight& projector = *light.mutable_projection();
+  projector.set_even_screen(true);
+  write_matrix(reader.transform("to_world"), *projector.mutable_world_from_light());
+  // Mitsuba's "irradiance" is short of a factor pi.
+  const double scale = reader.number("scale", 1) * std::numbers::pi;
+  Object* varying = nullptr;
+  std::array<double, 3> color = {1, 1, 1};
+  if (const Property* irradiance = reader.find("irradiance")) {
+    if (const auto constant = read_constant_color(reader, *irradiance, ColorUse::kEmission)) {
+      color = *constant;
+    } else {
+      varying = reader.named_child("irradiance", "texture");
+    }
+  }
+  for (double& component : color) component *= scale;
+  *projector.mutable_intensity() = rgb_spectrum(color);
+  if (varying != nullptr) projector.set_texture(textures.use(*varying, TextureRole::kColor));
+
+  const double aspect = aspect_of(reader.context(), varying);
+  const double half_width = read_half_width(reader, aspect);
+  const double half_shorter_side = std::min(half_width, half_width / aspect);
+  projector.set_fov_degrees(static_cast<float>(2 * std::atan(half_shorter_side) * 180 / std::numbers::pi));
+  if (aspect != 1) projector.set_aspect(static_cast<float>(aspect));
+}
+
+struct LightType {
+  std::string_view name;
+  void (*write)(PropertyReader& reader, TextureTable& textures, v1::Light& light);
+};
+
+constexpr LightType kTypes[] = {{"point", write_point_light},     {"spot", write_spot},
+                                {"directional", write_directional}, {"constant", write_constant},
+                                {"envmap", write_environment},    {"projector", write_projector}};
+
+}  // namespace
+
+void write_light(Context& context, TextureTable& textures, Object& emitter) {
+  PropertyReader reader(context, emitter);
+  const auto type = std::find_if(std::begin(kTypes), std::end(kTypes),
+                                 [&](const LightType& known) { return known.name == emitter.type; });
+  if (type == std::end(kTypes)) {
+    reader.error(emitter.type == "area" ? std::string("an emitter \"area\" must stand inside a shape")
+                                        : concat("emitter \"", emitter.type,
+                                                 "\" is not supported: expected point, spot, directional, constant, "
+                                                 "envmap, area or projector"));
+    return;
+  }
+  // A light's weight in choosing among lights does not change what the image converges to.
+  reader.ignore({"sampling_weight"});
+  if (reader.child("medium") != nullptr) reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
+  v1::Light light;
+  light.set_name(emitter.id);
+  type->write(reader, textures, light);
+  reader.warn_of_unused();
+  *context.scene.add_lights() = std::move(light);
+}
+
+void write_area_light(Context& context, TextureTable& textures, Object& emitter, v1::Shape& shape) {
+  PropertyReader reader(context, emitter);
+  if (emitter.type != "area") {
+    reader.error(concat("emitter \"", emitter.type, "\" is not supported on a shape: expected area"));
+    return;
+  }
+  reader.ignore({"sampling_weight"});
+  v1::AreaLight& light = *shape.mutable_area_light();
+  const Property* radiance = reader.find("radiance");
+  Object* const* object = radiance == nullptr ? nullptr : std::get_if<Object*>(&radiance->value);
+  const auto constant = radiance == nullptr ? std::optional<std::array<double, 3>>({1, 1, 1})
+                                            : read_constant_color(reader, *radiance, ColorUse::kEmission);
+  *light.mutable_radiance() = rgb_spectrum(constant.value_or(std::array<double, 3>{1, 1, 1}));
+  if (!constant && object != nullptr && (*object)->tag == "texture") {
+    light.set_texture(textures.use(**object, TextureRole::kColor));
+  } else if (!constant) {
+    reader.error(*radiance, "expected a colour or a texture");
+  }
+  reader.warn_of_unused();
+}
+
+}  // namespace tessera::client::mitsuba

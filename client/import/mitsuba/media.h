@@ -1,0 +1,29 @@
+// Mitsuba media, phase functions and volumes -> Medium messages.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "import/mitsuba/colors.h"
+
+namespace tessera::client::mitsuba {
+
+class MediumTable {
+ public:
+  explicit MediumTable(Context& context) : context_(context) {}
+
+  /// The name in the scene of a medium.
+  std::string use(Object& medium);
+
+ private:
+  v1::VolumeValue volume(PropertyReader& reader, std::string_view name, double fallback, ColorUse use);
+  v1::VolumeValue grid(Object& volume);
+  void write_phase(PropertyReader& reader, v1::Medium& message);
+
+  Context& context_;
+  std::map<const Object*, std::string> names_;
+  std::set<std::string> taken_;
+};
+
+}  // namespace tessera::client::mitsuba

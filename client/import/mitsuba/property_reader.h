@@ -1,0 +1,60 @@
+// The properties of one object, by name and type.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "import/mitsuba/context.h"
+
+namespace tessera::client::mitsuba {
+
+/// A property of another type than asked for is an error at its place, and the fallback is given. What nobody asked for is
+/// a warning at the end.
+class PropertyReader {
+ public:
+  PropertyReader(Context& context, Object& object) : context_(context), object_(object) {}
+
+  Context& context() { return context_; }
+  Diagnostics& diagnostics() { return context_.diagnostics; }
+  const Object& object() const { return object_; }
+
+  /// Null when there is no such property; it counts as used.
+  Property* find(std::string_view name);
+  bool has(std::string_view name) const;
+
+  double number(std::string_view name, double fallback);
+  std::int64_t integer(std::string_view name, std::int64_t fallback);
+  bool boolean(std::string_view name, bool fallback);
+  std::string text(std::string_view name, const std::string& fallback);
+  /// In lower case.
+  std::string keyword(std::string_view name, const std::string& fallback);
+  Transform transform(std::string_view name);
+  std::optional<Vector3> vector(std::string_view name);
+
+  /// Nested or referenced objects with this tag, in the order of the file.
+  std::vector<Property*> children(std::string_view tag);
+  /// The only one, null when there is none; more are an error.
+  Object* child(std::string_view tag);
+  /// The one with this name and tag.
+  Object* named_child(std::string_view name, std::string_view tag);
+
+  /// The file that a property names; nothing, with an error, when the property is missing or the file does not exist.
+  std::optional<std::filesystem::path> file(std::string_view name);
+
+  void error(std::string message) { diagnostics().error(object_.where, std::move(message)); }
+  void warn(std::string message) { diagnostics().warning(object_.where, std::move(message)); }
+  /// `parameter "alpha" of bsdf "roughconductor": ` and what is wrong, at the property's place.
+  void error(const Property& property, std::string_view what);
+
+  void ignore(std::initializer_list<std::string_view> names);
+  void warn_of_unused();
+
+ private:
+  Context& context_;
+  Object& object_;
+};
+
+}  // namespace tessera::client::mitsuba

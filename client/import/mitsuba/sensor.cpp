@@ -1,0 +1,140 @@
+#include "import/mitsuba/sensor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "import/input/concat.h"
+#include "import/mitsuba/field_of_view.h"
+#include "import/mitsuba/film.h"
+#include "wire/limits.h"
+
+namespace tessera::client::mitsuba {
+namespace {
+
+/// Mitsuba's camera has x to the left of the picture.
+Transform with_x_right(const Transform& to_world) { return to_world * scaling(-1, 1, 1); }
+
+double column_length(const Transform& t, int column) { return std::hypot(t(0, column), t(1, column), t(2, column)); }
+
+/// The lengths of the axes, taken out of the transformation.
+Vector3 take_scale(Transform& t) {
+  Vector3 scale;
+  for (int c = 0; c < 3; ++c) {
+    scale[c] = column_length(t, c);
+    for (int r = 0; r < 3; ++r) t(r, c) /= scale[c];
+  }
+  return scale;
+}
+
+/// The part of the screen that the crop window shows. The film spans [-half_width, half_width] across.
+void write_screen_window(PropertyReader& reader, const FilmWindow& film, double half_width, double half_height,
+                         v1::Camera& camera) {
+  // Fractions of the film, to the right and down.
+  const double shift_x = reader.number("principal_point_offset_x", 0);
+  const double shift_y = reader.number("principal_point_offset_y", 0);
+  const double left = film.crop_x / film.width + shift_x, right = left + film.crop_width / film.width;
+  const double top = film.crop_y / film.height + shift_y, bottom = top + film.crop_height / film.height;
+  for (const double edge : {(2 * left - 1) * half_width, (2 * right - 1) * half_width, (1 - 2 * bottom) * half_height,
+                            (1 - 2 * top) * half_height}) {
+    camera.add_screen_window(static_cast<float>(edge));
+  }
+}
+
+void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform to_world, v1::Camera& camera) {
+  const double aspect = film.width / film.height;
+  const double half_width = read_half_width(reader, aspect);
+  const double shorter = std::min(half_width, half_width / aspect);
+  v1::PerspectiveCamera& perspective = *camera.mutable_perspective();
+  perspective.set_fov_degrees(static_cast<float>(2 * std::atan(shorter) * 180 / std::numbers::pi));
+  write_screen_window(reader, film, half_width / shorter, half_width / aspect / shorter, camera);
+
+  const Vector3 scale = take_scale(to_world);
+  for (const double s : scale) {
+    if (std::abs(s - 1) <= 1e-3) continue;
+    reader.warn("the scale in the sensor's transformation is left out");
+    break;
+  }
+  write_matrix(with_x_right(to_world), *camera.mutable_world_from_camera());
+  if (reader.object().type == "thinlens") {
+    const double aperture = reader.number("aperture_radius", 0);
+    if (!(aperture > 0)) reader.error("sensor \"thinlens\": expected an aperture_radius above 0");
+    perspective.set_lens_radius(static_cast<float>(aperture));
+    perspective.set_focal_distance(static_cast<float>(reader.number("focus_distance", camera.far_clip())));
+  } else {
+    reader.ignore({"focus_distance"});
+  }
+}
+
+void write_orthographic(PropertyReader& reader, const FilmWindow& film, Transform to_world, v1::Camera& camera) {
+  // Before it is transformed, the film is two units wide.
+  const Vector3 scale = take_scale(to_world);
+  camera.mutable_orthographic();
+  write_screen_window(reader, film, scale[0], scale[1] * film.height / film.width, camera);
+  write_matrix(with_x_right(to_world), *camera.mutable_world_from_camera());
+  const float near_clip = camera.near_clip();
+  camera.set_near_clip(static_cast<float>(near_clip * scale[2]));
+  camera.set_far_clip(camera.near_clip() + camera.far_clip() - near_clip);
+  reader.ignore({"focus_distance"});
+}
+
+void write_sampler(Context& context, Object* sampler) {
+  v1::RenderSettings& settings = *context.scene.mutable_settings();
+  settings.set_sampler("independent");
+  constexpr std::int64_t kDefaultSamples = 4;
+  std::int64_t samples = kDefaultSamples;
+  if (sampler != nullptr) {
+    PropertyReader reader(context, *sampler);
+    static const std::set<std::string_view> others = {"stratified", "multijitter", "orthogonal", "ldsampler"};
+    if (others.contains(sampler->type)) {
+      settings.set_sampler("sobol");
+    } else if (sampler->type != "independent") {
+      reader.warn(concat("sampler \"", sampler->type, "\" is not known: independent is used"));
+    }
+    samples = reader.integer("sample_count", kDefaultSamples);
+    if (samples < 1 || samples > wire::kMaxSamplesPerPixel) {
+      reader.error(*reader.find("sample_count"),
+                   concat("expected 1 to ", wire::kMaxSamplesPerPixel, " samples a pixel, found ", samples));
+      samples = kDefaultSamples;
+    }
+    settings.set_seed(static_cast<std::uint64_t>(reader.integer("seed", 0)));
+    reader.ignore({"jitter"});
+    reader.warn_of_unused();
+  }
+  settings.set_spp(static_cast<std::uint32_t>(samples));
+}
+
+}  // namespace
+
+void write_sensor(Context& context, MediumTable& media, Object& sensor) {
+  PropertyReader reader(context, sensor);
+  const bool is_perspective = sensor.type == "perspective" || sensor.type == "thinlens";
+  if (!is_perspective && sensor.type != "orthographic") {
+    reader.error(concat("sensor \"", sensor.type,
+                        "\" is not supported: expected perspective, thinlens or orthographic"));
+    return;
+  }
+  write_sampler(context, reader.child("sampler"));
+  const FilmWindow film = write_film(context, reader.child("film"));
+  v1::Camera& camera = *context.scene.mutable_camera();
+  if (Object* medium = reader.child("medium")) camera.set_medium(media.use(*medium));
+  camera.set_near_clip(static_cast<float>(reader.number("near_clip", 0.01)));
+  camera.set_far_clip(static_cast<float>(reader.number("far_clip", 10000)));
+  if (!(camera.near_clip() > 0) || !(camera.far_clip() > camera.near_clip())) {
+    reader.error(concat(sensor.title(), ": expected 0 < near_clip < far_clip"));
+  }
+  const Transform to_world = reader.transform("to_world");
+  if (!inverse(to_world)) {
+    reader.error(concat(sensor.title(), ": its transformation is singular"));
+  } else if (is_perspective) {
+    write_perspective(reader, film, to_world, camera);
+  } else {
+    write_orthographic(reader, film, to_world, camera);
+  }
+  // Nothing moves in a Mitsuba 3 scene, so how long the shutter is open does not matter.
+  reader.ignore({"shutter_open", "shutter_close"});
+  reader.warn_of_unused();
+}
+
+}  // namespace tessera::client::mitsuba

@@ -1,0 +1,62 @@
+#include "render/bsdf/plastic.h"
+
+#include "render/bsdf/coat_over_diffuse.h"
+#include "render/bsdf/plastic_table.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Energies of the coat [coat_over_diffuse.h].
+class Coat {
+ public:
+  Float eta;
+  Mask smooth;
+  Float internal;  // R
+
+  TESSERA_INLINE Coat(const BsdfParams& params, Mask active)
+      : eta(params.scalars[kCoatIndex]),
+        smooth(is_smooth(params, kCoatAlpha)),
+        internal(gather(params.coat_tables + kPlasticInternal, params.coat_table, active)),
+        rough_(and_not(active, smooth)),
+        any_rough_(any(rough_)),
+        nonlinear_(params.with(kNonlinear)),
+        transmittances_(params.coat_tables + kPlasticTransmittance),
+        offset_(params.coat_table) {}
+
+  TESSERA_INLINE bool any_rough() const { return any_rough_; }
+
+  TESSERA_INLINE Float transmittance(Vec3 w) const {
+    const Float analytic = 1.0f - fresnel_dielectric(w.z, eta).reflectance;
+    if (!any_rough_) return analytic;
+    const Float position = clamp(w.z, 0.0f, 1.0f) * (kPlasticCosines - 1.0f);
+    const Float low = min(floor(position), kPlasticCosines - 2.0f);
+    const Int entry = offset_ + to_int(low);
+    const Float tabulated =
+        lerp(position - low, gather(transmittances_, entry, rough_), gather(transmittances_ + 1, entry, rough_));
+    return select(smooth, analytic, tabulated);
+  }
+
+  TESSERA_INLINE Float one_minus_colour(Float rho) const { return 1.0f - select(nonlinear_, rho, 1.0f) * internal; }
+
+  static TESSERA_INLINE Spectrum tinted(const BsdfParams& params, Spectrum light) { return light * params.spectra[1]; }
+
+ private:
+  Mask rough_;
+  bool any_rough_;
+  Mask nonlinear_;
+  const float* transmittances_;
+  Int offset_;
+};
+
+}  // namespace
+
+BsdfEval PlasticBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  return eval_coat_over_diffuse<Coat>(params, wo, wi, active);
+}
+
+BsdfSample PlasticBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+  return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

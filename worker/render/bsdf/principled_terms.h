@@ -1,0 +1,70 @@
+// What the two principled models have in common: their slots and the terms of Disney's model [Burley 2012, 2015] as
+// Mitsuba 3 renders it.
+#pragma once
+
+#include "render/bsdf/bsdf.h"
+#include "render/bsdf/fresnel.h"
+#include "render/bsdf/microfacet.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+// Slots: spectra[0] is the base colour, scalars[0..2] roughness, anisotropic and index, and then, extended:
+inline constexpr int kPrincipledRoughness = 0, kPrincipledAnisotropic = 1, kPrincipledEta = 2;
+inline constexpr int kPrincipledMetallic = 0, kPrincipledSpecTrans = 1, kPrincipledSpecTint = 2, kPrincipledSheen = 3,
+                     kPrincipledSheenTint = 4, kPrincipledFlatness = 5, kPrincipledClearcoat = 6,
+                     kPrincipledClearcoatGloss = 7, kPrincipledDiffTrans = 8;
+
+/// (1 - c)^5, of Schlick's approximation.
+TESSERA_INLINE Float schlick_power(Float cosine) {
+  const Float m = clamp(1.0f - cosine, 0.0f, 1.0f);
+  return sqr(sqr(m)) * m;
+}
+
+/// How far Schlick's reflectance is on its way from that along the normal to 1: by the cosine on the side of the smaller
+/// index. `eta` is the index of the other side over that of `cosine`'s side.
+TESSERA_INLINE Float schlick_weight(Float cosine, Float eta) {
+  const Float refracted = safe_sqrt(1.0f - (1.0f - sqr(cosine)) / sqr(eta));
+  return schlick_power(select(eta > 1.0f, cosine, refracted));
+}
+
+/// The base colour at luminance 1; white where it is black.
+TESSERA_INLINE Spectrum hue(Spectrum colour) {
+  // Rec.709 primaries; the digits are those of the format's renderer.
+  const Float luminance = 0.212671f * colour.c[0] + 0.715160f * colour.c[1] + 0.072169f * colour.c[2];
+  const Mask lit = luminance > 0.0f;
+  return select(lit, colour * (1.0f / select(lit, luminance, 1.0f)), Spectrum(1.0f));
+}
+
+/// Reflectance along the normal of the tinted dielectric.
+TESSERA_INLINE Spectrum tinted_normal_reflectance(Spectrum colour, Float eta) {
+  return hue(colour) * sqr((eta - 1.0f) / (eta + 1.0f));
+}
+
+/// GGX with Disney's roughness, always with separable masking.
+TESSERA_INLINE Microfacets principled_facets(const BsdfParams& params, Float roughness) {
+  constexpr float kSmallestAlpha = 1e-3f;
+  const Float aspect = safe_sqrt(1.0f - 0.9f * params.scalars[kPrincipledAnisotropic]);
+  const Float alpha2 = sqr(roughness);
+  return microfacets_of(params, max(alpha2 / max(aspect, 1e-3f), kSmallestAlpha), max(alpha2 * aspect, kSmallestAlpha));
+}
+
+/// Diffuse reflection, retro-reflection and fake subsurface scattering, without colour and 1 / pi. `cos_d` is between
+/// wi and the half vector.
+TESSERA_INLINE Float principled_diffuse(const BsdfParams& params, Float zo, Float zi, Float cos_d) {
+  const Float fo = schlick_power(zo), fi = schlick_power(zi);
+  const Float retro = 2.0f * params.scalars[kPrincipledRoughness] * sqr(cos_d);
+  const Float surface = (1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + retro * (fo + fi + fo * fi * (retro - 1.0f));
+  const Float flatness = params.extended[kPrincipledFlatness];
+  const Float flat90 = 0.5f * retro;
+  const Float flat = lerp(fo, Float(1.0f), flat90) * lerp(fi, Float(1.0f), flat90);
+  const Float subsurface = 1.25f * (flat * (1.0f / (zo + zi) - 0.5f) + 0.5f);
+  return lerp(flatness, surface, subsurface);
+}
+
+/// The sheen's f, without the lobe's share.
+TESSERA_INLINE Spectrum principled_sheen(const BsdfParams& params, Spectrum colour, Float cos_d) {
+  const Spectrum tint = lerp(params.extended[kPrincipledSheenTint], Spectrum(1.0f), hue(colour));
+  return tint * (params.extended[kPrincipledSheen] * schlick_power(abs(cos_d)));
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,263 @@
+// The kinds of materials, one function each. What the slots mean is said by the models' files in bsdf/.
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/bsdf/coat_table.h"
+#include "render/bsdf/plastic_table.h"
+#include "render/build/scene_builder.h"
+#include "render/core/constants.h"
+
+namespace tessera::render {
+
+namespace {
+
+constexpr int kAlphaU = 0, kAlphaV = 1, kEta = 2;
+constexpr float kSmoothAlpha = 1e-3f;  // as in bsdf/microfacet.h
+
+void put(const Rgb& rgb, SpectrumSlot& slot) { slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b; }
+
+SampledCurve curve(const v1::Spectrum& spectrum) {
+  if (spectrum.has_sampled()) {
+    const auto& s = spectrum.sampled();
+    return {{s.wavelengths_nm().begin(), s.wavelengths_nm().end()}, {s.values().begin(), s.values().end()}};
+  }
+  return {{550}, {emission(spectrum).g}};
+}
+
+/// eta = 1, and the k with which a conductor of this normal reflectance has it [pbrt-v4].
+float k_for_reflectance(float r) {
+  r = std::fmin(std::fmax(r, 0.0f), 0.9999f);
+  return 2 * std::sqrt(r) / std::sqrt(1 - r);
+}
+
+bool is_smooth(const MaterialRecord& record) {
+  const ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  return u.texture < 0 && v.texture < 0 && std::fmax(u.value, v.value) < kSmoothAlpha;
+}
+
+/// The index with which a dielectric has the normal reflectance 0.08 * specular [Burley 2012].
+float eta_from_specular(float specular) { return 2 / (1 - std::sqrt(0.08f * specular)) - 1; }
+
+bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 0; }
+
+}  // namespace
+
+absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
+  record.flags |= kUsesSecondSpectrum;
+  if (conductor.has_reflectance()) {
+    if (conductor.reflectance().has_texture()) {
+      // The texture is the reflectance; interact() turns it into eta and k.
+      record.flags |= kConductorReflectance;
+      return set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]);
+    }
+    if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]); !s.ok()) return s;
+    put({1, 1, 1}, record.spectra[0]);
+    for (float& k : record.spectra[1].value) k = k_for_reflectance(k);
+    return absl::OkStatus();
+  }
+  const v1::Spectrum &eta = conductor.eta().constant(), &k = conductor.k().constant();
+  if (eta.has_sampled() || k.has_sampled()) {
+    for (const v1::Spectrum* s : {&eta, &k}) {
+      if (auto status = check_spectrum(*s, "index of refraction"); !status.ok()) return status;
+    }
+    const ConductorRgb rgb = conductor_rgb(curve(eta), curve(k));
+    put(rgb.eta, record.spectra[0]);
+    put(rgb.k, record.spectra[1]);
+    return absl::OkStatus();
+  }
+  if (auto s = set_spectrum(conductor.eta(), {1, 1, 1}, record, record.spectra[0]); !s.ok()) return s;
+  return set_spectrum(conductor.k(), {1, 1, 1}, record, record.spectra[1]);
+}
+
+absl::Status SceneBuilder::set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
+  record.kind = BsdfKind::kConductor;
+  record.flags |= kUsesAlphas;
+  if (auto s = set_roughness(conductor.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+    return s;
+  }
+  if (is_smooth(record)) record.flags |= kAllDelta;
+  if (conductor.has_tint()) {
+    if (auto s = set_tint(conductor.tint(), record, extend(record).spectra[0]); !s.ok()) return s;
+  }
+  return set_conductor_index(conductor, record);
+}
+
+absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectric, MaterialRecord& record) {
+  record.kind = BsdfKind::kDielectric;
+  record.flags |= kUsesAlphas | kUsesEta;
+  if (auto s = set_eta(dielectric.eta(), 1.5f, record); !s.ok()) return s;
+  if (auto s = set_tint(dielectric.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_tint(dielectric.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
+  if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
+  if (auto s = set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+    return s;
+  }
+  if (is_smooth(record)) record.flags |= kAllDelta;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, MaterialRecord& record) {
+  record.kind = BsdfKind::kThinDielectric;
+  record.flags |= kAllDelta | kUsesEta;
+  if (sheet.passes_straight()) record.flags |= kPassesStraight;
+  if (auto s = set_eta(sheet.eta(), 1.5f, record); !s.ok()) return s;
+  if (auto s = set_tint(sheet.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_tint(sheet.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
+  if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name,
+                                    MaterialRecord& record) {
+  record.kind = BsdfKind::kCoatedDiffuse;
+  record.flags |= kUsesAlphas | kUsesEta;
+  if (auto s = set_eta(coat.eta(), 1.5f, record); !s.ok()) return s;
+  if (auto s = set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_roughness(coat.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+    return s;
+  }
+  record.coat_table = append_coat_table(record.scalars[kEta].value, tables_.materials);
+  const Rgb albedo = reflectance(coat.albedo().constant());
+  if (coat.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
+    warnings_.push_back(absl::StrCat("material '", name, "': the medium inside its coat is left out"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, MaterialRecord& record) {
+  constexpr float kUsualEta = 1.5046f / 1.000277f;
+  record.kind = BsdfKind::kPlastic;
+  record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta;
+  if (plastic.nonlinear()) record.flags |= kNonlinear;
+  if (auto s = set_eta(plastic.eta(), kUsualEta, record); !s.ok()) return s;
+  if (auto s = set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_tint(plastic.tint(), record, record.spectra[1]); !s.ok()) return s;
+  ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  if (auto s = set_roughness(plastic.roughness(), record, u, v); !s.ok()) return s;
+  if (u.texture >= 0 || v.texture >= 0 || u.value != v.value) {
+    return absl::InvalidArgumentError("the roughness of a plastic must be constant and the same along u and v");
+  }
+  if (u.value < kSmoothAlpha) u.value = v.value = 0;
+  const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0, (record.flags & kSeparableMasking) != 0};
+  const auto [table, added] = plastic_tables_.try_emplace(
+      {record.scalars[kEta].value, u.value, record.flags & (kBeckmann | kSeparableMasking)}, 0);
+  if (added) table->second = append_plastic_table(record.scalars[kEta].value, facets, tables_.materials);
+  record.coat_table = table->second;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMaterial& coated, const std::string& name,
+                                                MaterialRecord& record) {
+  record.kind = BsdfKind::kCoatedConductor;
+  record.flags |= kUsesAlphas | kUsesEta;
+  ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  if (auto s = set_eta(coated.eta(), 1.5f, record); !s.ok()) return s;
+  if (auto s = set_roughness(coated.roughness(), record, u, v); !s.ok()) return s;
+  ExtendedRecord& extended = extend(record);
+  const v1::Roughness& base = coated.conductor().roughness();
+  if (auto s = set_roughness(base, record, extended.scalars[0], extended.scalars[1]); !s.ok()) return s;
+  const bool smooth_base = extended.scalars[0].texture < 0 && extended.scalars[1].texture < 0 &&
+                           std::fmax(extended.scalars[0].value, extended.scalars[1].value) < kSmoothAlpha;
+  if (is_smooth(record) && smooth_base) record.flags |= kAllDelta;
+  if (record.flags & (kBeckmann | kSeparableMasking)) {
+    record.flags &= ~(kBeckmann | kSeparableMasking);
+    warnings_.push_back(absl::StrCat("material '", name, "': its microfacets are GGX with correlated masking"));
+  }
+  const float thickness = coated.has_thickness() ? coated.thickness() : 0;
+  if (!(thickness >= 0) || !std::isfinite(thickness)) return absl::InvalidArgumentError("the thickness of its coat is below 0");
+  extended.scalars[2].value = thickness;
+  const Rgb albedo = reflectance(coated.albedo().constant());
+  if (coated.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
+    warnings_.push_back(absl::StrCat("material '", name, "': the medium inside its coat only absorbs"));
+  }
+  if (coated.conductor().has_tint()) {
+    warnings_.push_back(absl::StrCat("material '", name, "': the tint of its conductor is left out"));
+  }
+  return set_conductor_index(coated.conductor(), record);
+}
+
+absl::Status SceneBuilder::set_hair(const v1::HairMaterial& hair, MaterialRecord& record) {
+  // Brown hair, for want of anything else: 1.3 times the absorption of eumelanin [d'Eon et al. 2011].
+  constexpr Rgb kBrown{0.5447f, 0.9061f, 1.781f};
+  record.kind = BsdfKind::kHair;
+  record.flags |= kUsesAlphas | kUsesEta | kAnisotropic;
+  if (!hair.has_sigma_a() && hair.has_reflectance()) {
+    record.flags |= kHairReflectance;
+    if (auto s = set_spectrum(hair.reflectance(), {}, record, record.spectra[0]); !s.ok()) return s;
+  } else if (auto s = set_spectrum(hair.sigma_a(), kBrown, record, record.spectra[0]); !s.ok()) {
+    return s;
+  }
+  if (auto s = set_scalar(hair.beta_m(), 0.3f, record, record.scalars[0]); !s.ok()) return s;
+  if (auto s = set_scalar(hair.beta_n(), 0.3f, record, record.scalars[1]); !s.ok()) return s;
+  const float eta = hair.has_eta() ? hair.eta() : 1.55f;
+  if (!(eta > 0) || !std::isfinite(eta)) return absl::InvalidArgumentError("its index of refraction is not above 0");
+  record.scalars[kEta].value = eta;
+  const float degrees = hair.has_alpha_degrees() ? hair.alpha_degrees() : 2;
+  if (!std::isfinite(degrees)) return absl::InvalidArgumentError("the tilt of its scales is not finite");
+  extend(record).scalars[0].value = degrees * kPi / 180;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principled, MaterialRecord& record) {
+  record.kind = principled.thin() ? BsdfKind::kPrincipledThin : BsdfKind::kPrincipled;
+  record.flags |= kUsesAlphas | kUsesEta | kSeparableMasking;
+  ExtendedRecord& extended = extend(record);
+  const struct {
+    const v1::FloatValue& value;
+    float otherwise;
+    ScalarSlot& slot;
+  } scalars[] = {{principled.roughness(), 0.5f, record.scalars[0]},   {principled.anisotropic(), 0, record.scalars[1]},
+                 {principled.specular(), 0.5f, record.scalars[kEta]}, {principled.metallic(), 0, extended.scalars[0]},
+                 {principled.spec_trans(), 0, extended.scalars[1]},   {principled.spec_tint(), 0, extended.scalars[2]},
+                 {principled.sheen(), 0, extended.scalars[3]},        {principled.sheen_tint(), 0, extended.scalars[4]},
+                 {principled.flatness(), 0, extended.scalars[5]},     {principled.clearcoat(), 0, extended.scalars[6]},
+                 {principled.clearcoat_gloss(), 0, extended.scalars[7]}, {principled.diff_trans(), 0, extended.scalars[8]}};
+  for (const auto& [value, otherwise, slot] : scalars) {
+    if (auto s = set_scalar(value, otherwise, record, slot); !s.ok()) return s;
+  }
+  if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
+  if (!is_zero(record.scalars[1])) record.flags |= kAnisotropic;
+  const bool transmits = !principled.thin() && !is_zero(extended.scalars[1]);
+  if (transmits) record.flags |= kHasInside;
+
+  // Nothing is refracted where the index does not change: a little, then.
+  ScalarSlot& eta = record.scalars[kEta];
+  if (principled.has_eta()) {
+    eta = {transmits && principled.eta() == 1 ? 1.001f : principled.eta(), -1};
+  } else if (eta.texture >= 0) {
+    record.flags |= kEtaFromSpecular;
+  } else {
+    if (eta.value < 0 || eta.value > 1) return absl::InvalidArgumentError("its specular is not between 0 and 1");
+    eta.value = eta_from_specular(transmits && eta.value == 0 ? 1e-3f : eta.value);
+  }
+  if (!(eta.value > 0 || eta.texture >= 0) || !std::isfinite(eta.value)) {
+    return absl::InvalidArgumentError("its index of refraction is not above 0");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material,
+                                                    MaterialRecord& record) {
+  record.kind = BsdfKind::kDiffuseTransmission;
+  record.flags |= kUsesSecondSpectrum;
+  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]); !s.ok()) return s;
+  const float scale = material.has_scale() ? material.scale() : 1;
+  if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
+  for (SpectrumSlot& slot : record.spectra) {
+    if (slot.texture >= 0 && scale != 1) {
+      TextureNode factor, product;
+      for (float& v : factor.value) v = scale;
+      product.kind = TextureKind::kScale;
+      product.inputs[0] = slot.texture;
+      product.inputs[1] = static_cast<int>(tables_.textures.nodes.size());
+      tables_.textures.nodes.push_back(factor);
+      tables_.textures.nodes.push_back(product);
+      slot.texture = product.inputs[1] + 1;
+    }
+    for (float& v : slot.value) v *= scale;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

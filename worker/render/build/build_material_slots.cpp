@@ -1,0 +1,90 @@
+// Parameters that several kinds of materials have in common.
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/build/scene_builder.h"
+
+namespace tessera::render {
+
+namespace {
+
+constexpr int kEta = 2;  // slot
+
+void put(const Rgb& rgb, SpectrumSlot& slot) { slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b; }
+
+}  // namespace
+
+absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record,
+                                        SpectrumSlot& slot) {
+  if (value.has_texture()) {
+    auto node = texture_node(value.texture());
+    if (!node.ok()) return node.status();
+    slot.texture = *node;
+    record.flags |= kHasTextures;
+    return absl::OkStatus();
+  }
+  if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
+  put(value.has_constant() ? reflectance(value.constant()) : otherwise, slot);
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record,
+                                      ScalarSlot& slot) {
+  if (value.has_texture()) {
+    auto node = texture_node(value.texture());
+    if (!node.ok()) return node.status();
+    slot.texture = *node;
+    record.flags |= kHasTextures;
+    return absl::OkStatus();
+  }
+  const float constant = value.has_constant() ? value.constant() : otherwise;
+  if (!std::isfinite(constant)) return absl::InvalidArgumentError("a parameter is not finite");
+  slot.value = constant;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_tint(const v1::SpectrumValue& value, MaterialRecord& record, SpectrumSlot& slot) {
+  if (auto s = set_spectrum(value, {1, 1, 1}, record, slot); !s.ok()) return s;
+  if (slot.texture >= 0 || slot.value[0] != 1 || slot.value[1] != 1 || slot.value[2] != 1) record.flags |= kTinted;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u,
+                                         ScalarSlot& v) {
+  if (roughness.remap()) record.flags |= kRemapAlpha;
+  if (roughness.distribution() == v1::Roughness::BECKMANN) record.flags |= kBeckmann;
+  if (roughness.separable_masking()) record.flags |= kSeparableMasking;
+  for (const auto& [value, alpha] : {std::pair(&roughness.u(), &u), std::pair(&roughness.v(), &v)}) {
+    if (auto s = set_scalar(*value, 0, record, *alpha); !s.ok()) return s;
+    if (alpha->texture >= 0) continue;
+    if (alpha->value < 0) return absl::InvalidArgumentError("a roughness is below 0");
+    if (roughness.remap()) alpha->value = std::sqrt(alpha->value);
+    alpha->value = std::fmin(alpha->value, 1.0f);
+  }
+  if (u.texture != v.texture || (u.texture < 0 && u.value != v.value)) record.flags |= kAnisotropic;
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise, MaterialRecord& record) {
+  float eta = otherwise;
+  if (auto s = check_spectrum(spectrum, "index of refraction"); !s.ok()) return s;
+  if (spectrum.has_sampled()) {
+    const auto& s = spectrum.sampled();
+    eta = dielectric_eta({{s.wavelengths_nm().begin(), s.wavelengths_nm().end()}, {s.values().begin(), s.values().end()}});
+  } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
+    eta = emission(spectrum).g;
+  }
+  if (!(eta > 0) || !std::isfinite(eta)) {
+    return absl::InvalidArgumentError(absl::StrCat("an index of refraction of ", eta, " is not above 0"));
+  }
+  record.scalars[kEta].value = eta;
+  return absl::OkStatus();
+}
+
+ExtendedRecord& SceneBuilder::extend(MaterialRecord& record) {
+  record.flags |= kUsesExtended;
+  record.extended = static_cast<std::int32_t>(tables_.materials.extended.size());
+  return tables_.materials.extended.emplace_back();
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/build/scene_builder.h"
+#include "wire/volume_blob.h"
+
+namespace tessera::render {
+
+namespace {
+
+/// The kernels gather samples with 32-bit indices.
+constexpr std::size_t kMostSamples = std::size_t{1} << 30;
+
+bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
+
+}  // namespace
+
+absl::Status SceneBuilder::build_media() {
+  if (job_.settings().integrator() != "volpath") return absl::OkStatus();
+  for (const v1::Medium& medium : scene_.media()) {
+    MediumRecord record;
+    if (auto s = build_medium(medium, record); !s.ok()) return located(s, absl::StrCat("medium '", medium.name(), "'"));
+    if (!media_.emplace(medium.name(), static_cast<int>(tables_.media.media.size())).second) {
+      return absl::InvalidArgumentError(absl::StrCat("medium '", medium.name(), "': the name is used twice"));
+    }
+    tables_.media.media.push_back(std::move(record));
+  }
+  const auto medium = medium_index(scene_.camera().medium());
+  if (!medium.ok()) return located(medium.status(), "camera");
+  tables_.camera.medium = *medium;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> SceneBuilder::medium_index(const std::string& name) const {
+  if (name.empty() || job_.settings().integrator() != "volpath") return -1;
+  const auto it = media_.find(name);
+  if (it == media_.end()) return absl::InvalidArgumentError(absl::StrCat("medium '", name, "' does not exist"));
+  return it->second;
+}
+
+absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& record) {
+  const float scale = medium.has_scale() ? medium.scale() : 1;
+  if (!std::isfinite(scale) || scale < 0) return absl::InvalidArgumentError("its scale is negative or not finite");
+  if (!(medium.g() > -1 && medium.g() < 1)) return absl::InvalidArgumentError("its asymmetry g is not within (-1, 1)");
+  record.g = medium.g();
+  if (auto s = set_medium_value(medium.extinction(), 1, scale, record.sigma_t); !s.ok()) return located(s, "extinction");
+  record.scattering_is_sigma_s = medium.has_sigma_s();
+  const v1::VolumeValue& scattering = medium.has_sigma_s() ? medium.sigma_s() : medium.albedo();
+  if (auto s = set_medium_value(scattering, 0, medium.has_sigma_s() ? scale : 1, record.albedo); !s.ok()) {
+    return located(s, "scattering");
+  }
+  if (auto s = set_medium_value(medium.emission(), 0, 1, record.emission); !s.ok()) return located(s, "emission");
+  record.emits = !black({record.emission.value[0], record.emission.value[1], record.emission.value[2]});
+
+  int bounds = -1;
+  for (const MediumValue* value : {&record.sigma_t, &record.albedo, &record.emission}) {
+    if (bounds < 0) bounds = value->grid;
+  }
+  record.homogeneous = bounds < 0;
+  if (!record.homogeneous) {
+    record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
+    build_majorants(tables_.media, record);
+    return absl::OkStatus();
+  }
+  if (record.scattering_is_sigma_s) {
+    // Free flights in closed form go by the albedo.
+    for (int c = 0; c < 3; ++c) {
+      const float sigma_t = record.sigma_t.value[c];
+      record.albedo.value[c] = sigma_t > 0 ? record.albedo.value[c] / sigma_t : 0;
+    }
+    record.scattering_is_sigma_s = false;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::set_medium_value(const v1::VolumeValue& value, float otherwise, float scale,
+                                            MediumValue& result) {
+  Rgb factor{1, 1, 1};
+  if (value.has_grid()) {
+    const auto grid = density_grid(value.grid());
+    if (!grid.ok()) return grid.status();
+    result.grid = *grid;
+  } else if (value.has_constant()) {
+    if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
+    factor = emission(value.constant());
+  } else {
+    factor = {otherwise, otherwise, otherwise};
+  }
+  const float rgb[] = {factor.r, factor.g, factor.b};
+  for (int c = 0; c < 3; ++c) {
+    result.value[c] = rgb[c] * scale;
+    if (!std::isfinite(result.value[c]) || result.value[c] < 0) {
+      return absl::InvalidArgumentError("a coefficient is negative or not finite");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
+  const auto bytes = blobs_(grid.blob().digest());
+  if (!bytes.ok()) return located(bytes.status(), absl::StrCat("volume ", grid.blob().digest()));
+  const auto volume = wire::decode_volume(bytes->bytes);
+  if (!volume.ok()) return located(volume.status(), absl::StrCat("volume ", grid.blob().digest()));
+  if (volume->channels != 1 && volume->channels != 3) {
+    return absl::InvalidArgumentError(absl::StrCat("a grid has ", volume->channels, " channels instead of 1 or 3"));
+  }
+  if (volume->samples.size() > kMostSamples) return absl::ResourceExhaustedError("a grid has more than 2^30 samples");
+  if (std::any_of(volume->samples.begin(), volume->samples.end(), [](float x) { return x < 0; })) {
+    return absl::InvalidArgumentError("a grid has a negative sample");
+  }
+  auto world_from_grid = Transform::from_proto(grid.world_from_grid());
+  if (!world_from_grid.ok()) return world_from_grid.status();
+  Transform grid_from_render;
+  if (!(render_from_world_ * *world_from_grid).invert(grid_from_render)) {
+    return absl::InvalidArgumentError("the transform of a grid is singular");
+  }
+  DensityGrid record;
+  record.size[0] = static_cast<std::int32_t>(volume->nx);
+  record.size[1] = static_cast<std::int32_t>(volume->ny);
+  record.size[2] = static_cast<std::int32_t>(volume->nz);
+  record.channels = static_cast<std::int32_t>(volume->channels);
+  record.grid_from_render = grid_from_render.to_affine();
+  record.samples.assign(volume->samples.begin(), volume->samples.end());
+  tables_.media.grids.push_back(std::move(record));
+  return static_cast<int>(tables_.media.grids.size()) - 1;
+}
+
+void SceneBuilder::decide_volumetric() {
+  for (const MaterialRecord& material : tables_.materials.materials) {
+    tables_.any_opacity = tables_.any_opacity || (material.flags & kHasOpacity);
+    if (job_.settings().integrator() != "volpath") continue;
+    tables_.volumetric = tables_.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
+  }
+  tables_.volumetric = tables_.volumetric || !tables_.media.media.empty();
+}
+
+}  // namespace tessera::render

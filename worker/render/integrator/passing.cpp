@@ -1,0 +1,84 @@
+#include "render/integrator/passing.h"
+
+#include "render/bsdf/fresnel.h"
+#include "render/color/texture.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+constexpr int kTransmissionTint = 1, kEta = 2;  // slots of thin_dielectric.h
+
+Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const Surface& surface, Mask lanes) {
+  if (!(material.flags & kHasOpacity)) return Float(1.0f);
+  if (material.opacity.texture < 0) return Float(material.opacity.value);
+  return clamp(eval_texture_scalar(scene.textures, material.opacity.texture, texture_point(surface), lanes), 0.0f, 1.0f);
+}
+
+/// All orders of internal reflection of a sheet.
+Float sheet_transmittance(float eta, Float cosine) {
+  const Float r = fresnel_dielectric(cosine, Float(eta)).reflectance;
+  return (1.0f - r) / (1.0f + r);
+}
+
+Spectrum tint_of(const SceneTables& scene, const SpectrumSlot& slot, const Surface& surface, Mask lanes) {
+  if (slot.texture >= 0) return eval_texture(scene.textures, slot.texture, texture_point(surface), lanes);
+  Spectrum tint;
+  for (int c = 0; c < kSpectrumLanes; ++c) tint.c[c] = Float(slot.value[c]);
+  return tint;
+}
+
+}  // namespace
+
+Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active) {
+  Float result(1.0f);
+  for_each_distinct(material, active, [&](std::int32_t m, Mask lanes) {
+    result = select(lanes, opacity_of(scene, scene.materials.materials[static_cast<std::size_t>(m)], surface, lanes), result);
+  });
+  return result;
+}
+
+Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
+  constexpr int kStride = sizeof(MaterialRecord) / 4;
+  const ShapeRecord* shapes = scene.shapes.shapes.data();
+  const MaterialRecord* materials = scene.materials.materials.data();
+  const Int record = gather_member(shapes, &ShapeRecord::material, shape, active) * kStride;
+  const Int kind = gather(reinterpret_cast<const std::int32_t*>(&materials->kind), record, active);
+  const Int flags = gather(&materials->flags, record, active);
+  const Mask dark = active & (gather_member(shapes, &ShapeRecord::first_light, shape, active) < 0);
+  return dark & ((kind == static_cast<std::int32_t>(BsdfKind::kInterface)) |
+                 ((flags & (kHasOpacity | kPassesStraight)) != 0));
+}
+
+Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
+  Passing result{Float(0.0f), Spectrum(1.0f)};
+  for_each_distinct(surface.material, active, [&](std::int32_t m, Mask lanes) {
+    const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
+    const Float opacity = opacity_of(scene, material, surface, lanes);
+    if (material.kind == BsdfKind::kInterface) {
+      result.probability = select(lanes, Float(1.0f), result.probability);
+    } else if (material.flags & kPassesStraight) {
+      const Float through = sheet_transmittance(material.scalars[kEta].value, abs(dot(surface.ns, d)));
+      const Float passes = 1.0f - opacity * (1.0f - through);
+      const Spectrum tint = tint_of(scene, material.spectra[kTransmissionTint], surface, lanes);
+      // The open part of the surface has no tint.
+      const Float tinted = opacity * through / max(passes, 1e-30f);
+      result.probability = select(lanes, passes, result.probability);
+      result.weight = select(lanes, lerp(tinted, Spectrum(1.0f), tint), result.weight);
+    } else {
+      result.probability = select(lanes, 1.0f - opacity, result.probability);
+    }
+  });
+  return result;
+}
+
+Int medium_behind(const ShapeTable& table, const Surface& surface, Vec3 d, Int medium, Mask active) {
+  const ShapeRecord* shapes = table.shapes.data();
+  const Mask border = active & ((gather_member(shapes, &ShapeRecord::flags, surface.shape, active) & kMediumBorder) != 0);
+  if (none(border)) return medium;
+  const Int interior = gather_member(shapes, &ShapeRecord::interior, surface.shape, border);
+  const Int exterior = gather_member(shapes, &ShapeRecord::exterior, surface.shape, border);
+  return select(border, select(dot(d, surface.ng) > 0.0f, exterior, interior), medium);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,27 @@
+// Surfaces that light can pass without being scattered, in volumetric scenes: borders of media, partly opaque materials,
+// thin sheets that say so. Passing costs no depth, and light sources are sampled through such surfaces.
+#pragma once
+
+#include "render/color/spectrum.h"
+#include "render/integrator/scene_tables.h"
+#include "render/shape/surface.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Lanes whose shape may be passed at all; no need to look closer at the others.
+Mask may_pass(const SceneTables& scene, Int shape, Mask active);
+
+struct Passing {
+  Float probability;  // that light along `d` passes; what does not is scattered by the material
+  Spectrum weight;    // factor of the light that passes
+};
+/// `d` is the unit direction of travel. Zero probability where the material scatters everything.
+Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active);
+
+/// Of material `material`, textures looked up.
+Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active);
+
+/// The medium that a ray along `d` is in once it has left the surface, `medium` being the one that it came from.
+Int medium_behind(const ShapeTable& shapes, const Surface& surface, Vec3 d, Int medium, Mask active);
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,47 @@
+// Participating media as the kernels read them: plain records, filled by build/, the same for every ISA.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/core/affine_data.h"
+
+namespace tessera::render {
+
+/// Samples at the centres of the cells of the unit cube.
+struct DensityGrid {
+  std::int32_t size[3] = {1, 1, 1};
+  std::int32_t channels = 1;    // 1 or 3, together
+  Affine grid_from_render;      // to the unit cube
+  std::vector<float> samples;   // x fastest
+};
+
+/// A quantity of a medium: the same everywhere, or `grid` (an index into MediumTable::grids) times `value`.
+struct MediumValue {
+  float value[3] = {0, 0, 0};
+  std::int32_t grid = -1;
+};
+
+struct MediumRecord {
+  MediumValue sigma_t;   // 1/length, render space
+  MediumValue albedo;    // sigma_s / sigma_t; or sigma_s itself where `scattering_is_sigma_s`
+  MediumValue emission;  // radiance per length of absorption
+  float g = 0;           // Henyey-Greenstein asymmetry
+  bool scattering_is_sigma_s = false;
+  bool emits = false;
+  bool homogeneous = true;
+  // Not homogeneous: where the medium is, and bounds of sigma_t there.
+  Affine bounds_from_render;         // to the unit cube
+  std::int32_t cells[3] = {1, 1, 1};
+  std::vector<float> majorants;      // largest component of sigma_t in a cell of the unit cube, x fastest
+};
+
+struct MediumTable {
+  std::vector<MediumRecord> media;
+  std::vector<DensityGrid> grids;
+};
+
+/// Fills cells and majorants of a medium that is not homogeneous, whose other members are set [Novak et al. 2014].
+void build_majorants(const MediumTable& table, MediumRecord& medium);
+
+}  // namespace tessera::render
