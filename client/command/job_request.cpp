@@ -15,7 +15,7 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::array kIntegrators{"path", "volpath"};
+constexpr std::array kIntegrators{"path", "volpath", "light"};
 constexpr std::array kSamplers{"sobol", "independent"};
 constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell", "lanczos"};  // in the order of PixelFilter::Kind
 constexpr std::uint32_t kDefaultSpp = 16;
@@ -117,8 +117,7 @@ absl::Status check_names(const JobRequest& request) {
   return wire::channels_for_aovs(request.aovs).status();
 }
 
-std::uint32_t samples_per_unit(std::uint32_t tile_size, std::uint32_t spp) {
-  const std::uint64_t pixels = std::uint64_t{tile_size} * tile_size;
+std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint32_t spp) {
   const std::uint64_t wanted = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerUnit / pixels));
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, std::bit_ceil(spp)));
 }
@@ -145,7 +144,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   spec.set_height(film.height);
   *spec.mutable_crop() = *std::move(crop);
   spec.set_tile_size(request.tile_size);
-  spec.set_samples_per_unit(samples_per_unit(request.tile_size, spec.settings().spp()));
+  // Passes go over the whole film, tiles over a square.
+  const std::uint64_t pixels = spec.settings().integrator() == "light" ? std::uint64_t{film.width} * film.height
+                                                                       : std::uint64_t{request.tile_size} * request.tile_size;
+  spec.set_samples_per_unit(samples_per_unit(pixels, spec.settings().spp()));
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   spec.set_isa(request.isa);
 

@@ -54,7 +54,7 @@ absl::Status check_names(const JobRequest& request);
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
                                                          const std::string& name);
 
-/// The power of two that makes a unit of at most 2^18 samples, but no larger than what covers `spp`.
-std::uint32_t samples_per_unit(std::uint32_t tile_size, std::uint32_t spp);
+/// The power of two that makes a unit over `pixels` pixels of at most 2^18 samples, but no larger than what covers `spp`.
+std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint32_t spp);
 
 }  // namespace tessera::client

@@ -65,7 +65,7 @@ void define_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--tile", job.tile_size, "side of a tile, pixels")
       ->check(CLI::Range(1U, wire::kMaxTileSize))
       ->capture_default_str();
-  command.add_option("--integrator", job.integrator, "path (surfaces) or volpath (media too)");
+  command.add_option("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
   command.add_option("--sampler", job.sampler, "sobol or independent");
   command.add_option("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
   command.add_option("-D", options.defines, "a parameter of the scene")

@@ -22,8 +22,8 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   } else if (name.ends_with(".tsb")) {
     scene = tessera_scene::read_binary_scene(path);
   } else {
-    return absl::UnimplementedError(
-        concat(path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
+    return absl::UnimplementedError(concat(
+        path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
   }
   if (scene.ok() && !options.defines.empty()) {
     scene->warnings.push_back(

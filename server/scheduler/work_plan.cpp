@@ -48,7 +48,15 @@ absl::Status check(const v1::JobSpec& spec) {
     return unsound("a name is too long");
   }
   const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
-  return channels.ok() ? absl::OkStatus() : unsound(std::string(channels.status().message()));
+  if (!channels.ok()) return unsound(std::string(channels.status().message()));
+  // A pass comes back whole, in one message: a count and the channels of every pixel.
+  const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
+  const std::uint64_t most = wire::kMaxMessageBytes / (4 * (channels->size() + 1));
+  if (works_in_passes(spec) && pixels > most) {
+    return unsound(absl::StrCat("integrator ", spec.settings().integrator(), " cannot render ", pixels,
+                                " pixels at once, but ", most, "; crops of the film would fit"));
+  }
+  return absl::OkStatus();
 }
 
 /// Tile numbers of a grid by rings around its middle, each ring in one turn.
@@ -86,7 +94,8 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   if (absl::Status status = check(spec); !status.ok()) return status;
   WorkPlan plan;
   plan.crop_ = spec.crop();
-  plan.tile_size_ = spec.tile_size();
+  plan.passes_ = works_in_passes(spec);
+  plan.tile_size_ = plan.passes_ ? std::max(spec.width(), spec.height()) : spec.tile_size();
   plan.samples_ = spec.settings().spp();
   plan.samples_per_unit_ = spec.samples_per_unit();
   plan.range_count_ = divide_up(plan.samples_, plan.samples_per_unit_);
@@ -113,16 +122,27 @@ v1::WorkUnit WorkPlan::unit(std::uint32_t index) const {
 
   v1::WorkUnit unit;
   unit.set_index(index);
+  v1::SampleRange& samples = passes_ ? *unit.mutable_pass()->mutable_passes() : *unit.mutable_tile()->mutable_samples();
+  samples.set_begin(range * samples_per_unit_);
+  samples.set_end(
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{range + 1} * samples_per_unit_, samples_)));
+  if (passes_) return unit;
   v1::PixelRect& pixels = *unit.mutable_tile()->mutable_pixels();
   pixels.set_x0(std::max(x, crop_.x0()));
   pixels.set_y0(std::max(y, crop_.y0()));
   pixels.set_x1(std::min(x + tile_size_, crop_.x1()));
   pixels.set_y1(std::min(y + tile_size_, crop_.y1()));
-  v1::SampleRange& samples = *unit.mutable_tile()->mutable_samples();
-  samples.set_begin(range * samples_per_unit_);
-  samples.set_end(
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{range + 1} * samples_per_unit_, samples_)));
   return unit;
+}
+
+bool works_in_passes(const v1::JobSpec& spec) { return spec.settings().integrator() == "light"; }
+
+v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec) {
+  if (unit.has_tile()) return unit.tile();
+  v1::TileUnit extent;
+  *extent.mutable_pixels() = spec.crop();
+  *extent.mutable_samples() = unit.pass().passes();
+  return extent;
 }
 
 }  // namespace tessera::server

@@ -184,7 +184,7 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
     return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index())));
   }
   const absl::StatusOr<std::string> digest =
-      check_result(request.payload(), shape->plan->unit(token.unit_index()), shape->channels);
+      check_result(request.payload(), token.unit_index(), extent_of(shape->plan->unit(token.unit_index()), shape->spec), shape->channels);
   if (!digest.ok()) {
     spdlog::warn("worker {}: {}", request.worker_id(), std::string(digest.status().message()));
     return done(digest.status());

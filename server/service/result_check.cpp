@@ -15,16 +15,16 @@ std::string_view bytes_of(const std::vector<T>& words) {
 
 }  // namespace
 
-absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+absl::StatusOr<std::string> check_result(std::string_view payload, std::uint32_t index, const v1::TileUnit& extent,
                                          const std::vector<wire::ChannelDesc>& channels) {
-  const v1::PixelRect& pixels = unit.tile().pixels();
-  const v1::SampleRange& samples = unit.tile().samples();
+  const v1::PixelRect& pixels = extent.pixels();
+  const v1::SampleRange& samples = extent.samples();
   const std::size_t pixel_count = std::size_t{pixels.x1() - pixels.x0()} * (pixels.y1() - pixels.y0());
   const absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload, pixel_count);
   if (!result.ok()) return result.status();
 
   const auto unfit = [&](const char* what) {
-    return absl::InvalidArgumentError(absl::StrCat("result of unit ", unit.index(), ": ", what));
+    return absl::InvalidArgumentError(absl::StrCat("result of unit ", index, ": ", what));
   };
   if (result->x0 != pixels.x0() || result->y0 != pixels.y0() || result->x1 != pixels.x1() ||
       result->y1 != pixels.y1()) {

@@ -1,4 +1,6 @@
 // Deterministic mutations of sound files: whatever comes out, the importers return, with a scene or with errors.
+#include <zlib.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <random>
@@ -34,6 +36,24 @@ constexpr char kPbrt[] =
     "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 1 ]\nShape \"disk\" # a comment\n"
     "LightSource \"distant\" \"point3 from\" [ 1 1 1 ] \"rgb L\" [ 1 1 1 ]\nLightSource \"infinite\" \"float scale\" "
     ".1\n";
+
+constexpr char kMitsuba[] =
+    "<scene version='3.0.0'><default name='n' value='2'/><path value='.'/><integrator type='path'><integer "
+    "name='max_depth' value='$n'/></integrator>\n<sensor type='perspective'><float name='fov' value='40'/><transform "
+    "name='to_world'><lookat origin='0 1 5' target='0 0 0' up='0 1 0'/></transform><film type='hdrfilm'><rfilter "
+    "type='box'/><integer name='width' value='8'/></film><sampler type='independent'/></sensor>\n<bsdf type='twosided' "
+    "id='b'><bsdf type='roughplastic'><texture name='diffuse_reflectance' type='checkerboard'><transform "
+    "name='to_uv'><scale value='3'/></transform></texture></bsdf></bsdf>\n<bsdf type='mask' id='m'><float name='opacity' "
+    "value='.5'/><ref id='b'/></bsdf><alias id='m' as='a'/>\n<shape type='sphere'><point name='center' x='1' y='2' "
+    "z='3'/><ref id='a'/><medium name='interior' type='homogeneous'><rgb name='sigma_t' value='1 2 3'/><phase "
+    "type='hg'/></medium></shape>\n<shape type='shapegroup' id='g'><shape type='cube'><ref id='b'/></shape></shape><shape "
+    "type='instance'><ref id='g'/><transform name='to_world'><rotate x='1' angle='30'/><matrix value='1 0 0 0 1 0 0 0 "
+    "1'/></transform></shape>\n<shape type='rectangle'><emitter type='area'><spectrum name='radiance' value='400:1 "
+    "700:2'/></emitter></shape><emitter type='spot'/><emitter type='projector'><string name='focal_length' "
+    "value='35mm'/></emitter></scene>\n";
+
+constexpr char kObj[] =
+    "o a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3//1\nf -4 -3 -2 -1\n";
 
 constexpr char kText[] =
     "name: \"s\"\nmaterials { name: \"m\" diffuse { reflectance { constant { constant: 0.5 } } } }\n"
@@ -124,6 +144,42 @@ TEST_F(ImportFuzz, Ply) {
   for (int i = 0; i < 200'000; ++i) try_ply(mutate(i % 2 == 0 ? std::string(kPly) : binary_ply(), random));
 }
 
+TEST_F(ImportFuzz, Obj) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 100'000; ++i) try_obj(mutate(kObj, random));
+}
+
+TEST_F(ImportFuzz, Volume) {
+  std::mt19937 random(5);
+  std::string bytes = "VOL\x03";
+  for (const std::uint32_t number : {1, 2, 2, 2, 1, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8}) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+  }
+  for (int i = 0; i < 100'000; ++i) try_volume(mutate(bytes, random));
+}
+
+TEST_F(ImportFuzz, Serialized) {
+  // One triangle, deflated.
+  std::mt19937 random(6);
+  std::string raw(4 + 1 + 16 + 36, '\0');
+  raw[1] = 0x10;  // single precision
+  raw[5] = 3;
+  raw[13] = 1;
+  for (const std::uint32_t index : {0, 1, 2}) raw.append(reinterpret_cast<const char*>(&index), sizeof(index));
+  std::string compressed(compressBound(raw.size()), '\0');
+  uLongf size = compressed.size();
+  ASSERT_EQ(compress(reinterpret_cast<Bytef*>(compressed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+                     raw.size()),
+            Z_OK);
+  const std::string bytes = std::string("\x1c\x04\x04\x00", 4) + compressed.substr(0, size);
+  for (int i = 0; i < 100'000; ++i) try_serialized(mutate(bytes, random));
+}
+
+TEST_F(ImportFuzz, Mitsuba) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 50'000; ++i) try_mitsuba(mutate(kMitsuba, random), folder_.c_str());
+}
+
 TEST_F(ImportFuzz, Pbrt) {
   std::mt19937 random(2);
   for (int i = 0; i < 10'000; ++i) try_pbrt(mutate(kPbrt, random), folder_.c_str());
@@ -136,7 +192,7 @@ TEST_F(ImportFuzz, TextScene) {
 
 TEST_F(ImportFuzz, TheUnchangedFilesAreSound) {
   // Else the mutations would only ever meet the first error.
-  for (const auto& [name, text] : {std::pair{"a.pbrt", kPbrt}, {"a.textproto", kText}}) {
+  for (const auto& [name, text] : {std::pair{"a.pbrt", kPbrt}, {"a.xml", kMitsuba}, {"a.textproto", kText}}) {
     EXPECT_TRUE(is_accepted(text, (std::filesystem::path(folder_) / name).c_str())) << name;
   }
 }

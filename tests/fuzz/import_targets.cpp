@@ -7,8 +7,12 @@
 #include <vector>
 
 #include "import/import.h"
+#include "import/mitsuba/serialized_mesh.h"
+#include "import/mitsuba/volume_file.h"
+#include "import/obj/obj_reader.h"
 #include "import/ply/ply_reader.h"
 #include "wire/mesh_blob.h"
+#include "wire/volume_blob.h"
 
 namespace tessera::fuzz {
 namespace {
@@ -18,6 +22,16 @@ void require(bool promise, const char* what) {
   if (promise) return;
   std::fprintf(stderr, "%s\n", what);
   std::abort();
+}
+
+/// What a reader of meshes gives is sound, or an error with a message.
+template <typename Result>
+void require_sound_mesh(const Result& result) {
+  if (result.ok()) {
+    require(wire::decode_mesh(wire::encode_mesh(result->mesh)).ok(), "a reader made an unsound mesh");
+  } else {
+    require(!result.status().message().empty(), "an error without a message");
+  }
 }
 
 /// True when the importer accepts the file.
@@ -41,16 +55,46 @@ bool try_file(std::string_view bytes, const std::filesystem::path& path) {
 void try_ply(std::string_view bytes) {
   // Nothing behind the last byte, so that address sanitizers see every step too far.
   const std::vector<char> exact(bytes.begin(), bytes.end());
-  const auto ply = client::read_ply({exact.data(), exact.size()});
-  if (ply.ok()) {
-    require(wire::decode_mesh(wire::encode_mesh(ply->mesh)).ok(), "the PLY reader made an unsound mesh");
+  for (const bool with_attributes : {false, true}) {
+    const auto ply = client::read_ply({exact.data(), exact.size()}, with_attributes);
+    require_sound_mesh(ply);
+    if (!ply.ok()) continue;
+    for (const client::PlyAttribute& attribute : ply->attributes) {
+      const std::size_t elements =
+          attribute.per_face ? ply->mesh.indices.size() / 3 : ply->mesh.positions.size() / 3;
+      require(attribute.values.size() == elements * attribute.channels, "the PLY reader made an unsound attribute");
+    }
+  }
+}
+
+void try_obj(std::string_view bytes) {
+  const std::vector<char> exact(bytes.begin(), bytes.end());
+  require_sound_mesh(client::read_obj({exact.data(), exact.size()}));
+}
+
+void try_serialized(std::string_view bytes) {
+  const std::vector<char> exact(bytes.begin(), bytes.end());
+  for (const std::int64_t index : {0, 1}) {
+    require_sound_mesh(client::mitsuba::read_serialized_mesh({exact.data(), exact.size()}, index));
+  }
+}
+
+void try_volume(std::string_view bytes) {
+  const std::vector<char> exact(bytes.begin(), bytes.end());
+  const auto volume = client::mitsuba::read_volume_file({exact.data(), exact.size()});
+  if (volume.ok()) {
+    require(wire::decode_volume(volume->blob).ok(), "the volume reader made an unsound volume");
   } else {
-    require(!ply.status().message().empty(), "an error without a message");
+    require(!volume.status().message().empty(), "an error without a message");
   }
 }
 
 void try_pbrt(std::string_view bytes, const char* folder) {
   try_file(bytes, std::filesystem::path(folder) / "fuzz.pbrt");
+}
+
+void try_mitsuba(std::string_view bytes, const char* folder) {
+  try_file(bytes, std::filesystem::path(folder) / "fuzz.xml");
 }
 
 void try_text_scene(std::string_view bytes, const char* folder) {

@@ -304,8 +304,10 @@ inline std::vector<BsdfCase> all_cases() {
     cases.push_back(coated_diffuse(0.2f, 0.2f, eta));
   }
   constexpr std::int32_t kMitsuba = render::kBeckmann | render::kSeparableMasking;
-  for (const std::int32_t flags : {kMitsuba, std::int32_t{render::kSeparableMasking}, std::int32_t{render::kBeckmann}}) {
-    for (const auto& [x, y] : {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.5f}}) {
+  for (const std::int32_t flags :
+       {kMitsuba, std::int32_t{render::kSeparableMasking}, std::int32_t{render::kBeckmann}}) {
+    for (const auto& [x, y] :
+         {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.5f}}) {
       cases.push_back(conductor(x, y, kCopperEta, kCopperK, flags | render::kTinted));
       cases.push_back(dielectric(x, y, 1.5f, flags | render::kTinted));
       if (x == y) cases.push_back(plastic(x, 1.5f, flags));
@@ -314,9 +316,17 @@ inline std::vector<BsdfCase> all_cases() {
   }
   cases.push_back(plastic(0, 1.5f, 0));
   cases.push_back(plastic(0, 1.9f, render::kNonlinear));
-  const PrincipledParameters all{.roughness = 0.3f, .anisotropic = 0.6f, .metallic = 0.3f, .spec_trans = 0.5f,
-                                 .spec_tint = 0.4f, .sheen = 0.5f, .sheen_tint = 0.5f, .flatness = 0.5f,
-                                 .clearcoat = 0.8f, .clearcoat_gloss = 0.3f, .diff_trans = 0.7f};
+  const PrincipledParameters all{.roughness = 0.3f,
+                                 .anisotropic = 0.6f,
+                                 .metallic = 0.3f,
+                                 .spec_trans = 0.5f,
+                                 .spec_tint = 0.4f,
+                                 .sheen = 0.5f,
+                                 .sheen_tint = 0.5f,
+                                 .flatness = 0.5f,
+                                 .clearcoat = 0.8f,
+                                 .clearcoat_gloss = 0.3f,
+                                 .diff_trans = 0.7f};
   for (const bool thin : {false, true}) {
     cases.push_back(principled("all", all, thin));
     cases.push_back(principled("plain", {}, thin));

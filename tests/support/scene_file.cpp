@@ -18,7 +18,8 @@ void resolve(const v1::Scene& scene, v1::JobSpec& job) {
   if (job.width() == 0) job.set_width(scene.film().width());
   if (job.height() == 0) job.set_height(scene.film().height());
   v1::RenderSettings& settings = *job.mutable_settings();
-  settings.set_integrator("path");
+  if (settings.integrator().empty()) settings.set_integrator(scene.settings().integrator());
+  if (settings.integrator().empty()) settings.set_integrator("path");
   if (settings.sampler().empty()) settings.set_sampler("sobol");
   if (settings.spp() == 0) settings.set_spp(scene.settings().spp());
   if (!settings.has_max_depth()) {
@@ -38,9 +39,10 @@ absl::StatusOr<render::BlobBytes> whole_file(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec job, const std::string& isa,
-                                           int threads) {
+                                           int threads, const std::function<void(v1::Scene&)>& edit) {
   auto imported = client::import_scene(path);
   if (!imported.ok()) return imported.status();
+  if (edit) edit(imported->scene);
   resolve(imported->scene, job);
   std::map<std::string, const client::SceneBlob*> blobs;
   for (const client::SceneBlob& blob : imported->blobs) blobs[blob.ref.digest()] = &blob;

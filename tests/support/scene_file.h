@@ -1,12 +1,14 @@
 // A scene file imported and loaded into the renderer, for tests and benchmarks that need no farm.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "render/renderer.h"
 #include "tessera/v1/job.pb.h"
+#include "tessera/v1/scene.pb.h"
 
 namespace tessera::test {
 
@@ -15,8 +17,9 @@ struct LoadedFile {
   std::unique_ptr<render::RenderScene> scene;
 };
 
-/// Where `job` leaves a field at zero, the scene's own settings hold.
-absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec job, const std::string& isa, int threads);
+/// Where `job` leaves a field at zero, the scene's own settings hold. `edit` may change the imported scene first.
+absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec job, const std::string& isa,
+                                           int threads, const std::function<void(v1::Scene&)>& edit = {});
 
 /// A scene given as text (a v1::Scene in protobuf's text form), without blobs.
 absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, v1::JobSpec job, const std::string& isa);

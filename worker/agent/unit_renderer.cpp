@@ -60,7 +60,9 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
 
 absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   const std::stop_token stop = unit.stop.get_token();
-  if (!unit.unit.has_tile()) return absl::UnimplementedError("this worker renders tiles only");
+  if (!unit.unit.has_tile() && !unit.unit.has_pass()) {
+    return absl::UnimplementedError("this worker renders tiles and passes only");
+  }
 
   const absl::StatusOr<std::shared_ptr<const LoadedScene>> loaded = scenes_.get(*unit.spec, stop);
   if (!loaded.ok()) {
@@ -70,8 +72,9 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
 
   const Clock::time_point start = Clock::now();
   const std::chrono::nanoseconds cpu_start = thread_cpu_time();
-  const v1::PixelRect& pixels = unit.unit.tile().pixels();
-  const v1::SampleRange& samples = unit.unit.tile().samples();
+  // A pass covers the whole crop.
+  const v1::PixelRect& pixels = unit.unit.has_pass() ? unit.spec->crop() : unit.unit.tile().pixels();
+  const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
   const render::TileRequest request{pixels.x0(), pixels.y0(),     pixels.x1(),
                                     pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;

@@ -18,9 +18,7 @@ const float* pixel(const LightImage& image, int x, int y) {
                          static_cast<std::size_t>(x))];
 }
 
-float linear_from_srgb(float v) {
-  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
+float linear_from_srgb(float v) { return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f); }
 
 absl::StatusOr<LightImage> read(const std::filesystem::path& path) {
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
@@ -62,7 +60,8 @@ double LightImage::mean_of_channels(int x, int y) const {
 
 absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return absl::NotFoundError(concat(path.string(), ": no such file"));
+  if (!std::filesystem::is_regular_file(path, error))
+    return absl::NotFoundError(concat(path.string(), ": no such file"));
   try {
     return read(path);
   } catch (const std::exception& problem) {

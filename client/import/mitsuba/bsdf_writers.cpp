@@ -40,7 +40,8 @@ void write_roughness(PropertyReader& reader, TextureTable& textures, v1::Roughne
 }
 
 void write_diffuse(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
-  *material.mutable_diffuse()->mutable_reflectance() = textures.color(reader, "reflectance", 0.5, ColorUse::kReflectance);
+  *material.mutable_diffuse()->mutable_reflectance() =
+      textures.color(reader, "reflectance", 0.5, ColorUse::kReflectance);
 }
 
 void write_smooth_dielectric(PropertyReader& reader, TextureTable& textures, v1::Material& material) {

@@ -21,9 +21,10 @@ Color clamped(PropertyReader& reader, const Property& property, Color color, Col
     component = inside;
   }
   if (changed) {
-    reader.diagnostics().warning(property.where, concat("parameter \"", property.name, "\" of ", reader.object().title(),
-                                                        ": a component is outside of what linear Rec.709 can "
-                                                        "hold there: clamped"));
+    reader.diagnostics().warning(property.where,
+                                 concat("parameter \"", property.name, "\" of ", reader.object().title(),
+                                        ": a component is outside of what linear Rec.709 can "
+                                        "hold there: clamped"));
   }
   return color;
 }

@@ -21,9 +21,9 @@ constexpr int kMaxIncludeDepth = 15;  // as Mitsuba's
 constexpr int kMaxNesting = 100;      // of elements in one file
 
 bool is_object_tag(std::string_view tag) {
-  static const std::set<std::string_view> tags = {"scene",  "sensor",  "film",       "emitter", "sampler",
-                                                  "shape",  "texture", "volume",     "medium",  "bsdf",
-                                                  "phase",  "rfilter", "integrator", "field"};
+  static const std::set<std::string_view> tags = {"scene", "sensor",  "film",       "emitter", "sampler",
+                                                  "shape", "texture", "volume",     "medium",  "bsdf",
+                                                  "phase", "rfilter", "integrator", "field"};
   return tags.contains(tag);
 }
 
@@ -313,10 +313,10 @@ void DocumentReader::read_value(const FileScope& scope, const Node& node, Object
   if (!is_vector && tag != "spectrum" && tag != "transform" && !plain.contains(tag)) {
     return fail(scope, node, concat("<", tag, "> is not an element of the scene language"));
   }
-  const bool attributes_fit = is_vector             ? check_attributes(scope, node, {"name"}, {"x", "y", "z", "value"})
-                              : tag == "spectrum"   ? check_attributes(scope, node, {"name"}, {"value", "filename"})
-                              : tag == "transform"  ? check_attributes(scope, node, {"name"})
-                                                    : check_attributes(scope, node, {"name", "value"});
+  const bool attributes_fit = is_vector            ? check_attributes(scope, node, {"name"}, {"x", "y", "z", "value"})
+                              : tag == "spectrum"  ? check_attributes(scope, node, {"name"}, {"value", "filename"})
+                              : tag == "transform" ? check_attributes(scope, node, {"name"})
+                                                   : check_attributes(scope, node, {"name", "value"});
   if (!attributes_fit) return;
 
   Value value;

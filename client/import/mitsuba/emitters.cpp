@@ -42,7 +42,8 @@ void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light
   *spot.mutable_intensity() = emission(reader, "intensity");
   const double cutoff = reader.number("cutoff_angle", 20), beam = reader.number("beam_width", 0.75 * cutoff);
   if (!(cutoff > 0 && cutoff <= 180) || !(beam >= 0 && beam <= cutoff)) {
-    reader.error(concat("emitter \"spot\": expected 0 <= beam_width <= cutoff_angle <= 180, found ", beam, " and ", cutoff));
+    reader.error(
+        concat("emitter \"spot\": expected 0 <= beam_width <= cutoff_angle <= 180, found ", beam, " and ", cutoff));
   }
   spot.set_cone_angle_degrees(static_cast<float>(cutoff));
   spot.set_cone_delta_degrees(static_cast<float>(cutoff - beam));
@@ -134,9 +135,9 @@ struct LightType {
   void (*write)(PropertyReader& reader, TextureTable& textures, v1::Light& light);
 };
 
-constexpr LightType kTypes[] = {{"point", write_point_light},     {"spot", write_spot},
+constexpr LightType kTypes[] = {{"point", write_point_light},       {"spot", write_spot},
                                 {"directional", write_directional}, {"constant", write_constant},
-                                {"envmap", write_environment},    {"projector", write_projector}};
+                                {"envmap", write_environment},      {"projector", write_projector}};
 
 }  // namespace
 

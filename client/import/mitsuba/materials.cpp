@@ -112,9 +112,18 @@ std::string MaterialTable::write_mask(PropertyReader& reader, Wrapping wrapping)
   return use_only_child(reader, wrapping);
 }
 
+/// What Mitsuba does about normals that a map has turned too far, since version 3.7.1.
+void MaterialTable::read_map_options(PropertyReader& reader) {
+  for (const char* option : {"flip_invalid_normals", "use_shadowing_function"}) {
+    if (!reader.boolean(option, true))
+      reader.warn(concat(option, " = false is not supported: it is true, as by default"));
+  }
+}
+
 std::string MaterialTable::write_bump_map(PropertyReader& reader, Wrapping wrapping) {
   Object* texture = reader.child("texture");
   const double scale = reader.number("scale", 1);
+  read_map_options(reader);
   if (texture == nullptr) {
     reader.error("bsdf \"bumpmap\": expected a texture inside");
   } else if (wrapping.fields.has_displacement()) {
@@ -132,6 +141,7 @@ std::string MaterialTable::write_bump_map(PropertyReader& reader, Wrapping wrapp
 
 std::string MaterialTable::write_normal_map(PropertyReader& reader, Wrapping wrapping) {
   Object* texture = reader.named_child("normalmap", "texture");
+  read_map_options(reader);
   if (texture == nullptr) {
     reader.error("bsdf \"normalmap\": expected a texture \"normalmap\"");
   } else if (wrapping.fields.has_normal_map()) {

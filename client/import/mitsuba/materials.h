@@ -32,6 +32,7 @@ class MaterialTable {
   std::string write_leaf(PropertyReader& reader, const Wrapping& wrapping);
   std::string write_two_sided(PropertyReader& reader, Wrapping wrapping);
   std::string write_mask(PropertyReader& reader, Wrapping wrapping);
+  static void read_map_options(PropertyReader& reader);
   std::string write_bump_map(PropertyReader& reader, Wrapping wrapping);
   std::string write_normal_map(PropertyReader& reader, Wrapping wrapping);
   std::string write_blend(PropertyReader& reader, const Wrapping& wrapping);

@@ -60,7 +60,8 @@ v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view nam
   } else if ((*object)->type == "gridvolume") {
     return grid(**object);
   } else {
-    reader.error(*property, concat("volume \"", (*object)->type, "\" is not supported: expected constvolume or gridvolume"));
+    reader.error(*property,
+                 concat("volume \"", (*object)->type, "\" is not supported: expected constvolume or gridvolume"));
   }
   return constant_volume({fallback, fallback, fallback});
 }

@@ -146,7 +146,8 @@ void PropertyReader::warn_of_unused() {
     Object* const* child = std::get_if<Object*>(&property.value);
     const std::string what = child != nullptr && property.name.empty() ? concat("the ", (*child)->title())
                                                                        : concat("parameter \"", property.name, "\"");
-    diagnostics().warning(property.where, concat(what, " of ", object_.title(), " is not known here: it has no effect"));
+    diagnostics().warning(property.where,
+                          concat(what, " of ", object_.title(), " is not known here: it has no effect"));
   }
 }
 

@@ -11,8 +11,8 @@
 
 namespace tessera::client::mitsuba {
 
-/// A property of another type than asked for is an error at its place, and the fallback is given. What nobody asked for is
-/// a warning at the end.
+/// A property of another type than asked for is an error at its place, and the fallback is given. What nobody asked for
+/// is a warning at the end.
 class PropertyReader {
  public:
   PropertyReader(Context& context, Object& object) : context_(context), object_(object) {}

@@ -111,8 +111,8 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   PropertyReader reader(context, sensor);
   const bool is_perspective = sensor.type == "perspective" || sensor.type == "thinlens";
   if (!is_perspective && sensor.type != "orthographic") {
-    reader.error(concat("sensor \"", sensor.type,
-                        "\" is not supported: expected perspective, thinlens or orthographic"));
+    reader.error(
+        concat("sensor \"", sensor.type, "\" is not supported: expected perspective, thinlens or orthographic"));
     return;
   }
   write_sampler(context, reader.child("sampler"));

@@ -159,7 +159,8 @@ absl::StatusOr<SerializedMesh> read_stream(Inflater& stream, int version) {
   for (const std::vector<float>* values : {&mesh.positions, &mesh.normals, &mesh.uvs}) {
     if (!all_finite(*values)) return fail("a coordinate is not finite");
   }
-  const auto bad = std::find_if(mesh.indices.begin(), mesh.indices.end(), [&](std::uint32_t i) { return i >= vertices; });
+  const auto bad =
+      std::find_if(mesh.indices.begin(), mesh.indices.end(), [&](std::uint32_t i) { return i >= vertices; });
   if (bad != mesh.indices.end()) {
     return fail(concat("vertex index ", *bad, " is out of range: there are ", vertices, " vertices"));
   }

@@ -145,7 +145,8 @@ void ShapeWriter::write_sphere(PropertyReader& reader, Transform world_from_obje
 }
 
 void ShapeWriter::write_cylinder(PropertyReader& reader, Transform world_from_object, v1::Shape& shape) {
-  const Vector3 p0 = reader.vector("p0").value_or(Vector3{0, 0, 0}), p1 = reader.vector("p1").value_or(Vector3{0, 0, 1});
+  const Vector3 p0 = reader.vector("p0").value_or(Vector3{0, 0, 0}),
+                p1 = reader.vector("p1").value_or(Vector3{0, 0, 1});
   const double radius = reader.number("radius", 1);
   const Vector3 axis = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
   const double length = std::hypot(axis[0], axis[1], axis[2]);

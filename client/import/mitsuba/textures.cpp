@@ -8,8 +8,8 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-/// (u, v) -> to_uv * (u, v), with what stands in a UvMapping when it is that. Then (u', v') -> (u', flipped) where images
-/// want v to grow upwards.
+/// (u, v) -> to_uv * (u, v), with what stands in a UvMapping when it is that. Then (u', v') -> (u', flipped) where
+/// images want v to grow upwards.
 void write_mapping(const Transform& to_uv, bool flip_v, v1::UvMapping& mapping) {
   const double sign = flip_v ? -1 : 1;
   const auto set = [](double value, double absent) { return value != absent; };

@@ -53,7 +53,7 @@ std::optional<double> parse_float(std::string_view text) {
   // Too small for a double is zero; too large is an error.
   if (result.ec == std::errc::result_out_of_range) {
     return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos ? std::optional(0.0)
-                                                                                                 : std::nullopt;
+                                                                                                  : std::nullopt;
   }
   if (result.ec != std::errc{} || !std::isfinite(value)) return std::nullopt;
   return value;

@@ -43,7 +43,8 @@ absl::StatusOr<VolumeFile> read_volume_file(std::string_view bytes) {
     count *= file.size[a];
   }
   file.channels = load<std::uint32_t>(bytes, 20);
-  if (file.channels < 1 || file.channels > kMaxChannels) return fail(concat(file.channels, " channels: expected 1 or 3"));
+  if (file.channels < 1 || file.channels > kMaxChannels)
+    return fail(concat(file.channels, " channels: expected 1 or 3"));
   count *= file.channels;
   for (int a = 0; a < 3; ++a) {
     file.box_min[a] = load<float>(bytes, 24 + 4 * a);

@@ -69,10 +69,10 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
         mesh.positions.push_back(static_cast<float>(patch.blend(corners.positions, 3, a, u, v)));
       }
       if (with_normals) {
-        const Vec n = corners.normals.empty() ? patch.normal(u, v)
-                                              : Vec{patch.blend(corners.normals, 3, 0, u, v),
-                                                    patch.blend(corners.normals, 3, 1, u, v),
-                                                    patch.blend(corners.normals, 3, 2, u, v)};
+        const Vec n = corners.normals.empty()
+                          ? patch.normal(u, v)
+                          : Vec{patch.blend(corners.normals, 3, 0, u, v), patch.blend(corners.normals, 3, 1, u, v),
+                                patch.blend(corners.normals, 3, 2, u, v)};
         for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
       }
       const bool has_uvs = !corners.uvs.empty();

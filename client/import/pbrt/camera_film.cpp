@@ -150,7 +150,8 @@ void write_lens(Context& context, ParameterList& parameters, Lens& lens) {
 void write_perspective(Context& context, ParameterList& parameters, v1::Camera& message) {
   const double fov = parameters.get_float("fov", 90, context.diagnostics);
   if (!(fov > 0) || fov >= 180) {
-    context.diagnostics.error(parameters.where(), concat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+    context.diagnostics.error(parameters.where(),
+                              concat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
   }
   message.mutable_perspective()->set_fov_degrees(static_cast<float>(fov));
   write_lens(context, parameters, *message.mutable_perspective());

@@ -14,9 +14,9 @@ struct CurveBatch {
   static constexpr std::size_t kMaxSegments = std::size_t{1} << 22;
 
   v1::Curves::Kind kind = v1::Curves::FLAT;
-  std::vector<float> points;           // x y z radius
-  std::vector<std::uint32_t> starts;   // first control point of each segment
-  std::vector<float> normals;          // RIBBON: x y z a control point
+  std::vector<float> points;          // x y z radius
+  std::vector<std::uint32_t> starts;  // first control point of each segment
+  std::vector<float> normals;         // RIBBON: x y z a control point
 };
 
 /// "type" of a curve; reports what it does not know.

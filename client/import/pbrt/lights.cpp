@@ -174,14 +174,15 @@ void write_distant(LightInput& in, v1::Light& light) {
   if (illuminance > 0) in.scale *= illuminance;
 }
 
-/// Illuminance of an upward patch under an equal-area map, as pbrt-v4 reckons it: with the weight of a hemisphere spread
-/// over all pixels.
+/// Illuminance of an upward patch under an equal-area map, as pbrt-v4 reckons it: with the weight of a hemisphere
+/// spread over all pixels.
 double illuminance_of_map(const LightImage& image) {
   double sum = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       // z of the direction on the octahedral map [Clarberg 2008].
-      const double inside = 1 - (std::abs(2 * (x + 0.5) / image.width - 1) + std::abs(2 * (y + 0.5) / image.height - 1));
+      const double inside =
+          1 - (std::abs(2 * (x + 0.5) / image.width - 1) + std::abs(2 * (y + 0.5) / image.height - 1));
       if (inside <= 0) continue;
       const double z = 1 - (1 - inside) * (1 - inside);
       sum += image.luminance(x, y) * z;
@@ -194,8 +195,8 @@ void read_portal(LightInput& in, v1::InfiniteLight& infinite) {
   const Parameter* portal = in.parameters.find("portal", {ParameterType::kPoint3}, in.diagnostics());
   if (portal == nullptr) return;
   if (portal->numbers.size() != 12) {
-    in.diagnostics().error(portal->where,
-                           concat("portal of an infinite light: expected 4 points, found ", portal->numbers.size() / 3));
+    in.diagnostics().error(
+        portal->where, concat("portal of an infinite light: expected 4 points, found ", portal->numbers.size() / 3));
     return;
   }
   // In world space whatever the transformation.
@@ -238,12 +239,9 @@ struct LightType {
   void (*write)(LightInput& in, v1::Light& light);
 };
 
-constexpr LightType kTypes[] = {{"point", write_point_light},
-                                {"spot", write_spot},
-                                {"distant", write_distant},
-                                {"infinite", write_infinite},
-                                {"goniometric", write_goniometric},
-                                {"projection", write_projection}};
+constexpr LightType kTypes[] = {{"point", write_point_light},       {"spot", write_spot},
+                                {"distant", write_distant},         {"infinite", write_infinite},
+                                {"goniometric", write_goniometric}, {"projection", write_projection}};
 
 }  // namespace
 
@@ -256,7 +254,8 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
     v1::Light light;
     known.write(in, light);
     if (!std::isfinite(in.scale)) {
-      context.diagnostics.error(parameters.where(), concat(parameters.owner(), ": a dark image cannot give that power"));
+      context.diagnostics.error(parameters.where(),
+                                concat(parameters.owner(), ": a dark image cannot give that power"));
       in.scale = 1;
     }
     if (in.scale != 1) light.set_scale(static_cast<float>(in.scale));

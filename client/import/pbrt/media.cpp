@@ -79,8 +79,8 @@ bool touches_the_border(const Grid& grid) {
   return false;
 }
 
-/// pbrt-v4 fades a grid to nothing over the outer half of its outermost cells, while a VolumeGrid stays constant there: a
-/// layer of empty cells about it gives the same inside of its bounds.
+/// pbrt-v4 fades a grid to nothing over the outer half of its outermost cells, while a VolumeGrid stays constant there:
+/// a layer of empty cells about it gives the same inside of its bounds.
 Grid padded(const Grid& grid) {
   Grid result = grid;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -139,7 +139,8 @@ bool read_layout(ValueReader& values, Grid& grid) {
   return read_bounds(values, grid);
 }
 
-/// The numbers of a parameter, one or three a cell; nothing where it is absent or, with an error, where they do not fit.
+/// The numbers of a parameter, one or three a cell; nothing where it is absent or, with an error, where they do not
+/// fit.
 std::optional<std::vector<float>> read_samples(ValueReader& values, const Grid& grid, std::string_view name,
                                                ParameterType type) {
   const Parameter* parameter = values.parameters().find(name, {type}, values.diagnostics());

@@ -94,7 +94,8 @@ std::optional<BilinearTessellation> read_bilinear_mesh(ValueReader& values) {
   values.parameters().ignore({"faceIndices", "emissionfilename"});
   BilinearTessellation triangles = tessellate_patches(corners, *indices);
   if (triangles.curved) {
-    values.warn(concat("curved bilinear patches are cut into ", triangles.steps, " x ", triangles.steps, " cells each"));
+    values.warn(
+        concat("curved bilinear patches are cut into ", triangles.steps, " x ", triangles.steps, " cells each"));
   }
   return triangles;
 }
@@ -119,7 +120,8 @@ std::optional<wire::MeshData> read_subdivision_mesh(ValueReader& values) {
     return std::nullopt;
   }
   std::optional<wire::MeshData> smooth = subdivide_loop(control, static_cast<int>(levels));
-  if (!smooth) fail(values, "its faces do not fit one another: an edge has more than two, or two of the same direction");
+  if (!smooth)
+    fail(values, "its faces do not fit one another: an edge has more than two, or two of the same direction");
   return smooth;
 }
 

@@ -23,11 +23,12 @@ struct IntegratorType {
   bool same_image;  // once converged
 };
 
-constexpr IntegratorType kIntegrators[] = {
-    {"path", "path", true},        {"simplepath", "path", true}, {"volpath", "volpath", true},
-    {"simplevolpath", "volpath", true}, {"bdpt", "volpath", true}, {"mlt", "volpath", true},
-    {"sppm", "volpath", true},     {"lightpath", "light", true}, {"ao", "volpath", false},
-    {"randomwalk", "volpath", true}, {"function", "volpath", false}};
+constexpr IntegratorType kIntegrators[] = {{"path", "path", true},        {"simplepath", "path", true},
+                                           {"volpath", "volpath", true},  {"simplevolpath", "volpath", true},
+                                           {"bdpt", "volpath", true},     {"mlt", "volpath", true},
+                                           {"sppm", "volpath", true},     {"lightpath", "light", true},
+                                           {"ao", "volpath", false},      {"randomwalk", "volpath", true},
+                                           {"function", "volpath", false}};
 
 constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol", "zsobol",
                                           "halton",      "pmj02bn", "stratified"};

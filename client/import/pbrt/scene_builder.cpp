@@ -192,8 +192,7 @@ void SceneBuilder::accelerator(const std::string&, std::vector<Parameter>, Sourc
 
 // ---------------------------------------------------------------- materials, media, lights, shapes
 
-void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters,
-                                     SourceLocation where) {
+void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters, SourceLocation where) {
   ParameterList all = list("medium", name, std::move(parameters), where, "medium");
   ValueReader values(context_, textures_, all);
   const std::string type = values.get_string("type", "");
@@ -261,8 +260,8 @@ void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
     context_.diagnostics.warning(pending.where, "area lights on the shapes of an object are ignored, as in pbrt-v4");
     return;
   }
-  if (std::optional<AreaLightInput> light = read_area_light(context_, textures_, state_.area_light_type,
-                                                              state_.area_light)) {
+  if (std::optional<AreaLightInput> light =
+          read_area_light(context_, textures_, state_.area_light_type, state_.area_light)) {
     *shape.mutable_area_light() = std::move(light->light);
     pending.power = light->power;
     pending.mean_image = light->mean_image;

@@ -10,9 +10,9 @@ namespace tessera::client::pbrt {
 
 /// What a shape still needs when its message is written.
 struct ShapeResult {
-  bool kept = false;          // false: left out, with a warning, or after an error
-  std::string ply_file;       // of a plymesh, as the scene names it
-  std::string alpha_texture;  // which may be defined further on in the file
+  bool kept = false;                    // false: left out, with a warning, or after an error
+  std::string ply_file;                 // of a plymesh, as the scene names it
+  std::string alpha_texture;            // which may be defined further on in the file
   std::size_t triangles_per_light = 1;  // of a mesh that emits: pbrt-v4 makes a light of each triangle or patch
 };
 

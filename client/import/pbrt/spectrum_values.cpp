@@ -38,9 +38,9 @@ SpectrumTable tabulated(const v1::Spectrum& spectrum) {
   SpectrumTable table;
   for (float nm = kFirstNm; nm <= kLastNm; nm += kStep) {
     table.wavelengths_nm.push_back(nm);
-    table.values.push_back(
-        spectrum.has_blackbody() ? static_cast<float>(normalized_blackbody(nm, spectrum.blackbody().kelvin()))
-                                 : spectrum.constant());
+    table.values.push_back(spectrum.has_blackbody()
+                               ? static_cast<float>(normalized_blackbody(nm, spectrum.blackbody().kelvin()))
+                               : spectrum.constant());
   }
   return table;
 }

@@ -64,9 +64,9 @@ void write_mapping(const TextureInput& in, v1::UvMapping& mapping) {
     write_planar_mapping(in, mapping);
   } else {
     if (type != "uv") {
-      values.diagnostics().error(values.parameters().where(),
-                                 concat("unknown texture mapping \"", type,
-                                        "\": expected uv, spherical, cylindrical or planar"));
+      values.diagnostics().error(
+          values.parameters().where(),
+          concat("unknown texture mapping \"", type, "\": expected uv, spherical, cylindrical or planar"));
     }
     const double scale_u = values.get_float("uscale", 1), scale_v = values.get_float("vscale", 1);
     if (scale_u != 1) mapping.set_scale_u(static_cast<float>(scale_u));

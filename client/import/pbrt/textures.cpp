@@ -5,8 +5,8 @@
 
 namespace tessera::client::pbrt {
 
-void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type,
-                          ParameterList parameters, const Transform& world_from_texture) {
+void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters,
+                          const Transform& world_from_texture) {
   Diagnostics& diagnostics = context_.diagnostics;
   if (find_texture_writer(type) == nullptr) {
     diagnostics.error(parameters.where(),
@@ -24,8 +24,8 @@ void TextureTable::define(TextureKind kind, const std::string& name, const std::
     }
   }
   const SourceLocation where = parameters.where();
-  if (!entries_
-           .try_emplace({kind, name}, Entry{type, std::move(parameters), world_from_texture, State::kDefined, ""}).second) {
+  if (!entries_.try_emplace({kind, name}, Entry{type, std::move(parameters), world_from_texture, State::kDefined, ""})
+           .second) {
     diagnostics.error(where, concat("texture \"", name, "\" is defined a second time"));
   }
 }

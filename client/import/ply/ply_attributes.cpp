@@ -20,8 +20,8 @@ double linear_from_srgb(double value) {
 }
 
 bool is_geometry(std::string_view name) {
-  static const std::set<std::string_view> names = {"x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t", "texture_u",
-                                                   "texture_v", "texture_s", "texture_t"};
+  static const std::set<std::string_view> names = {"x", "y", "z", "nx",        "ny",        "nz",        "u",
+                                                   "v", "s", "t", "texture_u", "texture_v", "texture_s", "texture_t"};
   return names.contains(name);
 }
 

@@ -68,6 +68,17 @@ TEST(BsdfEnergy, WhiteBaseUnderASmoothCoatKeepsEverything) {
   }
 }
 
+TEST(BsdfEnergy, WhiteHairKeepsEverything) {
+  // Attenuations sum to 1 without absorption, and M and N are densities.
+  for (const float beta : {0.2f, 0.5f, 1.0f}) {
+    const BsdfCase bsdf = hair(beta, beta, 0.3f, {0, 0, 0});
+    for (const Direction& wo : all_wo()) {
+      SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
+      EXPECT_NEAR(albedo(bsdf, wo)[0], 1, kEvenTolerance);
+    }
+  }
+}
+
 TEST(BsdfEnergy, RoughMirrorLosesWhatSingleScatteringLoses) {
   // Midpoint rule over the hemisphere of normals, in slopes tan(theta_m) = alpha sqrt(v / (1 - v)), for which
   // D cos(theta_m) dm = dv dphi / (2 pi): f cos over wi is G2 dot(wo, m) / (zo zm) dv dphi / (2 pi).

@@ -3,16 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
-#include <mutex>
 #include <thread>
-#include <vector>
 
-#include "image/assemble.h"
 #include "image/exr.h"
 #include "image/metrics.h"
-#include "support/scene_file.h"
+#include "support/render_image.h"
 
 namespace tessera::test {
 namespace {
@@ -25,34 +21,7 @@ client::Image render(const std::string& path, std::uint32_t spp) {
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const auto file = load_scene_file(path, job, render::supported_isas().front(), threads);
   EXPECT_TRUE(file.ok()) << file.status();
-  if (!file.ok()) return {};
-  const std::uint32_t width = file->job.width(), height = file->job.height(), tile = 64;
-  client::AssemblyOptions options;
-  options.width = width;
-  options.height = height;
-  options.crop = {0, 0, static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)};
-  options.spp = spp;
-  options.channels = *wire::channels_for_aovs({});
-  auto assembler = client::Assembler::create(options);
-  std::mutex mutex;
-  std::atomic<std::uint32_t> next{0};
-  const std::uint32_t columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
-  const auto work = [&] {
-    for (std::uint32_t i; (i = next.fetch_add(1)) < columns * rows;) {
-      const std::uint32_t x = i % columns * tile, y = i / columns * tile;
-      render::RenderStats stats;
-      auto result =
-          file->scene->render_tile({x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp}, {}, stats);
-      const std::lock_guard lock(mutex);
-      EXPECT_EQ(stats.dropped_samples, 0u);
-      EXPECT_TRUE(assembler->add(*std::move(result)).ok());
-    }
-  };
-  {
-    std::vector<std::jthread> workers;
-    for (int i = 0; i < threads; ++i) workers.emplace_back(work);
-  }
-  return std::move(*assembler).finish()->image;
+  return file.ok() ? render_image(*file) : client::Image{};
 }
 
 client::Image crop(const client::Image& image, client::Window window) {

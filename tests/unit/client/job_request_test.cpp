@@ -104,12 +104,12 @@ TEST(JobRequest, UnknownNamesAreAnsweredWithTheKnownOnes) {
 }
 
 TEST(JobRequest, UnitsAreAPowerOfTwoOfAQuarterMillionSamplesAtMost) {
-  EXPECT_EQ(samples_per_unit(32, 4096), 256U);
-  EXPECT_EQ(samples_per_unit(64, 4096), 64U);
-  EXPECT_EQ(samples_per_unit(33, 4096), 128U);
-  EXPECT_EQ(samples_per_unit(1024, 4096), 1U);
-  EXPECT_EQ(samples_per_unit(32, 16), 16U);
-  EXPECT_EQ(samples_per_unit(32, 17), 32U) << "one range may cover more than there is";
+  EXPECT_EQ(samples_per_unit(1024, 4096), 256U);
+  EXPECT_EQ(samples_per_unit(4096, 4096), 64U);
+  EXPECT_EQ(samples_per_unit(1089, 4096), 128U);
+  EXPECT_EQ(samples_per_unit(1048576, 4096), 1U);
+  EXPECT_EQ(samples_per_unit(1024, 16), 16U);
+  EXPECT_EQ(samples_per_unit(1024, 17), 32U) << "one range may cover more than there is";
   EXPECT_EQ(samples_per_unit(8, 1), 1U);
 }
 

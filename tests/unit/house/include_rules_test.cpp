@@ -36,14 +36,16 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
       {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/medium", {"render/medium", "render/color", "render/core", "render/sampling"}},
       {"worker/render/film", {"render/film", "render/core", "wire"}},
       {"worker/render/light", {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
        {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
-        "render/film", "render/light", "render/sampling", "render/shape"}},
+        "render/film", "render/light", "render/medium", "render/sampling", "render/shape"}},
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
-        "render/film", "render/integrator", "render/light", "render/sampling", "render/shape", "wire", "tessera/v1"}},
+        "render/film", "render/integrator", "render/light", "render/medium", "render/sampling", "render/shape", "wire",
+        "tessera/v1"}},
   };
   return rules;
 }

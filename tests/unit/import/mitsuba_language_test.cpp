@@ -30,8 +30,9 @@ TEST_F(MitsubaLanguage, DefinitionsOverrideDefaultsAndAreMissedWhenNothingAsks) 
 }
 
 TEST_F(MitsubaLanguage, AnUnknownParameterIsAnErrorAtItsElement) {
-  EXPECT_THAT(error_of(import_xml(with_sensor("<emitter type='constant'>\n  <rgb name='radiance' value='$x'/></emitter>"))),
-              HasSubstr("scene.xml:4:3: there is no parameter $x"));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<emitter type='constant'>\n  <rgb name='radiance' value='$x'/></emitter>"))),
+      HasSubstr("scene.xml:4:3: there is no parameter $x"));
 }
 
 TEST_F(MitsubaLanguage, IncludesFilesFromSearchFolders) {
@@ -112,7 +113,8 @@ TEST_F(MitsubaLanguage, RefusesWhatIsNoScene) {
 }
 
 TEST_F(MitsubaLanguage, WarnsOfWhatNothingAsksFor) {
-  const ImportedScene result = scene("<shape type='sphere'>\n<float name='size' value='1'/><bsdf type='diffuse'/></shape>");
+  const ImportedScene result =
+      scene("<shape type='sphere'>\n<float name='size' value='1'/><bsdf type='diffuse'/></shape>");
   EXPECT_THAT(warnings_of(result), HasSubstr("scene.xml:4:1: parameter \"size\" of shape \"sphere\" is not known"));
 }
 
@@ -135,14 +137,14 @@ TEST_F(MitsubaLanguage, AppliesTransformationsInTheOrderOfTheFile) {
   const ImportedScene result = scene(
       "<shape type='rectangle'><transform name='to_world'><scale x='2' z='3'/><rotate z='1' angle='90'/>"
       "<translate value='1, 2, 3'/></transform></shape>"
-      "<shape type='rectangle'><transform name='to_world'><matrix value='0 1 0 1 0 0 0 1 0'/><scale value='2'/>"
+      "<shape type='rectangle'><transform name='to_world'><matrix value='0 1 0 1 0 0 0 0 1'/><scale value='2'/>"
       "</transform></shape>");
   // Scaled x becomes y by the rotation; -y becomes x.
   const std::vector<double> expected = {0, -1, 0, 1, 2, 0, 0, 2, 0, 0, 3, 3, 0, 0, 0, 1};
   const std::vector<double> first = elements_of(result.scene.shapes(0).world_from_object());
   for (int i = 0; i < 16; ++i) EXPECT_NEAR(first[i], expected[i], 1e-15) << i;
   EXPECT_THAT(elements_of(result.scene.shapes(1).world_from_object()),
-              ElementsAre(0, 2, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 1));
+              ElementsAre(0, 2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1));
 }
 
 TEST_F(MitsubaLanguage, RefusesTransformationsThatAreNone) {

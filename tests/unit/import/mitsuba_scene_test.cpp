@@ -53,7 +53,8 @@ TEST_F(MitsubaScene, NormalsOfStretchedMeshesAreThoseOfTheWorld) {
       "<shape type='obj'><string name='filename' value='a.obj'/><transform name='to_world'><scale z='3'/></transform>"
       "</shape>");
   const wire::MeshView mesh = mesh_of(result, result.scene.shapes(0));
-  // In the world the faces' normals are (0, 0, 1) and (-3, 0, 1) / sqrt(10), each with angles of 90 degrees at vertex 0.
+  // In the world the faces' normals are (0, 0, 1) and (-3, 0, 1) / sqrt(10), each with angles of 90 degrees at vertex
+  // 0.
   const double x = -3 / std::sqrt(10.0), z = 1 + 1 / std::sqrt(10.0);
   // Object normals transform by the inverse transpose: z is divided by 3 on the way back to the world.
   const double ratio = mesh.normals[0] / (mesh.normals[2] / 3);
@@ -64,11 +65,11 @@ TEST_F(MitsubaScene, MirroredMeshesKeepTheSideThatTheirVerticesGiveInTheWorld) {
   write("a.obj", kObj);
   write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
   const std::string medium = "<medium type='homogeneous' name='interior' id='m'/>";
-  const ImportedScene result = scene(
-      "<shape type='obj'><string name='filename' value='a.obj'/>" + std::string(kMirror) + medium +
-      "</shape><shape type='obj'><string name='filename' value='n.obj'/>" + kMirror +
-      "<ref name='interior' id='m'/></shape><shape type='rectangle'>" + kMirror + "</shape><shape type='disk'>" + kMirror +
-      "</shape><shape type='sphere'>" + kMirror + "</shape>");
+  const ImportedScene result =
+      scene("<shape type='obj'><string name='filename' value='a.obj'/>" + std::string(kMirror) + medium +
+            "</shape><shape type='obj'><string name='filename' value='n.obj'/>" + kMirror +
+            "<ref name='interior' id='m'/></shape><shape type='rectangle'>" + kMirror + "</shape><shape type='disk'>" +
+            kMirror + "</shape><shape type='sphere'>" + kMirror + "</shape>");
   // A mirrored triangle's own normal would be turned over again here.
   EXPECT_TRUE(result.scene.shapes(0).reverse_orientation());
   EXPECT_EQ(result.scene.shapes(0).interior_medium(), "m");
@@ -117,9 +118,12 @@ std::string serialized_stream(std::uint32_t flags, bool doubles) {
   append<std::uint64_t>(raw, 1);
   const auto number = [&](double x) { doubles ? append<double>(raw, x) : append<float>(raw, static_cast<float>(x)); };
   for (const double x : {0, 0, 0, 2, 0, 0, 0, 2, 0}) number(x);
-  if (flags & 1) for (const double x : {0, 0, -1, 0, 0, -1, 0, 0, -1}) number(x);
-  if (flags & 2) for (const double x : {0.0, 0.0, 1.0, 0.0, 0.0, 0.25}) number(x);
-  if (flags & 8) for (int i = 0; i < 9; ++i) number(0.5);
+  if (flags & 1)
+    for (const double x : {0, 0, -1, 0, 0, -1, 0, 0, -1}) number(x);
+  if (flags & 2)
+    for (const double x : {0.0, 0.0, 1.0, 0.0, 0.0, 0.25}) number(x);
+  if (flags & 8)
+    for (int i = 0; i < 9; ++i) number(0.5);
   for (const std::uint32_t i : {0, 1, 2}) append<std::uint32_t>(raw, i);
   std::string compressed(compressBound(raw.size()), '\0');
   uLongf size = compressed.size();
@@ -141,8 +145,7 @@ TEST_F(MitsubaScene, SerializedFilesHoldSeveralMeshes) {
   append<std::uint32_t>(bytes, 2);
   write("a.serialized", bytes);
   const std::string shape = "<shape type='serialized'><string name='filename' value='a.serialized'/>";
-  const ImportedScene result =
-      scene(shape + "</shape>" + shape + "<integer name='shape_index' value='1'/></shape>");
+  const ImportedScene result = scene(shape + "</shape>" + shape + "<integer name='shape_index' value='1'/></shape>");
   const wire::MeshView plain = mesh_of(result, result.scene.shapes(0)), full = mesh_of(result, result.scene.shapes(1));
   EXPECT_EQ(plain.positions[3], 2);
   EXPECT_THAT(plain.normals.subspan(0, 3), ElementsAre(0, 0, 1));  // computed
@@ -251,8 +254,7 @@ TEST_F(MitsubaScene, MediaHaveGridsAndColours) {
 TEST_F(MitsubaScene, DamagedVolumesAreErrors) {
   const auto error = [&](const std::string& bytes) {
     write("a.vol", bytes);
-    return error_of(import_xml(with_sensor(
-        "<shape type='sdfgrid'>\n<string name='filename' value='a.vol'/></shape>")));
+    return error_of(import_xml(with_sensor("<shape type='sdfgrid'>\n<string name='filename' value='a.vol'/></shape>")));
   };
   EXPECT_THAT(error("VOL\x04" + std::string(60, 'x')), HasSubstr("scene.xml:4:1: "));
   EXPECT_THAT(error("VOL\x04" + std::string(60, 'x')), HasSubstr("version 4: expected 3"));
@@ -277,9 +279,12 @@ TEST_F(MitsubaScene, LightsStandWhereTheyShould) {
 }
 
 TEST_F(MitsubaScene, SpotsFallOffLinearly) {
-  const v1::SpotLight spot =
-      scene("<emitter type='spot'><transform name='to_world'><lookat origin='0 5 0' target='0 0 0' up='1 0 0'/></transform>"
-            "<float name='cutoff_angle' value='40'/></emitter>").scene.lights(0).spot();
+  const v1::SpotLight spot = scene(
+                                 "<emitter type='spot'><transform name='to_world'><lookat origin='0 5 0' target='0 0 "
+                                 "0' up='1 0 0'/></transform>"
+                                 "<float name='cutoff_angle' value='40'/></emitter>")
+                                 .scene.lights(0)
+                                 .spot();
   EXPECT_EQ(spot.falloff(), v1::SpotLight::LINEAR);
   EXPECT_EQ(spot.cone_angle_degrees(), 40);
   EXPECT_EQ(spot.cone_delta_degrees(), 10);  // the beam is three quarters wide
@@ -288,8 +293,11 @@ TEST_F(MitsubaScene, SpotsFallOffLinearly) {
 
 TEST_F(MitsubaScene, ProjectorsShineEvenly) {
   const v1::ProjectionLight projector =
-      scene("<emitter type='projector'><float name='fov' value='60'/><float name='scale' value='2'/>"
-            "<rgb name='irradiance' value='1 2 3'/></emitter>").scene.lights(0).projection();
+      scene(
+          "<emitter type='projector'><float name='fov' value='60'/><float name='scale' value='2'/>"
+          "<rgb name='irradiance' value='1 2 3'/></emitter>")
+          .scene.lights(0)
+          .projection();
   EXPECT_TRUE(projector.even_screen());
   EXPECT_THAT(projector.fov_degrees(), FloatEq(60));
   EXPECT_THAT(projector.intensity().rgb().b(), FloatEq(static_cast<float>(6 * std::numbers::pi)));
@@ -297,8 +305,10 @@ TEST_F(MitsubaScene, ProjectorsShineEvenly) {
 
 TEST_F(MitsubaScene, EnvironmentsAreLatitudeAndLongitude) {
   write("sky.exr", "x");
-  const v1::Light light = scene("<emitter type='envmap'><string name='filename' value='sky.exr'/>"
-                                "<float name='scale' value='3'/></emitter>").scene.lights(0);
+  const v1::Light light = scene(
+                              "<emitter type='envmap'><string name='filename' value='sky.exr'/>"
+                              "<float name='scale' value='3'/></emitter>")
+                              .scene.lights(0);
   EXPECT_EQ(light.infinite().mapping(), v1::InfiniteLight::LATITUDE_LONGITUDE);
   EXPECT_EQ(light.infinite().scale(), 3);
   EXPECT_FALSE(light.infinite().image().digest().empty());
@@ -319,7 +329,8 @@ TEST_F(MitsubaScene, ThingsThatAreNotSupportedAreNamed) {
 class MitsubaSensor : public MitsubaTest {
  protected:
   v1::Scene sensor(const std::string& type, const std::string& inside) const {
-    return succeed(import_xml("<scene version='3.0.0'><sensor type='" + type + "'>" + inside + "</sensor></scene>")).scene;
+    return succeed(import_xml("<scene version='3.0.0'><sensor type='" + type + "'>" + inside + "</sensor></scene>"))
+        .scene;
   }
   static std::string film(const std::string& inside) { return "<film type='hdrfilm'>" + inside + "</film>"; }
 };
@@ -331,7 +342,9 @@ TEST_F(MitsubaSensor, FieldOfViewIsThatOfTheAxisAskedFor) {
   const auto fov = [&](const std::string& more) {
     return sensor("perspective", more + film(kWide)).camera().perspective().fov_degrees();
   };
-  const auto degrees = [](double tangent) { return static_cast<float>(2 * std::atan(tangent) * 180 / std::numbers::pi); };
+  const auto degrees = [](double tangent) {
+    return static_cast<float>(2 * std::atan(tangent) * 180 / std::numbers::pi);
+  };
   EXPECT_THAT(fov("<float name='fov' value='90'/>"), FloatEq(degrees(0.5)));
   EXPECT_THAT(fov("<float name='fov' value='90'/><string name='fov_axis' value='y'/>"), FloatEq(90));
   EXPECT_THAT(fov("<float name='fov' value='90'/><string name='fov_axis' value='smaller'/>"), FloatEq(90));
@@ -342,8 +355,9 @@ TEST_F(MitsubaSensor, FieldOfViewIsThatOfTheAxisAskedFor) {
 }
 
 TEST_F(MitsubaSensor, XPointsRightHere) {
-  const v1::Scene scene = sensor("perspective", "<transform name='to_world'><lookat origin='1 2 3' target='1 2 4' "
-                                                "up='0 1 0'/></transform>");
+  const v1::Scene scene = sensor("perspective",
+                                 "<transform name='to_world'><lookat origin='1 2 3' target='1 2 4' "
+                                 "up='0 1 0'/></transform>");
   EXPECT_THAT(elements_of(scene.camera().world_from_camera()),
               ElementsAre(-1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1));
   EXPECT_FLOAT_EQ(scene.camera().near_clip(), 0.01f);
@@ -351,20 +365,23 @@ TEST_F(MitsubaSensor, XPointsRightHere) {
 }
 
 TEST_F(MitsubaSensor, CropWindowsAndShiftedCentresMoveTheScreen) {
-  const v1::Scene scene = sensor(
-      "perspective", "<float name='principal_point_offset_x' value='0.25'/>" +
-                         film(std::string(kWide) + "<integer name='crop_offset_x' value='100'/><integer name='crop_width' "
-                                                   "value='200'/><integer name='crop_offset_y' value='150'/>"));
+  const v1::Scene scene =
+      sensor("perspective",
+             "<float name='principal_point_offset_x' value='0.25'/>" +
+                 film(std::string(kWide) + "<integer name='crop_offset_x' value='100'/><integer name='crop_width' "
+                                           "value='200'/><integer name='crop_offset_y' value='150'/>"));
   EXPECT_EQ(scene.film().width(), 200u);
   EXPECT_EQ(scene.film().height(), 50u);
-  // The screen is [-2, 2] x [-1, 1]. Columns 100 to 300 are [-1, 1], moved by a quarter of the width; rows 150 to 200 are
-  // the lowest quarter.
+  // The screen is [-2, 2] x [-1, 1]. Columns 100 to 300 are [-1, 1], moved by a quarter of the width; rows 150 to 200
+  // are the lowest quarter.
   EXPECT_THAT(scene.camera().screen_window(), ElementsAre(0, 2, -1, -0.5f));
 }
 
 TEST_F(MitsubaSensor, ThinLensesFocus) {
-  const v1::Camera camera = sensor("thinlens", "<float name='aperture_radius' value='.5'/>"
-                                               "<float name='focus_distance' value='7'/>").camera();
+  const v1::Camera camera = sensor("thinlens",
+                                   "<float name='aperture_radius' value='.5'/>"
+                                   "<float name='focus_distance' value='7'/>")
+                                .camera();
   EXPECT_EQ(camera.perspective().lens_radius(), 0.5f);
   EXPECT_EQ(camera.perspective().focal_distance(), 7);
 }
@@ -393,8 +410,9 @@ TEST_F(MitsubaSensor, IntegratorsCountSegments) {
   const std::string two = "<integer name='max_depth' value='2'/>";
   EXPECT_EQ(settings("").integrator(), "path");
   EXPECT_EQ(settings("").max_depth(), 1000000u);
-  EXPECT_EQ(settings("<integrator type='moment'><integrator type='path'>" + two + "</integrator></integrator>").max_depth(),
-            1u);
+  EXPECT_EQ(
+      settings("<integrator type='moment'><integrator type='path'>" + two + "</integrator></integrator>").max_depth(),
+      1u);
   EXPECT_EQ(settings("<integrator type='direct'/>").max_depth(), 1u);
   EXPECT_EQ(settings("<integrator type='volpathmis'>" + two + "</integrator>").integrator(), "volpath");
   EXPECT_EQ(settings("<integrator type='ptracer'/>").integrator(), "light");
@@ -404,7 +422,8 @@ TEST_F(MitsubaSensor, IntegratorsCountSegments) {
 
 TEST_F(MitsubaSensor, SamplersAreIndependentOrSobol) {
   const auto settings = [&](const std::string& type) {
-    return sensor("perspective", "<sampler type='" + type + "'><integer name='sample_count' value='9'/></sampler>").settings();
+    return sensor("perspective", "<sampler type='" + type + "'><integer name='sample_count' value='9'/></sampler>")
+        .settings();
   };
   EXPECT_EQ(settings("independent").sampler(), "independent");
   EXPECT_EQ(settings("multijitter").sampler(), "sobol");

@@ -147,7 +147,7 @@ TEST_F(PbrtErrors, ValuesMustMakeSense) {
 TEST_F(PbrtErrors, OtherFormatsAreRefusedByName) {
   const absl::Status status = import_scene(write("a.blend", "")).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("expected .pbrt, .pbrt.gz, .textproto, .pbtxt or .tsb"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
 }
 
 }  // namespace

@@ -225,21 +225,58 @@ TEST_F(PbrtScene, DefinitionsWithoutEffectAreWarnedOf) {
 TEST_F(PbrtScene, NamesWhatIsMissing) {
   const ImportedScene scene = world(
       "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"fog\" \"\"\nMaterial \"interface\"\n"
-      "AreaLightSource \"diffuse\"\nShape \"sphere\"\nShape \"curve\" \"point3 P\" [ 0 0 0  1 0 0  1 1 0  2 2 2 ]\n"
-      "Shape \"cylinder\"\nActiveTransform EndTime Translate 3 3 3 ActiveTransform All\nShape \"sphere\"\n"
-      "Scale 1 0 1 Shape \"sphere\"\n");
-  EXPECT_EQ(scene.scene.shapes_size(), 2);
-  EXPECT_TRUE(scene.scene.materials(0).has_interface());
+      "AreaLightSource \"diffuse\"\nShape \"sphere\"\nScale 1 0 1 Shape \"sphere\"\n");
+  ASSERT_EQ(scene.scene.shapes_size(), 1);
   EXPECT_FALSE(scene.scene.shapes(0).has_area_light());
-  EXPECT_EQ(scene.scene.shapes(1).world_from_object().elements_size(), 0);
-  const std::string warnings = warnings_of(scene);
-  EXPECT_THAT(warnings,
-              HasSubstr("scene.pbrt:2:1: medium \"fog\": media are not supported yet: rendered as empty space"));
-  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:6:1: an area light on a shape of interface material is ignored"));
-  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:7:1: shape \"curve\" is not supported yet: it is left out"));
-  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:8:1: shape \"cylinder\""));
-  EXPECT_THAT(warnings, HasSubstr("motion is not supported yet"));
-  EXPECT_THAT(warnings, HasSubstr("its transformation is singular"));
+  EXPECT_THAT(warnings_of(scene),
+              HasSubstr("scene.pbrt:6:1: an area light on a shape of interface material is ignored"));
+  EXPECT_THAT(warnings_of(scene), HasSubstr("its transformation is singular"));
+  EXPECT_THAT(error_of(import_text("Camera \"realistic\"\nWorldBegin")),
+              HasSubstr("camera \"realistic\" is not supported"));
+}
+
+TEST_F(PbrtScene, MotionIsCutToTheExposure) {
+  // From x = 0 at time 0 to x = 8 at time 2; the shutter is open from 0.5 to 1.
+  const auto result = import_text(
+      "TransformTimes 0 2\nCamera \"perspective\" \"float shutteropen\" .5 \"float shutterclose\" 1\nWorldBegin\n"
+      "Shape \"sphere\"\nAttributeBegin ActiveTransform EndTime Translate 8 0 0 ActiveTransform All Translate 0 1 0\n"
+      "  Shape \"sphere\" AttributeEnd\n"
+      "ObjectBegin \"o\" Shape \"disk\" ObjectEnd ActiveTransform StartTime Translate 0 0 4 ObjectInstance \"o\"\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Scene& scene = result->scene;
+  EXPECT_FALSE(scene.shapes(0).has_world_from_object_end());
+  EXPECT_THAT(column3(scene.shapes(1).world_from_object()), ElementsAre(2, 1, 0));
+  EXPECT_THAT(column3(scene.shapes(1).world_from_object_end()), ElementsAre(4, 1, 0));
+  EXPECT_THAT(column3(scene.instances(0).world_from_instance()), ElementsAre(0, 0, 3));
+  EXPECT_THAT(column3(scene.instances(0).world_from_instance_end()), ElementsAre(0, 0, 2));
+  EXPECT_FALSE(scene.camera().has_world_from_camera_end());
+  EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
+  const auto result = import_text(
+      "MakeNamedMedium \"air\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 2 1 ]\n"
+      "  \"float scale\" 2 \"float g\" .5 \"rgb Le\" [ 1 0 0 ] \"float Lescale\" 4\n"
+      "MakeNamedMedium \"unused\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"air\"\nCamera "
+      "\"orthographic\"\n"
+      "Integrator \"bdpt\"\nWorldBegin\nMediumInterface \"air\" \"\" Shape \"sphere\" MediumInterface \"air\" Shape "
+      "\"disk\"\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Scene& scene = result->scene;
+  EXPECT_EQ(scene.camera().medium(), "air");
+  EXPECT_TRUE(scene.camera().has_orthographic());
+  EXPECT_EQ(scene.settings().integrator(), "volpath");
+  EXPECT_EQ(scene.shapes(0).interior_medium(), "air");
+  EXPECT_EQ(scene.shapes(0).exterior_medium(), "");
+  EXPECT_EQ(scene.shapes(1).interior_medium(), "");  // the same on both sides: no border
+  ASSERT_EQ(scene.media_size(), 1);
+  const v1::Medium& air = scene.media(0);
+  EXPECT_FLOAT_EQ(air.extinction().constant().rgb().r(), 4);
+  EXPECT_FLOAT_EQ(air.sigma_s().constant().rgb().b(), 1);
+  EXPECT_FLOAT_EQ(air.scale(), 2);
+  EXPECT_FLOAT_EQ(air.g(), 0.5f);
+  EXPECT_FLOAT_EQ(air.emission().constant().rgb().r(), 4);
+  EXPECT_EQ(warnings_of(*result), "");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Materials, textures, spectra and lights of pbrt files.
+#include <map>
 #include <numbers>
 
 #include "import/spectra/named_spectra.h"
@@ -69,16 +70,37 @@ TEST_F(PbrtValues, RoughnessFallsBackToTheCommonOne) {
   EXPECT_EQ(warnings_, "");
 }
 
+TEST_F(PbrtValues, HairTakesItsColourFromWhatIsGiven) {
+  const v1::HairMaterial fallback = material("\"hair\"").hair();
+  EXPECT_FLOAT_EQ(fallback.sigma_a().constant().rgb().r(), 1.3f * 0.419f);  // eumelanin 1.3
+  EXPECT_FLOAT_EQ(fallback.eta(), 1.55f);
+  EXPECT_FLOAT_EQ(fallback.beta_m().constant(), 0.3f);
+  EXPECT_FLOAT_EQ(fallback.alpha_degrees(), 2);
+  const v1::HairMaterial red = material("\"hair\" \"float pheomelanin\" 2").hair();
+  EXPECT_FLOAT_EQ(red.sigma_a().constant().rgb().b(), 2 * 1.05f);
+  EXPECT_TRUE(material("\"hair\" \"rgb color\" [ .1 .2 .3 ]").hair().has_reflectance());
+  EXPECT_EQ(warnings_, "");
+}
+
+TEST_F(PbrtValues, CoatedConductorsKeepBothLayersApart) {
+  const v1::CoatedConductorMaterial coated =
+      material(
+          "\"coatedconductor\" \"float interface.roughness\" .04 \"float conductor.roughness\" .25 "
+          "\"float interface.eta\" 1.4")
+          .coated_conductor();
+  EXPECT_FLOAT_EQ(coated.roughness().u().constant(), 0.04f);
+  EXPECT_FLOAT_EQ(coated.conductor().roughness().v().constant(), 0.25f);
+  EXPECT_FLOAT_EQ(coated.eta().constant(), 1.4f);
+  EXPECT_TRUE(coated.conductor().eta().constant().has_sampled());  // copper
+  EXPECT_FLOAT_EQ(coated.thickness(), 0.01f);
+  EXPECT_EQ(warnings_, "");
+}
+
 TEST_F(PbrtValues, UnsupportedMaterialsBecomeNearOnes) {
-  const v1::Spectrum hair = material("\"hair\" \"float eumelanin\" 0.2").diffuse().reflectance().constant();
-  EXPECT_THAT(warnings_,
-              HasSubstr("material \"hair\" is not supported yet: a diffuse material of the hair's colour is used"));
-  EXPECT_GT(hair.rgb().r(), hair.rgb().g());  // blonde
-  EXPECT_GT(hair.rgb().g(), hair.rgb().b());
-  EXPECT_TRUE(material("\"coatedconductor\" \"float conductor.roughness\" .3").has_conductor());
-  EXPECT_THAT(warnings_, HasSubstr("without the coat"));
-  EXPECT_TRUE(material("\"subsurface\"").has_coated_diffuse());
   EXPECT_TRUE(material("\"measured\" \"string filename\" \"x.bsdf\"").has_diffuse());
+  EXPECT_THAT(warnings_, HasSubstr("material \"measured\" is not supported yet"));
+  const v1::Material milk = material("\"subsurface\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 1 1 1 ]");
+  EXPECT_FLOAT_EQ(milk.coated_diffuse().reflectance().constant().rgb().g(), 1);  // nothing is absorbed
 }
 
 TEST_F(PbrtValues, OnlyMaterialsInUseAreKept) {
@@ -206,20 +228,49 @@ TEST_F(PbrtValues, LightsStandInTheWorld) {
   EXPECT_DOUBLE_EQ(spot.spot().target().z(), 2);
   EXPECT_FLOAT_EQ(spot.spot().cone_angle_degrees(), 40);
   EXPECT_FLOAT_EQ(spot.spot().cone_delta_degrees(), 5);
+}
 
-  EXPECT_TRUE(light("LightSource \"goniometric\" \"string filename\" \"x\"").has_point());
-  EXPECT_THAT(warnings_, HasSubstr("without its pattern"));
+/// A PFM file of 2 x 2 pixels of one grey.
+std::string grey_image(float value) {
+  std::string file = "PF\n2 2\n-1.0\n";
+  for (int i = 0; i < 12; ++i) file.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  return file;
 }
 
 TEST_F(PbrtValues, EnvironmentImagesAreBlobs) {
-  write("sky.pfm", "PF");
+  write("sky.pfm", grey_image(0.5f));
   const v1::Light sky = light(
       "Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" \"sky.pfm\" \"point3 portal\" [ 0 0 0 "
       "1 0 0 1 1 0 0 1 0 ]");
   EXPECT_EQ(sky.infinite().image().path(), "sky.pfm");
   EXPECT_EQ(sky.infinite().mapping(), v1::InfiniteLight::EQUAL_AREA_OCTAHEDRAL);
   EXPECT_NEAR(sky.infinite().world_from_light().elements(4), 1, 1e-15);
-  EXPECT_THAT(warnings_, HasSubstr("\"portal\""));
+  ASSERT_EQ(sky.infinite().portal_size(), 4);
+  EXPECT_EQ(sky.infinite().portal(2).y(), 1);  // not turned with the light
+  EXPECT_THAT(warnings_, testing::IsEmpty());
+}
+
+TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
+  write("half.pfm", grey_image(0.5f));
+  const double pi = std::numbers::pi;
+  const v1::Light lamp =
+      light("LightSource \"goniometric\" \"string filename\" \"half.pfm\" \"float power\" 10 \"rgb I\" [ 1 1 1 ]");
+  EXPECT_FLOAT_EQ(lamp.scale(), 10 / (4 * pi * 0.5));
+  EXPECT_EQ(lamp.goniometric().texture(), "half.pfm");
+  EXPECT_EQ(lamp.goniometric().world_from_light().elements(6), 1);  // y and z change places
+
+  const v1::Light slide =
+      light("LightSource \"projection\" \"string filename\" \"half.pfm\" \"float power\" 10 \"float fov\" 90");
+  // Pixels at (+-1/2, +-1/2) on the plane at distance 1, which is 2 x 2: solid angles fall as (1 + 1/2)^(-3/2).
+  EXPECT_FLOAT_EQ(slide.scale(), 10 / (4 * 0.5 * std::pow(1.5, -1.5)));
+  EXPECT_FALSE(slide.projection().has_aspect());
+  EXPECT_EQ(slide.projection().world_from_light().elements(0), -1);
+
+  const ImportedScene scene = world("AreaLightSource \"diffuse\" \"string filename\" \"half.pfm\" \"float power\" 6\n" +
+                                    std::string(kTriangle));
+  EXPECT_EQ(scene.scene.shapes(0).area_light().texture(), "half.pfm");
+  EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 6 / (pi * 0.5 * 0.5));
+  EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::NEAREST);
 }
 
 TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {
@@ -231,6 +282,47 @@ TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {
   const double pi = std::numbers::pi;
   EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 10 / (pi * 4 * pi * 36));
   EXPECT_FLOAT_EQ(scene.scene.shapes(1).area_light().scale(), 10 / (2 * pi * 0.5));
+  // Each of the two triangles of a square gets the power, but a patch is one light.
+  const ImportedScene squares = world(
+      "AreaLightSource \"diffuse\" \"float power\" 10\n"
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ] \"integer indices\" [ 0 1 2 0 2 3 ]\n"
+      "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 1 1 0 ]\n");
+  EXPECT_FLOAT_EQ(squares.scene.shapes(0).area_light().scale(), 2 * 10 / pi);
+  EXPECT_FLOAT_EQ(squares.scene.shapes(1).area_light().scale(), 10 / pi);
+}
+
+TEST_F(PbrtValues, TexturesStandInTheirOwnSpace) {
+  const ImportedScene scene = world(
+      "Translate 5 0 0\n"
+      "Texture \"dots\" \"spectrum\" \"dots\" \"rgb inside\" [ 1 0 0 ] \"string mapping\" \"planar\"\n"
+      "  \"vector3 v1\" [ 0 2 0 ] \"float udelta\" .5\n"
+      "Texture \"noise\" \"float\" \"wrinkled\" \"integer octaves\" 3\n"
+      "Texture \"both\" \"spectrum\" \"directionmix\" \"texture tex1\" \"dots\" \"vector3 dir\" [ 0 0 2 ]\n"
+      "Texture \"slope\" \"spectrum\" \"bilerp\"\nTexture \"cubes\" \"spectrum\" \"checkerboard\" \"integer "
+      "dimension\" 3\n"
+      "Material \"coateddiffuse\" \"texture reflectance\" \"both\" \"texture roughness\" \"noise\" Shape \"sphere\"\n"
+      "Material \"diffuse\" \"texture reflectance\" \"slope\" Shape \"sphere\"\n"
+      "Material \"diffuse\" \"texture reflectance\" \"cubes\" Shape \"sphere\"\n");
+  EXPECT_EQ(warnings_of(scene), "");
+  std::map<std::string, v1::Texture> textures;
+  for (const v1::Texture& texture : scene.scene.textures()) textures[texture.name()] = texture;
+  const v1::UvMapping& plane = textures["dots"].dots().mapping();
+  EXPECT_EQ(plane.source(), v1::UvMapping::PLANAR);
+  // u = 2 y + 1/2 and v = y of texture space, whose origin is at x = 5.
+  EXPECT_DOUBLE_EQ(plane.texture_from_world().elements(1), 2);
+  EXPECT_DOUBLE_EQ(plane.texture_from_world().elements(5), 1);
+  EXPECT_FLOAT_EQ(plane.offset_u(), 0.5f);
+  EXPECT_FLOAT_EQ(textures["dots"].dots().outside().constant().rgb().r(), 1);  // as pbrt has it
+  EXPECT_EQ(textures["noise"].noise().kind(), v1::NoiseTexture::WRINKLED);
+  EXPECT_EQ(textures["noise"].noise().octaves(), 3u);
+  EXPECT_DOUBLE_EQ(textures["noise"].noise().texture_from_world().elements(3), -5);
+  EXPECT_DOUBLE_EQ(textures["both"].direction_mix().direction().z(), 1);
+  EXPECT_FLOAT_EQ(textures["slope"].image().mapping().offset_u(), 0.25f);
+  EXPECT_TRUE(textures["cubes"].checkerboard().solid());
+  EXPECT_THAT(
+      error_of(import_world("Texture \"p\" \"float\" \"ptex\" Material \"dielectric\" \"texture roughness\" \"p\" "
+                            "Shape \"sphere\"")),
+      HasSubstr("Ptex files are not supported"));
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(SelectionByPower, IsProportionalToPower) {
   table.lights = {record(LightKind::kPoint), record(LightKind::kPoint), record(LightKind::kPoint)};
   for (float& c : table.lights[1].radiance) c *= 3;
   for (float& c : table.lights[2].radiance) c = 0;
-  const AliasTable selection = selection_by_power(table);
+  const AliasTable selection = selection_of_lights(table);
   EXPECT_FLOAT_EQ(selection.pmf[0], 0.25f);
   EXPECT_FLOAT_EQ(selection.pmf[1], 0.75f);
   EXPECT_EQ(selection.pmf[2], 0);

@@ -11,10 +11,10 @@ namespace {
 class ResultCheckTest : public testing::Test {
  protected:
   ResultCheckTest() {
-    v1::PixelRect& pixels = *unit_.mutable_tile()->mutable_pixels();
+    v1::PixelRect& pixels = *extent_.mutable_pixels();
     pixels.set_x0(8), pixels.set_y0(16), pixels.set_x1(12), pixels.set_y1(19);
-    unit_.mutable_tile()->mutable_samples()->set_begin(4);
-    unit_.mutable_tile()->mutable_samples()->set_end(8);
+    extent_.mutable_samples()->set_begin(4);
+    extent_.mutable_samples()->set_end(8);
     result_.x0 = 8, result_.y0 = 16, result_.x1 = 12, result_.y1 = 19;
     result_.sample_begin = 4, result_.sample_end = 8;
     result_.channels = channels_;
@@ -23,22 +23,22 @@ class ResultCheckTest : public testing::Test {
   }
 
   std::string message() {
-    const auto digest = check_result(wire::encode_tile_result(result_), unit_, channels_);
+    const auto digest = check_result(wire::encode_tile_result(result_), 0, extent_, channels_);
     EXPECT_EQ(digest.status().code(), absl::StatusCode::kInvalidArgument);
     return std::string(digest.status().message());
   }
 
   const std::vector<wire::ChannelDesc> channels_ = wire::channels_for_aovs({}).value();
-  v1::WorkUnit unit_;
+  v1::TileUnit extent_;
   wire::TileResult result_;
 };
 
 TEST_F(ResultCheckTest, DigestsTheContents) {
-  const auto digest = check_result(wire::encode_tile_result(result_), unit_, channels_);
+  const auto digest = check_result(wire::encode_tile_result(result_), 0, extent_, channels_);
   ASSERT_TRUE(digest.ok()) << digest.status();
   EXPECT_TRUE(wire::is_digest(*digest));
   result_.values[47] = -0.25f;
-  EXPECT_NE(check_result(wire::encode_tile_result(result_), unit_, channels_).value(), *digest);
+  EXPECT_NE(check_result(wire::encode_tile_result(result_), 0, extent_, channels_).value(), *digest);
 }
 
 TEST_F(ResultCheckTest, NamesWhatDoesNotFit) {
@@ -55,7 +55,7 @@ TEST_F(ResultCheckTest, NamesWhatDoesNotFit) {
   result_.counts[3] = 5;
   EXPECT_THAT(message(), HasSubstr("samples"));
   result_.counts[3] = 0;
-  EXPECT_TRUE(check_result(wire::encode_tile_result(result_), unit_, channels_).ok());
+  EXPECT_TRUE(check_result(wire::encode_tile_result(result_), 0, extent_, channels_).ok());
   result_.y1 = 20;
   result_.counts.resize(16), result_.values.resize(16 * 4);
   EXPECT_THAT(message(), HasSubstr("pixels"));

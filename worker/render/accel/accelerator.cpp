@@ -149,6 +149,9 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
   RTCBounds b;
   rtcGetSceneBounds(self->world_, &b);
   if (b.upper_x >= b.lower_x) {
+    self->bounding_centre_[0] = (b.lower_x + b.upper_x) / 2;
+    self->bounding_centre_[1] = (b.lower_y + b.upper_y) / 2;
+    self->bounding_centre_[2] = (b.lower_z + b.upper_z) / 2;
     self->bounding_radius_ =
         0.5f * std::hypot(b.upper_x - b.lower_x, b.upper_y - b.lower_y, b.upper_z - b.lower_z);
   }

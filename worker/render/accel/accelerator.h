@@ -42,6 +42,7 @@ class Accelerator {
   std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_bytes_.load()); }
   /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
   float bounding_radius() const { return bounding_radius_; }
+  const float* bounding_centre() const { return bounding_centre_; }
 
  private:
   Accelerator() = default;
@@ -58,6 +59,7 @@ class Accelerator {
   std::deque<AlphaGeometry> alphas_;
   std::atomic<std::int64_t> memory_bytes_{0};
   float bounding_radius_ = 0;
+  float bounding_centre_[3] = {0, 0, 0};
 };
 
 }  // namespace tessera::render

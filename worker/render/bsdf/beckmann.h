@@ -59,8 +59,8 @@ TESSERA_INLINE Float beckmann_masking_length(Float z, Float slope) {
   return select(a < kUnmasked, masked, z);
 }
 
-/// A slope of the surface stretched to alpha = 1, seen from the unit direction `w`; its normal is (-x, -y, 1). Sampled as
-/// [Heitz & d'Eon 2014] say, with the numerical inversion of [Jakob 2014].
+/// A slope of the surface stretched to alpha = 1, seen from the unit direction `w`; its normal is (-x, -y, 1). Sampled
+/// as [Heitz & d'Eon 2014] say, with the numerical inversion of [Jakob 2014].
 TESSERA_INLINE Vec2 beckmann_visible_slope(Vec3 w, Vec2 u) {
   constexpr float kInvSqrtPi = 0.56418958354776f;
   constexpr float kMargin = 1e-6f;
@@ -80,7 +80,8 @@ TESSERA_INLINE Vec2 beckmann_visible_slope(Vec3 w, Vec2 u) {
     v = v - (integral(v, x) - target) / slope;
   }
   v = min(max(v, -1.0f + kMargin * 0.25f), highest);
-  const Float x = erf_inverse(v), y = erf_inverse(clamp(fma(Float(2.0f), u.y, Float(-1.0f)), -1.0f + kMargin, 1.0f - kMargin));
+  const Float x = erf_inverse(v),
+              y = erf_inverse(clamp(fma(Float(2.0f), u.y, Float(-1.0f)), -1.0f + kMargin, 1.0f - kMargin));
   // Turned to w's azimuth.
   const Mask upright = sine < 1e-10f;
   const Float cos_phi = select(upright, 1.0f, w.x * inverse), sin_phi = select(upright, 0.0f, w.y * inverse);

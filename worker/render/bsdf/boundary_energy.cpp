@@ -66,10 +66,10 @@ BoundaryEnergy boundary_energy(double cosine, const BoundaryFacets& facets, doub
     energy.transmitted = 1 - energy.reflected;
     return energy;
   }
-  // Quadrature over the cap of normals that are visible if they are distributed as GGX, see Microfacets::sample_visible;
-  // Beckmann's are weighted by the ratio of the densities, at most 4 / e. Each normal scatters with G2 / G1. Where light
-  // leaves the right side or is totally reflected the integrand has edges: a lattice does better there than Gauss
-  // points.
+  // Quadrature over the cap of normals that are visible if they are distributed as GGX, see
+  // Microfacets::sample_visible; Beckmann's are weighted by the ratio of the densities, at most 4 / e. Each normal
+  // scatters with G2 / G1. Where light leaves the right side or is totally reflected the integrand has edges: a lattice
+  // does better there than Gauss points.
   const double alpha = facets.alpha, sine = std::sqrt(std::max(0.0, 1 - sqr(cosine)));
   const auto masking_length = facets.beckmann ? beckmann_length : ggx_length;
   const double ggx_so = ggx_length(alpha, sqr(sine), cosine), so = masking_length(alpha, sqr(sine), cosine);
@@ -96,8 +96,8 @@ BoundaryEnergy boundary_energy(double cosine, const BoundaryFacets& facets, doub
     }
     const double refracted_z = ((cos_m - g) * mz - cosine) / eta;
     if (f < 1 && refracted_z < 0) {
-      energy.transmitted += weight * (1 - f) *
-                            visible_weight(((cos_m - g) * mx - sine) / eta, (cos_m - g) * my / eta, -refracted_z);
+      energy.transmitted +=
+          weight * (1 - f) * visible_weight(((cos_m - g) * mx - sine) / eta, (cos_m - g) * my / eta, -refracted_z);
     }
   }
   return energy;

@@ -1,5 +1,5 @@
-// How much of the light along a direction a rough dielectric boundary reflects and lets through, by quadrature: what the
-// tables of coats are made of.
+// How much of the light along a direction a rough dielectric boundary reflects and lets through, by quadrature: what
+// the tables of coats are made of.
 #pragma once
 
 namespace tessera::render {

@@ -1,5 +1,5 @@
-// A dielectric coat over a Lambertian base: what the models of pbrt-v4 (coated_diffuse.h) and Mitsuba 3 (plastic.h) have
-// in common. They differ in the energies, which a class of theirs gives:
+// A dielectric coat over a Lambertian base: what the models of pbrt-v4 (coated_diffuse.h) and Mitsuba 3 (plastic.h)
+// have in common. They differ in the energies, which a class of theirs gives:
 //
 //   class Coat {                                            // for directions above the surface
 //     Coat(const BsdfParams& params, Mask active);

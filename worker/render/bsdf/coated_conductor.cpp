@@ -19,8 +19,9 @@ constexpr int kMostVisits = 24;
 class Stream {
  public:
   TESSERA_INLINE Stream(Vec3 a, Float b, Float c)
-      : state_(hash(hash(hash(bit_cast<std::uint32_t>(a.x), bit_cast<std::uint32_t>(a.y)), bit_cast<std::uint32_t>(a.z)),
-                    hash(bit_cast<std::uint32_t>(b), bit_cast<std::uint32_t>(c)))) {}
+      : state_(
+            hash(hash(hash(bit_cast<std::uint32_t>(a.x), bit_cast<std::uint32_t>(a.y)), bit_cast<std::uint32_t>(a.z)),
+                 hash(bit_cast<std::uint32_t>(b), bit_cast<std::uint32_t>(c)))) {}
 
   TESSERA_INLINE Float next() {
     state_ = state_ + 0x9e3779b9u;
@@ -73,7 +74,8 @@ class Layers {
   Float density(Vec3 wo, Vec3 wi) const {
     constexpr float kBroad = 0.1f;  // for what comes back late
     const Float fresnel = fresnel_dielectric(wo.z, eta).reflectance;
-    const Float off_coat = select_or_zero(~smooth_coat, eval_reflection(ggx_of(coat_alpha(0), coat_alpha(1)), wo, wi).pdf);
+    const Float off_coat =
+        select_or_zero(~smooth_coat, eval_reflection(ggx_of(coat_alpha(0), coat_alpha(1)), wo, wi).pdf);
     // The base's tilts count eta times as much outside, and so do the coat's for the part by which refraction follows
     // them, twice.
     const Float twice = sqr(eta - 1.0f) * 0.5f;

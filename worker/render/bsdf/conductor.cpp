@@ -24,7 +24,8 @@ BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask ac
   const MicrofacetReflection reflection = with_microfacets(params, kAlpha, [&](const auto& facets) {
     return eval_reflection(facets, mirror_if(below, wo), mirror_if(below, wi));
   });
-  return {reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos), select_or_zero(lit, reflection.pdf)};
+  return {reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos),
+          select_or_zero(lit, reflection.pdf)};
 }
 
 BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {

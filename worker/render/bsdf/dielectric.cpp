@@ -53,7 +53,8 @@ namespace {
 
 /// sample() for microfacets of one type; all rough lanes have it. `wo` is above the surface.
 template <class Facets>
-TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta, Mask delta, bool any_rough, Float u_lobe, Vec2 u) {
+TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta, Mask delta, bool any_rough,
+                                       Float u_lobe, Vec2 u) {
   // A normal, then reflection or refraction by its Fresnel reflectance.
   Vec3 wm{0.0f, 0.0f, 1.0f};
   if (any_rough) wm = select(delta, wm, facets.sample_visible(wo, u));

@@ -72,10 +72,10 @@ struct Fibre {
   Inclination o;
   Float phi_o;
   Float variance[kLobes], s;
-  Float gamma_o, gamma_t;             // angles to the normal of the cylinder, outside and inside
-  Inclination tilted[kLobes];         // o as the scales turn it
-  Spectrum attenuation[kLobes];       // A
-  Float probability[kLobes];          // by the mean of A
+  Float gamma_o, gamma_t;        // angles to the normal of the cylinder, outside and inside
+  Inclination tilted[kLobes];    // o as the scales turn it
+  Spectrum attenuation[kLobes];  // A
+  Float probability[kLobes];     // by the mean of A
 
   Fibre(const BsdfParams& params, Vec3 wo) : o(inclination_of(wo)), phi_o(atan2(wo.z, wo.y)) {
     set_roughness(clamp(params.scalars[kBetaM], 0.01f, 1.0f), clamp(params.scalars[kBetaN], 0.01f, 1.0f));
@@ -174,7 +174,8 @@ BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec
 
   // M [d'Eon 2013], then N.
   const Float c = clamp(1.0f + variance * log(max(u.x + (1.0f - u.x) * exp(-2.0f / variance), 1e-30f)), -1.0f, 1.0f);
-  const Float sine = clamp(safe_sqrt(1.0f - sqr(c)) * cos(2.0f * kPi * u.y) * tilted.cosine - c * tilted.sine, -1.0f, 1.0f);
+  const Float sine =
+      clamp(safe_sqrt(1.0f - sqr(c)) * cos(2.0f * kPi * u.y) * tilted.cosine - c * tilted.sine, -1.0f, 1.0f);
   const Inclination i{sine, safe_sqrt(1.0f - sqr(sine))};
   const Float phi = select(chosen, centre + sample_azimuth(u_phi, fibre.s), 2.0f * kPi * u_phi);
   const Float azimuth = fibre.phi_o + phi;

@@ -34,9 +34,7 @@ struct Ggx {
 
   /// s(w) = cos(theta) (1 + 2 Lambda(w)), with which G1(w) = 2 z / (z + s(w)). For GGX it is |w| after the stretch that
   /// makes the distribution a hemisphere.
-  TESSERA_INLINE Float masking_length(Vec3 w) const {
-    return sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y) + sqr(w.z));
-  }
+  TESSERA_INLINE Float masking_length(Vec3 w) const { return sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y) + sqr(w.z)); }
 
   /// m with which G2(wo, wi) = 2 zo zi / m, from the masking lengths of both.
   TESSERA_INLINE Float masking_pair(Float so, Float zo, Float si, Float zi) const { return so * zi + si * zo; }

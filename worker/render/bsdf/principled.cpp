@@ -32,10 +32,11 @@ struct Clearcoat {
   }
 };
 
-/// The shares of the lobes and how likely each is to be sampled, at points seen along wo, mirrored to above the surface.
+/// The shares of the lobes and how likely each is to be sampled, at points seen along wo, mirrored to above the
+/// surface.
 struct Lobes {
   Mask inside;
-  Float eta;         // of the other side over that of wo's
+  Float eta;          // of the other side over that of wo's
   Float glass, base;  // shares of the dielectric that transmits and of the diffuse base
   Float clearcoat;    // a quarter of the coat's weight
   Float scale;        // of the probabilities of `base`, `clearcoat` and of the microfacets
@@ -63,8 +64,7 @@ Spectrum reflectance(const BsdfParams& params, const Lobes& lobes, Float cos_o, 
   const Spectrum colour = params.spectra[0];
   const Spectrum metal = lerp(weight, colour, Spectrum(1.0f));
   const Spectrum tinted = lerp(weight, tinted_normal_reflectance(colour, lobes.eta), Spectrum(1.0f));
-  const Spectrum outside =
-      metal * metallic + lerp(tint, Spectrum(fresnel), tinted) * (1.0f - metallic);
+  const Spectrum outside = metal * metallic + lerp(tint, Spectrum(fresnel), tinted) * (1.0f - metallic);
   return select(lobes.inside, Spectrum(lobes.glass * fresnel), outside);
 }
 
@@ -101,7 +101,8 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
     const Clearcoat coat(params);
     const Float coat_density = coat.density(h, h2);
     const Float coat_reflectance = lerp(schlick_weight(cos_o, lobes.eta), Float(0.04f), Float(1.0f));
-    const Float coat_f = lobes.clearcoat * coat_reflectance * coat_density * Clearcoat::masking(zo) * Clearcoat::masking(zi);
+    const Float coat_f =
+        lobes.clearcoat * coat_reflectance * coat_density * Clearcoat::masking(zo) * Clearcoat::masking(zi);
     const Spectrum colour = params.spectra[0];
     Spectrum f = colour * (lobes.base * kInvPi * principled_diffuse(params, zo, zi, cos_i));
     f += principled_sheen(params, colour, cos_i) * (1.0f - params.extended[kPrincipledMetallic]);

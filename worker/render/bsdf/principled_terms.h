@@ -20,8 +20,8 @@ TESSERA_INLINE Float schlick_power(Float cosine) {
   return sqr(sqr(m)) * m;
 }
 
-/// How far Schlick's reflectance is on its way from that along the normal to 1: by the cosine on the side of the smaller
-/// index. `eta` is the index of the other side over that of `cosine`'s side.
+/// How far Schlick's reflectance is on its way from that along the normal to 1: by the cosine on the side of the
+/// smaller index. `eta` is the index of the other side over that of `cosine`'s side.
 TESSERA_INLINE Float schlick_weight(Float cosine, Float eta) {
   const Float refracted = safe_sqrt(1.0f - (1.0f - sqr(cosine)) / sqr(eta));
   return schlick_power(select(eta > 1.0f, cosine, refracted));

@@ -8,7 +8,7 @@ namespace {
 
 /// Shares of the lobes, which are also the probabilities of sampling them.
 struct Lobes {
-  Float glass;               // half of it reflects, half transmits
+  Float glass;                   // half of it reflects, half transmits
   Float reflected, transmitted;  // of the diffuse base
   Float rough_reflection, rough_transmission;
 
@@ -71,18 +71,19 @@ BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u
 
   // Reflection and transmission by the glass, then by the base.
   const Mask glass = u_lobe < lobes.glass;
-  const Mask transmission =
-      (glass & (u_lobe >= 0.5f * lobes.glass)) | (u_lobe >= lobes.glass + lobes.reflected);
-  Vec3 wi = square_to_cosine_hemisphere(u);
+  const Mask transmission = (glass & (u_lobe >= 0.5f * lobes.glass)) | (u_lobe >= lobes.glass + lobes.reflected);
+  Vec3 wi = square_to_cosine_hemisphere(u), wm{0.0f, 0.0f, 1.0f};
   if (any(active & glass)) {
-    const Vec3 wm = lobes.facets(params, transmission).sample_visible(wo, u);
+    wm = select(glass, lobes.facets(params, transmission).sample_visible(wo, u), wm);
     wi = select(glass, reflect(wo, wm, dot(wo, wm)), wi);
   }
-  const Mask above = wi.z > 0.0f;
+  const Mask reflected = wi.z > 0.0f;
   wi.z = select(transmission, -wi.z, wi.z);
+  // eval_above() knows of no glass that transmits to where its microfacet is not seen from below.
+  const Mask scattered = reflected & (~transmission | (dot(wi, wm) < 0.0f));
 
-  const BsdfEval eval = eval_above(params, lobes, wo, wi, active & above);
-  const Mask valid = active & above & (wo.z > 0.0f) & (eval.pdf > 0.0f);
+  const BsdfEval eval = eval_above(params, lobes, wo, wi, active & scattered);
+  const Mask valid = active & scattered & (wo.z > 0.0f) & (eval.pdf > 0.0f);
   return {.wi = mirror_if(below, wi),
           .weight = eval.f_cos * (1.0f / select(valid, eval.pdf, 1.0f)),
           .pdf = eval.pdf,

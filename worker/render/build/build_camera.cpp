@@ -8,10 +8,11 @@ namespace tessera::render {
 
 absl::Status SceneBuilder::build_settings() {
   const v1::RenderSettings& settings = job_.settings();
-  if (settings.integrator() != "path" && settings.integrator() != "volpath") {
+  if (settings.integrator() != "path" && settings.integrator() != "volpath" && settings.integrator() != "light") {
     return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there are: path, volpath"));
+        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there are: path, volpath, light"));
   }
+  tables_.light_tracing = settings.integrator() == "light";
   if (settings.sampler() == "sobol") {
     tables_.sampler.kind = SamplerKind::kSobol;
   } else if (settings.sampler() == "independent") {
@@ -26,6 +27,9 @@ absl::Status SceneBuilder::build_settings() {
     if (aov == "albedo") tables_.aovs.albedo = true;
     if (aov == "normal") tables_.aovs.normal = true;
     if (aov == "depth") tables_.aovs.depth = true;
+  }
+  if (tables_.light_tracing && (tables_.aovs.albedo || tables_.aovs.normal || tables_.aovs.depth)) {
+    return absl::InvalidArgumentError("integrator 'light' gives no albedo, normal or depth");
   }
   tables_.exposure = scene_.film().has_exposure() ? scene_.film().exposure() : 1.0f;
   if (!std::isfinite(tables_.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
@@ -49,6 +53,11 @@ absl::Status SceneBuilder::build_camera() {
   if (!(record.near_clip >= 0) || !std::isfinite(record.near_clip) || !(record.far_clip >= 0) ||
       (record.far_clip > 0 && record.far_clip <= record.near_clip)) {
     return absl::InvalidArgumentError("camera: its clipping distances are not in order");
+  }
+  record.width = static_cast<std::int32_t>(job_.width());
+  record.height = static_cast<std::int32_t>(job_.height());
+  if (tables_.light_tracing && camera.has_spherical()) {
+    return absl::InvalidArgumentError("camera: integrator 'light' needs a perspective or orthographic camera");
   }
   switch (camera.kind_case()) {
     case v1::Camera::kPerspective: {

@@ -24,8 +24,8 @@ absl::StatusOr<std::vector<T>> array_of(const BlobSource& blobs, const v1::BlobR
   return values;
 }
 
-/// How many straight pieces keep every segment within a twentieth of its width [as pbrt-v4 cuts its curves up], as far as
-/// Embree can at its full speed.
+/// How many straight pieces keep every segment within a twentieth of its width [as pbrt-v4 cuts its curves up], as far
+/// as Embree can at its full speed.
 std::int32_t pieces_of(const CurvesRecord& curves) {
   constexpr double kTolerance = 0.05;
   double most = 1;
@@ -80,7 +80,8 @@ bool place_normals(const std::vector<float>& values, const Transform& object_fro
 
 }  // namespace
 
-absl::Status SceneBuilder::add_curves(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record) {
+absl::Status SceneBuilder::add_curves(const v1::Shape& shape, const Transform& placed_from_object,
+                                      ShapeRecord& record) {
   const v1::Curves& message = shape.curves();
   auto points = array_of<float>(blobs_, message.points(), "points", 4);
   if (!points.ok()) return points.status();
@@ -104,7 +105,8 @@ absl::Status SceneBuilder::add_curves(const v1::Shape& shape, const Transform& p
     }
   }
   if (!place_points(*points, placed_from_object, curves)) {
-    return absl::InvalidArgumentError("a control point is not finite once it is placed in the world, or its radius is below 0");
+    return absl::InvalidArgumentError(
+        "a control point is not finite once it is placed in the world, or its radius is below 0");
   }
   if (curves.kind == CurveKind::kRibbon) {
     auto normals = array_of<float>(blobs_, message.normals(), "normals", 3);

@@ -70,6 +70,7 @@ absl::Status SceneBuilder::set_light_texture(const std::string& name, LightRecor
 
 absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) {
   if (light.portal().empty()) return absl::OkStatus();
+  if (tables_.light_tracing) return absl::InvalidArgumentError("integrator 'light' cannot begin at a portal");
   if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
   const Point p0 = point_of(light.portal(0));
   const Point u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
@@ -213,7 +214,7 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
 
 absl::Status SceneBuilder::build_light_selection(float scene_radius) {
   tables_.lights.scene_radius = scene_radius;
-  tables_.lights.selection = selection_by_power(tables_.lights);
+  tables_.lights.selection = selection_of_lights(tables_.lights);
   return absl::OkStatus();
 }
 

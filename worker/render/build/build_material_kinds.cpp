@@ -45,12 +45,12 @@ bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 
 absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
   record.flags |= kUsesSecondSpectrum;
   if (conductor.has_reflectance()) {
-    if (conductor.reflectance().has_texture()) {
+    if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]); !s.ok()) return s;
+    if (record.spectra[1].texture >= 0) {
       // The texture is the reflectance; interact() turns it into eta and k.
       record.flags |= kConductorReflectance;
-      return set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]);
+      return absl::OkStatus();
     }
-    if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]); !s.ok()) return s;
     put({1, 1, 1}, record.spectra[0]);
     for (float& k : record.spectra[1].value) k = k_for_reflectance(k);
     return absl::OkStatus();
@@ -72,7 +72,8 @@ absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& cond
 absl::Status SceneBuilder::set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
   record.kind = BsdfKind::kConductor;
   record.flags |= kUsesAlphas;
-  if (auto s = set_roughness(conductor.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+  if (auto s = set_roughness(conductor.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+      !s.ok()) {
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
@@ -89,7 +90,8 @@ absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectr
   if (auto s = set_tint(dielectric.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
   if (auto s = set_tint(dielectric.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
   if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
-  if (auto s = set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+  if (auto s = set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+      !s.ok()) {
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
@@ -164,7 +166,8 @@ absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMateria
     warnings_.push_back(absl::StrCat("material '", name, "': its microfacets are GGX with correlated masking"));
   }
   const float thickness = coated.has_thickness() ? coated.thickness() : 0;
-  if (!(thickness >= 0) || !std::isfinite(thickness)) return absl::InvalidArgumentError("the thickness of its coat is below 0");
+  if (!(thickness >= 0) || !std::isfinite(thickness))
+    return absl::InvalidArgumentError("the thickness of its coat is below 0");
   extended.scalars[2].value = thickness;
   const Rgb albedo = reflectance(coated.albedo().constant());
   if (coated.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
@@ -206,12 +209,13 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
     const v1::FloatValue& value;
     float otherwise;
     ScalarSlot& slot;
-  } scalars[] = {{principled.roughness(), 0.5f, record.scalars[0]},   {principled.anisotropic(), 0, record.scalars[1]},
-                 {principled.specular(), 0.5f, record.scalars[kEta]}, {principled.metallic(), 0, extended.scalars[0]},
-                 {principled.spec_trans(), 0, extended.scalars[1]},   {principled.spec_tint(), 0, extended.scalars[2]},
-                 {principled.sheen(), 0, extended.scalars[3]},        {principled.sheen_tint(), 0, extended.scalars[4]},
-                 {principled.flatness(), 0, extended.scalars[5]},     {principled.clearcoat(), 0, extended.scalars[6]},
-                 {principled.clearcoat_gloss(), 0, extended.scalars[7]}, {principled.diff_trans(), 0, extended.scalars[8]}};
+  } scalars[] = {
+      {principled.roughness(), 0.5f, record.scalars[0]},      {principled.anisotropic(), 0, record.scalars[1]},
+      {principled.specular(), 0.5f, record.scalars[kEta]},    {principled.metallic(), 0, extended.scalars[0]},
+      {principled.spec_trans(), 0, extended.scalars[1]},      {principled.spec_tint(), 0, extended.scalars[2]},
+      {principled.sheen(), 0, extended.scalars[3]},           {principled.sheen_tint(), 0, extended.scalars[4]},
+      {principled.flatness(), 0, extended.scalars[5]},        {principled.clearcoat(), 0, extended.scalars[6]},
+      {principled.clearcoat_gloss(), 0, extended.scalars[7]}, {principled.diff_trans(), 0, extended.scalars[8]}};
   for (const auto& [value, otherwise, slot] : scalars) {
     if (auto s = set_scalar(value, otherwise, record, slot); !s.ok()) return s;
   }
@@ -240,8 +244,10 @@ absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissio
                                                     MaterialRecord& record) {
   record.kind = BsdfKind::kDiffuseTransmission;
   record.flags |= kUsesSecondSpectrum;
-  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]); !s.ok()) return s;
-  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]); !s.ok()) return s;
+  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]); !s.ok())
+    return s;
+  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]); !s.ok())
+    return s;
   const float scale = material.has_scale() ? material.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   for (SpectrumSlot& slot : record.spectra) {

@@ -19,6 +19,11 @@ absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rg
   if (value.has_texture()) {
     auto node = texture_node(value.texture());
     if (!node.ok()) return node.status();
+    const TextureNode& texture = tables_.textures.nodes[static_cast<std::size_t>(*node)];
+    if (texture.kind == TextureKind::kConstant) {
+      put({texture.value[0], texture.value[1], texture.value[2]}, slot);
+      return absl::OkStatus();
+    }
     slot.texture = *node;
     record.flags |= kHasTextures;
     return absl::OkStatus();
@@ -33,6 +38,11 @@ absl::Status SceneBuilder::set_scalar(const v1::FloatValue& value, float otherwi
   if (value.has_texture()) {
     auto node = texture_node(value.texture());
     if (!node.ok()) return node.status();
+    const TextureNode& texture = tables_.textures.nodes[static_cast<std::size_t>(*node)];
+    if (texture.kind == TextureKind::kConstant) {
+      slot.value = (texture.value[0] + texture.value[1] + texture.value[2]) / 3;
+      return absl::OkStatus();
+    }
     slot.texture = *node;
     record.flags |= kHasTextures;
     return absl::OkStatus();
@@ -70,7 +80,8 @@ absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise
   if (auto s = check_spectrum(spectrum, "index of refraction"); !s.ok()) return s;
   if (spectrum.has_sampled()) {
     const auto& s = spectrum.sampled();
-    eta = dielectric_eta({{s.wavelengths_nm().begin(), s.wavelengths_nm().end()}, {s.values().begin(), s.values().end()}});
+    eta = dielectric_eta(
+        {{s.wavelengths_nm().begin(), s.wavelengths_nm().end()}, {s.values().begin(), s.values().end()}});
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }

@@ -16,8 +16,10 @@ float difference_step(const TextureTable& table, int node) {
   const TextureNode& texture = table.nodes[static_cast<std::size_t>(node)];
   float step = kUsual;
   if (texture.image) {
-    const float texels = std::max(static_cast<float>(texture.image->width) * std::fabs(texture.scale_u),
-                                  static_cast<float>(texture.image->height) * std::fabs(texture.scale_v));
+    const float columns = std::fabs(texture.scale_u) + std::fabs(texture.u_from_v);
+    const float rows = std::fabs(texture.scale_v) + std::fabs(texture.v_from_u);
+    const float texels = std::max(static_cast<float>(texture.image->width) * columns,
+                                  static_cast<float>(texture.image->height) * rows);
     step = std::min(step, kPartOfTexel / std::max(texels, 1.0f));
   }
   for (const std::int32_t input : texture.inputs) {
@@ -96,7 +98,8 @@ absl::Status SceneBuilder::set_kind(const v1::Material& material, MaterialRecord
     case v1::Material::kThinDielectric: return set_thin_dielectric(material.thin_dielectric(), record);
     case v1::Material::kCoatedDiffuse: return set_coat(material.coated_diffuse(), material.name(), record);
     case v1::Material::kPlastic: return set_plastic(material.plastic(), record);
-    case v1::Material::kCoatedConductor: return set_coated_conductor(material.coated_conductor(), material.name(), record);
+    case v1::Material::kCoatedConductor:
+      return set_coated_conductor(material.coated_conductor(), material.name(), record);
     case v1::Material::kHair: return set_hair(material.hair(), record);
     case v1::Material::kPrincipled: return set_principled(material.principled(), record);
     case v1::Material::kDiffuseTransmission: return set_diffuse_transmission(material.diffuse_transmission(), record);

@@ -1,5 +1,6 @@
 #include "render/build/load_scene.h"
 
+#include <algorithm>
 #include <ctime>
 
 #include "absl/strings/str_cat.h"
@@ -39,6 +40,7 @@ class LoadedScene final : public RenderScene {
     if (!accelerator.ok()) return accelerator.status();
     self->accelerator_ = *std::move(accelerator);
     self->tables_.accel = self->accelerator_->scene();
+    std::copy_n(self->accelerator_->bounding_centre(), 3, self->tables_.lights.scene_centre);
     if (auto s = builder.build_light_selection(self->accelerator_->bounding_radius()); !s.ok()) return s;
     return self;
   }
@@ -53,7 +55,9 @@ class LoadedScene final : public RenderScene {
     result.sample_begin = tile.sample_begin, result.sample_end = tile.sample_end;
     result.channels = channels_;
     TileAccumulator film(result);
-    if (!kernel_->render_path(tables_, tile, stop, film, stats, nullptr)) return absl::CancelledError("the tile was stopped");
+    const bool finished = tables_.light_tracing ? kernel_->render_light(tables_, tile, stop, film, stats)
+                                                : kernel_->render_path(tables_, tile, stop, film, stats, nullptr);
+    if (!finished) return absl::CancelledError("the tile was stopped");
     return result;
   }
 

@@ -48,6 +48,12 @@ class SceneBuilder {
   absl::StatusOr<int> texture_input(const v1::SpectrumValue& value, const Rgb& otherwise);
   absl::StatusOr<TextureNode> make_node(const v1::Texture& texture);
   absl::StatusOr<TextureNode> image_node(const v1::ImageTexture& image);
+  absl::Status set_texture_space(const v1::Matrix& texture_from_world, TextureNode& node);
+  absl::Status set_mapping(const v1::UvMapping& mapping, TextureNode& node);
+  absl::Status set_noise(const v1::NoiseTexture& noise, TextureNode& node);
+  absl::Status set_direction(const v1::Point3& world, TextureNode& node) const;
+  /// Replaces a node whose inputs are constants by its value.
+  void fold(TextureNode& node) const;
   absl::StatusOr<int> normal_map_node(const v1::ImageTexture& image);
   std::shared_ptr<const TextureImage>& image_slot(const v1::ImageTexture& image);
 

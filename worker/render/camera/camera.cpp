@@ -1,5 +1,7 @@
 #include "render/camera/camera.h"
 
+#include <cmath>
+
 #include "render/core/affine.h"
 #include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
@@ -75,6 +77,50 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens) 
   if (camera.near_clip > 0) {
     result.origin = result.origin + result.direction * (camera.near_clip * length_per_depth(camera, result.direction));
   }
+  return result;
+}
+
+CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Mask active) {
+  // Camera space: the axes of the camera's frame are orthogonal, but may be scaled.
+  const float* m = camera.render_from_camera.m;
+  const auto along = [&](int axis) {
+    const Vec3 column{Float(m[axis]), Float(m[4 + axis]), Float(m[8 + axis])};
+    return dot(point, column) / length_squared(column);
+  };
+  const Vec3 p{along(0), along(1), along(2)};
+  Vec3 lens{Float(0.0f), Float(0.0f), Float(0.0f)};
+  if (camera.lens_radius > 0) {
+    const Vec2 disk = square_to_disk(u_lens);
+    lens = {disk.x * camera.lens_radius, disk.y * camera.lens_radius, Float(0.0f)};
+  }
+  const Mask in_front = active & (p.z > 0.0f) & (p.z > camera.near_clip);
+  const Float depth = select(in_front, p.z, 1.0f);
+  const float pixel_area = std::abs(camera.scale_x * camera.scale_y);
+  CameraConnection result;
+  Vec2 place;
+  if (camera.kind == CameraKind::kOrthographic) {
+    // With a lens, rays through one film point meet at the focal distance.
+    const Float spread = camera.lens_radius > 0 ? 1.0f - depth * (1 / camera.focal_distance) : Float(1.0f);
+    place = {p.x - lens.x * spread, p.y - lens.y * spread};
+    lens = {lens.x + place.x, lens.y + place.y, Float(0.0f)};
+  } else if (camera.lens_radius > 0) {
+    // Where the ray from the lens meets the plane of focus, seen from the pinhole.
+    const Float t = camera.focal_distance / depth;
+    place = {(lens.x + (p.x - lens.x) * t) * (1 / camera.focal_distance), (lens.y + (p.y - lens.y) * t) * (1 / camera.focal_distance)};
+  } else {
+    place = {p.x / depth, p.y / depth};
+  }
+  result.film = {(place.x - camera.offset_x) * (1 / camera.scale_x), (place.y - camera.offset_y) * (1 / camera.scale_y)};
+  result.lens = transform_vector(camera.render_from_camera, lens);
+  const Vec3 to_point = p - lens;
+  const Float distance_squared = length_squared(to_point);
+  const Float cosine = depth / sqrt(distance_squared);
+  // Orthographic rays through one lens point are parallel; perspective ones cross the plane z = 1 under the cosine.
+  result.importance = camera.kind == CameraKind::kOrthographic ? 1.0f / (cosine * pixel_area)
+                                                               : 1.0f / (distance_squared * cosine * cosine * cosine * pixel_area);
+  result.depth = p.z;
+  result.valid = in_front;
+  if (camera.far_clip > 0) result.valid &= p.z <= camera.far_clip;
   return result;
 }
 

@@ -20,6 +20,7 @@ struct CameraRecord {
   float focal_distance = 1;
   // Depths (along z; distances for cameras that see all around) between which things are seen; far_clip 0: no limit.
   float near_clip = 0, far_clip = 0;
+  std::int32_t width = 1, height = 1;  // of the film, pixels
   std::int32_t medium = -1;  // that the camera stands in
 };
 

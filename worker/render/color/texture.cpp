@@ -1,6 +1,9 @@
 #include "render/color/texture.h"
 
 #include "render/color/image_lookup.h"
+#include "render/color/procedural.h"
+#include "render/core/affine.h"
+#include "render/core/constants.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -11,8 +14,24 @@ constexpr float kLargestCoordinate = 4194304.0f;
 /// Finite, whatever comes in.
 Float tame(Float x) { return clamp(select(x == x, x, 0.0f), -kLargestCoordinate, kLargestCoordinate); }
 
-Vec2 map_uv(const TextureNode& node, Vec2 uv) {
-  return {tame(fma(node.scale_u, uv.x, node.offset_u)), tame(fma(node.scale_v, uv.y, node.offset_v))};
+/// Parameters that follow from the point instead of the surface [pbrt-v4].
+Vec2 projected_uv(const TextureNode& node, const TexturePoint& at) {
+  if (node.source == UvSource::kSurface) return at.uv;
+  const Vec3 p = transform_point(node.texture_from_render, at.p);
+  if (node.source == UvSource::kPlanar) return {p.x, p.y};
+  Float phi = atan2(p.y, p.x);
+  phi = select(phi < 0.0f, phi + 2 * kPi, phi) * (0.5f / kPi);
+  if (node.source == UvSource::kCylindrical) return {phi, p.z};
+  return {atan2(sqrt(sqr(p.x) + sqr(p.y)), p.z) * (1 / kPi), phi};
+}
+
+Vec2 map_uv(const TextureNode& node, const TexturePoint& at) {
+  if (!node.plain_uv) {
+    const Vec2 uv = projected_uv(node, at);
+    return {tame(fma(node.scale_u, uv.x, fma(node.u_from_v, uv.y, node.offset_u))),
+            tame(fma(node.scale_v, uv.y, fma(node.v_from_u, uv.x, node.offset_v)))};
+  }
+  return {tame(fma(node.scale_u, at.uv.x, node.offset_u)), tame(fma(node.scale_v, at.uv.y, node.offset_v))};
 }
 
 Spectrum constant(const TextureNode& node, Mask active) {
@@ -21,24 +40,40 @@ Spectrum constant(const TextureNode& node, Mask active) {
   return result;
 }
 
-Spectrum image(const TextureNode& node, Vec2 uv, Mask active) {
+Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
   const ImageLookup lookup{*node.image, node.wrap, node.channel};
-  const Vec2 st = map_uv(node, uv);
+  const Vec2 st = map_uv(node, at);
   Spectrum value = node.nearest ? lookup.nearest(st, active) : lookup.bilinear(st, active);
   value = value * node.scale;
   if (node.invert) value = max(Spectrum(1.0f) - value, 0.0f);
   return select_or_zero(active, value);
 }
 
-Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
-  const Vec2 st = map_uv(node, at.uv);
-  const Float sum = floor(st.x) + floor(st.y);
-  const Mask odd = sum - 2.0f * floor(sum * 0.5f) != 0.0f;
-  const Mask on_even = and_not(active, odd), on_odd = active & odd;
+/// The first input where `first`, else the second.
+Spectrum either(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask first, Mask active) {
+  const Mask on_first = active & first, on_second = and_not(active, first);
   Spectrum result(0.0f);
-  if (any(on_even)) result = eval_texture(table, node.inputs[0], at, on_even);
-  if (any(on_odd)) result += eval_texture(table, node.inputs[1], at, on_odd);
+  if (any(on_first)) result = eval_texture(table, node.inputs[0], at, on_first);
+  if (any(on_second)) result += eval_texture(table, node.inputs[1], at, on_second);
   return result;
+}
+
+Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
+  Float sum;
+  if (node.solid) {
+    const Vec3 p = transform_point(node.texture_from_render, at.p);
+    sum = floor(tame(p.x)) + floor(tame(p.y)) + floor(tame(p.z));
+  } else {
+    const Vec2 st = map_uv(node, at);
+    sum = floor(st.x) + floor(st.y);
+  }
+  return either(table, node, at, sum - 2.0f * floor(sum * 0.5f) == 0.0f, active);
+}
+
+Spectrum direction_mix(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
+  const Vec3 direction{Float(node.direction[0]), Float(node.direction[1]), Float(node.direction[2])};
+  return lerp(abs(dot(at.n, direction)), eval_texture(table, node.inputs[1], at, active),
+              eval_texture(table, node.inputs[0], at, active));
 }
 
 /// Interpolated over the triangle, or of the whole of it; black on shapes that have no such attribute.
@@ -72,9 +107,15 @@ Spectrum eval_texture(const TextureTable& table, int texture, const TexturePoint
     case TextureKind::kConstant:
       return constant(node, active);
     case TextureKind::kImage:
-      return image(node, at.uv, active);
+      return image(node, at, active);
     case TextureKind::kCheckerboard:
       return checkerboard(table, node, at, active);
+    case TextureKind::kDots:
+      return either(table, node, at, inside_dot(map_uv(node, at)), active);
+    case TextureKind::kNoise:
+      return select_or_zero(active, noise_texture(node, transform_point(node.texture_from_render, at.p)));
+    case TextureKind::kDirectionMix:
+      return direction_mix(table, node, at, active);
     case TextureKind::kMeshAttribute:
       return mesh_attribute(table, node, at, active);
     case TextureKind::kScale:

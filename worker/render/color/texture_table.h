@@ -5,9 +5,26 @@
 #include <memory>
 #include <vector>
 
+#include "render/core/affine_data.h"
+
 namespace tessera::render {
 
-enum class TextureKind : std::int32_t { kConstant, kImage, kCheckerboard, kScale, kMix, kMeshAttribute };
+enum class TextureKind : std::int32_t {
+  kConstant,
+  kImage,
+  kCheckerboard,
+  kScale,
+  kMix,
+  kMeshAttribute,
+  kDots,
+  kNoise,
+  kDirectionMix
+};
+
+enum class NoiseKind : std::int32_t { kFbm, kWrinkled, kWindy, kMarble };
+
+/// Where u and v come from: the surface's own, or the point in texture space.
+enum class UvSource : std::int32_t { kSurface, kSpherical, kCylindrical, kPlanar };
 
 enum class WrapMode : std::int32_t { kRepeat, kClamp, kBlack, kMirror };
 
@@ -36,9 +53,18 @@ struct TextureNode {
   bool invert = false;                    // 1 - value, after scale
   float scale = 1;
   std::int32_t channel = -1;              // -1: RGB; 0..3: that channel, in all components
-  float scale_u = 1, scale_v = 1, offset_u = 0, offset_v = 0;  // kImage, kCheckerboard
+  // kImage, kCheckerboard, kDots: (u', v') = (scale_u u + u_from_v v + offset_u, v_from_u u + scale_v v + offset_v)
+  float scale_u = 1, scale_v = 1, offset_u = 0, offset_v = 0, u_from_v = 0, v_from_u = 0;
+  bool plain_uv = true;                   // the surface's own u and v, not mixed
+  bool solid = false;                     // kCheckerboard over space
+  UvSource source = UvSource::kSurface;
+  Affine texture_from_render;             // of all that look at the point
+  NoiseKind noise = NoiseKind::kFbm;      // kNoise, with `scale`
+  std::int32_t octaves = 8;
+  float roughness = 0.5f, variation = 0.2f;
+  float direction[3] = {0, 1, 0};         // kDirectionMix: render space
   std::int32_t attribute = -1;            // kMeshAttribute: a name, TextureTable::attribute_of_shape
-  // Other nodes: kCheckerboard even, odd; kScale value, factor; kMix a, b, amount
+  // Other nodes: kCheckerboard even, odd; kDots inside, outside; kScale value, factor; kMix a, b, amount; kDirectionMix a, b
   std::int32_t inputs[3] = {-1, -1, -1};
 };
 

@@ -65,6 +65,10 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
   TexturePoint beside_u = at, beside_v = at;
   beside_u.uv.x = beside_u.uv.x + material.bump_step;
   beside_v.uv.y = beside_v.uv.y + material.bump_step;
+  beside_u.p = beside_u.p + s.dpdu * Float(material.bump_step);
+  beside_v.p = beside_v.p + s.dpdv * Float(material.bump_step);
+  beside_u.p = at.p + s.dpdu * Float(material.bump_step);
+  beside_v.p = at.p + s.dpdv * Float(material.bump_step);
   const auto height = [&](const TexturePoint& p) {
     return eval_texture_scalar(scene.textures, material.bump_texture, p, lanes);
   };
@@ -92,24 +96,35 @@ Vec3 bend_normal(const SceneTables& scene, const Surface& surface, Int record, M
   Surface s = surface;
   for_each_distinct(record, bumped, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
-    if (material.normal_texture >= 0) s.ns = select(lanes, mapped_normal(scene, material.normal_texture, s, lanes), s.ns);
+    if (material.normal_texture >= 0)
+      s.ns = select(lanes, mapped_normal(scene, material.normal_texture, s, lanes), s.ns);
     if (material.bump_texture >= 0) s.ns = select(lanes, bump(scene, material, s, lanes), s.ns);
   });
   return s.ns;
 }
 
-void set_frame(const SceneTables& scene, const Surface& surface, Int record, Mask active, MaterialPart& part) {
+/// Bends the normal of bumped lanes; `along` becomes the tangent that goes with the shading normal.
+Vec3 bump_normal(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask bumped, Vec3& along,
+                 MaterialPart& part) {
+  part.ns = surface.ns;
+  along = select(bumped, Frame::from_normal_tangent(surface.ns, along).x, along);
+  Vec3 n = bend_normal(scene, surface, record, bumped);
+  // Facets that wo does not see from the surface's side are seen by their mirror images [Schuessler et al. 2017].
+  const Mask hidden = bumped & (dot(wo, surface.ns) * dot(wo, n) <= 0.0f);
+  n = select(hidden, surface.ns * (2.0f * dot(n, surface.ns)) - n, n);
+  const Float cosine2 = sqr(dot(n, surface.ns));
+  part.bump_alpha2 = min(0.125f * max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-6f), 1.0f);
+  return n;
+}
+
+void set_frame(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask active, MaterialPart& part) {
   if (!scene.any_tangents) {
     part.frame = Frame::from_normal(surface.ns);
     return;
   }
   Vec3 ns = surface.ns, along = surface.dpdu;
   const Mask bumped = active & ((part.flags & kHasBump) != 0);
-  if (any(bumped)) {
-    part.ns = surface.ns;
-    along = select(bumped, Frame::from_normal_tangent(ns, along).x, along);
-    ns = bend_normal(scene, surface, record, bumped);
-  }
+  if (any(bumped)) ns = bump_normal(scene, surface, wo, record, bumped, along, part);
   part.frame = Frame::from_normal(ns);
   const Mask turned = active & ((part.flags & kAnisotropic) != 0);
   if (none(turned)) return;
@@ -118,7 +133,8 @@ void set_frame(const SceneTables& scene, const Surface& surface, Int record, Mas
   part.frame.y = select(turned, tangent.y, part.frame.y);
 }
 
-void load_part(const SceneTables& scene, const Surface& surface, const Route& route, Mask active, MaterialPart& part) {
+void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const Route& route, Mask active,
+               MaterialPart& part) {
   part.material = route.record;
   part.kind = kind_of(scene, route.record, active);
   part.flags = flags_of(scene, route.record, active);
@@ -127,7 +143,7 @@ void load_part(const SceneTables& scene, const Surface& surface, const Route& ro
     part.flags = select(route.mirrored, part.flags & ~std::int32_t{kOneSided}, part.flags);
   }
   load_parameters(scene, surface, route.record, active, part);
-  set_frame(scene, surface, route.record, active, part);
+  set_frame(scene, surface, wo, route.record, active, part);
 }
 
 /// Fills both parts of mixes; of mixes of mixes, one part of each.
@@ -151,9 +167,9 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
       route->turn(scene, behind, mixed);
       route->pick_parts(scene, surface, behind, u, mixed);
     }
-    load_part(scene, surface, second, mixed, at.second);
+    load_part(scene, surface, wo, second, mixed, at.second);
   }
-  load_part(scene, surface, first, active, at);
+  load_part(scene, surface, wo, first, active, at);
   if (none(mixed)) return;
   at.material = whole;
   // Delta is what both are; opacity is that of the mix.
@@ -172,6 +188,15 @@ Mask scatters(const MaterialPart& part, Vec3 lo, Vec3 wi, Float li_z, Mask activ
   return active;
 }
 
+/// Part of the light from wi that the bumps themselves do not shadow [Estevez et al. 2019]: without it bent normals
+/// show a hard terminator. 1 where nothing is bent.
+Float unshadowed(const MaterialPart& part, Vec3 wi) {
+  const Float cosine2 = sqr(dot(wi, part.ns));
+  const Float tangent2 = max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-12f);
+  const Float factor = 2.0f / (1.0f + sqrt(fma(part.bump_alpha2, tangent2, Float(1.0f))));
+  return select((part.flags & kHasBump) != 0, factor, 1.0f);
+}
+
 BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
   const Vec3 lo = part.frame.to_local(wo), li = part.frame.to_local(wi);
   const Mask scattering = scatters(part, lo, wi, li.z, active);
@@ -181,6 +206,7 @@ BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
     result.f_cos = select(lanes, one.f_cos, result.f_cos);
     result.pdf = select(lanes, one.pdf, result.pdf);
   });
+  if (part.params.some_flags & kHasBump) result.f_cos *= unshadowed(part, wi);
   return result;
 }
 
@@ -200,6 +226,7 @@ BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, 
   const Float li_z = result.wi.z;
   result.wi = part.frame.to_world(result.wi);
   result.valid = scatters(part, lo, result.wi, li_z, result.valid);
+  if (part.params.some_flags & kHasBump) result.weight *= unshadowed(part, result.wi);
   return result;
 }
 
@@ -242,7 +269,7 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
   if (scene.any_mix) {
     interact_mixed(scene, surface, wo, u, active, at);
   } else {
-    load_part(scene, surface, Route{surface.material}, active, at);
+    load_part(scene, surface, wo, Route{surface.material}, active, at);
   }
 }
 
@@ -262,7 +289,8 @@ BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mas
 
   // One part, with what is left of u_lobe.
   const Mask second = mixed & (u_lobe < at.amount);
-  const Float rest = select(second, u_lobe / max(at.amount, 1e-30f), (u_lobe - at.amount) / max(1.0f - at.amount, 1e-30f));
+  const Float rest =
+      select(second, u_lobe / max(at.amount, 1e-30f), (u_lobe - at.amount) / max(1.0f - at.amount, 1e-30f));
   u_lobe = select(mixed, clamp(rest, 0.0f, kOneMinusEpsilon), u_lobe);
   BsdfSample result = sample_part(at, wo, u_lobe, u, and_not(active, second));
   weigh_other_part(at, at.second, wo, 1.0f - at.amount, and_not(mixed, second), result);

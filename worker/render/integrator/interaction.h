@@ -1,5 +1,5 @@
-// From a surface point to a BSDF with its parameters: sides and mixes resolved, textures looked up, normals bent. Shared
-// by all integrators.
+// From a surface point to a BSDF with its parameters: sides and mixes resolved, textures looked up, normals bent.
+// Shared by all integrators.
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -15,7 +15,9 @@ struct MaterialPart {
   Int flags;     // MaterialFlags
   BsdfParams params;
   Frame frame;  // shading frame, z on the side of the geometric normal before bump and normal maps
-  Vec3 ns;      // shading normal before those; only with kHasBump
+  // With kHasBump only
+  Vec3 ns;            // shading normal before those
+  Float bump_alpha2;  // squared roughness of a surface that is tilted as much as the bent normal
 };
 
 /// What scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed the first part

@@ -19,6 +19,9 @@ struct Kernel {
   /// Renders a tile on the calling thread; false when stopped. Rays are recorded where `log` is not null.
   bool (*render_path)(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                       RenderStats& stats, RayLog* log);
+  /// As render_path, by light tracing: the unit's pixels gather what lands on them of paths over the whole film.
+  bool (*render_light)(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
+                       RenderStats& stats);
   /// Traces the rays of a log again, with no shading; returns how many met something.
   std::uint64_t (*replay_rays)(RTCScene scene, const RayLog& log);
 };

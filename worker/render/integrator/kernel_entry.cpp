@@ -6,6 +6,7 @@
 #include "render/accel/replay.h"
 #include "render/accel/sdf.h"
 #include "render/integrator/kernel.h"
+#include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
 
 #define TESSERA_STRING2(x) #x
@@ -16,12 +17,18 @@ namespace {
 
 bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                  RenderStats& stats, RayLog* log) {
-  const auto wavefront = std::make_unique<Wavefront>(scene, tile, film, stats, log);
+  const auto wavefront = std::make_unique<Wavefront>(scene, tile, film, stats, log, scene.max_depth);
   return wavefront->render(stop);
 }
 
+bool render_light(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
+                  RenderStats& stats) {
+  const auto tracer = std::make_unique<LightTracer>(scene, tile, film, stats);
+  return tracer->render(stop);
+}
+
 constexpr Kernel kKernel{
-    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha}, &render_path, &replay_rays};
+    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha}, &render_path, &render_light, &replay_rays};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

@@ -51,7 +51,8 @@ void load_extended(const SceneTables& scene, const TexturePoint& at, Int record,
     return gather(base + (&member - base), index * kExtendedStride, lanes);
   };
   for (int i = 0; i < kExtendedSpectra; ++i) {
-    for (int c = 0; c < kSpectrumLanes; ++c) params.extended_spectra[i].c[c] = constant_at(records->spectra[i].value[c]);
+    for (int c = 0; c < kSpectrumLanes; ++c)
+      params.extended_spectra[i].c[c] = constant_at(records->spectra[i].value[c]);
   }
   for (int i = 0; i < kExtendedScalars; ++i) params.extended[i] = constant_at(records->scalars[i].value);
 

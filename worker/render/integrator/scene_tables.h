@@ -38,6 +38,7 @@ struct SceneTables {
   bool any_opacity = false;    // some material lets part of the light straight through
   // Paths look for media and for surfaces that light passes without being scattered.
   bool volumetric = false;
+  bool light_tracing = false;  // paths start from lights
   RTCScene accel = nullptr;
 };
 

@@ -29,13 +29,7 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
   return factor;
 }
 
-/// Where on its surface a sample of an area light lies.
-TexturePoint sampled_point(const LightTable& table, Int light, const LightSample& s, Vec3 reference, Mask lanes) {
-  const auto field = [&](std::int32_t LightRecord::*member) { return gather_member(table.lights.data(), member, light, lanes); };
-  const Hit hit{Float(0.0f), s.barycentric.x, s.barycentric.y, field(&LightRecord::primitive), field(&LightRecord::shape), Int(-1)};
-  // Quadrics are found again from a point near them.
-  return texture_point(surface_at(*table.shapes, hit, reference + s.wi * s.distance, s.wi, lanes, false));
-}
+
 
 }  // namespace
 
@@ -53,15 +47,22 @@ LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec
     result = select(lanes, one, result);
   });
   if (table.any_textures) {
-    const Int shape = gather_member(table.lights.data(), &LightRecord::shape, light, active);
-    const Int texture = gather_member(table.lights.data(), &LightRecord::texture, light, active);
-    const Mask textured = result.valid & active & (shape >= 0) & (texture >= 0);
-    if (any(textured)) {
-      const TexturePoint at = sampled_point(table, light, result, reference, textured);
-      result.radiance = select(textured, result.radiance * texture_factor(table, light, at, textured), result.radiance);
-    }
+    const Vec3 point = reference + result.wi * result.distance;
+    const Mask lit = result.valid & active;
+    result.radiance = select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);
   }
   return result;
+}
+
+Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active) {
+  const auto field = [&](std::int32_t LightRecord::*member) { return gather_member(table.lights.data(), member, light, active); };
+  const Int shape = field(&LightRecord::shape);
+  const Mask textured = active & (shape >= 0) & (field(&LightRecord::texture) >= 0);
+  if (none(textured)) return Spectrum(1.0f);
+  // Quadrics are found again from a point near them.
+  const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive), shape, Int(-1)};
+  const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
+  return texture_factor(table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)), textured);
 }
 
 Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {

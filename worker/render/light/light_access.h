@@ -52,6 +52,9 @@ TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSampl
           {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)}};
 }
 
+/// The texture of area lights at points of their surfaces, 1 for lights that have none.
+Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
+
 /// Of shadow rays to lights at infinity: beyond any scene, and finite when squared.
 inline constexpr float kInfiniteDistance = 1e18f;
 

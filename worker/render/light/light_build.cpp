@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "render/light/environment.h"
@@ -161,10 +162,28 @@ double light_power(const LightTable& table, const LightRecord& light) {
   return 0;
 }
 
-AliasTable selection_by_power(const LightTable& table) {
-  std::vector<double> weights;
-  weights.reserve(table.lights.size());
-  for (const LightRecord& light : table.lights) weights.push_back(light_power(table, light));
+AliasTable selection_of_lights(const LightTable& table) {
+  // Half of the choices by power, half evenly among emitters: power alone starves a lamp beside a bright sky, whose
+  // power grows with the scene's size.
+  std::vector<double> power;
+  std::map<std::pair<std::int32_t, std::size_t>, double> emitters;  // a shape, or a light without one
+  const auto emitter_of = [&](std::size_t i) {
+    const std::int32_t shape = table.lights[i].shape;
+    return std::pair{shape, shape >= 0 ? std::size_t{0} : i};
+  };
+  double total = 0;
+  for (std::size_t i = 0; i < table.lights.size(); ++i) {
+    const double own = light_power(table, table.lights[i]);
+    power.push_back(std::isfinite(own) && own > 0 ? own : 0);
+    total += power.back();
+    emitters[emitter_of(i)] += power.back();
+  }
+  const auto shining = static_cast<double>(
+      std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
+  std::vector<double> weights(power.size(), 0);
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    if (power[i] > 0) weights[i] = 0.5 * power[i] / total + 0.5 / shining * power[i] / emitters[emitter_of(i)];
+  }
   return AliasTable::build(weights);
 }
 

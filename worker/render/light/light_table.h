@@ -64,10 +64,11 @@ struct LightTable {
   std::vector<LightRecord> lights;
   std::vector<Environment> environments;
   std::vector<std::int32_t> infinite_lights;  // indices of the kInfinite lights
-  AliasTable selection;                       // over lights, by power
+  AliasTable selection;                       // over lights
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
   bool any_textures = false;                  // some light has one
+  float scene_centre[3] = {0, 0, 0};  // render space
   float scene_radius = 1;  // of a sphere about the scene's bounds, render-space units
 };
 

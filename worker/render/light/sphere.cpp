@@ -1,6 +1,6 @@
 #include "render/light/light_access.h"
 #include "render/light/models.h"
-#include "render/light/quadric_access.h"
+#include "render/light/area_point.h"
 #include "render/sampling/warp.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -56,43 +56,14 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   return s;
 }
 
-/// Density by area of a point of the quadric that is chosen uniformly by area in its object space. `n` is the unit
-/// normal there, in object space; areas scale by |det M| |M^-T n|.
-Float area_density(const QuadricLanes& quadric, const WideAffine& render_from_object,
-                   const WideAffine& object_from_render, Vec3 n) {
-  const Float radius = quadric.field(&QuadricRecord::radius);
-  const Float object_area = radius * quadric.field(&QuadricRecord::phi_max) *
-                            (quadric.field(&QuadricRecord::z_max) - quadric.field(&QuadricRecord::z_min));
-  const auto& m = render_from_object.m;
-  const Float determinant = dot(Vec3{m[0], m[1], m[2]}, cross({m[4], m[5], m[6]}, {m[8], m[9], m[10]}));
-  return 1.0f / (object_area * abs(determinant) * length(transform_normal(object_from_render, n)));
-}
-
-/// Samples the surface: from inside, and spheres that are cut or squeezed [Archimedes: area is uniform in z].
+/// Samples the surface: from inside, and spheres that are cut or squeezed.
 LightSample sample_surface(const LightLanes& lanes, Vec3 reference, Vec2 u) {
-  const QuadricLanes quadric(lanes);
-  const Float radius = quadric.field(&QuadricRecord::radius);
-  const Float z = lerp(u.x, quadric.field(&QuadricRecord::z_min), quadric.field(&QuadricRecord::z_max));
-  const Float r = safe_sqrt((radius - z) * (radius + z));
-  const Float phi = u.y * quadric.field(&QuadricRecord::phi_max);
-  const Vec3 in_object = {r * cos(phi), r * sin(phi), z};
-
-  const WideAffine render_from_object = quadric.affine(&QuadricRecord::render_from_object);
-  const WideAffine object_from_render = quadric.affine(&QuadricRecord::object_from_render);
-  const Vec3 n = in_object * (1.0f / radius);
-  const Vec3 normal = normalize(transform_normal(object_from_render, n));
-  const Float extent = max_abs(transform_vector(render_from_object, {radius, radius, radius}));
-  return sample_from_point(lanes, reference, transform_point(render_from_object, in_object), quadric.front(normal),
-                           area_density(quadric, render_from_object, object_from_render, n), extent);
+  const AreaPoint at = sample_sphere_area(lanes, u);
+  return sample_from_point(lanes, reference, at.point, at.normal, at.density, at.extent);
 }
 
 Float surface_pdf(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal) {
-  const QuadricLanes quadric(lanes);
-  const WideAffine object_from_render = quadric.affine(&QuadricRecord::object_from_render);
-  const Vec3 n = normalize(transform_point(object_from_render, point));
-  const Float density =
-      area_density(quadric, quadric.affine(&QuadricRecord::render_from_object), object_from_render, n);
-  return pdf_from_point(lanes, reference, wi, point, normal, density);
+  return pdf_from_point(lanes, reference, wi, point, normal, sphere_area_density(lanes, point));
 }
 
 /// A sphere: its solid angle is sampled uniformly from outside, else its surface.

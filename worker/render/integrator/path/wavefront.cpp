@@ -30,12 +30,13 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
 }
 
 Wavefront::Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats,
-                     RayLog* log)
+                     RayLog* log, std::int32_t max_depth)
     : scene_(scene),
       tile_(tile),
       film_(film),
       stats_(stats),
       log_(log),
+      max_depth_(max_depth),
       order_(z_order(tile.x1 - tile.x0, tile.y1 - tile.y0)) {}
 
 bool Wavefront::render(std::stop_token stop) {

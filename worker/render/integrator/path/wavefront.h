@@ -16,7 +16,8 @@ namespace tessera::render::TESSERA_ISA {
 
 class Wavefront {
  public:
-  Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log);
+  Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log,
+            std::int32_t max_depth);
 
   /// All samples of the tile; false when stopped before the end.
   bool render(std::stop_token stop);
@@ -57,6 +58,7 @@ class Wavefront {
   FilmSink& film_;
   RenderStats& stats_;
   RayLog* const log_;  // null: nothing is recorded
+  const std::int32_t max_depth_;  // scattering events on a path
   std::vector<std::uint32_t> order_;  // the tile's pixels along a Z-order curve
   int alive_ = 0;
   PathState paths_;
