@@ -96,7 +96,7 @@ class BsdfCase {
         extended_(std::move(extended)) {
     scalars_.resize(render::kMaterialScalars);
     extended_.resize(render::kExtendedScalars);
-    if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], table_);
+    if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], 0, table_);
     if (kind == render::BsdfKind::kPlastic) {
       const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
       const double alpha = scalars_[0] < 1e-3f ? 0 : scalars_[0];

@@ -3,7 +3,6 @@
 #include <google/protobuf/text_format.h>
 
 #include <fstream>
-#include <map>
 #include <sstream>
 
 #include "absl/strings/str_cat.h"
@@ -57,16 +56,19 @@ absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec 
   return LoadedFile{std::move(job), *std::move(scene)};
 }
 
-absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, v1::JobSpec job, const std::string& isa) {
+absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, v1::JobSpec job, const std::string& isa,
+                                           const TestBlobs& blobs) {
   v1::Scene scene;
   if (!google::protobuf::TextFormat::ParseFromString(text, &scene)) {
     return absl::InvalidArgumentError("the scene's text does not parse");
   }
   resolve(scene, job);
-  const auto no_blobs = [](const std::string& digest) -> absl::StatusOr<render::BlobBytes> {
-    return absl::NotFoundError(absl::StrCat("blob ", digest));
+  const auto source = [&](const std::string& digest) -> absl::StatusOr<render::BlobBytes> {
+    const auto it = blobs.find(digest);
+    if (it == blobs.end()) return absl::NotFoundError(absl::StrCat("blob ", digest));
+    return render::BlobBytes{it->second, nullptr};
   };
-  auto loaded = render::load_scene(scene, job, no_blobs, {isa, 1});
+  auto loaded = render::load_scene(scene, job, source, {isa, 1});
   if (!loaded.ok()) return loaded.status();
   return LoadedFile{std::move(job), *std::move(loaded)};
 }

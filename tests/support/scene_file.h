@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -21,7 +22,11 @@ struct LoadedFile {
 absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec job, const std::string& isa,
                                            int threads, const std::function<void(v1::Scene&)>& edit = {});
 
-/// A scene given as text (a v1::Scene in protobuf's text form), without blobs.
-absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, v1::JobSpec job, const std::string& isa);
+/// Bytes of blobs by the names that stand for their digests.
+using TestBlobs = std::map<std::string, std::string>;
+
+/// A scene given as text (a v1::Scene in protobuf's text form).
+absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, v1::JobSpec job, const std::string& isa,
+                                           const TestBlobs& blobs = {});
 
 }  // namespace tessera::test

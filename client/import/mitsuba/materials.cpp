@@ -133,6 +133,7 @@ std::string MaterialTable::write_bump_map(PropertyReader& reader, Wrapping wrapp
     height.set_texture(textures_.use(*texture, TextureRole::kScalar));
     v1::SpectrumValue factor;
     *factor.mutable_constant() = constant_spectrum(scale);
+    wrapping.fields.set_bends_softly(true);
     wrapping.fields.mutable_displacement()->set_texture(scale == 1 ? height.texture()
                                                                    : textures_.add_product(height, factor));
   }
@@ -148,6 +149,7 @@ std::string MaterialTable::write_normal_map(PropertyReader& reader, Wrapping wra
     reader.warn("a normalmap inside a normalmap is left out");
   } else if (std::optional<v1::ImageTexture> image = textures_.normal_map(*texture)) {
     *wrapping.fields.mutable_normal_map() = *std::move(image);
+    wrapping.fields.set_bends_softly(true);
   }
   return use_only_child(reader, wrapping);
 }

@@ -54,9 +54,9 @@ std::optional<LightImage> decode(Context& context, ParameterList& parameters, co
   return std::nullopt;
 }
 
-/// The texture of an image on a light, read as pbrt-v4 does: each texel a square. Its name, or "" after an error.
-std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters,
-                          const std::string& file) {
+/// The texture of an image on a light; `filter` is pbrt-v4's for its kind. Its name, or "" after an error.
+std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters, const std::string& file,
+                          v1::ImageTexture::Filter filter) {
   absl::StatusOr<v1::BlobRef> blob = context.blobs.add_file(context.resolve(file), file);
   if (!blob.ok()) {
     context.diagnostics.error(parameters.where(),
@@ -67,7 +67,7 @@ std::string light_texture(Context& context, TextureTable& textures, ParameterLis
   v1::ImageTexture& image = *texture.mutable_image();
   *image.mutable_image() = *std::move(blob);
   image.set_wrap(v1::ImageTexture::CLAMP);
-  image.set_filter(v1::ImageTexture::NEAREST);
+  image.set_filter(filter);
   return textures.add(file, std::move(texture));
 }
 
@@ -104,7 +104,7 @@ void write_projection(LightInput& in, v1::Light& light) {
   *projection.mutable_intensity() = rgb_spectrum({1, 1, 1});
   projection.set_fov_degrees(static_cast<float>(fov));
   if (aspect != 1) projection.set_aspect(static_cast<float>(aspect));
-  projection.set_texture(light_texture(in.context, in.textures, in.parameters, file));
+  projection.set_texture(light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   // pbrt's image has its left upper corner at smallest x and largest y, ours at the opposite.
   write_matrix(in.world_from_light * scaling(-1, -1, 1), *projection.mutable_world_from_light());
   if (power > 0) in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
@@ -129,7 +129,7 @@ void write_goniometric(LightInput& in, v1::Light& light) {
       for (int x = 0; x < image->width; ++x) sum += image->mean_of_channels(x, y);
     }
     mean = sum / (static_cast<double>(image->width) * image->height);
-    goniometric.set_texture(light_texture(in.context, in.textures, in.parameters, file));
+    goniometric.set_texture(light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   }
   // Its map has y and z the other way round.
   Transform swap_yz;
@@ -287,7 +287,7 @@ std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& te
     if (parameters.has("L")) {
       context.diagnostics.error(parameters.where(), "area light: expected either \"L\" or \"filename\"");
     }
-    result.light.set_texture(light_texture(context, textures, parameters, file));
+    result.light.set_texture(light_texture(context, textures, parameters, file, v1::ImageTexture::BILINEAR));
     if (result.power > 0) {
       const std::optional<LightImage> image = decode(context, parameters, file);
       if (!image) return std::nullopt;

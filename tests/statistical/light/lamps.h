@@ -151,7 +151,10 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
     if (kind == ShapeKind::kDisk) {
       roots = {(quadric.height - oo.z) / od.z};
     } else {
-      const double a = dot(od, od), b = dot(oo, od), c = dot(oo, oo) - double{quadric.radius} * quadric.radius;
+      // A cylinder is a sphere of the plane across its axis.
+      const double along = kind == ShapeKind::kCylinder ? 0 : 1;
+      const Point co{oo.x, oo.y, oo.z * along}, cd{od.x, od.y, od.z * along};
+      const double a = dot(cd, cd), b = dot(co, cd), c = dot(co, co) - double{quadric.radius} * quadric.radius;
       const double root = b * b - a * c;
       if (root >= 0) roots = {(-b - std::sqrt(root)) / a, (-b + std::sqrt(root)) / a};
     }
@@ -164,7 +167,8 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
       const bool inside = kind == ShapeKind::kDisk ? r <= quadric.radius && r >= quadric.inner_radius
                                                    : p.z >= quadric.z_min && p.z <= quadric.z_max;
       if (!(t > 0) || !inside || phi > quadric.phi_max) continue;
-      const Point n = unit(object_from_render.transposed(kind == ShapeKind::kDisk ? Point{0, 0, 1} : p));
+      const Point in_object = kind == ShapeKind::kDisk ? Point{0, 0, 1} : kind == ShapeKind::kCylinder ? Point{p.x, p.y, 0} : p;
+      const Point n = unit(object_from_render.transposed(in_object));
       hits.push_back({t, o + d * t, flipped ? n * -1 : n});
     }
     return hits;
@@ -192,6 +196,16 @@ inline Lamp environment_lamp(std::string name, Environment environment) {
   lamp.table.lights = {record};
   lamp.table.infinite_lights = {0};
   return lamp;
+}
+
+/// Light through the parallelogram of `corner` and two sides only, to the side of their cross product.
+inline Environment through_portal(Environment environment, Point corner, Point side_u, Point side_v) {
+  std::size_t i = 0;
+  for (const Point p : {corner, side_u, side_v}) {
+    for (const double x : {p.x, p.y, p.z}) environment.portal[i++] = static_cast<float>(x);
+  }
+  environment.portal_area = static_cast<float>(length(cross(side_u, side_v)));
+  return environment;
 }
 
 /// Random texels over four orders of magnitude, a quarter of them black.

@@ -196,6 +196,86 @@ TEST(LightIrradiance, UniformEnvironment) {
   }
 }
 
+TEST(LightIrradiance, ThroughAPortal) {
+  // The rectangle of the test "Quad", as a window onto a sky of radiance 1.
+  const double a = 1.5, b = 0.7, h = 1.2;
+  const double x = a / h, y = b / h, rx = std::sqrt(1 + x * x), ry = std::sqrt(1 + y * y);
+  const double factor = (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry)) / (2 * kPi64);
+  const Environment sky = *build_environment({}, EnvironmentMapping::kUniform, 1, placed({0, 0, 0}).affine());
+  const Lamp down = environment_lamp("window", through_portal(sky, {0, 0, h}, {0, b, 0}, {a, 0, 0}));
+  expect_irradiance(irradiance(down, {0, 0, 0}, {0, 0, 1}), kPi64 * factor);
+  expect_irradiance(irradiance(down, {0, 0, 2 * h}, {0, 0, -1}), 0);
+  // What a direction sees agrees with what is sampled.
+  const auto seen = [&](Point from, Point w) { return environment_radiance(down.table, 0, wide(from), wide(unit(w)), Mask::all()).c[1].lane(0); };
+  EXPECT_EQ(seen({0, 0, 0}, {0.5, 0.3, h}), kLampRadiance[1]);
+  EXPECT_EQ(seen({0, 0, 0}, {-0.01, 0.3, h}), 0);
+  EXPECT_EQ(seen({0, 0, 0}, {0.5, 0.71, h}), 0);
+  EXPECT_EQ(seen({0, 0, 2 * h}, {0.5, 0.3, -h}), 0);
+  EXPECT_EQ(seen({0, 0, 2 * h}, {0.5, 0.3, h}), 0);
+}
+
+TEST(LightIrradiance, Cylinder) {
+  // From the middle of its axis, a wall of radius r from -h to h is seen under elevations up to atan(h / r); a surface
+  // across the axis gets pi sin^2 of it, here from above only.
+  QuadricRecord q;
+  q.radius = 0.8f;
+  q.z_min = -0.6f;
+  q.z_max = 0.6f;
+  const Map at = placed({1, 2, 3});
+  const Lamp wall = quadric_lamp("wall", ShapeKind::kCylinder, q, at, true, false);
+  const double sine2 = 0.36 / (0.36 + 0.64);
+  // A patch facing along the axis: integral of sin(elevation) cos(elevation) over azimuths and elevations.
+  expect_irradiance(irradiance(wall, {1, 2, 3}, at.vector({0, 0, 1})), kPi64 * sine2);
+}
+
+TEST(LightIrradiance, ProjectionAndGoniometric) {
+  LightRecord record;
+  record.kind = LightKind::kProjection;
+  record.position[2] = 2;
+  // Down: light space has z = -z, x = x, y = -y.
+  record.vertices[0] = 1, record.vertices[4] = -1, record.vertices[8] = -1;
+  record.tan_x = 0.8f;
+  record.tan_y = 0.5f;
+  record.profile = kEvenScreen;
+  const Lamp even = delta_lamp(record);
+  // The same all over the screen, and nothing beside it.
+  for (const Point at : {Point{0, 0, 0}, Point{1.5, -0.9, 0}, Point{-0.3, 0.99, 0}}) {
+    expect_irradiance(irradiance(even, at, {0, 0, 1}, 16), 0.25);
+  }
+  expect_irradiance(irradiance(even, {1.61, 0, 0}, {0, 0, 1}, 16), 0);
+  expect_irradiance(irradiance(even, {0, 1.01, 0}, {0, 0, 1}, 16), 0);
+  expect_irradiance(irradiance(even, {0, 0, 4}, {0, 0, -1}, 16), 0);
+  // Plain: as a point light within the picture.
+  record.profile = kPlainProfile;
+  const Lamp plain = delta_lamp(record);
+  record.kind = LightKind::kPoint;
+  const Lamp point = delta_lamp(record);
+  record.kind = LightKind::kGoniometric;
+  const Lamp goniometric = delta_lamp(record);
+  for (const Point at : {Point{0, 0, 0}, Point{1.5, -0.9, 0}}) {
+    const Estimate expected = irradiance(point, at, {0, 0, 1}, 16);
+    expect_irradiance(irradiance(plain, at, {0, 0, 1}, 16), expected.mean);
+    expect_irradiance(irradiance(goniometric, at, {0, 0, 1}, 16), expected.mean);
+  }
+}
+
+TEST(LightIrradiance, LinearSpot) {
+  LightRecord record;
+  record.kind = LightKind::kSpot;
+  record.position[2] = 2;
+  record.direction[2] = -1;
+  record.profile = kLinearAngle;
+  record.cos_outer = std::cos(0.8f);
+  record.cos_inner = std::cos(0.3f);
+  const Lamp spot = delta_lamp(record);
+  for (const auto& [angle, part] : {std::pair{0.0, 1.0}, {0.29, 1.0}, {0.55, 0.5}, {0.7, 0.2}, {0.81, 0.0}}) {
+    const double cosine = std::cos(angle);
+    const Estimate e = irradiance(spot, {2 * std::tan(angle), 0, 0}, {0, 0, 1}, 16);
+    // acos of a float cosine near 1 is off by 1e-7 / sin(0.3).
+    EXPECT_NEAR(e.mean[0] / (kLampRadiance[0] * cosine * cosine * cosine / 4), part, 5e-6) << angle;
+  }
+}
+
 TEST(LightIrradiance, SmallBrightSpotInAnEnvironment) {
   // A sun of one texel in 128 x 128, 10^6 times brighter than the sky: its solid angle is 4 pi / 128^2.
   constexpr int kSize = 128, kX = 80, kY = 50;

@@ -131,7 +131,7 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   scene_.any_tangents = true;
   scene_.materials.materials = {diffuse(1)};
   MaterialRecord& bumpy = scene_.materials.materials[0];
-  bumpy.flags |= kHasBump;
+  bumpy.flags |= kHasBump | kBendsSoftly;
   bumpy.bump_texture = 0;
   bumpy.bump_step = 1.0f / 64;
 
@@ -148,6 +148,10 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   // Light from below the surface does not get through, though it is above the bent one.
   const Vec3 grazing = unit(-1, 0, -0.1f);
   EXPECT_EQ(f_cos(above_, grazing), 0);
+
+  // pbrt's bumps only bend the normal.
+  bumpy.flags &= ~kBendsSoftly;
+  EXPECT_NEAR(f_cos(above_, above2_), cosine / 3.14159265f, 1e-5f);
 }
 
 }  // namespace

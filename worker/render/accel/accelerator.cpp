@@ -113,7 +113,15 @@ void Accelerator::attach_instance(std::int32_t index, const ShapeTable& table) {
   const InstanceRecord& instance = table.instances[index];
   RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, objects_[instance.object]);
-  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance.render_from_instance.m);
+  if (instance.segments == 0) {
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance.render_from_instance.m);
+  } else {
+    rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(instance.segments) + 1);
+    for (std::int32_t k = 0; k <= instance.segments; ++k) {
+      const Affine& step = table.motion_steps[static_cast<std::size_t>(instance.first_step + k)];
+      rtcSetGeometryTransform(geometry, static_cast<unsigned>(k), RTC_FORMAT_FLOAT3X4_ROW_MAJOR, step.m);
+    }
+  }
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(world_, geometry, static_cast<unsigned>(table.shapes.size()) + static_cast<unsigned>(index));
   rtcReleaseGeometry(geometry);

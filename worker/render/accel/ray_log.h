@@ -1,4 +1,5 @@
-// Rays as they were traced, for measuring how fast they could be traced with no shading at all.
+// Rays as they were traced, for measuring how fast they could be traced with no shading at all. Their times are not kept: of
+// what moves, it is traced where it is when the shutter opens.
 #pragma once
 
 #include <cstddef>

@@ -87,17 +87,19 @@ auto solver(const void* user_pointer, unsigned primitive) {
     const Vec3 o = scaled(transform_point(grid.object_from_render, rays.o), scale) - voxel_position(grid, lower);
     const Vec3 d = scaled(transform_vector(grid.object_from_render, rays.d), scale);
 
-    // The part of the ray within the voxel.
+    // The part of the ray within the voxel, and as much around it as the coordinates may be off by: a root on a face that
+    // rounding puts outside of both voxels would be a hole. Beyond its voxel the field goes on smoothly.
+    const Float slack = (1.0f + max(max(abs(o.x), abs(o.y)), abs(o.z))) * 0x1p-21f;
     Float begin = rays.t_near, end = rays.t_far;
     Mask meets = rays.active;
     const Float from[3] = {o.x, o.y, o.z}, along[3] = {d.x, d.y, d.z};
     for (int a = 0; a < 3; ++a) {
       const Mask moves = abs(along[a]) > 1e-25f;
       const Float inverse = 1.0f / select(moves, along[a], 1.0f);
-      const Float t0 = -from[a] * inverse, t1 = (1.0f - from[a]) * inverse;
+      const Float t0 = (-slack - from[a]) * inverse, t1 = (1.0f + slack - from[a]) * inverse;
       begin = select(moves, max(begin, min(t0, t1)), begin);
       end = select(moves, min(end, max(t0, t1)), end);
-      meets &= moves | ((from[a] >= 0.0f) & (from[a] <= 1.0f));
+      meets &= moves | ((from[a] >= -slack) & (from[a] <= 1.0f + slack));
     }
     meets &= begin < end;
     if (none(meets)) return Float(-1.0f);

@@ -42,7 +42,11 @@ void load_rays(const RayArrays& rays, int first, RayPacket& packet) {
   copy(rays.dy + first, packet.dir_y);
   copy(rays.dz + first, packet.dir_z);
   fill(0.0f, packet.tnear);
-  fill(0.0f, packet.time);
+  if (rays.time) {
+    copy(rays.time + first, packet.time);
+  } else {
+    fill(0.0f, packet.time);
+  }
   fill(0xffffffffu, packet.mask);
   fill(0u, packet.id);
   fill(0u, packet.flags);
@@ -94,7 +98,7 @@ void trace_shadow(RTCScene scene, const RayArrays& rays, int n, float* distance_
     stream.dir_y = const_cast<float*>(rays.dy) + first;
     stream.dir_z = const_cast<float*>(rays.dz) + first;
     stream.tnear = zero;
-    stream.time = zero;
+    stream.time = rays.time ? const_cast<float*>(rays.time) + first : zero;
     stream.tfar = distance_in_blocked_out + first;
     stream.mask = all;
     stream.id = none;

@@ -7,6 +7,7 @@
 //     Mask smooth;
 //     bool any_rough() const;
 //     Float transmittance(Vec3 w) const;                    // T(w)
+//     Float reflectance(Vec3 w) const;                      // of the coat, not all of the rest where it absorbs
 //     Float internal;                                       // R
 //     Float one_minus_colour(Float rho) const;              // 1 - rho R, or what stands for it
 //     Spectrum tinted(const BsdfParams&, Spectrum) const;   // light that the coat reflected
@@ -30,7 +31,7 @@ struct CoatLobes {
   template <class Coat>
   TESSERA_INLINE CoatLobes(const BsdfParams& params, const Coat& coat_energy, Vec3 wo) {
     const Float transmitted = coat_energy.transmittance(wo);
-    fresnel_o = 1.0f - transmitted;
+    fresnel_o = coat_energy.reflectance(wo);
     const Spectrum rho = clamp(params.spectra[0], 0.0f, 1.0f);
     const Float factor = transmitted / sqr(coat_energy.eta);
     for (int i = 0; i < kSpectrumLanes; ++i) {

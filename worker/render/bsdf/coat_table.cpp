@@ -64,26 +64,49 @@ double internal_reflectance(double alpha, double eta) {
          diffuse_mean(alpha, 1 / eta, [](BoundaryEnergy e) { return 1 - e.reflected - e.transmitted; });
 }
 
+/// By how much absorption on the way up and down again takes from R_int, as far as it is known of a smooth coat.
+double internal_attenuation(double eta, double thickness) {
+  if (thickness <= 0) return 1;
+  constexpr int kSteps = 2048;
+  double whole = 0, left = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double cosine = (i + 0.5) / kSteps;
+    const double reflected = cosine * boundary_energy(cosine, {0.0}, 1 / eta).reflected;
+    whole += reflected;
+    left += reflected * std::exp(-2 * thickness / cosine);
+  }
+  return whole > 0 ? left / whole : 1;
+}
+
+/// What is left of light that the coat let in along `cosine` when it comes to the base.
+double attenuation(double cosine, double eta, double thickness) {
+  const double inside2 = 1 - (1 - sqr(cosine)) / sqr(eta);
+  return inside2 > 0 ? std::exp(-thickness / std::sqrt(inside2)) : 0;
+}
+
 }  // namespace
 
-std::int32_t append_coat_table(float eta, MaterialTable& table) {
+std::int32_t append_coat_table(float eta, float thickness, MaterialTable& table) {
   std::vector<float>& tables = table.coat_tables;
   for (const std::int32_t offset : table.coat_offsets) {
-    if (tables[static_cast<std::size_t>(offset + kCoatEta)] == eta) return offset;
+    const float* known = tables.data() + offset;
+    if (known[kCoatEta] == eta && known[kCoatThickness] == thickness) return offset;
   }
   const std::size_t offset = tables.size();
   tables.resize(offset + kCoatTableSize);
   table.coat_offsets.push_back(static_cast<std::int32_t>(offset));
   float* out = tables.data() + offset;
   out[kCoatEta] = eta;
+  out[kCoatThickness] = thickness;
+  const double kept_inside = internal_attenuation(eta, thickness);
   for (int a = 0; a < kCoatAlphas; ++a) {
     const double alpha = sqr(a / (kCoatAlphas - 1.0));
-    out[kCoatInternal + a] = static_cast<float>(internal_reflectance(alpha, eta));
+    out[kCoatInternal + a] = static_cast<float>(internal_reflectance(alpha, eta) * kept_inside);
     for (int c = 0; c < kCoatCosines; ++c) {
       // Straight along the surface nothing is defined; the limit is.
       const double cosine = std::max(sqr(c / (kCoatCosines - 1.0)), 1e-9);
       out[kCoatTransmittance + a * kCoatCosines + c] =
-          static_cast<float>(boundary_energy(cosine, {alpha}, eta).transmitted);
+          static_cast<float>(boundary_energy(cosine, {alpha}, eta).transmitted * attenuation(cosine, eta, thickness));
     }
   }
   return static_cast<std::int32_t>(offset);

@@ -34,7 +34,9 @@ class Coat {
         rough_(and_not(active, smooth)),
         any_rough_(any(rough_)),
         tables_(params.coat_tables),
-        offset_(params.coat_table) {
+        offset_(params.coat_table),
+        thickness_(gather(params.coat_tables + kCoatThickness, params.coat_table, active)),
+        absorbs_(any(active & (thickness_ > 0.0f))) {
     if (!any_rough_) {
       internal = gather(tables_ + kCoatInternal, offset_, active);
       return;
@@ -51,9 +53,19 @@ class Coat {
   TESSERA_INLINE Float one_minus_colour(Float rho) const { return 1.0f - rho * internal; }
   static TESSERA_INLINE Spectrum tinted(const BsdfParams&, Spectrum light) { return light; }
 
+  TESSERA_INLINE Float reflectance(Vec3 w) const {
+    const Float analytic = fresnel_dielectric(w.z, eta).reflectance;
+    if (!any_rough_) return analytic;
+    // Only to choose a lobe by: what the coat absorbs counts as reflected.
+    return select(smooth, analytic, 1.0f - transmittance(w));
+  }
+
   /// T(w)
   TESSERA_INLINE Float transmittance(Vec3 w) const {
-    const Float analytic = 1.0f - fresnel_dielectric(w.z, eta).reflectance;
+    const DielectricFresnel boundary = fresnel_dielectric(w.z, eta);
+    Float analytic = 1.0f - boundary.reflectance;
+    // eta_cos_t over eta is the cosine within the coat.
+    if (absorbs_) analytic = analytic * exp(-min(thickness_ * eta / max(boundary.eta_cos_t, 1e-20f), 80.0f));
     if (!any_rough_) return analytic;
     // The mean square of both roughnesses for light along the normal, that along the light's plane for grazing light.
     const Float alpha2 = alpha2_x_ * sqr(w.x) + alpha2_y_ * sqr(w.y) + 0.5f * (alpha2_x_ + alpha2_y_) * sqr(w.z);
@@ -71,6 +83,8 @@ class Coat {
   bool any_rough_;
   const float* tables_;
   Int offset_;
+  Float thickness_;
+  bool absorbs_;
   Float alpha2_x_, alpha2_y_;
 };
 

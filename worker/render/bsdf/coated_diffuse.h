@@ -12,12 +12,13 @@
 //
 // For the energies of an anisotropic coat, and only for them, an isotropic roughness stands in: the root mean square of
 // both, turning into the roughness along the light's plane towards grazing directions. That keeps within a few percent
-// of the walk, and is exact where both are equal. There is no medium in between: the albedo of one is not looked at.
+// of the walk, and is exact where both are equal. There is no medium in between: the albedo of one is not looked at. The
+// coat's thickness absorbs, as in pbrt-v4; for rough coats as if light crossed them as it does smooth ones.
 //
 // spectra[0]     rho: reflectance of the base, clamped to [0, 1]
 // scalars[0, 1]  GGX alpha of the coat along x and y; smooth where both are below kSmoothAlpha
 // scalars[2]     eta: index of the coat over the index outside
-// coat_table     from append_coat_table(eta, ...)
+// coat_table     from append_coat_table(eta, thickness, ...)
 #pragma once
 
 #include "render/bsdf/bsdf.h"

@@ -51,6 +51,7 @@ enum MaterialFlags : std::int32_t {
   kHasOpacity = 1 << 19,      // `opacity` may be below 1
   kPassesStraight = 1 << 20,  // kThinDielectric: going straight through is no scattering event in volumetric scenes
   kMixed = 1 << 21,           // of an Interaction: it has a second part
+  kBendsSoftly = 1 << 22,     // with kHasBump: Material::bends_softly
 };
 
 inline constexpr int kMaterialSpectra = 2;

@@ -37,6 +37,8 @@ class Coat {
     return select(smooth, analytic, tabulated);
   }
 
+  TESSERA_INLINE Float reflectance(Vec3 w) const { return 1.0f - transmittance(w); }
+
   TESSERA_INLINE Float one_minus_colour(Float rho) const { return 1.0f - select(nonlinear_, rho, 1.0f) * internal; }
 
   static TESSERA_INLINE Spectrum tinted(const BsdfParams& params, Spectrum light) { return light * params.spectra[1]; }

@@ -47,6 +47,9 @@ absl::Status SceneBuilder::build_camera() {
   render_from_world_ = Transform::translation({-camera_origin_.x, -camera_origin_.y, -camera_origin_.z});
   CameraRecord& record = tables_.camera;
   record.render_from_camera = (render_from_world_ * *world_from_camera).to_affine();
+  if (!camera.world_from_camera_end().elements().empty()) {
+    if (auto s = set_camera_motion(*world_from_camera); !s.ok()) return located(s, "camera");
+  }
 
   record.near_clip = camera.near_clip();
   record.far_clip = camera.far_clip();
@@ -81,6 +84,16 @@ absl::Status SceneBuilder::build_camera() {
     case v1::Camera::KIND_NOT_SET: break;
   }
   return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
+}
+
+absl::Status SceneBuilder::set_camera_motion(const Transform& start) {
+  const auto end = Transform::from_proto(scene_.camera().world_from_camera_end());
+  if (!end.ok()) return end.status();
+  const auto motion = Motion::between(start, *end);
+  if (!motion.ok()) return motion.status();
+  if (!motion->moves()) return absl::OkStatus();
+  tables_.any_motion = true;
+  return append_steps([&](double time) { return render_from_world_ * motion->at(time); }, motion->segments(), tables_.camera.steps);
 }
 
 absl::Status SceneBuilder::set_screen(double half_side) {

@@ -139,6 +139,7 @@ absl::Status SceneBuilder::set_maps(const v1::Material& material, MaterialRecord
     record.normal_texture = *node;
     record.flags |= kHasBump;
   }
+  if (material.bends_softly() && (record.flags & kHasBump)) record.flags |= kBendsSoftly;
   if (!material.has_opacity()) return absl::OkStatus();
   if (auto s = set_scalar(material.opacity(), 1, record, record.opacity); !s.ok()) return s;
   record.opacity.value = std::clamp(record.opacity.value, 0.0f, 1.0f);

@@ -9,10 +9,6 @@ namespace tessera::render {
 
 namespace {
 
-std::string place(const char* what, int index, const std::string& name) {
-  return name.empty() ? absl::StrCat(what, " ", index) : absl::StrCat(what, " ", index, " (", name, ")");
-}
-
 bool finite(float x) { return std::isfinite(x); }
 
 /// The vertices of `mesh`, placed by `placed_from_object`, appended. False when one is not finite.
@@ -65,31 +61,32 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
 
 }  // namespace
 
+std::string place_in_scene(const char* what, int index, const std::string& name) {
+  return name.empty() ? absl::StrCat(what, " ", index) : absl::StrCat(what, " ", index, " (", name, ")");
+}
+
 absl::Status SceneBuilder::build_shapes() {
-  int index = 0;
-  for (const v1::Shape& shape : scene_.shapes()) {
-    const std::string where = place("shape", index++, shape.name());
-    if (auto s = build_shape(shape, render_from_world_, false, where); !s.ok()) return located(s, where);
-  }
-  ShapeTable& table = tables_.shapes;
-  table.world_shape_count = static_cast<std::int32_t>(table.shapes.size());
-  for (const v1::Object& object : scene_.objects()) {
-    if (!objects_.emplace(object.name(), static_cast<int>(objects_.size())).second) {
-      return absl::InvalidArgumentError(absl::StrCat("object '", object.name(), "': the name is used twice"));
+  std::vector<int> moving;
+  for (int i = 0; i < scene_.shapes_size(); ++i) {
+    const v1::Shape& shape = scene_.shapes(i);
+    const std::string where = place_in_scene("shape", i, shape.name());
+    const auto moves_too = moves(shape, false, where);
+    if (!moves_too.ok()) return located(moves_too.status(), where);
+    if (*moves_too) {
+      moving.push_back(i);
+      continue;
     }
-    ObjectRange range{static_cast<std::int32_t>(table.shapes.size()), 0};
-    index = 0;
-    for (const v1::Shape& shape : object.shapes()) {
-      const std::string where = absl::StrCat("object '", object.name(), "', ", place("shape", index++, shape.name()));
-      if (auto s = build_shape(shape, Transform{}, true, where); !s.ok()) return located(s, where);
-    }
-    range.shape_count = static_cast<std::int32_t>(table.shapes.size()) - range.first_shape;
-    table.objects.push_back(range);
+    const auto world_from_object = Transform::from_proto(shape.world_from_object());
+    if (!world_from_object.ok()) return located(world_from_object.status(), where);
+    if (auto s = build_shape(shape, render_from_world_ * *world_from_object, false, where); !s.ok()) return located(s, where);
   }
+  tables_.shapes.world_shape_count = static_cast<std::int32_t>(tables_.shapes.shapes.size());
+  if (auto s = build_objects(); !s.ok()) return s;
+  if (auto s = build_moving_shapes(moving); !s.ok()) return s;
   return build_instances();
 }
 
-absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& placed_from_world, bool instanced,
+absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                                        const std::string& where) {
   ShapeRecord record;
   const auto material = material_index(shape.material());
@@ -100,9 +97,6 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
   // A surface of nothing matters only as the border of a medium.
   if (interface && !shape.has_area_light() && !(record.flags & kMediumBorder)) return absl::OkStatus();
 
-  auto world_from_object = Transform::from_proto(shape.world_from_object());
-  if (!world_from_object.ok()) return world_from_object.status();
-  const Transform placed_from_object = placed_from_world * *world_from_object;
   if (auto s = set_alpha(shape, record); !s.ok()) return s;
   switch (shape.kind_case()) {
     case v1::Shape::kMesh:
@@ -196,28 +190,6 @@ absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& pla
   if (!mesh->uvs.empty()) record.flags |= kHasUvs;
   const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
   append_triangles(*mesh, placed, with_normals, turn, table.triangles);
-  return absl::OkStatus();
-}
-
-absl::Status SceneBuilder::build_instances() {
-  int index = 0;
-  for (const v1::Instance& instance : scene_.instances()) {
-    const std::string where = place("instance", index++, instance.object());
-    const auto object = objects_.find(instance.object());
-    if (object == objects_.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(where, ": object '", instance.object(), "' does not exist"));
-    }
-    auto world_from_instance = Transform::from_proto(instance.world_from_instance());
-    if (!world_from_instance.ok()) return located(world_from_instance.status(), where);
-    const Transform render_from_instance = render_from_world_ * *world_from_instance;
-    Transform instance_from_render;
-    if (!render_from_instance.invert(instance_from_render)) {
-      warnings_.push_back(absl::StrCat(where, ": its transform is singular; left out"));
-      continue;
-    }
-    tables_.shapes.instances.push_back(
-        {render_from_instance.to_affine(), instance_from_render.to_affine(), object->second, {}});
-  }
   return absl::OkStatus();
 }
 

@@ -86,6 +86,7 @@ class LoadedScene final : public RenderScene {
     const ShapeTable& s = tables_.shapes;
     std::size_t bytes = accelerator_->memory_bytes() + sizeof(Vertex) * s.vertices.size() +
                         4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
+                        sizeof(InstanceRecord) * s.instances.size() + sizeof(Affine) * s.motion_steps.size() +
                         sizeof(LightRecord) * tables_.lights.lights.size();
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;

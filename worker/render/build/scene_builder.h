@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "render/build/load_scene.h"
+#include "render/build/motion.h"
 #include "render/build/transform.h"
 #include "render/color/cie.h"
 #include "render/integrator/scene_tables.h"
@@ -36,6 +37,7 @@ class SceneBuilder {
   // build_camera.cpp
   absl::Status build_settings();
   absl::Status build_camera();
+  absl::Status set_camera_motion(const Transform& start);
   /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera space.
   absl::Status set_screen(double half_side);
   absl::Status set_lens(float radius, float focal_distance);
@@ -100,7 +102,7 @@ class SceneBuilder {
 
   // build_shapes.cpp
   absl::Status build_shapes();
-  absl::Status build_shape(const v1::Shape& shape, const Transform& placed_from_world, bool instanced,
+  absl::Status build_shape(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                            const std::string& where);
   absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
   absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record);
@@ -109,7 +111,26 @@ class SceneBuilder {
   absl::Status add_attributes(const v1::TriangleMesh& mesh, std::int32_t shape);
   absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
   absl::Status set_media(const v1::Shape& shape, ShapeRecord& record);
+
+  // build_instances.cpp: objects, instances, and shapes that move, which are instances of an object each
+  struct MovingShape {
+    int object;  // in ShapeTable::objects; -1: there is nothing of it to be seen
+    Motion motion;
+  };
+  struct ObjectParts {
+    int still = -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
+    std::vector<MovingShape> moving;
+  };
+  /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
+  absl::StatusOr<bool> moves(const v1::Shape& shape, bool instanced, const std::string& where);
+  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, bool instanced, const std::string& where);
+  /// `shapes`: indices into those of the scene.
+  absl::Status build_moving_shapes(const std::vector<int>& shapes);
+  absl::Status build_objects();
+  absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
   absl::Status build_instances();
+  absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where);
+  absl::Status add_instance(int object, int segments, const std::function<Transform(double)>& world_from_instance);
 
   // build_lights.cpp
   absl::Status build_lights();
@@ -133,12 +154,15 @@ class SceneBuilder {
   std::map<std::string, const v1::Texture*> textures_;  // by name
   std::map<std::string, std::shared_ptr<const TextureImage>> images_;  // by digest and encoding
   std::map<std::string, int> materials_;                // by name
-  std::map<std::string, int> objects_;                  // by name
+  std::map<std::string, ObjectParts> objects_;          // by name
   std::map<std::string, int> attributes_;               // of meshes that textures look up, by name
   std::map<std::string, int> media_;                    // by name; empty unless the integrator looks for media
   std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
   int default_material_ = 0;
 };
+
+/// "shape 12 (lamp)"
+std::string place_in_scene(const char* what, int index, const std::string& name);
 
 /// "shape 12 (lamp): " before the message of a status that is not OK.
 absl::Status located(const absl::Status& status, const std::string& where);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/core/affine.h"
+#include "render/core/motion.h"
 #include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
 
@@ -53,17 +54,25 @@ bool sees_all_around(const CameraRecord& camera) {
   return camera.kind == CameraKind::kEquirectangular || camera.kind == CameraKind::kOctahedral;
 }
 
+/// Camera space to render space.
+WideAffine pose_at(const CameraRecord& camera, Float time) {
+  if (camera.steps.empty()) return broadcast(camera.render_from_camera);
+  const auto segments = static_cast<std::int32_t>(camera.steps.size()) - 1;
+  return affine_at(camera.steps.data(), Int(0), Int(segments), time, Mask::all()).map;
+}
+
+Vec3 place_of(const WideAffine& pose) { return {pose.m[3], pose.m[7], pose.m[11]}; }
+
 /// Length of a ray of unit direction for every unit of depth.
-Float length_per_depth(const CameraRecord& camera, Vec3 direction) {
+Float length_per_depth(const CameraRecord& camera, const WideAffine& pose, Vec3 direction) {
   if (sees_all_around(camera)) return Float(1.0f);
-  const float* m = camera.render_from_camera.m;
-  const Vec3 forward = normalize(Vec3{Float(m[2]), Float(m[6]), Float(m[10])});
+  const Vec3 forward = normalize(Vec3{pose.m[2], pose.m[6], pose.m[10]});
   return 1.0f / max(dot(direction, forward), 1e-6f);
 }
 
 }  // namespace
 
-CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens) {
+CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, Float time) {
   const Vec2 place{fma(film.x, Float(camera.scale_x), Float(camera.offset_x)),
                    fma(film.y, Float(camera.scale_y), Float(camera.offset_y))};
   CameraSpaceRay ray;
@@ -72,28 +81,30 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens) 
     case CameraKind::kOrthographic: ray = orthographic_ray(camera, place, u_lens); break;
     default: ray = spherical_ray(camera, place); break;
   }
-  CameraRay result{transform_vector(camera.render_from_camera, ray.origin),
-                   normalize(transform_vector(camera.render_from_camera, ray.direction))};
+  const WideAffine pose = pose_at(camera, time);
+  CameraRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction))};
+  if (!camera.steps.empty()) result.origin = result.origin + place_of(pose);
   if (camera.near_clip > 0) {
-    result.origin = result.origin + result.direction * (camera.near_clip * length_per_depth(camera, result.direction));
+    const Float per_depth = length_per_depth(camera, pose, result.direction);
+    result.origin = result.origin + result.direction * (camera.near_clip * per_depth);
   }
   return result;
 }
 
-CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Mask active) {
+CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time, Mask active) {
+  const WideAffine pose = pose_at(camera, time);
+  if (!camera.steps.empty()) point = point - place_of(pose);
   // Camera space: the axes of the camera's frame are orthogonal, but may be scaled.
-  const float* m = camera.render_from_camera.m;
-  const auto along = [&](int axis) {
-    const Vec3 column{Float(m[axis]), Float(m[4 + axis]), Float(m[8 + axis])};
-    return dot(point, column) / length_squared(column);
-  };
+  const auto axis = [&](int a) { return Vec3{pose.m[a], pose.m[4 + a], pose.m[8 + a]}; };
+  const auto along = [&](int a) { return dot(point, axis(a)) / length_squared(axis(a)); };
   const Vec3 p{along(0), along(1), along(2)};
+  const Float unit_of_depth = length(axis(2));
   Vec3 lens{Float(0.0f), Float(0.0f), Float(0.0f)};
   if (camera.lens_radius > 0) {
     const Vec2 disk = square_to_disk(u_lens);
     lens = {disk.x * camera.lens_radius, disk.y * camera.lens_radius, Float(0.0f)};
   }
-  const Mask in_front = active & (p.z > 0.0f) & (p.z > camera.near_clip);
+  const Mask in_front = active & (p.z > 0.0f) & (p.z * unit_of_depth > camera.near_clip);
   const Float depth = select(in_front, p.z, 1.0f);
   const float pixel_area = std::abs(camera.scale_x * camera.scale_y);
   CameraConnection result;
@@ -111,21 +122,26 @@ CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 
     place = {p.x / depth, p.y / depth};
   }
   result.film = {(place.x - camera.offset_x) * (1 / camera.scale_x), (place.y - camera.offset_y) * (1 / camera.scale_y)};
-  result.lens = transform_vector(camera.render_from_camera, lens);
+  result.lens = transform_vector(pose, lens);
+  if (!camera.steps.empty()) result.lens = result.lens + place_of(pose);
   const Vec3 to_point = p - lens;
   const Float distance_squared = length_squared(to_point);
   const Float cosine = depth / sqrt(distance_squared);
   // Orthographic rays through one lens point are parallel; perspective ones cross the plane z = 1 under the cosine.
   result.importance = camera.kind == CameraKind::kOrthographic ? 1.0f / (cosine * pixel_area)
                                                                : 1.0f / (distance_squared * cosine * cosine * cosine * pixel_area);
-  result.depth = p.z;
+  // That was for areas of camera space, as seen along the ray: volumes scale by the product of the axes' lengths, and the ray
+  // takes its own part of that.
+  const Float volume = length(axis(0)) * length(axis(1)) * unit_of_depth;
+  result.importance *= length(transform_vector(pose, to_point)) / (sqrt(distance_squared) * volume);
+  result.depth = p.z * unit_of_depth;
   result.valid = in_front;
-  if (camera.far_clip > 0) result.valid &= p.z <= camera.far_clip;
+  if (camera.far_clip > 0) result.valid &= result.depth <= camera.far_clip;
   return result;
 }
 
-Float visible_distance(const CameraRecord& camera, Vec3 direction) {
-  return (camera.far_clip - camera.near_clip) * length_per_depth(camera, direction);
+Float visible_distance(const CameraRecord& camera, Vec3 direction, Float time) {
+  return (camera.far_clip - camera.near_clip) * length_per_depth(camera, pose_at(camera, time), direction);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

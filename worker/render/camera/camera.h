@@ -11,8 +11,9 @@ struct CameraRay {
   Vec3 direction;  // unit length
 };
 
-/// `film` is in pixels from the upper left corner of the film; `u_lens` uniform in the unit square.
-CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens);
+/// `film` is in pixels from the upper left corner of the film; `u_lens` uniform in the unit square. Here and below, `time` goes
+/// from 0 (the shutter opens) to 1; cameras that stand still do not look at it.
+CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, Float time);
 
 /// How a point of the scene is seen through one point of the lens.
 struct CameraConnection {
@@ -26,9 +27,9 @@ struct CameraConnection {
 };
 
 /// For kPerspective and kOrthographic cameras.
-CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Mask active);
+CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time, Mask active);
 
 /// The distance along camera rays of unit `direction`, from their origins, up to which things are seen.
-Float visible_distance(const CameraRecord& camera, Vec3 direction);
+Float visible_distance(const CameraRecord& camera, Vec3 direction, Float time);
 
 }  // namespace tessera::render::TESSERA_ISA

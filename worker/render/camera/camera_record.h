@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "render/core/affine_data.h"
 
@@ -13,6 +14,8 @@ struct CameraRecord {
   CameraKind kind = CameraKind::kPerspective;
   // Camera space (x right, y up, z forward) to render space. Without translation: render space is centred on the camera.
   Affine render_from_camera;
+  // Of a camera that moves: the same at evenly spaced times (core/motion.h), with the way that it went since the shutter opened.
+  std::vector<Affine> steps;
   // A film position (pixels) times these plus offsets: a point on the plane z = 1 of camera space (kPerspective), the place
   // of a ray in the plane z = 0 (kOrthographic), or a point of the unit square of the sphere's map.
   float scale_x = 1, scale_y = 1, offset_x = 0, offset_y = 0;

@@ -110,10 +110,11 @@ Vec3 bump_normal(const SceneTables& scene, const Surface& surface, Vec3 wo, Int 
   along = select(bumped, Frame::from_normal_tangent(surface.ns, along).x, along);
   Vec3 n = bend_normal(scene, surface, record, bumped);
   // Facets that wo does not see from the surface's side are seen by their mirror images [Schuessler et al. 2017].
-  const Mask hidden = bumped & (dot(wo, surface.ns) * dot(wo, n) <= 0.0f);
+  const Mask soft = bumped & ((part.flags & kBendsSoftly) != 0);
+  const Mask hidden = soft & (dot(wo, surface.ns) * dot(wo, n) <= 0.0f);
   n = select(hidden, surface.ns * (2.0f * dot(n, surface.ns)) - n, n);
   const Float cosine2 = sqr(dot(n, surface.ns));
-  part.bump_alpha2 = min(0.125f * max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-6f), 1.0f);
+  part.bump_alpha2 = select_or_zero(soft, min(0.125f * max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-6f), 1.0f));
   return n;
 }
 
@@ -181,9 +182,9 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
 /// Lanes in which the part scatters light from wi to wo at all, given both in its frame.
 Mask scatters(const MaterialPart& part, Vec3 lo, Vec3 wi, Float li_z, Mask active) {
   if (part.params.some_flags & kOneSided) active = and_not(active, ((part.flags & kOneSided) != 0) & (lo.z <= 0.0f));
-  if (part.params.some_flags & kHasBump) {
+  if (part.params.some_flags & kBendsSoftly) {
     // A bent normal must not make light shine through.
-    active = and_not(active, ((part.flags & kHasBump) != 0) & (dot(wi, part.ns) * li_z <= 0.0f));
+    active = and_not(active, ((part.flags & kBendsSoftly) != 0) & (dot(wi, part.ns) * li_z <= 0.0f));
   }
   return active;
 }
@@ -194,7 +195,7 @@ Float unshadowed(const MaterialPart& part, Vec3 wi) {
   const Float cosine2 = sqr(dot(wi, part.ns));
   const Float tangent2 = max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-12f);
   const Float factor = 2.0f / (1.0f + sqrt(fma(part.bump_alpha2, tangent2, Float(1.0f))));
-  return select((part.flags & kHasBump) != 0, factor, 1.0f);
+  return select((part.flags & kBendsSoftly) != 0, factor, 1.0f);
 }
 
 BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
@@ -206,7 +207,7 @@ BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
     result.f_cos = select(lanes, one.f_cos, result.f_cos);
     result.pdf = select(lanes, one.pdf, result.pdf);
   });
-  if (part.params.some_flags & kHasBump) result.f_cos *= unshadowed(part, wi);
+  if (part.params.some_flags & kBendsSoftly) result.f_cos *= unshadowed(part, wi);
   return result;
 }
 
@@ -226,7 +227,7 @@ BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, 
   const Float li_z = result.wi.z;
   result.wi = part.frame.to_world(result.wi);
   result.valid = scatters(part, lo, result.wi, li_z, result.valid);
-  if (part.params.some_flags & kHasBump) result.weight *= unshadowed(part, result.wi);
+  if (part.params.some_flags & kBendsSoftly) result.weight *= unshadowed(part, result.wi);
   return result;
 }
 

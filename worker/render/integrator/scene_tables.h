@@ -39,6 +39,7 @@ struct SceneTables {
   // Paths look for media and for surfaces that light passes without being scattered.
   bool volumetric = false;
   bool light_tracing = false;  // paths start from lights
+  bool any_motion = false;     // of the camera or of shapes: paths have times
   RTCScene accel = nullptr;
 };
 

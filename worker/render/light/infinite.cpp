@@ -52,7 +52,7 @@ Spectrum uniform_radiance(const LightRecord& record, Mask active) {
   return result;
 }
 
-/// The parallelogram through which the light comes.
+/// The parallelogram through which the light comes, to the side of its normal only [pbrt-v4 PortalImageInfiniteLight].
 struct PortalPlane {
   Vec3 corner, side_u, side_v, normal;
   Float area;
@@ -65,9 +65,10 @@ struct PortalPlane {
         area(e.portal_area) {}
 };
 
-/// Solid-angle density of a direction towards a uniformly chosen point at this distance.
+/// Solid-angle density of a direction towards a uniformly chosen point at this distance; zero from behind.
 Float portal_pdf(const PortalPlane& plane, Float distance_squared, Vec3 wi) {
-  return distance_squared / max(plane.area * abs(dot(plane.normal, wi)), 1e-30f);
+  const Float cosine = -dot(plane.normal, wi);
+  return select_or_zero(cosine > 0.0f, distance_squared / max(plane.area * cosine, 1e-30f));
 }
 
 /// Whether light along `wi` comes to `origin` through the portal; all of it where there is none.
@@ -79,7 +80,7 @@ Mask through_portal(const Environment& e, Vec3 origin, Vec3 wi, Mask active) {
   const Vec3 at = origin + wi * t - plane.corner;
   // Coordinates along the sides of a parallelogram.
   const Float a = dot(cross(at, plane.side_v), plane.normal), b = dot(cross(plane.side_u, at), plane.normal);
-  return active & (slope != 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) & (b <= plane.area);
+  return active & (slope < 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) & (b <= plane.area);
 }
 
 Spectrum map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, Mask active) {

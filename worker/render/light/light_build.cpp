@@ -127,6 +127,9 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
       light.kind = LightKind::kCylinder;
       light.area = static_cast<float>(cylinder_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
       break;
+    case ShapeKind::kSdfGrid:
+    case ShapeKind::kCurves:
+      return;  // build/ lets none of these emit
   }
   lights.push_back(light);
 }
@@ -163,8 +166,9 @@ double light_power(const LightTable& table, const LightRecord& light) {
 }
 
 AliasTable selection_of_lights(const LightTable& table) {
-  // Half of the choices by power, half evenly among emitters: power alone starves a lamp beside a bright sky, whose
+  // Some choices by power, most evenly among emitters: power alone starves a lamp beside a bright sky, whose
   // power grows with the scene's size.
+  constexpr double kByPower = 0.25;
   std::vector<double> power;
   std::map<std::pair<std::int32_t, std::size_t>, double> emitters;  // a shape, or a light without one
   const auto emitter_of = [&](std::size_t i) {
@@ -182,7 +186,7 @@ AliasTable selection_of_lights(const LightTable& table) {
       std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
   std::vector<double> weights(power.size(), 0);
   for (std::size_t i = 0; i < power.size(); ++i) {
-    if (power[i] > 0) weights[i] = 0.5 * power[i] / total + 0.5 / shining * power[i] / emitters[emitter_of(i)];
+    if (power[i] > 0) weights[i] = kByPower * power[i] / total + (1 - kByPower) / shining * power[i] / emitters[emitter_of(i)];
   }
   return AliasTable::build(weights);
 }

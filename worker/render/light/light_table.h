@@ -55,7 +55,8 @@ struct Environment {
   std::int32_t width = 0, height = 0;
   std::vector<float> texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;   // over the unit square of the map, density proportional to luminance x Jacobian
-  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
+  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space. It travels to
+  // the side that the cross product of the sides points to.
   float portal[9] = {};
   float portal_area = 0;
 };

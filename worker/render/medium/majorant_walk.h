@@ -49,6 +49,7 @@ class MajorantWalk {
       active_ = and_not(active_, ends);
       moving = and_not(moving, ends);
       step(moving, wall);
+      moving &= active_;
     }
     return active_;
   }
@@ -74,12 +75,14 @@ class MajorantWalk {
     delta_[a] = select(moves, abs(inverse) * (1.0f / n), Float(1e30f));
     stride_[a] = select(up, Int(1), Int(-1));
   }
-  /// Into the cell behind `wall`.
+  /// Into the cell behind `wall`. Rays that leave the last cell have come to their ends, whatever rounding says of `t`: far
+  /// from a small medium a step may be too short to change it.
   TESSERA_INLINE void step(Mask moving, Float wall) {
     for (int a = 0; a < 3; ++a) {
       const Mask crosses = moving & (next_[a] <= wall);
       next_[a] = select(crosses, next_[a] + delta_[a], next_[a]);
-      cell_[a] = select(crosses, min(max(cell_[a] + stride_[a], 0), medium_.cells[a] - 1), cell_[a]);
+      cell_[a] = select(crosses, cell_[a] + stride_[a], cell_[a]);
+      active_ = and_not(active_, crosses & ((cell_[a] < 0) | (cell_[a] >= medium_.cells[a])));
     }
   }
 

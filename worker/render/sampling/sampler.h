@@ -44,7 +44,7 @@ class Sampler {
   TESSERA_INLINE Vec2 get_2d(int pair) const {
     const UInt seed = hash(pixel_ + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);
     if (kind_ == SamplerKind::kIndependent) {
-      const UInt x = hash(seed, reversed_sample_);
+      const UInt x = hash(reversed_sample_, seed);
       return {to_unit_float(x), to_unit_float(hash(x ^ 0x68bc21ebu))};
     }
     const UInt index = reverse_bits(scramble_reversed(reversed_sample_, seed));

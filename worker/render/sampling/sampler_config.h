@@ -24,8 +24,8 @@ inline constexpr int kChoice = 2;   // light, BSDF lobe
 inline constexpr int kRoulette = 3;  // Russian roulette, mixed material
 inline constexpr int kPairsPerBounce = 4;
 // Beyond all bounces, one pair each
-inline constexpr int kFlight = 1 << 24;   // distance in a medium
-inline constexpr int kOpacity = 2 << 24;
+inline constexpr int kFlight = 1 << 20;   // distance in a medium
+inline constexpr int kOpacity = 2 << 20;
 }  // namespace dimension
 
 }  // namespace tessera::render

@@ -45,7 +45,7 @@ struct ShapeRecord {
 };
 static_assert(sizeof(ShapeRecord) == 64);
 
-/// All of a vertex in half a cache line: a hit touches three lines for it (measured: docs/decisions/0006).
+/// All of a vertex in half a cache line: a hit touches three lines for it (measured: docs/decisions/0005).
 struct alignas(32) Vertex {
   float position[3] = {0, 0, 0};
   float u = 0;
@@ -78,10 +78,12 @@ struct SdfGridRecord {
 };
 
 struct InstanceRecord {
-  Affine render_from_instance;
+  Affine render_from_instance;  // those that move: when the shutter opens
   Affine instance_from_render;
-  std::int32_t object = 0;  // in ShapeTable::objects
-  std::int32_t padding[7] = {};
+  std::int32_t object = 0;      // in ShapeTable::objects
+  std::int32_t first_step = 0;  // those that move: in ShapeTable::motion_steps
+  std::int32_t segments = 0;    // between its steps; 0: it stands still
+  std::int32_t padding[5] = {};
 };
 static_assert(sizeof(InstanceRecord) == 128);
 
@@ -99,6 +101,7 @@ struct ShapeTable {
   std::vector<SdfGridRecord> sdf_grids;
   std::vector<CurvesRecord> curves;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
+  std::vector<Affine> motion_steps;       // render_from_instance of those that move, see core/motion.h
   std::vector<std::uint32_t> triangles;   // three vertex indices each, counted from first_vertex
   std::vector<Vertex> vertices;
 };

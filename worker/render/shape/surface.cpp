@@ -4,6 +4,7 @@
 
 #include "render/core/affine.h"
 #include "render/core/constants.h"
+#include "render/core/motion.h"
 #include "render/shape/error_bound.h"
 #include "render/shape/curve_surface.h"
 #include "render/shape/sdf_surface.h"
@@ -202,21 +203,46 @@ void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hi
   }
 }
 
-/// Instance space to render space.
-void place_instances(const ShapeTable& table, Int instance, Mask placed, bool want_tangents, Surface& s) {
-  const auto* base = reinterpret_cast<const float*>(table.instances.data());
+/// Where instances are.
+struct Placement {
+  WideAffine to, from;  // instance space to render space, and back
+  Float shift;          // size of the coordinates of the translation
+};
+
+Placement placement_at(const ShapeTable& table, Int instance, Float time, Mask placed) {
+  const InstanceRecord* instances = table.instances.data();
+  const auto* base = reinterpret_cast<const float*>(instances);
   constexpr int kStride = sizeof(InstanceRecord) / sizeof(float);
-  WideAffine to, from;
+  Placement at;
   for (int i = 0; i < 12; ++i) {
-    to.m[i] = gather(base + i, instance * kStride, placed);
-    from.m[i] = gather(base + 12 + i, instance * kStride, placed);
+    at.to.m[i] = gather(base + i, instance * kStride, placed);
+    at.from.m[i] = gather(base + 12 + i, instance * kStride, placed);
   }
+  at.shift = largest_coordinate({at.to.m[3], at.to.m[7], at.to.m[11]});
+  if (table.motion_steps.empty()) return at;
+
+  const Int segments = gather_member(instances, &InstanceRecord::segments, instance, placed);
+  const Mask moving = placed & (segments > 0);
+  if (none(moving)) return at;
+  const Int first = gather_member(instances, &InstanceRecord::first_step, instance, moving);
+  const MovedAffine moved = affine_at(table.motion_steps.data(), first, segments, time, moving);
+  const WideAffine back = inverse(moved.map);
+  for (int i = 0; i < 12; ++i) {
+    at.to.m[i] = select(moving, moved.map.m[i], at.to.m[i]);
+    at.from.m[i] = select(moving, back.m[i], at.from.m[i]);
+  }
+  at.shift = select(moving, moved.shift, at.shift);
+  return at;
+}
+
+/// Instance space to render space.
+void place_instances(const Placement& at, Mask placed, bool want_tangents, Surface& s) {
+  const WideAffine &to = at.to, &from = at.from;
   const Vec3 p = transform_point(to, s.p);
   const Float growth = largest_coordinate(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
                                abs(Vec3{to.m[2], to.m[6], to.m[10]}));
-  const Float shift = largest_coordinate({to.m[3], to.m[7], to.m[11]});
   const Vec3 ng = normalize(transform_normal(from, s.ng));
-  const Float extent = largest_coordinate(p) + largest_coordinate(s.p) * growth + shift;
+  const Float extent = largest_coordinate(p) + largest_coordinate(s.p) * growth + at.shift;
   s.error = select(placed, s.error * growth + along_normal(ng, extent * kPositionError), s.error);
   s.p = select(placed, p, s.p);
   s.ng = select(placed, ng, s.ng);
@@ -243,16 +269,14 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   if (any(triangles)) triangle_surface(table, hit, flags, triangles, want_tangents, s);
 
   const Mask placed = active & (hit.instance >= 0);
+  Placement placement;
+  if (any(placed)) placement = placement_at(table, hit.instance, hit.time, placed);
   const Mask quadrics = and_not(active, triangles);
   if (any(quadrics)) {
     Vec3 io = o, id = d;
     if (any(placed)) {
-      const auto* base = reinterpret_cast<const float*>(table.instances.data());
-      constexpr int kInstanceStride = sizeof(InstanceRecord) / sizeof(float);
-      WideAffine from;
-      for (int i = 0; i < 12; ++i) from.m[i] = gather(base + 12 + i, hit.instance * kInstanceStride, placed);
-      io = select(placed, transform_point(from, o), o);
-      id = select(placed, transform_vector(from, d), d);
+      io = select(placed, transform_point(placement.from, o), o);
+      id = select(placed, transform_vector(placement.from, d), d);
     }
     for_each_distinct(hit.shape, quadrics, [&](std::int32_t shape, Mask lanes) {
       const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
@@ -265,7 +289,7 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
       }
     });
   }
-  if (any(placed)) place_instances(table, hit.instance, placed, want_tangents, s);
+  if (any(placed)) place_instances(placement, placed, want_tangents, s);
 
   s.material = gather_member(shapes, &ShapeRecord::material, hit.shape, active);
   const Int first_light = gather_member(shapes, &ShapeRecord::first_light, hit.shape, active);

@@ -14,6 +14,7 @@ struct Hit {
   Int primitive;
   Int shape;
   Int instance;
+  Float time = Float(0.0f);  // of the ray, from 0 (the shutter opens) to 1; without motion it does not matter
 };
 
 /// A point on a surface, in render space.

@@ -8,6 +8,7 @@
 #include "render/camera/camera.h"
 #include "render/film/filter_value.h"
 #include "render/integrator/interaction.h"
+#include "render/integrator/passing.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/light/emission.h"
 #include "render/sampling/discrete.h"
@@ -17,7 +18,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// Dimensions of light paths have pairs of their own, apart from those of the camera rays of the same pixel.
-constexpr int kLightPath = 3 << 24;
+constexpr int kLightPath = 3 << 20;
 constexpr int kChooseLight = kLightPath, kPlace = kLightPath + 1, kDirection = kLightPath + 2, kFirstEvent = kLightPath + 3;
 enum Event { kLens, kScatter, kLobe, kRoulette, kPairsPerEvent };
 
@@ -40,8 +41,8 @@ class PlaneSink final : public FilmSink {
 };
 
 HitArrays arrays_of(HitState& hits) { return {hits.t, hits.u, hits.v, hits.primitive, hits.shape, hits.instance}; }
-RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction) {
-  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z};
+RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
+  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
 }
 
 /// Cosines with shading and geometric normal do not cancel as they do on a path from the eye [Veach 1997, section 5.3].
@@ -53,6 +54,7 @@ Float normal_ratio(const Surface& s, const Frame& frame, Vec3 from, Vec3 to) {
 }  // namespace
 
 struct LightTracer::Vertex {
+  Float time;     // of the path
   Vec3 to_light;  // back along the path
   Spectrum beta;  // flux
   Float eta_scale;
@@ -114,6 +116,7 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
     paths_.direction.append(ray.direction, alive, alive_);
     paths_.beta.append(ray.flux * scale, alive, alive_);
     compress_store(Float(1.0f), alive, paths_.eta_scale + alive_);
+    if (scene_.any_motion) compress_store(sampler.get_2d(dimension::kTime).x, alive, paths_.time + alive_);
     // For Russian roulette: what the path began with.
     compress_store(1.0f / max((ray.flux * scale).max_component(), 1e-30f), alive, paths_.pdf + alive_);
     alive_ += compress_store(Int::iota(slot), alive, paths_.slot + alive_);
@@ -123,18 +126,20 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 
 void LightTracer::advance(int depth) {
   stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction), alive_, false,
+  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, false,
                 static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
   int kept = 0;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
     const Hit found{Float::load(hits_.t + i),       Float::load(hits_.u + i),   Float::load(hits_.v + i),
-                    Int::load(hits_.primitive + i), Int::load(hits_.shape + i), Int::load(hits_.instance + i)};
+                    Int::load(hits_.primitive + i), Int::load(hits_.shape + i), Int::load(hits_.instance + i),
+                    scene_.any_motion ? Float::load(paths_.time + i) : Float(0.0f)};
     const Mask hit = active & (found.shape >= 0);
     if (none(hit) || depth >= scene_.max_depth) continue;
     const Vec3 direction = paths_.direction.load(i);
     const Int slot = Int::load(paths_.slot + i);
-    Vertex v{-direction,
+    Vertex v{found.time,
+             -direction,
              paths_.beta.load(i),
              Float::load(paths_.eta_scale + i),
              slot,
@@ -143,6 +148,7 @@ void LightTracer::advance(int depth) {
              surface_at(scene_.shapes, found, paths_.origin.load(i), direction, hit, scene_.any_tangents),
              {}};
     interact(scene_, v.surface, v.to_light, v.sampler.get_2d(v.first_pair + kRoulette).y, hit, v.at);
+    if (scene_.any_opacity) make_partly_opaque(v, hit);
     join_to_camera(v, hit);
     scatter_paths(v, hit, i, kept);
   }
@@ -150,11 +156,20 @@ void LightTracer::advance(int depth) {
   trace_connections();
 }
 
+void LightTracer::make_partly_opaque(Vertex& v, Mask hit) {
+  const Mask partly = hit & ((v.at.flags & kHasOpacity) != 0);
+  if (none(partly)) return;
+  const Float u = v.sampler.get_2d(v.first_pair + kLobe).y;
+  const Mask open = partly & (u >= opacity_of(scene_, v.at.material, v.surface, partly));
+  v.at.kind = select(open, Int(static_cast<std::int32_t>(BsdfKind::kInterface)), v.at.kind);
+  v.at.flags = select(open, Int(kAllDelta), v.at.flags);
+}
+
 void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   const Mask wanted = hit & ((v.at.flags & kAllDelta) == 0);
   if (none(wanted)) return;
   const CameraConnection eye =
-      connect_to_camera(scene_.camera, v.surface.p, v.sampler.get_2d(v.first_pair + kLens), wanted);
+      connect_to_camera(scene_.camera, v.surface.p, v.sampler.get_2d(v.first_pair + kLens), v.time, wanted);
   const Mask seen = wanted & eye.valid;
   if (none(seen)) return;
   const Vec3 to_eye = eye.lens - v.surface.p;
@@ -176,6 +191,7 @@ void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   connections_.origin.append(origin, shines, at);
   connections_.direction.append(rest * (1.0f / max(length_left, 1e-30f)), shines, at);
   compress_store(visible, shines, connections_.distance + at);
+  if (scene_.any_motion) compress_store(v.time, shines, connections_.time + at);
   connections_.contribution.append(value, shines, at);
   compress_store(eye.film.x, shines, film_x_ + at);
   compress_store(eye.film.y, shines, film_y_ + at);
@@ -201,11 +217,13 @@ void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
   paths_.beta.append(beta, alive, kept);
   compress_store(v.eta_scale, alive, paths_.eta_scale + kept);
   compress_store(inverse_start, alive, paths_.pdf + kept);
+  if (scene_.any_motion) compress_store(v.time, alive, paths_.time + kept);
   kept += compress_store(v.slot, alive, paths_.slot + kept);
 }
 
 void LightTracer::trace_connections() {
-  trace_shadow(scene_.accel, arrays_of(connections_.origin, connections_.direction), connections_.size, connections_.distance);
+  trace_shadow(scene_.accel, arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)),
+               connections_.size, connections_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
   for (int i = 0; i < connections_.size; ++i) {
     if (connections_.distance[i] < 0) continue;

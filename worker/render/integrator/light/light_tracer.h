@@ -25,10 +25,13 @@ class LightTracer {
   bool render(std::stop_token stop);
 
  private:
+  /// Times of rays as the tracer wants them.
+  const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
   bool add_visible_lights(std::uint32_t pass, std::stop_token stop);
   void start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass);
   void advance(int depth);
   struct Vertex;
+  void make_partly_opaque(Vertex& v, Mask hit);
   void join_to_camera(const Vertex& v, Mask hit);
   void scatter_paths(const Vertex& v, Mask hit, int i, int& kept);
   void trace_connections();

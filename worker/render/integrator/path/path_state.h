@@ -50,6 +50,8 @@ struct PathState {
   alignas(64) Lanes<float> pdf;    // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
   alignas(64) Lanes<float> eta_scale;  // undoes the 1/eta^2 of refraction, for Russian roulette
   alignas(64) Lanes<std::int32_t> slot;
+  // Scenes with motion only: from 0 (the shutter opens) to 1, the same along a path
+  alignas(64) Lanes<float> time;
   // Volumetric scenes only
   Vec3Lanes reference;  // where the path was last scattered; `origin` is where it last crossed something
   alignas(64) Lanes<std::int32_t> medium;  // around `origin`; -1: none
@@ -79,6 +81,7 @@ struct ShadowQueue {
   alignas(64) Lanes<float> distance;
   SpectrumLanes contribution;
   alignas(64) Lanes<std::int32_t> slot;
+  alignas(64) Lanes<float> time;           // scenes with motion only
   alignas(64) Lanes<std::int32_t> medium;  // volumetric scenes only: around the origin
   int size = 0;
 };
@@ -87,6 +90,7 @@ struct ShadowQueue {
 struct TransitState {
   alignas(64) Lanes<std::int32_t> path;  // entry of PathState
   Vec3Lanes origin, direction;
+  alignas(64) Lanes<float> time;  // scenes with motion only
   HitState hits;
 };
 

@@ -45,8 +45,9 @@ struct Wavefront::Vertex {
 
 namespace {
 
-/// Paths end at random only once their throughput is below the inverse of this. Measured: 2 is 7 to 15 % more efficient
-/// than 1 or 4 (docs/decisions/0006-volumes.md).
+/// Paths end at random only after this many further events, and once their throughput is below the inverse of kRouletteCaution.
+/// Measured: docs/decisions/0006-media-and-passing.md.
+constexpr int kRouletteStart = 3;
 constexpr float kRouletteCaution = 2;
 
 /// Power heuristic with exponent 2 [Veach 1997], for one sample of each strategy.
@@ -71,6 +72,7 @@ void Wavefront::shade(int depth) {
       v.medium = Int::load(paths_.medium + i);
       v.in_medium = active & (v.hit.shape == kScatteredByMedium);
     }
+    if (scene_.any_motion) v.hit.time = Float::load(paths_.time + i);
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
@@ -185,6 +187,7 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   compress_store(distance, shines, shadows_.distance + at);
   shadows_.contribution.append(contribution, shines, at);
   compress_store(v.slot, shines, shadows_.slot + at);
+  if (scene_.any_motion) compress_store(v.hit.time, shines, shadows_.time + at);
   if (scene_.volumetric) {
     const Mask on_surface = and_not(shines, v.in_medium);
     compress_store(medium_behind(scene_.shapes, v.surface, light.wi, v.medium, on_surface), shines, shadows_.medium + at);
@@ -218,7 +221,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept)
   Mask alive = and_not(events & bsdf.valid, is_black(beta));
 
   // Russian roulette on what the path can still bring, refraction's scaling set aside.
-  if (depth > 1) {
+  if (depth > kRouletteStart) {
     const Float survival = clamp((beta * eta_scale).max_component() * kRouletteCaution, 0.05f, 1.0f);
     alive &= v.roulette.x < survival;
     beta *= 1.0f / survival;
@@ -232,6 +235,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept)
   compress_store(select(bsdf.specular, Float(0.0f), bsdf.pdf), alive, paths_.pdf + kept);
   compress_store(eta_scale, alive, paths_.eta_scale + kept);
   compress_store(v.slot, alive, paths_.slot + kept);
+  if (scene_.any_motion) compress_store(v.hit.time, alive, paths_.time + kept);
   if (scene_.volumetric) {
     paths_.reference.append(origin, alive, kept);
     compress_store(medium, alive, paths_.medium + kept);

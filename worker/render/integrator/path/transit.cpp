@@ -17,8 +17,8 @@ constexpr int kMostCrossings = 1000;
 constexpr float kEndless = 1e18f;
 
 HitArrays arrays_of(HitState& hits) { return {hits.t, hits.u, hits.v, hits.primitive, hits.shape, hits.instance}; }
-RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction) {
-  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z};
+RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
+  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
 }
 
 Vec3 gather_vec(const Vec3Lanes& from, Int index, Mask active) {
@@ -84,7 +84,8 @@ void Wavefront::transit(int depth) {
 Mask Wavefront::fly(Int path, int depth, int round, Mask active) {
   const Int slot = gather(paths_.slot, path, active);
   const Vec3 o = gather_vec(paths_.origin, path, active), d = gather_vec(paths_.direction, path, active);
-  const Hit hit = gather_hit(hits_, path, active);
+  Hit hit = gather_hit(hits_, path, active);
+  if (scene_.any_motion) hit.time = gather(paths_.time, path, active);
   Int medium = gather(paths_.medium, path, active);
   Spectrum beta = gather_spectrum(paths_.beta, path, active);
   NumberStream numbers = stream_of(samples_, slot, StreamUse::kTransit, depth, round, active);
@@ -127,8 +128,9 @@ void Wavefront::retrace(int count) {
     const Int path = Int::load(transit_.path + i);
     transit_.origin.append(gather_vec(paths_.origin, path, active), active, i);
     transit_.direction.append(gather_vec(paths_.direction, path, active), active, i);
+    if (scene_.any_motion) gather(paths_.time, path, active).store(transit_.time + i);
   }
-  const RayArrays rays = arrays_of(transit_.origin, transit_.direction);
+  const RayArrays rays = arrays_of(transit_.origin, transit_.direction, times_of(transit_.time));
   if (log_) record_rays(rays, nullptr, count, RayLog::Kind::kBounce, false, *log_);
   trace_nearest(scene_.accel, rays, count, false, static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(transit_.hits));
   stats_.bounce_rays += static_cast<std::uint64_t>(count);
@@ -151,7 +153,7 @@ void Wavefront::march_shadow_rays(int depth) {
   // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
   int n = shadows_.size;
   for (int round = 0; n > 0 && round <= kMostCrossings; ++round) {
-    const RayArrays rays = arrays_of(shadows_.origin, shadows_.direction);
+    const RayArrays rays = arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time));
     if (log_) record_rays(rays, nullptr, n, RayLog::Kind::kBounce, false, *log_);
     trace_nearest(scene_.accel, rays, n, false, static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
     stats_.shadow_rays += static_cast<std::uint64_t>(n);
@@ -168,7 +170,8 @@ int Wavefront::march(int depth, int round, int i, Mask active, int kept) {
   const Int slot = Int::load(shadows_.slot + i);
   Int medium = Int::load(shadows_.medium + i);
   Spectrum contribution = shadows_.contribution.load(i);
-  const Hit hit = gather_hit(hits_, Int::iota(i), active);
+  Hit hit = gather_hit(hits_, Int::iota(i), active);
+  if (scene_.any_motion) hit.time = Float::load(shadows_.time + i);
 
   const Mask met = active & (hit.shape >= 0) & (hit.t < distance);
   const Mask inside = active & (medium >= 0);
@@ -192,6 +195,7 @@ int Wavefront::march(int depth, int round, int i, Mask active, int kept) {
   shadows_.direction.append(d, passes, kept);
   compress_store(distance - dot(origin - o, d), passes, shadows_.distance + kept);
   compress_store(slot, passes, shadows_.slot + kept);
+  if (scene_.any_motion) compress_store(hit.time, passes, shadows_.time + kept);
   compress_store(medium, passes, shadows_.medium + kept);
   shadows_.contribution.append(contribution, passes, kept);
   return kept + count(passes);

@@ -86,7 +86,12 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
     const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
     const Vec2 film{to_float(bit_cast<std::int32_t>(px)) + 0.5f + filter.offset.x,
                     to_float(bit_cast<std::int32_t>(py)) + 0.5f + filter.offset.y};
-    const CameraRay ray = sample_camera_ray(scene_.camera, film, sampler.get_2d(dimension::kLens));
+    Float time(0.0f);
+    if (scene_.any_motion) {
+      time = sampler.get_2d(dimension::kTime).x;
+      time.store(paths_.time + slot);
+    }
+    const CameraRay ray = sample_camera_ray(scene_.camera, film, sampler.get_2d(dimension::kLens), time);
 
     const Mask all = Mask::all();
     paths_.origin.append(ray.origin, all, slot);
@@ -127,9 +132,9 @@ void Wavefront::advance(int depth) {
 
 void Wavefront::intersect(int depth) {
   const RayArrays rays{paths_.origin.x,    paths_.origin.y,    paths_.origin.z,
-                       paths_.direction.x, paths_.direction.y, paths_.direction.z};
+                       paths_.direction.x, paths_.direction.y, paths_.direction.z, times_of(paths_.time)};
   const HitArrays hits{hits_.t, hits_.u, hits_.v, hits_.primitive, hits_.shape, hits_.instance};
-  const bool coherent = depth == 0 && scene_.camera.lens_radius == 0;
+  const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
   if (log_) record_rays(rays, nullptr, alive_, depth == 0 ? RayLog::Kind::kCamera : RayLog::Kind::kBounce, coherent, *log_);
   trace_nearest(scene_.accel, rays, alive_, coherent, static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
   if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
@@ -137,14 +142,15 @@ void Wavefront::intersect(int depth) {
 
 void Wavefront::clip_far() {
   for (int i = 0; i < alive_; i += kWidth) {
-    const Mask seen = Float::load(hits_.t + i) <= visible_distance(scene_.camera, paths_.direction.load(i));
+    const Float time = scene_.any_motion ? Float::load(paths_.time + i) : Float(0.0f);
+    const Mask seen = Float::load(hits_.t + i) <= visible_distance(scene_.camera, paths_.direction.load(i), time);
     select(seen, Int::load(hits_.shape + i), Int(-1)).store(hits_.shape + i);
   }
 }
 
 void Wavefront::trace_shadow_rays() {
   const RayArrays rays{shadows_.origin.x,    shadows_.origin.y,    shadows_.origin.z,
-                       shadows_.direction.x, shadows_.direction.y, shadows_.direction.z};
+                       shadows_.direction.x, shadows_.direction.y, shadows_.direction.z, times_of(shadows_.time)};
   if (log_) record_rays(rays, shadows_.distance, shadows_.size, RayLog::Kind::kShadow, false, *log_);
   trace_shadow(scene_.accel, rays, shadows_.size, shadows_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);

@@ -30,6 +30,8 @@ class Wavefront {
   void clip_far();
   void shade(int depth);
   void trace_shadow_rays();
+  /// Times of rays as the tracer wants them.
+  const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
   void finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples);

@@ -1,0 +1,104 @@
+#include "statistical/reference/picture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::test {
+
+namespace {
+
+constexpr std::uint32_t kSide = 32, kBlock = 8, kBlocks = kSide / kBlock, kBatches = 32;
+constexpr std::size_t kValues = 3 * (1 + kBlocks * kBlocks);
+constexpr double kStandardErrors = 6;
+
+/// Means of one batch, in the order of Picture::values.
+std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samples) {
+  std::vector<double> means(kValues, 0);
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    for (std::uint32_t y = 0; y < kSide; ++y) {
+      for (std::uint32_t x = 0; x < kSide; ++x) {
+        const double value = tile.values[(c * kSide + y) * kSide + x] / double{static_cast<float>(samples)};
+        const std::uint32_t block = y / kBlock * kBlocks + x / kBlock;
+        means[c] += value / (kSide * kSide);
+        means[3 + 3 * block + c] += value / (kBlock * kBlock);
+      }
+    }
+  }
+  return means;
+}
+
+}  // namespace
+
+Picture measure_picture(const PictureRequest& request) {
+  v1::JobSpec job;
+  job.mutable_settings()->set_integrator(request.integrator);
+  job.mutable_settings()->set_sampler("independent");
+  job.mutable_settings()->set_spp(request.spp);
+  job.mutable_settings()->set_max_depth(request.max_depth);
+  // Two integrators must not share their random numbers.
+  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator) & 0xffff);
+  const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide, " filter { ", request.filter, " } }");
+  const auto file = load_scene_text(text, job, render::supported_isas().front(), request.blobs);
+  EXPECT_TRUE(file.ok()) << file.status();
+  if (!file.ok()) return {};
+  for (const std::string& warning : file->scene->warnings()) ADD_FAILURE() << warning;
+
+  std::vector<double> sum(kValues, 0), sum_of_squares(kValues, 0);
+  std::mutex mutex;
+  std::atomic<std::uint32_t> next{0};
+  const std::uint32_t samples = request.spp / kBatches;
+  const auto work = [&] {
+    for (std::uint32_t i; (i = next.fetch_add(1)) < kBatches;) {
+      render::RenderStats stats;
+      const auto tile = file->scene->render_tile({0, 0, kSide, kSide, i * samples, (i + 1) * samples}, {}, stats);
+      const std::lock_guard lock(mutex);
+      EXPECT_TRUE(tile.ok()) << tile.status();
+      EXPECT_EQ(stats.dropped_samples, 0u);
+      if (!tile.ok()) continue;
+      const std::vector<double> means = batch_means(*tile, samples);
+      for (std::size_t v = 0; v < kValues; ++v) {
+        sum[v] += means[v];
+        sum_of_squares[v] += means[v] * means[v];
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) workers.emplace_back(work);
+  }
+  Picture picture;
+  for (std::size_t v = 0; v < kValues; ++v) {
+    const double mean = sum[v] / kBatches;
+    const double variance = std::max(0.0, sum_of_squares[v] / kBatches - mean * mean);
+    EXPECT_TRUE(std::isfinite(mean));
+    picture.values.push_back({mean, std::sqrt(variance / (kBatches - 1))});
+  }
+  return picture;
+}
+
+void expect_same(const Picture& a, const Picture& b, double relative) {
+  ASSERT_EQ(a.values.size(), b.values.size());
+  ASSERT_FALSE(a.values.empty());
+  for (std::size_t v = 0; v < a.values.size(); ++v) {
+    const double error = std::hypot(a.values[v].error, b.values[v].error);
+    EXPECT_NEAR(a.values[v].mean, b.values[v].mean, kStandardErrors * error + relative * std::abs(a.values[v].mean) + 1e-6)
+        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3 << ", standard error " << error;
+  }
+}
+
+void expect_value(const Picture& picture, double expected, double relative) {
+  ASSERT_FALSE(picture.values.empty());
+  for (std::size_t v = 0; v < picture.values.size(); ++v) {
+    EXPECT_NEAR(picture.values[v].mean, expected, kStandardErrors * picture.values[v].error + relative * std::abs(expected) + 1e-6)
+        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3;
+  }
+}
+
+}  // namespace tessera::test
