@@ -270,7 +270,7 @@ TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
                                     std::string(kTriangle));
   EXPECT_EQ(scene.scene.shapes(0).area_light().texture(), "half.pfm");
   EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 6 / (pi * 0.5 * 0.5));
-  EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::NEAREST);
+  EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::BILINEAR);
 }
 
 TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {

@@ -125,15 +125,31 @@ TEST(LightPower, FollowsTheFormulas) {
   EXPECT_NEAR(light_power(table, light), 4 * kPi64 * 4 * kPi64 * 3, 1e-3);
 }
 
-TEST(SelectionByPower, IsProportionalToPower) {
+TEST(SelectionOfLights, LiesBetweenPowerAndEvenness) {
   LightTable table;
   table.lights = {record(LightKind::kPoint), record(LightKind::kPoint), record(LightKind::kPoint)};
-  for (float& c : table.lights[1].radiance) c *= 3;
+  for (float& c : table.lights[1].radiance) c *= 99;
   for (float& c : table.lights[2].radiance) c = 0;
   const AliasTable selection = selection_of_lights(table);
-  EXPECT_FLOAT_EQ(selection.pmf[0], 0.25f);
-  EXPECT_FLOAT_EQ(selection.pmf[1], 0.75f);
+  // By power alone it would be 0.01.
+  EXPECT_GT(selection.pmf[0], 0.1f);
+  EXPECT_LT(selection.pmf[0], 0.5f);
+  EXPECT_FLOAT_EQ(selection.pmf[0] + selection.pmf[1], 1);
   EXPECT_EQ(selection.pmf[2], 0);
+}
+
+TEST(SelectionOfLights, TrianglesOfAShapeShareItsPart) {
+  LightTable table;
+  table.lights = {record(LightKind::kPoint), record(LightKind::kDisk), record(LightKind::kDisk)};
+  // Two parts of one shape, as bright together as the point light.
+  for (const std::size_t i : {1, 2}) {
+    table.lights[i].shape = 0;
+    table.lights[i].area = 2;
+  }
+  const AliasTable selection = selection_of_lights(table);
+  EXPECT_NEAR(selection.pmf[0], 0.5f, 1e-6f);
+  EXPECT_NEAR(selection.pmf[1], 0.25f, 1e-6f);
+  EXPECT_NEAR(selection.pmf[2], 0.25f, 1e-6f);
 }
 
 TextureImage constant_image(std::int32_t width, std::int32_t height, float value) {
