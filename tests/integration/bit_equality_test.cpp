@@ -56,6 +56,18 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   }
 }
 
+TEST(BitEquality, LightTracingInPassesInProcessAndOnTwoWorkers) {
+  // A pass of 72 x 72 paths: units of 32 passes at most, so three of 80.
+  const Arguments light{"scenes/cornell-box/scene.pbrt", "--resolution", "72x72", "--crop",  "3,5,70,72", "--spp", "80",
+                        "--integrator", "light", "--aov", "variance,samples", "--quiet"};
+  const std::string expected = render_hash(light);
+  EXPECT_EQ(render_hash(light + Arguments{"--threads", "3"}), expected);
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  EXPECT_EQ(submit_hash(farm, light), expected);
+}
+
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
   const std::string sobol = render_hash(kCornellBox + Arguments{"--sampler", "sobol"});
   EXPECT_NE(render_hash(kCornellBox + Arguments{"--sampler", "sobol", "--seed", "1"}), sobol);

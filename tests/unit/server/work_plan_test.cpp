@@ -79,6 +79,31 @@ TEST(WorkPlan, BeginsInTheMiddle) {
   }
 }
 
+TEST(WorkPlan, LightTracingWorksInPassesOverTheCrop) {
+  v1::JobSpec spec = sound_spec();
+  spec.mutable_settings()->set_integrator("light");
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  ASSERT_EQ(plan.unit_count(), 3u);
+  std::uint32_t next = 0;
+  for (std::uint32_t i = 0; i < plan.unit_count(); ++i) {
+    const v1::WorkUnit unit = plan.unit(i);
+    ASSERT_TRUE(unit.has_pass());
+    const v1::TileUnit extent = extent_of(unit, spec);
+    EXPECT_EQ(extent.pixels().SerializeAsString(), spec.crop().SerializeAsString());
+    EXPECT_EQ(extent.samples().begin(), next);
+    next = extent.samples().end();
+  }
+  EXPECT_EQ(next, 21u);
+
+  // A pass must fit a message: 96 MiB, five words a pixel.
+  for (const std::uint32_t height : {1200u, 1300u}) {
+    spec.set_width(4000), spec.set_height(height);
+    spec.mutable_crop()->set_x0(0), spec.mutable_crop()->set_y0(0);
+    spec.mutable_crop()->set_x1(4000), spec.mutable_crop()->set_y1(height);
+    EXPECT_EQ(WorkPlan::make(spec).ok(), height == 1200u) << height;
+  }
+}
+
 TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   const auto message = [](const std::function<void(v1::JobSpec&)>& spoil) {
     v1::JobSpec spec = sound_spec();
