@@ -119,8 +119,8 @@ TEST_P(MitsubaSuite, AgreesWithItsReference) {
   std::printf("%s\n", result.report().c_str());
 }
 
-INSTANTIATE_TEST_SUITE_P(, MitsubaSuite, testing::ValuesIn(kScenes), [](const auto& info) {
-  std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(, MitsubaSuite, testing::ValuesIn(kScenes), [](const auto& scene) {
+  std::string name = scene.param;
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
 });

@@ -123,7 +123,7 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   // A slope of 0.5 along u: two texels, 0 and 0.25, half a unit of u apart.
   auto image = std::make_shared<TextureImage>();
   image->width = 2, image->height = 1;
-  for (const float value : {0.0f, 0.25f}) image->texels32.insert(image->texels32.end(), {value, value, value, 1});
+  image->texels32 = {0, 0, 0, 1, 0.25f, 0.25f, 0.25f, 1};
   TextureNode node;
   node.kind = TextureKind::kImage;
   node.image = image;
