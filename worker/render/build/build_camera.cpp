@@ -59,6 +59,9 @@ absl::Status SceneBuilder::build_camera() {
   }
   record.width = static_cast<std::int32_t>(job_.width());
   record.height = static_cast<std::int32_t>(job_.height());
+  if (tables_.light_tracing && std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
+    return absl::InvalidArgumentError("integrator 'light' traces a path for every pixel of the film; 2^30 are the most");
+  }
   if (tables_.light_tracing && camera.has_spherical()) {
     return absl::InvalidArgumentError("camera: integrator 'light' needs a perspective or orthographic camera");
   }

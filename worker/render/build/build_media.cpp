@@ -17,7 +17,13 @@ bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 }  // namespace
 
 absl::Status SceneBuilder::build_media() {
-  if (job_.settings().integrator() != "volpath") return absl::OkStatus();
+  if (job_.settings().integrator() != "volpath") {
+    if (scene_.media_size() > 0) {
+      warnings_.push_back(absl::StrCat("integrator '", job_.settings().integrator(),
+                                       "' looks at surfaces only: the scene's media are left out; 'volpath' sees them"));
+    }
+    return absl::OkStatus();
+  }
   for (const v1::Medium& medium : scene_.media()) {
     MediumRecord record;
     if (auto s = build_medium(medium, record); !s.ok()) return located(s, absl::StrCat("medium '", medium.name(), "'"));

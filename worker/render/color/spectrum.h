@@ -2,7 +2,7 @@
 //
 // A job renders either in linear Rec.709 (three components: R, G, B) or, one day, with four wavelengths. Which, only
 // this folder knows; everything else multiplies and adds Spectrum values. Kernels for RGB jobs carry three components
-// [docs/decisions/0005-spectrum-lanes.md].
+// [docs/architecture.md, deviations].
 #pragma once
 
 #include "render/core/wide.h"

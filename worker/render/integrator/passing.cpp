@@ -28,6 +28,15 @@ Spectrum tint_of(const SceneTables& scene, const SpectrumSlot& slot, const Surfa
   return tint;
 }
 
+/// The material of the side that light along `d` comes to.
+Int seen_material(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
+  constexpr int kStride = sizeof(MaterialRecord) / 4;
+  const MaterialRecord* materials = scene.materials.materials.data();
+  const Int record = surface.material * kStride;
+  const Mask two_faced = active & ((gather(&materials->flags, record, active) & kHasBack) != 0);
+  return select(two_faced & (dot(d, surface.ns) > 0.0f), gather(&materials->back, record, two_faced), surface.material);
+}
+
 }  // namespace
 
 Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active) {
@@ -47,12 +56,12 @@ Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
   const Int flags = gather(&materials->flags, record, active);
   const Mask dark = active & (gather_member(shapes, &ShapeRecord::first_light, shape, active) < 0);
   return dark & ((kind == static_cast<std::int32_t>(BsdfKind::kInterface)) |
-                 ((flags & (kHasOpacity | kPassesStraight)) != 0));
+                 ((flags & (kHasOpacity | kPassesStraight | kHasBack)) != 0));
 }
 
 Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
   Passing result{Float(0.0f), Spectrum(1.0f)};
-  for_each_distinct(surface.material, active, [&](std::int32_t m, Mask lanes) {
+  for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
     const Float opacity = opacity_of(scene, material, surface, lanes);
     if (material.kind == BsdfKind::kInterface) {

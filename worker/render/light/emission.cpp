@@ -9,11 +9,6 @@ namespace {
 
 Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
 
-Int kind_of(const LightTable& table, Int light, Mask active) {
-  const auto* kinds = reinterpret_cast<const std::int32_t*>(&table.lights.data()->kind);
-  return gather(kinds, light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
-}
-
 /// Directions that a light at a point shines in, by solid angle.
 struct Directions {
   Vec3 w;

@@ -9,12 +9,6 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-Int kind_of(const LightTable& table, Int light, Mask active) {
-  static_assert(sizeof(LightKind) == sizeof(std::int32_t));
-  const auto* kinds = reinterpret_cast<const std::int32_t*>(&table.lights.data()->kind);
-  return gather(kinds, light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
-}
-
 LightSample no_sample() {
   return {{0.0f, 0.0f, 1.0f}, Float(0.0f), Spectrum(0.0f), Float(0.0f), Mask::none(), Mask::none()};
 }
@@ -28,8 +22,6 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
   });
   return factor;
 }
-
-
 
 }  // namespace
 

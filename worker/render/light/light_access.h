@@ -6,6 +6,13 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// LightKind a lane.
+TESSERA_INLINE Int kind_of(const LightTable& table, Int light, Mask active) {
+  static_assert(sizeof(LightKind) == sizeof(std::int32_t));
+  const auto* kinds = reinterpret_cast<const std::int32_t*>(&table.lights.data()->kind);
+  return gather(kinds, light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
+}
+
 /// The records of 16 lights.
 struct LightLanes {
   const LightTable& table;

@@ -22,6 +22,9 @@ constexpr int kLightPath = 3 << 20;
 constexpr int kChooseLight = kLightPath, kPlace = kLightPath + 1, kDirection = kLightPath + 2, kFirstEvent = kLightPath + 3;
 enum Event { kLens, kScatter, kLobe, kRoulette, kPairsPerEvent };
 
+/// Paths end at random only once they carry less than the inverse of this part of what they began with.
+constexpr float kRouletteCaution = 2;
+
 /// Collects one sample of every pixel of a tile.
 class PlaneSink final : public FilmSink {
  public:
@@ -40,11 +43,6 @@ class PlaneSink final : public FilmSink {
   std::span<const std::uint32_t> pixels_;
 };
 
-HitArrays arrays_of(HitState& hits) { return {hits.t, hits.u, hits.v, hits.primitive, hits.shape, hits.instance}; }
-RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
-  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
-}
-
 /// Cosines with shading and geometric normal do not cancel as they do on a path from the eye [Veach 1997, section 5.3].
 Float normal_ratio(const Surface& s, const Frame& frame, Vec3 from, Vec3 to) {
   const Float in = abs(dot(from, frame.z)) / max(abs(dot(from, s.ng)), 1e-6f);
@@ -57,7 +55,6 @@ struct LightTracer::Vertex {
   Float time;     // of the path
   Vec3 to_light;  // back along the path
   Spectrum beta;  // flux
-  Float eta_scale;
   Int slot;
   Sampler sampler;
   int first_pair;
@@ -74,10 +71,11 @@ LightTracer::LightTracer(const SceneTables& scene, const TileRequest& tile, Film
 bool LightTracer::render(std::stop_token stop) {
   film_.begin_pixels(pixels_);
   const std::int32_t paths = scene_.camera.width * scene_.camera.height;
+  const bool lit = !scene_.lights.lights.empty() && scene_.max_depth > 0;
   for (std::uint32_t pass = tile_.sample_begin; pass < tile_.sample_end; ++pass) {
     planes_.assign(4 * stride_, 0.0f);
     if (!add_visible_lights(pass, stop)) return false;
-    for (std::int32_t first = 0; first < paths && !scene_.lights.lights.empty(); first += kBatch) {
+    for (std::int32_t first = 0; first < paths && lit; first += kBatch) {
       if (stop.stop_requested()) return false;
       start_paths(first, std::min<std::int32_t>(kBatch, paths - first), pass);
       for (int depth = 0; alive_ > 0; ++depth) advance(depth);
@@ -115,10 +113,8 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
     paths_.origin.append(ray.origin + ray.offset, alive, alive_);
     paths_.direction.append(ray.direction, alive, alive_);
     paths_.beta.append(ray.flux * scale, alive, alive_);
-    compress_store(Float(1.0f), alive, paths_.eta_scale + alive_);
     if (scene_.any_motion) compress_store(sampler.get_2d(dimension::kTime).x, alive, paths_.time + alive_);
-    // For Russian roulette: what the path began with.
-    compress_store(1.0f / max((ray.flux * scale).max_component(), 1e-30f), alive, paths_.pdf + alive_);
+    compress_store(1.0f / max((ray.flux * scale).max_component(), 1e-30f), alive, inverse_start_ + alive_);
     alive_ += compress_store(Int::iota(slot), alive, paths_.slot + alive_);
   }
   stats_.samples += static_cast<std::uint64_t>(count);
@@ -135,13 +131,12 @@ void LightTracer::advance(int depth) {
                     Int::load(hits_.primitive + i), Int::load(hits_.shape + i), Int::load(hits_.instance + i),
                     scene_.any_motion ? Float::load(paths_.time + i) : Float(0.0f)};
     const Mask hit = active & (found.shape >= 0);
-    if (none(hit) || depth >= scene_.max_depth) continue;
+    if (none(hit)) continue;
     const Vec3 direction = paths_.direction.load(i);
     const Int slot = Int::load(paths_.slot + i);
     Vertex v{found.time,
              -direction,
              paths_.beta.load(i),
-             Float::load(paths_.eta_scale + i),
              slot,
              Sampler(scene_.sampler.kind, gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active)),
              kFirstEvent + depth * kPairsPerEvent,
@@ -150,7 +145,7 @@ void LightTracer::advance(int depth) {
     interact(scene_, v.surface, v.to_light, v.sampler.get_2d(v.first_pair + kRoulette).y, hit, v.at);
     if (scene_.any_opacity) make_partly_opaque(v, hit);
     join_to_camera(v, hit);
-    scatter_paths(v, hit, i, kept);
+    if (depth + 1 < scene_.max_depth) scatter_paths(v, hit, i, kept);
   }
   alive_ = kept;
   trace_connections();
@@ -170,7 +165,7 @@ void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   if (none(wanted)) return;
   const CameraConnection eye =
       connect_to_camera(scene_.camera, v.surface.p, v.sampler.get_2d(v.first_pair + kLens), v.time, wanted);
-  const Mask seen = wanted & eye.valid;
+  const Mask seen = wanted & eye.valid & lands(eye.film);
   if (none(seen)) return;
   const Vec3 to_eye = eye.lens - v.surface.p;
   const Float distance = length(to_eye);
@@ -186,7 +181,8 @@ void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   const Vec3 rest = eye.lens - origin;
   const Float length_left = length(rest);
   // What stands before the near plane is not seen, and blocks nothing.
-  const Float visible = scene_.camera.near_clip > 0 ? length_left * (1.0f - scene_.camera.near_clip / max(eye.depth, 1e-30f)) : length_left;
+  const float near_clip = scene_.camera.near_clip;
+  const Float visible = near_clip > 0 ? length_left * (1.0f - near_clip / max(eye.depth, 1e-30f)) : length_left;
   const int at = connections_.size;
   connections_.origin.append(origin, shines, at);
   connections_.direction.append(rest * (1.0f / max(length_left, 1e-30f)), shines, at);
@@ -198,6 +194,12 @@ void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   connections_.size += count(shines);
 }
 
+Mask LightTracer::lands(Vec2 film) const {
+  const float rx = scene_.filter.x.radius, ry = scene_.filter.y.radius;
+  return (film.x > static_cast<float>(tile_.x0) - rx) & (film.x < static_cast<float>(tile_.x1) + rx) &
+         (film.y > static_cast<float>(tile_.y0) - ry) & (film.y < static_cast<float>(tile_.y1) + ry);
+}
+
 void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
   const BsdfSample bsdf = sample_bsdf(v.at, v.to_light, v.sampler.get_2d(v.first_pair + kLobe).x,
                                       v.sampler.get_2d(v.first_pair + kScatter), hit);
@@ -205,9 +207,9 @@ void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
   const Float normals = normal_ratio(v.surface, v.at.frame, v.to_light, bsdf.wi);
   const Float transport = normals * select(bsdf.transmission, sqr(bsdf.eta), Float(1.0f));
   Spectrum beta = v.beta * bsdf.weight * transport;
-  const Float inverse_start = Float::load(paths_.pdf + i);
+  const Float inverse_start = Float::load(inverse_start_ + i);
   Mask alive = and_not(hit & bsdf.valid & is_finite(beta), is_black(beta));
-  const Float survival = clamp(beta.max_component() * inverse_start * 2.0f, 0.05f, 1.0f);
+  const Float survival = clamp(beta.max_component() * inverse_start * kRouletteCaution, 0.05f, 1.0f);
   alive &= v.sampler.get_2d(v.first_pair + kRoulette).x < survival;
   beta *= 1.0f / survival;
 
@@ -215,8 +217,7 @@ void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
   paths_.origin.append(offset_origin(v.surface, bsdf.wi), alive, kept);
   paths_.direction.append(bsdf.wi, alive, kept);
   paths_.beta.append(beta, alive, kept);
-  compress_store(v.eta_scale, alive, paths_.eta_scale + kept);
-  compress_store(inverse_start, alive, paths_.pdf + kept);
+  compress_store(inverse_start, alive, inverse_start_ + kept);
   if (scene_.any_motion) compress_store(v.time, alive, paths_.time + kept);
   kept += compress_store(v.slot, alive, paths_.slot + kept);
 }
@@ -236,10 +237,15 @@ void LightTracer::trace_connections() {
 
 void LightTracer::splat(float x, float y, const float (&value)[3]) {
   const PixelFilterRecord& filter = scene_.filter;
-  const auto low = [](float center, float radius) { return static_cast<std::int64_t>(std::ceil(center - radius - 0.5f)); };
-  const auto high = [](float center, float radius) { return static_cast<std::int64_t>(std::floor(center + radius - 0.5f)); };
-  const auto first_x = std::max<std::int64_t>(low(x, filter.x.radius), tile_.x0), last_x = std::min<std::int64_t>(high(x, filter.x.radius), std::int64_t{tile_.x1} - 1);
-  const auto first_y = std::max<std::int64_t>(low(y, filter.y.radius), tile_.y0), last_y = std::min<std::int64_t>(high(y, filter.y.radius), std::int64_t{tile_.y1} - 1);
+  // Pixels whose filters reach the place, which lands() has seen to be near the tile.
+  const auto first = [](float place, float radius, std::uint32_t begin) {
+    return std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place - radius - 0.5f)), begin);
+  };
+  const auto last = [](float place, float radius, std::uint32_t end) {
+    return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place + radius - 0.5f)), std::int64_t{end} - 1);
+  };
+  const std::int64_t first_x = first(x, filter.x.radius, tile_.x0), last_x = last(x, filter.x.radius, tile_.x1);
+  const std::int64_t first_y = first(y, filter.y.radius, tile_.y0), last_y = last(y, filter.y.radius, tile_.y1);
   for (std::int64_t py = first_y; py <= last_y; ++py) {
     const float wy = filter_value(filter.kind, filter.y, y - static_cast<float>(py) - 0.5f);
     for (std::int64_t px = first_x; px <= last_x; ++px) {

@@ -32,6 +32,8 @@ class LightTracer {
   void advance(int depth);
   struct Vertex;
   void make_partly_opaque(Vertex& v, Mask hit);
+  /// Whether what is seen at this place of the film touches a pixel of the unit.
+  Mask lands(Vec2 film) const;
   void join_to_camera(const Vertex& v, Mask hit);
   void scatter_paths(const Vertex& v, Mask hit, int i, int& kept);
   void trace_connections();
@@ -46,6 +48,7 @@ class LightTracer {
   std::size_t stride_;
   int alive_ = 0;
   PathState paths_;
+  alignas(64) Lanes<float> inverse_start_;  // of what each of them carried at its light
   HitState hits_;
   alignas(64) Lanes<std::uint32_t> pixel_hash_, reversed_sample_;  // of the path in slot i
   ShadowQueue connections_;                                        // from surfaces to the lens

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "render/accel/trace.h"
 #include "render/color/spectrum.h"
 #include "render/core/vec.h"
 
@@ -93,5 +94,13 @@ struct TransitState {
   alignas(64) Lanes<float> time;  // scenes with motion only
   HitState hits;
 };
+
+// As the tracer wants them.
+inline HitArrays arrays_of(HitState& hits) {
+  return {hits.t, hits.u, hits.v, hits.primitive, hits.shape, hits.instance};
+}
+inline RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
+  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
+}
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -90,7 +90,7 @@ void Wavefront::shade(int depth) {
       v.surface.p = select(v.in_medium, v.origin + v.direction * v.hit.t, v.surface.p);
       v.at.flags = select(v.in_medium, Int(0), v.at.flags);
     }
-    if (scene_.any_opacity) make_partly_opaque(v, hit, depth);
+    if (scene_.any_opacity && !scene_.volumetric) make_partly_opaque(v, hit, depth);  // else transit() has seen to it
     if (depth == 0) record_first_hit(v, events);
     if (last) continue;
 
@@ -145,8 +145,7 @@ void Wavefront::record_first_hit(const Vertex& v, Mask hit) {
 }
 
 void Wavefront::make_partly_opaque(Vertex& v, Mask hit, int depth) {
-  Mask partly = hit & ((v.at.flags & kHasOpacity) != 0);
-  if (scene_.volumetric) partly &= v.at.material != v.surface.material;  // but for parts of mixes, transit() has seen to it
+  const Mask partly = hit & ((v.at.flags & kHasOpacity) != 0);
   if (none(partly)) return;
   const Float u = v.sampler.get_2d(dimension::kOpacity + depth).x;
   const Mask open = partly & (u >= opacity_of(scene_, v.at.material, v.surface, partly));

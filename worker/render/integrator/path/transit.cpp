@@ -16,11 +16,6 @@ constexpr int kMostCrossings = 1000;
 /// Length of rays that meet nothing.
 constexpr float kEndless = 1e18f;
 
-HitArrays arrays_of(HitState& hits) { return {hits.t, hits.u, hits.v, hits.primitive, hits.shape, hits.instance}; }
-RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
-  return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
-}
-
 Vec3 gather_vec(const Vec3Lanes& from, Int index, Mask active) {
   return {gather(from.x, index, active), gather(from.y, index, active), gather(from.z, index, active)};
 }
