@@ -72,6 +72,17 @@ int main(int argc, char** argv) {
   app.add_option("--log-level", log_level, "What goes to standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
       ->capture_default_str();
+  double keep_days = 1, keep_unfetched_days = 30;
+  double max_gigabytes = 1000;
+  app.add_option("--keep-days", keep_days, "Days after which a finished job is deleted when a client has its image")
+      ->check(CLI::Range(0.0, 36500.0))
+      ->capture_default_str();
+  app.add_option("--keep-unfetched-days", keep_unfetched_days, "The same for jobs whose image nobody fetched")
+      ->check(CLI::Range(0.0, 36500.0))
+      ->capture_default_str();
+  app.add_option("--max-results", max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
   app.add_flag("--allow-insecure", options.allow_insecure,
                "Serve without encryption on an address that is not loopback");
   try {
@@ -79,6 +90,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
+  options.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(keep_days * 86400));
+  options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
+  options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
   spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-server"));
   spdlog::set_level(spdlog::level::from_str(log_level));
   if (options.data_dir.empty()) {

@@ -22,7 +22,12 @@ void add_job_command(CLI::App& app, Action& action);
 void add_watch_command(CLI::App& app, Action& action);
 void add_fetch_command(CLI::App& app, Action& action);
 void add_cancel_command(CLI::App& app, Action& action);
+void add_retry_command(CLI::App& app, Action& action);
+void add_pause_command(CLI::App& app, Action& action);
+void add_resume_command(CLI::App& app, Action& action);
+void add_priority_command(CLI::App& app, Action& action);
 void add_workers_command(CLI::App& app, Action& action);
+void add_trust_command(CLI::App& app, Action& action);
 void add_convert_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 

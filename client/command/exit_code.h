@@ -14,6 +14,7 @@ enum ExitCode : int {
   kUnreachable = 4,  // cannot reach the coordinator, or not allowed
   kJobFailed = 5,
   kIncomplete = 6,  // the image lacks samples, or could not be written
+  kHoles = 7,       // the image was written, with holes where units were set aside
   kInterrupted = 130
 };
 

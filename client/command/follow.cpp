@@ -53,6 +53,16 @@ double seconds(const google::protobuf::Duration& duration) {
   return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
 }
 
+/// "x0,y0,x1,y1 empty; x0,y0,x1,y1 partial", in pixels of the film.
+std::string list_of(const std::vector<Hole>& holes) {
+  std::string list;
+  for (const Hole& hole : holes) {
+    absl::StrAppend(&list, list.empty() ? "" : "; ", hole.pixels.x0, ",", hole.pixels.y0, ",", hole.pixels.x1, ",",
+                    hole.pixels.y1, hole.empty ? " empty" : " partial");
+  }
+  return list;
+}
+
 RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   RenderInfo info;
   info.scene_digest = spec.scene().digest();
@@ -73,7 +83,8 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
       wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
-  absl::StatusOr<Assembler> assembler = Assembler::create(assembly_options(spec, *std::move(channels)));
+  const AssemblyOptions options = assembly_options(spec, *std::move(channels));
+  absl::StatusOr<Assembler> assembler = Assembler::create(options);
   if (!assembler.ok()) return assembler.status();
 
   const Clock::time_point start = Clock::now();
@@ -81,6 +92,11 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   FarmClient::WatchHandlers handlers;
   handlers.result = [&](const v1::UnitResult& unit) { return add_result(unit, *assembler); };
   handlers.status = [&](const v1::JobStatus&) { progress.update(assembler->samples_done(), Clock::now()); };
+  handlers.restart = [&]() -> absl::Status {
+    auto again = Assembler::create(options);
+    if (again.ok()) assembler = std::move(again);
+    return again.status();
+  };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
   progress.update(assembler->samples_done(), Clock::now());
   progress.finish(Clock::now());
@@ -88,11 +104,12 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
 
   FollowedJob followed;
   followed.status = *std::move(status);
-  if (followed.status.state() == v1::DONE) {
+  if (followed.status.state() == v1::DONE || followed.status.state() == v1::INCOMPLETE) {
     absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
     if (!assembly.ok()) return assembly.status();
     followed.image = std::move(assembly->image);
     followed.incomplete_pixels = assembly->incomplete_pixels;
+    followed.holes = std::move(assembly->holes);
   }
   followed.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return followed;
@@ -111,6 +128,10 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 int report_end(const v1::JobStatus& status) {
   if (status.state() == v1::DONE) return kDone;
   if (status.state() == v1::CANCELLED) return report(kJobFailed, absl::StrCat("job ", status.job_id(), " was cancelled"));
+  if (status.state() == v1::INCOMPLETE) {
+    return report(kHoles, absl::StrCat("job ", status.job_id(), " is incomplete: ", status.error(),
+                                       "\ntry again with: tessera retry ", status.job_id()));
+  }
   return report(kJobFailed, absl::StrCat("job ", status.job_id(), " failed: ", status.error()));
 }
 
@@ -118,15 +139,17 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings()) std::cerr << "warning: " << warning << '\n';
   }
-  if (const int code = report_end(followed.status); code != kDone) return code;
+  const int code = report_end(followed.status);
+  if (!followed.image) return code;
   set_render_info(render_info(spec, followed.status), *followed.image);
+  if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
   if (const absl::Status status = write_image(*followed.image, output, half); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }
-  if (followed.incomplete_pixels > 0) {
+  if (code == kDone && followed.incomplete_pixels > 0) {
     return report(kIncomplete, absl::StrCat(followed.incomplete_pixels, " pixels lack samples"));
   }
-  return kDone;
+  return code;
 }
 
 }  // namespace tessera::client

@@ -18,6 +18,10 @@ namespace {
 constexpr std::array kIntegrators{"path", "volpath", "light"};
 constexpr std::array kSamplers{"sobol", "independent"};
 constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell", "lanczos"};  // in the order of PixelFilter::Kind
+constexpr std::array kIntersections{"auto", "fast", "robust"};
+constexpr std::array kDirectLights{"mis", "bsdf"};
+constexpr std::array kLightSelections{"mixed", "power", "uniform"};
+constexpr std::array kTraversals{"packet", "single"};
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
 constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 18;
@@ -45,9 +49,13 @@ absl::Status check_name(const char* what, const std::string& name, const Names& 
       absl::StrCat("there is no ", what, " '", name, "'; there is: ", absl::StrJoin(names, ", ")));
 }
 
-absl::Status check_settings(const std::string& integrator, const std::string& sampler) {
-  if (absl::Status status = check_name("integrator", integrator, kIntegrators); !status.ok()) return status;
-  return check_name("sampler", sampler, kSamplers);
+absl::Status check_settings(const v1::RenderSettings& settings) {
+  if (auto s = check_name("integrator", settings.integrator(), kIntegrators); !s.ok()) return s;
+  if (auto s = check_name("sampler", settings.sampler(), kSamplers); !s.ok()) return s;
+  if (auto s = check_name("intersection", settings.intersection(), kIntersections); !s.ok()) return s;
+  if (auto s = check_name("direct light", settings.direct_light(), kDirectLights); !s.ok()) return s;
+  if (auto s = check_name("light selection", settings.light_selection(), kLightSelections); !s.ok()) return s;
+  return check_name("traversal", settings.traversal(), kTraversals);
 }
 
 const std::string& first_of(const std::string& wish, const std::string& scene, const std::string& otherwise) {
@@ -61,6 +69,10 @@ v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderS
   settings.set_spp(request.spp.value_or(scene.spp() != 0 ? scene.spp() : kDefaultSpp));
   settings.set_max_depth(request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth));
   settings.set_seed(request.seed.value_or(scene.seed()));
+  settings.set_intersection(first_of(request.intersection, scene.intersection(), kIntersections[0]));
+  settings.set_direct_light(first_of(request.direct_light, scene.direct_light(), kDirectLights[0]));
+  settings.set_light_selection(first_of(request.light_selection, scene.light_selection(), kLightSelections[0]));
+  settings.set_traversal(first_of(request.traversal, scene.traversal(), kTraversals[0]));
   return settings;
 }
 
@@ -98,6 +110,13 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
   return Resolution{(*numbers)[0], (*numbers)[1]};
 }
 
+absl::StatusOr<std::uint64_t> parse_seed(std::string_view text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error == std::errc{} && end == text.data() + text.size()) return seed;
+  return absl::InvalidArgumentError("expected a whole number from 0 to 2^64 - 1");
+}
+
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
   const auto numbers = parse_numbers<4>(text, ',');
   if (!numbers || (*numbers)[0] >= (*numbers)[2] || (*numbers)[1] >= (*numbers)[3]) {
@@ -112,7 +131,7 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
 }
 
 absl::Status check_names(const JobRequest& request) {
-  if (absl::Status status = check_settings(request.integrator, request.sampler); !status.ok()) return status;
+  if (absl::Status status = check_settings(resolve_settings(request, {})); !status.ok()) return status;
   if (absl::Status status = check_name("pixel filter", request.filter, kFilters); !status.ok()) return status;
   return wire::channels_for_aovs(request.aovs).status();
 }
@@ -136,8 +155,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
   *spec.mutable_settings() = resolve_settings(request, scene.settings());
-  const absl::Status names = check_settings(spec.settings().integrator(), spec.settings().sampler());
-  if (!names.ok()) return names;
+  if (absl::Status status = check_settings(spec.settings()); !status.ok()) return status;
 
   spec.set_name(name);
   spec.set_width(film.width);
@@ -150,6 +168,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   spec.set_samples_per_unit(samples_per_unit(pixels, spec.settings().spp()));
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   spec.set_isa(request.isa);
+  spec.set_user(request.user);
+  spec.set_priority(request.priority);
+  for (const std::string& tag : request.required_tags) spec.add_required_tags(tag);
+  spec.set_max_workers(request.max_workers);
 
   job->scene.bytes = scene_bytes(request, scene);
   job->scene.ref.set_digest(wire::sha256_hex(job->scene.bytes));

@@ -28,9 +28,18 @@ struct JobRequest {
   std::string integrator;
   std::string sampler;
   std::string filter;  // of pixels, with its usual radius
+  std::string intersection;  // ray-triangle tests
+  std::string direct_light;
+  std::string light_selection;
+  std::string traversal;
   std::uint32_t tile_size = 32;
   std::vector<std::string> aovs;
   std::string isa;
+  // On the farm.
+  std::string user;
+  std::int32_t priority = 0;
+  std::vector<std::string> required_tags;
+  std::uint32_t max_workers = 0;  // at a time; 0: any number
 };
 
 /// A job, and the bytes that it needs.
@@ -46,7 +55,11 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text);
 /// "x0,y0,x1,y1" in pixels. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
 
-/// InvalidArgument, naming what there is, for an integrator, a sampler, a pixel filter or an AOV that does not exist.
+/// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
+absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
+
+/// InvalidArgument, naming what there is, for an integrator, a sampler, another setting, a pixel filter or an AOV
+/// that does not exist.
 absl::Status check_names(const JobRequest& request);
 
 /// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within the film;

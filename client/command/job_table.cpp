@@ -7,6 +7,19 @@
 
 namespace tessera::client {
 
+namespace {
+
+/// "pixels 0,0 to 32,32, samples 0 to 16".
+std::string place_of(const v1::WorkUnit& unit) {
+  const v1::SampleRange& samples = unit.has_tile() ? unit.tile().samples() : unit.pass().passes();
+  std::string place = absl::StrCat("samples ", samples.begin(), " to ", samples.end());
+  if (!unit.has_tile()) return place;
+  const v1::PixelRect& pixels = unit.tile().pixels();
+  return absl::StrCat("pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(), ", ", place);
+}
+
+}  // namespace
+
 const char* state_name(v1::JobState state) {
   switch (state) {
     case v1::QUEUED:
@@ -19,17 +32,28 @@ const char* state_name(v1::JobState state) {
       return "failed";
     case v1::CANCELLED:
       return "cancelled";
+    case v1::INCOMPLETE:
+      return "incomplete";
     default:
       return "unknown";
   }
 }
 
+std::string state_text(const v1::JobStatus& status) {
+  std::string text = state_name(status.state());
+  if (status.paused()) text += ", paused";
+  if (status.units_set_aside() > 0) absl::StrAppend(&text, ", ", status.units_set_aside(), " units set aside");
+  return text;
+}
+
 std::string jobs_table(const std::vector<v1::JobStatus>& jobs) {
-  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %s\n", "ID", "STATE", "UNITS", "ISA", "NAME");
+  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %8s %-10s %s\n", "ID", "STATE", "UNITS", "ISA", "PRIORITY", "USER",
+                                      "NAME");
   for (const v1::JobStatus& job : jobs) {
     const std::string units = absl::StrCat(job.units_done(), "/", job.units_total());
-    absl::StrAppend(&table, absl::StrFormat("%-20s %-10s %15s  %-7s %s\n", job.job_id(), state_name(job.state()), units,
-                                            job.isa(), job.name()));
+    absl::StrAppend(&table, absl::StrFormat("%-20s %-10s %15s  %-7s %8d %-10s %s\n", job.job_id(),
+                                            job.paused() ? "paused" : state_name(job.state()), units, job.isa(),
+                                            job.priority(), job.user(), job.name()));
   }
   return table;
 }
@@ -38,10 +62,12 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
   std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
                                       "UNITS DONE", "LAST SEEN");
   for (const v1::WorkerStatus& worker : workers) {
-    absl::StrAppend(&table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s\n", worker.worker_id(),
+    absl::StrAppend(&table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s\n", worker.worker_id(),
                                             worker.name(), worker.isa(), worker.threads(), worker.leases(),
                                             worker.units_done(), 1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
-                                            worker.draining() ? ", draining" : ""));
+                                            worker.draining() ? ", draining" : "",
+                                            worker.quarantine().empty() ? "" : ", in quarantine: ",
+                                            worker.quarantine()));
   }
   return table;
 }
@@ -52,7 +78,8 @@ std::string job_text(const v1::GetJobResponse& job) {
   std::string text = absl::StrCat(
       "id          ", status.job_id(), "\n",                                                    //
       "name        ", status.name(), "\n",                                                      //
-      "state       ", state_name(status.state()), "\n",                                         //
+      "state       ", state_text(status), "\n",                                                 //
+      "user        ", status.user(), ", priority ", status.priority(), "\n",                    //
       "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(), " at work\n",
       "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(), " samples a pixel\n",
       "integrator  ", spec.settings().integrator(), ", depth ", spec.settings().max_depth(), ", seed ",
@@ -60,6 +87,14 @@ std::string job_text(const v1::GetJobResponse& job) {
       "scene       ", spec.scene().digest(), "\n");
   if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
   if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
+  if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");
+  for (const v1::SetAsideUnit& aside : status.set_aside()) {
+    absl::StrAppend(&text, "set aside   unit ", aside.unit().index(), ", ", place_of(aside.unit()), "\n");
+    for (const v1::UnitFailure& failure : aside.failures()) {
+      absl::StrAppend(&text, "            on ", failure.host(), ": ", failure.message(), "\n");
+    }
+  }
+  for (const std::string& note : status.notes()) absl::StrAppend(&text, "note        ", note, "\n");
   for (const std::string& warning : status.stats().warnings()) absl::StrAppend(&text, "warning     ", warning, "\n");
   return text;
 }

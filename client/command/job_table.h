@@ -12,6 +12,9 @@ namespace tessera::client {
 /// "running", "done" ...
 const char* state_name(v1::JobState state);
 
+/// The same with what else there is to say: paused, or how many units are missing.
+std::string state_text(const v1::JobStatus& status);
+
 /// One line a job under a heading.
 std::string jobs_table(const std::vector<v1::JobStatus>& jobs);
 

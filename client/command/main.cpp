@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", tessera::wire::build_version());
   app.require_subcommand(1);
   app.footer("Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or not allowed, 5 job failed, 6 incomplete, "
-             "130 interrupted.");
+             "7 image with marked holes (tessera retry), 130 interrupted.");
 
   Action action;
   add_render_command(app, action);
@@ -25,7 +25,12 @@ int main(int argc, char** argv) {
   add_watch_command(app, action);
   add_fetch_command(app, action);
   add_cancel_command(app, action);
+  add_retry_command(app, action);
+  add_pause_command(app, action);
+  add_resume_command(app, action);
+  add_priority_command(app, action);
   add_workers_command(app, action);
+  add_trust_command(app, action);
   add_convert_command(app, action);
   add_compare_command(app, action);
   try {

@@ -59,7 +59,7 @@ void define_render_options(CLI::App& command, RenderOptions& options) {
   add_parsed_option(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT")
       ->type_name("WxH");
   add_parsed_option(command, "--crop", job.crop, parse_crop, "pixels to render")->type_name("x0,y0,x1,y1");
-  command.add_option("--seed", job.seed, "seed of the sampler");
+  add_parsed_option(command, "--seed", job.seed, parse_seed, "seed of the sampler")->type_name("UINT");
   command.add_option("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
       ->check(CLI::Range(0U, 65535U));
   command.add_option("--tile", job.tile_size, "side of a tile, pixels")
@@ -68,6 +68,10 @@ void define_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
   command.add_option("--sampler", job.sampler, "sobol or independent");
   command.add_option("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
+  command.add_option("--intersection", job.intersection, "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
+  command.add_option("--direct-light", job.direct_light, "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
+  command.add_option("--light-selection", job.light_selection, "how a light is picked: mixed, power or uniform");
+  command.add_option("--traversal", job.traversal, "rays are traced as packet or single");
   command.add_option("-D", options.defines, "a parameter of the scene")
       ->type_name("NAME=VALUE")
       ->check(check_define)

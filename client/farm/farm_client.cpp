@@ -75,6 +75,38 @@ absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std:
   return response->status();
 }
 
+absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::stop_token stop) {
+  v1::RetryJobRequest request;
+  request.set_job_id(job_id);
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob", contact_.address(),
+                            kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return response->status();
+}
+
+absl::StatusOr<v1::JobStatus> FarmClient::adjust(const v1::AdjustJobRequest& request, std::stop_token stop) {
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob", contact_.address(),
+                            kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return response->status();
+}
+
+absl::Status FarmClient::trust(const std::string& host, std::stop_token stop) {
+  v1::TrustHostRequest request;
+  request.set_host(host);
+  return contact_
+      .retried(stop,
+               [&] {
+                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request, "TrustHost",
+                                         contact_.address(), kCallTimeout, stop);
+               })
+      .status();
+}
+
 absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
     return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{}, "ListWorkers",
@@ -91,6 +123,7 @@ absl::StatusOr<v1::JobStatus> FarmClient::watch(const std::string& job_id, const
     // Each attempt goes on after the last result that arrived.
     const absl::Status status = watch_once(job_id, handlers, progress, stop);
     if (!progress.handler.ok()) return progress.handler;
+    if (std::exchange(progress.restarted, false)) continue;
     if (status.ok() && has_ended(progress.last.state())) return progress.last;
     const absl::Status broken =
         status.ok() ? absl::UnavailableError("WatchJob: the stream ended before the job") : status;
@@ -113,6 +146,13 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
   while (progress.handler.ok() && reader->Read(&response)) {
     guard.progress();
     contact_.succeeded();
+    if (progress.after > 0 && response.status().revision() != progress.last.revision()) {
+      progress.last = response.status();
+      progress.after = 0;
+      progress.restarted = true;
+      if (handlers.restart) progress.handler = handlers.restart();
+      break;
+    }
     for (const v1::UnitResult& result : response.results()) {
       if (result.sequence() <= progress.after) continue;
       progress.handler = handlers.result(result);
@@ -124,13 +164,15 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
       if (handlers.status) handlers.status(progress.last);
     }
   }
-  if (!progress.handler.ok()) context.TryCancel();
+  if (!progress.handler.ok() || progress.restarted) context.TryCancel();
   const grpc::Status status = reader->Finish();
   const std::string call = absl::StrCat("WatchJob at ", contact_.address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));
   return status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
 }
 
-bool has_ended(v1::JobState state) { return state == v1::DONE || state == v1::FAILED || state == v1::CANCELLED; }
+bool has_ended(v1::JobState state) {
+  return state == v1::DONE || state == v1::INCOMPLETE || state == v1::FAILED || state == v1::CANCELLED;
+}
 
 }  // namespace tessera::client

@@ -46,12 +46,20 @@ class FarmClient {
   absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
   absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop);
   absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop);
+  /// Units that were set aside are tried again. FailedPrecondition when the job ended otherwise than incomplete.
+  absl::StatusOr<v1::JobStatus> retry(const std::string& job_id, std::stop_token stop);
+  /// Pauses, resumes, changes the priority. FailedPrecondition when the job is over.
+  absl::StatusOr<v1::JobStatus> adjust(const v1::AdjustJobRequest& request, std::stop_token stop);
+  /// Lets a host in quarantine work again.
+  absl::Status trust(const std::string& host, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
   struct WatchHandlers {
     // Every result once, in the order of its journal. An error ends the watch. Absent: results are not sent.
     std::function<absl::Status(const v1::UnitResult&)> result;
     std::function<void(const v1::JobStatus&)> status;
+    // Results that were given before turned out to be wrong: forget all of them, they come again from the first one on.
+    std::function<absl::Status()> restart;
   };
   /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator, and returns
   /// the final status.
@@ -63,6 +71,7 @@ class FarmClient {
   struct WatchProgress {
     std::uint64_t after = 0;  // the last result handled
     v1::JobStatus last;
+    bool restarted = false;  // results turned out to be wrong: again from the first one
     absl::Status handler;  // what the result handler said
   };
 
@@ -76,7 +85,7 @@ class FarmClient {
   Contact contact_;
 };
 
-/// True for DONE, FAILED and CANCELLED.
+/// True for DONE, INCOMPLETE, FAILED and CANCELLED.
 bool has_ended(v1::JobState state);
 
 }  // namespace tessera::client

@@ -182,6 +182,40 @@ void Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
   }
 }
 
+void Assembler::mark_missing(std::vector<Hole>& holes) {
+  constexpr std::int32_t kSquare = 8;  // pixels
+  const Window& crop = options_.crop;
+  for (Channel& channel : frame_.channels) {
+    const bool magenta = channel.name == "R" || channel.name == "B";
+    if (!magenta) continue;
+    for (std::size_t i = 0; i < owner_.size(); ++i) {
+      const std::int32_t x = crop.x0 + static_cast<std::int32_t>(i) % crop.width();
+      const std::int32_t y = crop.y0 + static_cast<std::int32_t>(i) / crop.width();
+      if (owner_[i] == 0 && (x / kSquare + y / kSquare) % 2 == 0) channel.values[i] = 1.0f;
+    }
+  }
+  for (std::int32_t y = crop.y0; y < crop.y1; ++y) {
+    const std::uint32_t* const row = owner_.data() + std::ptrdiff_t(y - crop.y0) * crop.width();
+    for (std::int32_t x = crop.x0; x < crop.x1;) {
+      const std::int32_t begin = x;
+      while (x < crop.x1 && row[x - crop.x0] == 0) ++x;
+      if (x == begin) {
+        ++x;
+        continue;
+      }
+      // Rows of the same hole, one below the other, are one rectangle.
+      const auto above = std::find_if(holes.begin(), holes.end(), [&](const Hole& hole) {
+        return hole.empty && hole.pixels.y1 == y && hole.pixels.x0 == begin && hole.pixels.x1 == x;
+      });
+      if (above != holes.end()) {
+        ++above->pixels.y1;
+      } else {
+        holes.push_back({.pixels = {begin, y, x, y + 1}, .empty = true});
+      }
+    }
+  }
+}
+
 absl::StatusOr<Assembly> Assembler::finish() && {
   Assembly assembly;
   std::uint64_t whole_pixels = 0;
@@ -201,8 +235,10 @@ absl::StatusOr<Assembly> Assembler::finish() && {
       }
     }
     if (sums) put_in_frame(tile, *sums);
+    assembly.holes.push_back({.pixels = tile.pixels, .empty = false});
   }
   assembly.incomplete_pixels = frame_.pixel_count() - whole_pixels;
+  if (assembly.incomplete_pixels > 0) mark_missing(assembly.holes);
   if (!options_.samples_channel) frame_.channels.pop_back();
   assembly.image = std::move(frame_);
   return assembly;

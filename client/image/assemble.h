@@ -23,9 +23,16 @@ struct AssemblyOptions {
   std::size_t max_pending_bytes = 0;
 };
 
+/// Pixels of one tile of which samples are missing.
+struct Hole {
+  Window pixels;
+  bool empty = false;  // no sample at all: the marker pattern is in their place
+};
+
 struct Assembly {
   Image image;
   std::uint64_t incomplete_pixels = 0;
+  std::vector<Hole> holes;  // tiles that are not whole, then rectangles that no tile covers
 };
 
 /// Puts the results of one job together. Results may come in any order; the image has the same bits whatever the order.
@@ -47,7 +54,9 @@ class Assembler {
   std::uint64_t samples_done() const { return samples_done_; }
   bool complete() const { return samples_done_ == samples_total(); }
 
-  /// The image. A pixel that lacks samples is the mean of those it has, or 0; `samples` tells how many that was.
+  /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was. One that has
+  /// none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a dark corner, and 0 in all
+  /// other channels. Every value is finite.
   absl::StatusOr<Assembly> finish() &&;
 
  private:
@@ -67,6 +76,8 @@ class Assembler {
   absl::StatusOr<Tile*> find_tile(const wire::TileResult& result);
   absl::StatusOr<wire::TileResult> merge_siblings(Tile& tile, wire::TileResult result);
   void put_in_frame(const Tile& tile, const wire::TileResult& sums);
+  /// Marks the pixels that no tile has, and appends them to `holes`.
+  void mark_missing(std::vector<Hole>& holes);
 
   AssemblyOptions options_;
   Image frame_;

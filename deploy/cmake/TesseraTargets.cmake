@@ -1,28 +1,63 @@
 # One target a folder.
 
-# tessera_library(NAME SOURCES... [DEPENDS targets...]): a static library of this folder. The include root is the
-# top-level folder that it lies in (proto/, server/, worker/, client/).
+# Headers that most sources include cost more than the sources: they are precompiled, once for all libraries and once for all tests.
+# Sources still include what they use.
+set(TESSERA_COMMON_HEADERS <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string> <unordered_map> <vector>
+    <absl/status/statusor.h> <absl/strings/str_cat.h>)
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/headers.cpp CONTENT "")
+add_library(tessera_library_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
+target_link_libraries(tessera_library_headers PRIVATE absl::statusor absl::strings tessera_options)
+target_precompile_headers(tessera_library_headers PRIVATE ${TESSERA_COMMON_HEADERS})
+
+# tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILE headers...]): a static library of this folder. The include root is
+# the top-level folder that it lies in (proto/, server/, worker/, client/). PRECOMPILE: what most of its sources include beside the
+# common headers.
 function(tessera_library name)
-  cmake_parse_arguments(arg "" "" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "" "" "DEPENDS;PRECOMPILE" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
   string(REGEX MATCH "^${CMAKE_SOURCE_DIR}/[a-z]+" root ${CMAKE_CURRENT_SOURCE_DIR})
   target_include_directories(${name} PUBLIC ${root})
   target_link_libraries(${name} PUBLIC ${arg_DEPENDS} PRIVATE tessera_options)
+  if(arg_PRECOMPILE)
+    target_precompile_headers(${name} PRIVATE ${TESSERA_COMMON_HEADERS} ${arg_PRECOMPILE})
+  else()
+    target_precompile_headers(${name} REUSE_FROM tessera_library_headers)
+  endif()
 endfunction()
 
-# tessera_test(NAME SOURCES... DEPENDS targets... [LABELS labels...] [TIMEOUT seconds]): a GoogleTest program, one ctest
-# entry. The working directory is the source tree's root.
+# As tessera_library_headers, for programs: -fPIE, not -fPIC.
+if(TESSERA_TESTS)
+  add_library(tessera_test_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
+  set_target_properties(tessera_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(tessera_test_headers PRIVATE -fPIE)
+  target_link_libraries(tessera_test_headers PRIVATE absl::statusor absl::strings GTest::gmock GTest::gtest tessera_options)
+  target_precompile_headers(tessera_test_headers PRIVATE ${TESSERA_COMMON_HEADERS} <gmock/gmock.h> <gtest/gtest.h>)
+endif()
+
+# The long form of a test (tests/support/long_form.h): the entry NAME_long, labelled `long`.
+function(tessera_long_form name timeout)
+  add_test(NAME ${name}_long COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  set_tests_properties(${name}_long PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77 LABELS "${ARGN};long"
+    ENVIRONMENT TESSERA_TEST_FORM=long)
+endfunction()
+
+# tessera_test(NAME SOURCES... DEPENDS targets... [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a GoogleTest program, one
+# ctest entry; with LONG, and that timeout, a second for its long form. The working directory is the source tree's root.
 function(tessera_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gmock GTest::gtest_main tessera_options)
+  target_precompile_headers(${name} REUSE_FROM tessera_test_headers)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  if(arg_LONG)
+    tessera_long_form(${name} ${arg_LONG} ${arg_LABELS})
+  endif()
 endfunction()
 
 # Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor family has.
@@ -45,23 +80,39 @@ if(TESSERA_HAS_MOVE_MAX AND TESSERA_ISA_FLAGS_avx2)
   list(APPEND TESSERA_ISA_FLAGS_avx2 -mmove-max=256 -mstore-max=256)
 endif()
 set(TESSERA_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math)
+# GCC 12 forgets, once they are precompiled, that its own intrinsics leave a value undefined on purpose.
+list(APPEND TESSERA_KERNEL_FLAGS -Wno-uninitialized)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  list(APPEND TESSERA_KERNEL_FLAGS -Wno-maybe-uninitialized)
+endif()
+
+# Highway's headers are half of the compiler's work on a kernel: precompiled once an ISA, by tessera_wide_kernel_<isa>. Whoever uses them
+# must have the very same flags, -fPIC among them.
+foreach(isa ${TESSERA_ISAS})
+  set(name tessera_wide_kernel_${isa})
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wide_kernel.cpp CONTENT "")
+  add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/wide_kernel.cpp)
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/worker ${CMAKE_SOURCE_DIR}/proto)
+  target_compile_definitions(${name} PUBLIC TESSERA_ISA=${isa})
+  target_compile_options(${name} PUBLIC ${TESSERA_ISA_FLAGS_${isa}} ${TESSERA_KERNEL_FLAGS})
+  target_link_libraries(${name} PUBLIC hwy::hwy tessera_options)
+  target_precompile_headers(${name} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h)
+endforeach()
 
 # tessera_kernel_objects(FOLDER SOURCES...): object libraries tessera_FOLDER_kernel_<isa>.
 function(tessera_kernel_objects folder)
   foreach(isa ${TESSERA_ISAS})
     set(name tessera_${folder}_kernel_${isa})
     add_library(${name} OBJECT ${ARGN})
-    target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/worker ${CMAKE_SOURCE_DIR}/proto)
-    target_compile_definitions(${name} PUBLIC TESSERA_ISA=${isa})
-    target_compile_options(${name} PUBLIC ${TESSERA_ISA_FLAGS_${isa}} ${TESSERA_KERNEL_FLAGS})
-    target_link_libraries(${name} PUBLIC hwy::hwy tessera_options)
+    target_link_libraries(${name} PUBLIC tessera_wide_kernel_${isa})
+    target_precompile_headers(${name} REUSE_FROM tessera_wide_kernel_${isa})
   endforeach()
 endfunction()
 
-# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] [LABELS ...] [TIMEOUT s]): one test program an ISA; on a
+# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] [LABELS ...] [TIMEOUT s] [LONG s]): one test program an ISA; on a
 # machine without the ISA it is skipped (exit code 77, see tests/support/kernel_main.cpp).
 function(tessera_kernel_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "KERNELS;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
@@ -69,6 +120,10 @@ function(tessera_kernel_test name)
     set(test ${name}_${isa})
     add_executable(${test} ${arg_UNPARSED_ARGUMENTS} ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
     target_include_directories(${test} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+    set_target_properties(${test} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # -fPIC, as the precompiled header, not -fPIE
+    target_compile_options(${test} PRIVATE -fPIC)
+    target_link_libraries(${test} PRIVATE tessera_wide_kernel_${isa})
+    target_precompile_headers(${test} REUSE_FROM tessera_wide_kernel_${isa})
     foreach(kernel ${arg_KERNELS})
       target_link_libraries(${test} PRIVATE tessera_${kernel}_kernel_${isa})
     endforeach()
@@ -76,5 +131,8 @@ function(tessera_kernel_test name)
     set_target_properties(${test} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
     add_test(NAME ${test} COMMAND ${test} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}")
+    if(arg_LONG)
+      tessera_long_form(${test} ${arg_LONG} ${arg_LABELS})
+    endif()
   endforeach()
 endfunction()

@@ -1,4 +1,5 @@
-// Jobs, workers and results. Who gets which unit is in scheduler_leasing.cpp.
+// Jobs, workers and results. Who gets which unit is in scheduler_leasing.cpp, what follows from failures in
+// scheduler_faults.cpp, second opinions in scheduler_audit.cpp.
 #include "scheduler/scheduler.h"
 
 #include <algorithm>
@@ -17,39 +18,50 @@ absl::Status no_such_worker(std::string_view id) {
 }
 
 const char* past_tense(v1::JobState state) {
-  return state == v1::CANCELLED ? "was cancelled" : state == v1::FAILED ? "failed" : "is done";
+  switch (state) {
+    case v1::CANCELLED:
+      return "was cancelled";
+    case v1::FAILED:
+      return "failed";
+    case v1::INCOMPLETE:
+      return "is over, though incomplete";
+    default:
+      return "is done";
+  }
 }
 
 }  // namespace
 
 Scheduler::Scheduler(const SchedulerOptions& options) : options_(options) {}
 
-bool Scheduler::Worker::supports(const std::string& isa) const {
-  return std::find(info.supported_isas.begin(), info.supported_isas.end(), isa) != info.supported_isas.end();
+FarmEvent& Scheduler::record(FarmEvent::Kind kind, const std::string& job) {
+  FarmEvent& event = events_.emplace_back();
+  event.kind = kind;
+  event.job = job;
+  return event;
+}
+
+void Scheduler::note(Job& job, std::string text) {
+  if (job.notes.size() >= kMaxListed) return;
+  record(FarmEvent::Kind::kNote, job.request.id).text = text;
+  job.notes.push_back(std::move(text));
 }
 
 // ---------------------------------------------------------------- jobs
 
 absl::Status Scheduler::add_job(JobRequest request) {
   if (jobs_by_id_.contains(request.id)) return absl::AlreadyExistsError(absl::StrCat("there is a job ", request.id));
-  auto job = std::make_unique<Job>(jobs_.size(), std::move(request));
+  auto job = std::make_unique<Job>(jobs_added_++, std::move(request));
   jobs_by_id_.emplace(job->request.id, job.get());
-  turns_.insert(turn(*job));
-  jobs_.push_back(std::move(job));
+  take_turns(*job);
+  jobs_.emplace(job->number, std::move(job));
   return absl::OkStatus();
 }
 
-absl::Status Scheduler::restore_done(std::string_view id, std::uint32_t unit, ResultFingerprint result) {
-  const absl::StatusOr<Job*> job = find_job(id);
-  if (!job.ok()) return job.status();
-  UnitLedger& units = (*job)->units;
-  if (unit >= units.count() || units.state(unit) == UnitState::kDone) {
-    return absl::InvalidArgumentError(absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
-  }
-  units.finish(unit, result);
-  (*job)->state = v1::RUNNING;
-  if (units.done() == units.count()) end_job(**job, v1::DONE, "");
-  return absl::OkStatus();
+/// An open job takes its turns, unless it is paused.
+void Scheduler::take_turns(Job& job) {
+  turns_.remove(job.number);
+  if (job.open() && !job.paused) turns_.add(job.number, job.request.priority, job.request.user, job.load_ms);
 }
 
 absl::StatusOr<bool> Scheduler::cancel_job(std::string_view id) {
@@ -60,32 +72,160 @@ absl::StatusOr<bool> Scheduler::cancel_job(std::string_view id) {
   return true;
 }
 
+absl::Status Scheduler::pause_job(std::string_view id, bool paused) {
+  const absl::StatusOr<Job*> found = find_job(id);
+  if (!found.ok()) return found.status();
+  Job& job = **found;
+  if (!job.open()) return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
+  if (job.paused == paused) return absl::OkStatus();
+  job.paused = paused;
+  take_turns(job);
+  record(FarmEvent::Kind::kPaused, job.request.id).value = paused;
+  return absl::OkStatus();
+}
+
+absl::Status Scheduler::set_priority(std::string_view id, std::int32_t priority) {
+  const absl::StatusOr<Job*> found = find_job(id);
+  if (!found.ok()) return found.status();
+  Job& job = **found;
+  if (!job.open()) return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
+  if (job.request.priority == priority) return absl::OkStatus();
+  job.request.priority = priority;
+  take_turns(job);
+  record(FarmEvent::Kind::kPriority, job.request.id).value = priority;
+  return absl::OkStatus();
+}
+
+absl::Status Scheduler::forget_job(std::string_view id) {
+  const absl::StatusOr<Job*> job = find_job(id);
+  if (!job.ok()) return job.status();
+  if ((*job)->open()) return absl::FailedPreconditionError(absl::StrCat("job ", std::string(id), " is not over"));
+  const std::uint64_t number = (*job)->number;
+  jobs_by_id_.erase((*job)->request.id);
+  jobs_.erase(number);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
   const absl::StatusOr<const Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   const Job& job = **found;
-  return JobView{.state = job.state,
-                 .units_total = job.units.count(),
-                 .units_done = job.units.done(),
-                 .units_leased = job.units.count() - job.units.done() - job.units.pending(),
-                 .isa = job.request.isa,
-                 .error = job.error};
+  const UnitLedger& units = job.units;
+  JobView view{.state = job.state,
+               .units_total = units.count(),
+               .units_done = units.done(),
+               .units_leased = units.count() - units.done() - units.pending() - units.set_aside(),
+               .units_set_aside = units.set_aside(),
+               .isa = job.request.isa,
+               .error = job.error,
+               .priority = job.request.priority,
+               .paused = job.paused,
+               .revision = job.revision,
+               .notes = job.notes,
+               .set_aside = {}};
+  if (units.set_aside() == 0) return view;
+  for (const auto& [unit, failures] : job.failures) {
+    if (units.state(unit) == UnitState::kSetAside) view.set_aside.push_back({unit, failures});
+  }
+  std::sort(view.set_aside.begin(), view.set_aside.end(),
+            [](const SetAsideView& a, const SetAsideView& b) { return a.unit < b.unit; });
+  if (view.set_aside.size() > kMaxListed) view.set_aside.resize(kMaxListed);
+  return view;
+}
+
+std::string Scheduler::waiting_for(std::string_view id, Time now) const {
+  const absl::StatusOr<const Job*> found = find_job(id);
+  if (!found.ok() || !(*found)->open() || (*found)->leases > 0) return "";
+  const Job& job = **found;
+  if (job.paused) return "the job is paused";
+  if (workers_.empty()) return "there is no worker";
+  std::size_t with_tags = 0, with_isa = 0, free = 0;
+  for (const auto& [name, worker] : workers_) {
+    const auto& tags = worker.info.tags;
+    if (worker.draining || distrusted_.contains(worker.info.host)) continue;
+    if (!std::all_of(job.request.required_tags.begin(), job.request.required_tags.end(), [&](const std::string& tag) {
+          return std::find(tags.begin(), tags.end(), tag) != tags.end();
+        })) {
+      continue;
+    }
+    ++with_tags;
+    if (!job.request.isa.empty() && !worker.supports(job.request.isa)) continue;
+    ++with_isa;
+    free += may_work_on(worker, job, now);
+  }
+  if (with_tags == 0) return job.request.required_tags.empty() ? "every worker drains or is in quarantine"
+                                                               : "no worker has the tags that the job requires";
+  if (with_isa == 0) return absl::StrCat("no worker supports ", job.request.isa);
+  if (free == 0) return "the job failed on every host that could take it; they are tried again later";
+  return "other jobs go first, or the workers are still busy";
 }
 
 void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
   for (const LeaseId id : job.leases > 0 ? leases_.of_job(job.number) : std::vector<LeaseId>{}) drop_lease(id);
-  turns_.erase(turn(job));
+  turns_.remove(job.number);
+  auditing_.erase(job.number);
+  endangered_.erase(job.number);
   job.state = state;
   job.error = std::move(error);
-  job.failures.clear();
+  job.audits.clear();
+  job.dangerous.clear();
+  job.hosts.clear();
+  // The failures of an incomplete job are what its report consists of.
+  if (state != v1::INCOMPLETE) job.failures.clear();
+  FarmEvent& event = record(FarmEvent::Kind::kEnded, job.request.id);
+  event.value = state;
+  event.text = job.error;
+}
+
+void Scheduler::settle(Job& job) {
+  if (!job.open() || !job.units.settled()) return;
+  std::erase_if(job.audits, [&](const auto& entry) {
+    const auto& [unit, audit] = entry;
+    if (audit.out || anyone_can_audit(job, audit)) return false;
+    if (audit.opinions.size() > 1) {
+      note(job, absl::StrCat("unit ", unit, ": ", audit.opinions[0].first, " and ", audit.opinions[1].first,
+                             " disagree, and there is no third host to decide"));
+    }
+    return true;
+  });
+  if (!job.audits.empty()) return;
+  if (job.units.set_aside() == 0) return end_job(job, v1::DONE, "");
+  end_job(job, job.units.done() == 0 ? v1::FAILED : v1::INCOMPLETE, what_is_missing(job));
+}
+
+// ---------------------------------------------------------------- recovery
+
+absl::Status Scheduler::restore_done(std::string_view id, std::uint32_t unit, const AcceptedResult& result) {
+  const absl::StatusOr<Job*> job = find_job(id);
+  if (!job.ok()) return job.status();
+  UnitLedger& units = (*job)->units;
+  if (unit >= units.count() || units.state(unit) == UnitState::kDone) {
+    return absl::InvalidArgumentError(absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
+  }
+  units.finish(unit, result);
+  (*job)->results = std::max((*job)->results, result.sequence);
+  (*job)->state = v1::RUNNING;
+  return absl::OkStatus();
+}
+
+absl::Status Scheduler::restore_revoked(std::string_view id, std::uint32_t sequence) {
+  const absl::StatusOr<Job*> job = find_job(id);
+  if (!job.ok()) return job.status();
+  (*job)->results = std::max((*job)->results, sequence);
+  ++(*job)->revision;
+  return absl::OkStatus();
 }
 
 // ---------------------------------------------------------------- workers
 
 absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
+  if (info.host.empty()) info.host = info.name;
   const std::string id = info.id;
+  const std::uint32_t threads = info.threads;
   const bool added = workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now}).second;
-  return added ? absl::OkStatus() : absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
+  if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
+  threads_ += threads;
+  return absl::OkStatus();
 }
 
 absl::Status Scheduler::deregister_worker(std::string_view worker) {
@@ -104,11 +244,13 @@ absl::Status Scheduler::drain_worker(std::string_view worker) {
 std::vector<WorkerView> Scheduler::workers() const {
   std::vector<WorkerView> views;
   for (const auto& [id, worker] : workers_) {
+    const auto distrusted = distrusted_.find(worker.info.host);
     views.push_back({.info = worker.info,
                      .leases = static_cast<std::uint32_t>(leases_.count_of_worker(id)),
                      .units_done = worker.units_done,
                      .draining = worker.draining,
-                     .last_seen = worker.last_seen});
+                     .last_seen = worker.last_seen,
+                     .quarantine = distrusted == distrusted_.end() ? "" : distrusted->second});
   }
   std::sort(views.begin(), views.end(), [](const WorkerView& a, const WorkerView& b) {
     return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);
@@ -119,76 +261,94 @@ std::vector<WorkerView> Scheduler::workers() const {
 void Scheduler::drop_worker(std::string_view id) {
   const std::string worker(id);
   for (const LeaseId lease : leases_.of_worker(worker)) drop_lease(lease);
-  workers_.erase(worker);
+  const auto found = workers_.find(worker);
+  threads_ -= found->second.info.threads;
+  freeing_.erase(worker);
+  workers_.erase(found);
+}
+
+std::string Scheduler::host_of(const std::string& worker) const {
+  const auto found = workers_.find(worker);
+  return found == workers_.end() ? "" : found->second.info.host;
+}
+
+HostNumber Scheduler::number_of_host(const std::string& host) {
+  const auto [found, added] = host_numbers_.emplace(host, static_cast<HostNumber>(hosts_.size()));
+  if (added) hosts_.push_back(host);
+  return found->second;
 }
 
 // ---------------------------------------------------------------- results
 
+absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job) const {
+  if (const auto found = distrusted_.find(worker.info.host); found != distrusted_.end()) {
+    return absl::FailedPreconditionError(absl::StrCat("host ", worker.info.host, " is in quarantine: ", found->second));
+  }
+  if (!job.request.isa.empty() && !worker.supports(job.request.isa)) {
+    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " is bound to ", job.request.isa,
+                                                      ", which this worker does not support"));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id, const v1::LeaseToken& token,
-                                                     ResultFingerprint result, Time now) {
-  const absl::StatusOr<Worker*> worker = find_worker(worker_id, now);
-  if (!worker.ok()) return worker.status();
+                                                     const DeliveredResult& result, Time now) {
+  const absl::StatusOr<Worker*> found = find_worker(worker_id, now);
+  if (!found.ok()) return found.status();
+  Worker& worker = **found;
 
   // The result of a unit that is done is compared, also after the end of the job.
   const absl::StatusOr<Job*> known = find_job(token.job_id());
   if (!known.ok()) return known.status();
-  UnitLedger& units = (*known)->units;
   const std::uint32_t unit = token.unit_index();
-  if (token.generation() == (*known)->request.generation && unit < units.count() &&
-      units.state(unit) == UnitState::kDone) {
-    if (units.result(unit) == result) return CompleteDecision{.duplicate = true};
-    return absl::AlreadyExistsError(absl::StrCat("unit ", unit, " of job ", token.job_id(),
-                                                 " is done, with a different result: one of two workers is at fault"));
+  if (token.generation() == (*known)->request.generation && unit < (*known)->units.count() &&
+      (*known)->units.state(unit) == UnitState::kDone) {
+    if (const std::optional<LeaseId> lease = find_lease(**known, token, worker_id)) {
+      measure(**known, worker, leases_.get(*lease), result.cost, now);
+      drop_lease(*lease);
+    }
+    return second_result(**known, worker, unit, result.fingerprint);
   }
 
   const absl::StatusOr<Job*> open = find_open_job(token);
   if (!open.ok()) return open.status();
   Job& job = **open;
-  if (!job.request.isa.empty() && !(*worker)->supports(job.request.isa)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("job ", token.job_id(), " is bound to ", job.request.isa, ", which this worker does not support"));
-  }
+  if (absl::Status status = check_may_complete(worker, job); !status.ok()) return status;
 
-  // Any lease of the unit is over, this one's duration counts for the average.
+  // Every lease of the unit is over; this one's duration counts for the averages.
   if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
-    const Time duration = std::max(Time{1}, now - leases_.get(*lease).granted_at);
-    job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
+    measure(job, worker, leases_.get(*lease), result.cost, now);
   }
-  units.finish(unit, result);
+  job.units.finish(unit, {.fingerprint = result.fingerprint,
+                          .sequence = ++job.results,
+                          .host = number_of_host(worker.info.host)});
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   job.failures.erase(unit);
+  forgive(job, unit);
+  job.hosts.erase(worker.info.host);
   job.state = v1::RUNNING;
-  ++(*worker)->units_done;
-
-  const CompleteDecision decision{.sequence = units.done(), .job_done = units.done() == units.count()};
-  if (decision.job_done) end_job(job, v1::DONE, "");
+  ++worker.units_done;
+  if (audit_wanted(job, unit, worker.info.host)) {
+    job.audits[unit].opinions.emplace_back(worker.info.host, result.fingerprint);
+    auditing_.insert(job.number);
+  }
+  const CompleteDecision decision{.sequence = job.results};
+  settle(job);
   return decision;
 }
 
-absl::StatusOr<FailDecision> Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& token,
-                                             const std::string& message, bool scene_fault, Time now) {
-  const absl::StatusOr<Worker*> worker = find_worker(worker_id, now);
-  if (!worker.ok()) return worker.status();
-  const absl::StatusOr<Job*> open = find_open_job(token);
-  if (!open.ok()) return open.status();
-  Job& job = **open;
-  const std::uint32_t unit = token.unit_index();
-  if (scene_fault) {
-    end_job(job, v1::FAILED, message);
-    return FailDecision{.job_failed = true};
+/// Takes one finished lease into the averages of its job and the pace of its worker.
+void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, Time cost, Time now) {
+  const Time duration = std::max(Time{1}, now - lease.granted_at);
+  if (cost <= Time{0} || cost > duration) cost = duration;
+  if (job.mean_cost > Time{0}) {
+    const double ratio = static_cast<double>(cost.count()) / static_cast<double>(job.mean_cost.count());
+    worker.slowness = std::clamp(0.75 * worker.slowness + 0.25 * ratio, 0.1, 100.0);
   }
-
-  const std::optional<LeaseId> lease = find_lease(job, token, worker_id);
-  if (!lease) return FailDecision{};  // given up before: somebody else is at it
-  Failures& failures = job.failures[unit];
-  ++failures.count;
-  failures.workers.emplace_back(worker_id);
-  drop_lease(*lease);
-  if (failures.count < kMaxFailures) return FailDecision{};
-  end_job(job, v1::FAILED,
-          absl::StrCat("unit ", unit, " failed ", kMaxFailures, " times, the last time on ", (*worker)->info.name, ": ",
-                       message));
-  return FailDecision{.job_failed = true};
+  // What a slow worker needs says little of the unit.
+  const Time usual(std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(cost.count()) / worker.slowness)));
+  job.mean_cost = job.mean_cost == Time{0} ? cost : (7 * job.mean_cost + usual) / 8;
+  job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
 }
 
 // ---------------------------------------------------------------- finding

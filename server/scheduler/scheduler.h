@@ -2,118 +2,78 @@
 // in, decisions go out; the caller journals what must be durable. Monotonic time, never less than at the call before.
 #pragma once
 
-#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
+#include "scheduler/farm_event.h"
+#include "scheduler/farm_state.h"
 #include "scheduler/lease_table.h"
-#include "scheduler/unit_ledger.h"
-#include "scheduler/work_plan.h"
-#include "tessera/v1/job.pb.h"
-#include "tessera/v1/work.pb.h"
+#include "scheduler/scheduler_types.h"
+#include "scheduler/turn_order.h"
 
 namespace tessera::server {
 
-struct SchedulerOptions {
-  Time lease_timeout{8000};  // a lease, and a worker, that was not heard of for so long is given up
-  Time min_copy_age{500};    // a unit is not copied to a second worker before it was out for so long
-  std::uint64_t epoch = 1;   // of the coordinator; part of every token
-};
-
-struct JobRequest {
-  std::string id;
-  std::shared_ptr<const WorkPlan> plan;
-  std::string scene_digest;
-  std::string isa;            // empty: that of the first worker
-  std::int32_t priority = 0;  // higher goes first
-  std::uint32_t generation = 1;
-};
-
-struct JobView {
-  v1::JobState state = v1::QUEUED;
-  std::uint32_t units_total = 0, units_done = 0, units_leased = 0;
-  std::string isa;    // empty until bound
-  std::string error;  // why it failed
-};
-
-struct WorkerInfo {
-  std::string id;    // never used before
-  std::string name;  // for people
-  std::string build;
-  std::string isa;  // the one it would choose
-  std::vector<std::string> supported_isas;
-  std::uint32_t threads = 1;
-};
-
-struct WorkerView {
-  WorkerInfo info;
-  std::uint32_t leases = 0;
-  std::uint64_t units_done = 0;
-  bool draining = false;
-  Time last_seen{};
-};
-
-struct LeaseRequest {
-  std::string worker;
-  std::uint32_t max_units = 1;
-  std::vector<std::string> loaded_scenes;  // digests of the scenes that it holds
-};
-
-struct LeaseDecision {
-  std::vector<v1::Lease> leases;
-  /// Jobs that these leases bound to an ISA. To be durable before the leases go out.
-  std::vector<std::string> bound_jobs;
-};
-
-struct HeartbeatDecision {
-  std::vector<v1::LeaseToken> revoked;
-  bool drain = false;
-};
-
-struct CompleteDecision {
-  bool duplicate = false;      // the same result was accepted before: nothing changed
-  std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
-  bool job_done = false;       // this was the last unit
-};
-
-struct FailDecision {
-  bool job_failed = false;
-};
-
-/// What the passage of time did.
-struct Expiry {
-  std::vector<WorkerInfo> lost_workers;
-  std::uint32_t lost_leases = 0;
-};
-
-/// Policy in short. Jobs by priority, then least leases out, then age. A worker that holds a job's scene gets that job
-/// as long as it is at most kAffinitySlack leases ahead of its fair turn. A unit that has failed goes to another worker
-/// where there is one; after kMaxFailures the job fails. When nothing is pending, units that take longer than others
-/// are given to a second worker. The first result of a unit wins, whoever it comes from.
+/// Policy in short; figures and reasons are in docs/decisions/0009-scheduling.md.
+/// - Turns: priority, then the user and the job with least work out (TurnOrder). A worker that holds a job's scene gets
+///   that job as long as it is at most kAffinitySlack ahead of its fair turn.
+/// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When nothing is
+///   pending, units that will come late are given to a second worker. The first result of a unit wins.
+/// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
+///   which that many units fail that fail nowhere else is taken out of that job for a while.
+/// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is wrong is in
+///   quarantine from then on, and what it did for open jobs is done again.
 class Scheduler {
  public:
-  static constexpr std::uint32_t kMaxFailures = 3;
-  static constexpr std::size_t kMaxCopies = 2;  // leases of one unit at a time
-  static constexpr std::uint32_t kAffinitySlack = 4;
+  static constexpr std::uint32_t kMaxFailures = 3;       // on different hosts, or reported by any worker
+  static constexpr std::uint32_t kMaxLosses = 6;         // failures of any kind on any number of hosts
+  static constexpr std::uint32_t kLossesToIsolate = 2;   // from then on a unit is a worker's only one
+  static constexpr std::size_t kMaxCopies = 2;           // leases of one unit at a time, second opinions apart
+  static constexpr std::int64_t kAffinitySlackMs = 4000;
+  static constexpr std::int64_t kUnknownCostMs = 1000;   // of a unit, before any is done
+  static constexpr Time kFirstBar{60'000};               // doubled each time
+  static constexpr Time kLongestBar{3'600'000};
+  static constexpr std::size_t kMaxListed = 64;          // set-aside units and notes kept for people
 
   explicit Scheduler(const SchedulerOptions& options);
+
+  /// What has to be journaled, in order, since the call before.
+  std::vector<FarmEvent> take_events() { return std::exchange(events_, {}); }
+  bool has_events() const { return !events_.empty(); }
 
   // ---- jobs. NotFound when there is no such job.
 
   /// AlreadyExists when the id is taken.
   absl::Status add_job(JobRequest request);
-  /// Recovery, before any lease: the unit is done. InvalidArgument for a unit that does not exist or is done already.
-  absl::Status restore_done(std::string_view job, std::uint32_t unit, ResultFingerprint result);
   /// True when this ended the job; a job that has ended stays as it is.
   absl::StatusOr<bool> cancel_job(std::string_view job);
+  /// Puts units that were set aside back, with a clean record. FailedPrecondition when the job ended otherwise than
+  /// incomplete.
+  absl::Status retry_job(std::string_view job);
+  /// FailedPrecondition when the job is over.
+  absl::Status pause_job(std::string_view job, bool paused);
+  absl::Status set_priority(std::string_view job, std::int32_t priority);
+  /// Forgets a job that is over. FailedPrecondition when it is not.
+  absl::Status forget_job(std::string_view job);
   absl::StatusOr<JobView> job(std::string_view id) const;
+  /// Why nobody works on an open job; empty when somebody does.
+  std::string waiting_for(std::string_view job, Time now) const;
+
+  // ---- recovery, before any other call on the job: its results, then its events, both in order.
+
+  /// InvalidArgument for a unit that does not exist or is done already.
+  absl::Status restore_done(std::string_view job, std::uint32_t unit, const AcceptedResult& result);
+  /// A result was journaled that was revoked later: its number is taken.
+  absl::Status restore_revoked(std::string_view job, std::uint32_t sequence);
+  absl::Status restore(const FarmEvent& event);
+  /// After the last event: ends the job when a crash came between its last result and its end. Gives events.
+  absl::Status restored(std::string_view job);
 
   // ---- workers. NotFound when the worker is not known; it should register again.
 
@@ -123,6 +83,12 @@ class Scheduler {
   /// No more leases for it; those that it holds go on.
   absl::Status drain_worker(std::string_view worker);
   std::vector<WorkerView> workers() const;
+  /// Empty for a worker that is not known.
+  std::string host_of(const std::string& worker) const;
+  /// The host's results count again.
+  void trust_host(const std::string& host);
+  /// Number by which results name a host. The same for the same name as long as the scheduler lives.
+  HostNumber number_of_host(const std::string& host);
 
   /// Up to `max_units` units; none when there is nothing for this worker now.
   absl::StatusOr<LeaseDecision> lease(const LeaseRequest& request, Time now);
@@ -133,88 +99,98 @@ class Scheduler {
                                               Time now);
 
   /// A result. Valid from any lease of the job's generation, expired or not. NotFound (job), FailedPrecondition (the
-  /// job was cancelled, failed, or is of another generation; the worker's ISA is not the job's), OutOfRange (unit),
-  /// AlreadyExists (a different result was accepted before: a fault).
+  /// job was cancelled, failed, or is of another generation; the worker's ISA is not the job's; its host is in
+  /// quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted before: one of two is at fault).
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
-                                            ResultFingerprint result, Time now);
+                                            const DeliveredResult& result, Time now);
 
   /// The worker could not render the unit. Counts once a lease. `scene_fault` ends the job.
-  absl::StatusOr<FailDecision> fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message,
-                                    bool scene_fault, Time now);
+  absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message, bool scene_fault,
+                    Time now);
 
   /// Gives up leases and workers whose time is over.
   Expiry advance(Time now);
 
   std::size_t leases_out() const { return leases_.size(); }
+  /// Whether workers are kept waiting until their hands are empty: each result may be what such a worker waits for.
+  bool frees_workers() const { return !freeing_.empty(); }
 
  private:
-  struct Failures {
-    std::uint32_t count = 0;
-    std::vector<std::string> workers;
-  };
+  using Job = FarmJob;
+  using Worker = FarmWorker;
 
-  struct Job {
-    Job(std::uint64_t job_number, JobRequest job_request)
-        : number(job_number), request(std::move(job_request)), units(request.plan->unit_count()) {}
-
-    std::uint64_t number;  // in order of submission
-    JobRequest request;
-    UnitLedger units;
-    v1::JobState state = v1::QUEUED;
-    std::string error;
-    std::uint32_t leases = 0;
-    std::uint32_t attempts = 0;  // grants so far
-    Time mean_duration{0};       // from grant to result, moving average; 0 before the first result
-    absl::flat_hash_map<std::uint32_t, Failures> failures;
-    std::set<std::pair<Time, LeaseId>> only_leases;  // whose unit has no second lease; oldest first
-
-    bool open() const { return state == v1::QUEUED || state == v1::RUNNING; }
-  };
-
-  struct Worker {
-    WorkerInfo info;
-    std::uint64_t units_done = 0;
-    bool draining = false;
-    Time last_seen{};
-
-    bool supports(const std::string& isa) const;
-  };
-
-  // Jobs in the order in which they are served: priority, fewest leases, oldest.
-  using Turn = std::tuple<std::int64_t, std::uint32_t, std::uint64_t>;
-  static Turn turn(const Job& job) { return {-std::int64_t{job.request.priority}, job.leases, job.number}; }
-
+  // ---- scheduler.cpp
   absl::StatusOr<Job*> find_job(std::string_view id);
   absl::StatusOr<const Job*> find_job(std::string_view id) const;
   absl::StatusOr<Worker*> find_worker(std::string_view id, Time now);
   /// The job of a token, which must be open and of that generation, and have that unit.
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
   std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token, std::string_view worker) const;
+  absl::Status check_may_complete(const Worker& worker, const Job& job) const;
+  void measure(Job& job, Worker& worker, const Lease& lease, Time cost, Time now);
+  /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
+  void settle(Job& job);
+  void end_job(Job& job, v1::JobState state, std::string error);
+  void take_turns(Job& job);
+  /// A new event, for the caller to fill in.
+  FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
+  void note(Job& job, std::string text);
 
+  // ---- scheduler_leasing.cpp
   struct Batch;  // one call of lease()
   Job* choose_job(const Batch& batch);
   bool lease_pending(Batch& batch);
   bool lease_copy(Batch& batch);
-  bool may_work_on(const Worker& worker, const Job& job) const;
+  bool lease_audit(Batch& batch);
+  bool lease_dangerous(Batch& batch);
+  bool has_room(const Batch& batch, const Job& job) const;
+  bool would_come_late(const Batch& batch, const Job& job) const;
+  bool may_work_on(const Worker& worker, const Job& job, Time now) const;
   bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;
-  void grant(Batch& batch, Job& job, std::uint32_t unit);
-  bool take_up(const Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
-  Time copy_age(const Job& job) const;
-
-  void add_lease(Job& job, Lease lease);
-  /// The unit goes back to pending when it is not done and this was its last lease.
+  void grant(Batch& batch, Job& job, std::uint32_t unit, bool audit);
+  bool take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
+  Time unit_cost(const Worker& worker, const Job& job) const;
+  void add_lease(Job& job, Worker& worker, Lease lease);
+  /// The unit goes back to pending when it is leased and this was its last lease.
   void drop_lease(LeaseId id);
+  void index_only_lease(Job& job, std::uint32_t unit, bool add);
   void drop_worker(std::string_view id);
-  void end_job(Job& job, v1::JobState state, std::string error);
-  /// Changes the count of leases, by which jobs take turns.
-  void set_leases(Job& job, std::uint32_t leases);
+
+  // ---- scheduler_faults.cpp
+  void add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now);
+  void blame_loss(const std::vector<WorkerInfo>& lost, Time now);
+  void absolve(Job& job, const v1::LeaseToken& token, const std::string& host);
+  void judge_unit(Job& job, std::uint32_t unit);
+  void forgive(Job& job, std::uint32_t unit);
+  void judge_host(Job& job, std::uint32_t unit, const std::string& host, Time now);
+  void reopen(Job& job);
+  std::string what_is_missing(const Job& job) const;
+
+  // ---- scheduler_audit.cpp
+  bool audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const;
+  bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
+  bool anyone_can_audit(const Job& job, const Audit& audit) const;
+  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker, std::uint32_t unit,
+                                                 ResultFingerprint result);
+  void adjudicate(Job& job, std::uint32_t unit);
+  void distrust(const std::string& host, const std::string& why);
+  void revoke_results(Job& job, const std::string& host);
 
   SchedulerOptions options_;
-  std::vector<std::unique_ptr<Job>> jobs_;  // by number
+  std::uint64_t jobs_added_ = 0;
+  std::map<std::uint64_t, std::unique_ptr<Job>> jobs_;  // by number
   absl::flat_hash_map<std::string, Job*> jobs_by_id_;
-  std::set<Turn> turns_;  // open jobs
+  TurnOrder turns_;                  // open jobs that are not paused
+  std::set<std::uint64_t> auditing_;  // open jobs with audits to make
+  std::set<std::uint64_t> endangered_;  // open jobs with dangerous units
+  std::set<std::string> freeing_;       // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, Worker> workers_;
+  std::uint64_t threads_ = 0;  // of all workers
   LeaseTable leases_;
+  std::vector<std::string> hosts_;  // by number
+  absl::flat_hash_map<std::string, HostNumber> host_numbers_;
+  std::map<std::string, std::string> distrusted_;  // host -> why
+  std::vector<FarmEvent> events_;
 };
 
 }  // namespace tessera::server

@@ -5,12 +5,16 @@
 #include "wire/limits.h"
 
 namespace tessera::server {
+
 struct Scheduler::Batch {
   Worker& worker;
   Time now;
+  std::size_t held = 0;                    // leases before this batch
   std::vector<std::string> scenes;         // that the worker holds, or will hold after this batch
   std::vector<const Job*> nothing_for_it;  // jobs whose pending units are not for this worker
   LeaseDecision decision;
+
+  std::size_t in_hand() const { return held + decision.leases.size(); }
 };
 
 // ---------------------------------------------------------------- granting
@@ -18,44 +22,59 @@ struct Scheduler::Batch {
 absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time now) {
   const absl::StatusOr<Worker*> worker = find_worker(request.worker, now);
   if (!worker.ok()) return worker.status();
-  Batch batch{.worker = **worker, .now = now, .scenes = request.loaded_scenes, .nothing_for_it = {}, .decision = {}};
-  if (batch.worker.draining) return LeaseDecision{};
-
   const std::size_t held = leases_.count_of_worker(request.worker);
+  Batch batch{.worker = **worker,
+              .now = now,
+              .held = held,
+              .scenes = request.loaded_scenes,
+              .nothing_for_it = {},
+              .decision = {}};
+  if (batch.worker.draining || distrusted_.contains(batch.worker.info.host)) return LeaseDecision{};
+
   const std::size_t room = wire::kMaxLeasesPerWorker - std::min<std::size_t>(held, wire::kMaxLeasesPerWorker);
   const std::size_t wanted = std::min<std::size_t>({request.max_units, wire::kMaxLeasesPerCall, room});
   const auto granted = [&] { return batch.decision.leases.size(); };
+  if (wanted == 0 || lease_dangerous(batch)) return std::move(batch.decision);
+  // One a call: results that are wrong are worth knowing of early, but not in place of everything else.
+  if (!auditing_.empty()) lease_audit(batch);
   while (granted() < wanted && lease_pending(batch)) {
   }
   // Copies only for threads that would have nothing to do.
-  while (granted() < wanted && held + granted() < batch.worker.info.threads && lease_copy(batch)) {
+  while (granted() < wanted && batch.in_hand() < batch.worker.info.threads && lease_copy(batch)) {
   }
   return std::move(batch.decision);
 }
 
 Scheduler::Job* Scheduler::choose_job(const Batch& batch) {
   Job* fair = nullptr;
-  for (const auto& [negative_priority, job_leases, number] : turns_) {
-    Job& job = *jobs_[number];
-    const bool in_turn = fair == nullptr || (job.request.priority == fair->request.priority &&
-                                             job_leases <= fair->leases + kAffinitySlack);
-    if (!in_turn) break;
-    if (job.units.pending() == 0 || !may_work_on(batch.worker, job)) continue;
-    if (std::find(batch.nothing_for_it.begin(), batch.nothing_for_it.end(), &job) != batch.nothing_for_it.end())
-      continue;
+  Job* chosen = nullptr;
+  TurnOrder::Turn first;
+  turns_.for_each([&](const TurnOrder::Turn& turn) {
+    const bool in_turn = fair == nullptr || (turn.priority == first.priority &&
+                                             turn.user_load_ms <= first.user_load_ms + kAffinitySlackMs &&
+                                             turn.job_load_ms <= first.job_load_ms + kAffinitySlackMs);
+    if (!in_turn) return turn.priority == first.priority;
+    Job& job = *jobs_.at(turn.job);
+    if (job.units.pending() == 0 || !may_work_on(batch.worker, job, batch.now)) return true;
+    const auto& useless = batch.nothing_for_it;
+    if (std::find(useless.begin(), useless.end(), &job) != useless.end()) return true;
+    if (!has_room(batch, job) || would_come_late(batch, job)) return true;
+    if (fair == nullptr) fair = &job, first = turn;
     const auto& scenes = batch.scenes;
-    if (std::find(scenes.begin(), scenes.end(), job.request.scene_digest) != scenes.end()) return &job;
-    if (fair == nullptr) fair = &job;
-  }
-  return fair;
+    if (std::find(scenes.begin(), scenes.end(), job.request.scene_digest) == scenes.end()) return true;
+    chosen = &job;
+    return false;
+  });
+  return chosen != nullptr ? chosen : fair;
 }
 
 bool Scheduler::lease_pending(Batch& batch) {
   while (Job* const job = choose_job(batch)) {
-    const auto unit =
-        job->units.take_pending([&](std::uint32_t candidate) { return !avoids(batch.worker, *job, candidate); });
+    const auto unit = job->units.take_pending([&](std::uint32_t candidate) {
+      return !job->dangerous.contains(candidate) && !avoids(batch.worker, *job, candidate);
+    });
     if (unit) {
-      grant(batch, *job, *unit);
+      grant(batch, *job, *unit, /*audit=*/false);
       return true;
     }
     batch.nothing_for_it.push_back(job);
@@ -63,59 +82,165 @@ bool Scheduler::lease_pending(Batch& batch) {
   return false;
 }
 
-bool Scheduler::lease_copy(Batch& batch) {
-  for (const auto& [negative_priority, job_leases, number] : turns_) {
-    Job& job = *jobs_[number];
-    if (job.units.pending() > 0 || !may_work_on(batch.worker, job)) continue;
-    const Time age = copy_age(job);
-    for (const auto& [granted_at, id] : job.only_leases) {
-      if (batch.now - granted_at < age) break;
-      const Lease& lease = leases_.get(id);
-      if (lease.worker == batch.worker.info.id || avoids(batch.worker, job, lease.unit)) continue;
-      grant(batch, job, lease.unit);
+/// A unit that was lost with several workers may be what killed them. It goes to a worker that holds nothing else, so
+/// that nothing else suffers, and its next loss speaks for itself. True when this call is settled by that.
+bool Scheduler::lease_dangerous(Batch& batch) {
+  Worker& worker = batch.worker;
+  if (worker.isolated) return true;
+  std::size_t waiting = 0;
+  for (const std::uint64_t number : endangered_) {
+    Job& job = *jobs_.at(number);
+    if (job.paused || !may_work_on(worker, job, batch.now)) continue;
+    for (const std::uint32_t unit : job.dangerous) {
+      if (job.units.state(unit) != UnitState::kPending || avoids(worker, job, unit)) continue;
+      ++waiting;
+      if (batch.held > 0) continue;
+      job.units.take(unit);
+      grant(batch, job, unit, /*audit=*/false);
+      worker.isolated = true;
+      freeing_.erase(worker.info.id);
+      return true;
+    }
+  }
+  if (waiting == 0) {
+    freeing_.erase(worker.info.id);
+    return false;
+  }
+  // A busy worker asks for more before its hands are empty: as many as there are such units are kept waiting.
+  if (freeing_.size() < waiting) freeing_.insert(worker.info.id);
+  return freeing_.contains(worker.info.id);
+}
+
+bool Scheduler::lease_audit(Batch& batch) {
+  for (const std::uint64_t number : auditing_) {
+    Job& job = *jobs_.at(number);
+    if (job.paused) continue;
+    for (auto& [unit, audit] : job.audits) {
+      if (audit.out || !can_audit(batch.worker, job, audit)) continue;
+      audit.out = true;
+      grant(batch, job, unit, /*audit=*/true);
       return true;
     }
   }
   return false;
 }
 
-/// A unit that is out for twice the usual time is likely to be on a slow or a dead worker.
-Time Scheduler::copy_age(const Job& job) const {
-  if (job.mean_duration == Time{0}) return options_.lease_timeout / 2;
-  return std::max(options_.min_copy_age, 2 * job.mean_duration);
+bool Scheduler::lease_copy(Batch& batch) {
+  Job* job = nullptr;
+  std::uint32_t unit = 0;
+  turns_.for_each([&](const TurnOrder::Turn& turn) {
+    Job& candidate = *jobs_.at(turn.job);
+    if (candidate.units.pending() > candidate.dangerous.size() || !may_work_on(batch.worker, candidate, batch.now))
+      return true;
+    const auto suits = [&](LeaseId id) {
+      const Lease& lease = leases_.get(id);
+      return lease.worker != batch.worker.info.id && !candidate.dangerous.contains(lease.unit) &&
+             !avoids(batch.worker, candidate, lease.unit);
+    };
+    const auto choose = [&](LeaseId id) {
+      job = &candidate;
+      unit = leases_.get(id).unit;
+      return false;
+    };
+    // Units on a worker that is known to be so slow that a copy would be there in less than half the time.
+    const Time own = unit_cost(batch.worker, candidate);
+    for (auto last = candidate.by_end.rbegin(); last != candidate.by_end.rend(); ++last) {
+      if (last->first - batch.now <= 2 * own) break;
+      if (suits(last->second)) return choose(last->second);
+    }
+    // A unit that is out for twice the usual time is likely to be on a dead worker, or on one that became slow.
+    const Time age = candidate.mean_duration == Time{0}
+                         ? options_.lease_timeout / 2
+                         : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
+    for (const auto& [granted_at, id] : candidate.only_leases) {
+      if (batch.now - granted_at < age) break;
+      if (suits(id)) return choose(id);
+    }
+    return true;
+  });
+  if (job == nullptr) return false;
+  grant(batch, *job, unit, /*audit=*/false);
+  return true;
 }
 
-bool Scheduler::may_work_on(const Worker& worker, const Job& job) const {
-  return job.request.isa.empty() ? worker.supports(worker.info.isa) : worker.supports(job.request.isa);
+// ---------------------------------------------------------------- who may have what
+
+/// What one unit is expected to take on a thread of this worker.
+Time Scheduler::unit_cost(const Worker& worker, const Job& job) const {
+  const std::int64_t usual = job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
+  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(usual) * worker.slowness)));
 }
 
-/// True when the unit failed on this worker and another worker could take it.
+/// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, as much as takes
+/// SchedulerOptions::batch, and no more than half of what would be the worker's part of all that is left: so batches
+/// shrink towards the end [Polychronopoulos1987].
+bool Scheduler::has_room(const Batch& batch, const Job& job) const {
+  const Worker& worker = batch.worker;
+  const std::uint64_t threads = worker.info.threads;
+  if (job.mean_cost == Time{0} || batch.in_hand() < threads) return true;
+  const auto in_hand_ms = static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness);
+  const Time full = options_.batch * static_cast<std::int64_t>(threads);
+  if (Time(in_hand_ms) + unit_cost(worker, job) > full) return false;
+  return batch.in_hand() < threads + std::uint64_t{job.units.pending()} * threads / (2 * threads_);
+}
+
+/// Whether the others will have done all that is left well before this slow worker would have done one unit.
+bool Scheduler::would_come_late(const Batch& batch, const Job& job) const {
+  if (job.mean_cost == Time{0} || batch.worker.slowness < 2) return false;
+  const auto own = job.holders.find(batch.worker.info.id);
+  const std::uint64_t elsewhere = job.leases - (own == job.holders.end() ? 0 : own->second);
+  const auto at_work = static_cast<std::int64_t>(std::min(elsewhere, threads_));
+  if (at_work == 0) return false;
+  const Time rest = job.mean_cost + job.mean_cost * job.units.pending() / at_work;
+  return unit_cost(batch.worker, job) > 2 * rest;
+}
+
+bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) const {
+  const std::string& isa = job.request.isa.empty() ? worker.info.isa : job.request.isa;
+  if (worker.draining || !worker.supports(isa) || distrusted_.contains(worker.info.host)) return false;
+  for (const std::string& tag : job.request.required_tags) {
+    if (std::find(worker.info.tags.begin(), worker.info.tags.end(), tag) == worker.info.tags.end()) return false;
+  }
+  if (const auto host = job.hosts.find(worker.info.host); host != job.hosts.end() && now < host->second.barred_until) {
+    return false;
+  }
+  const std::uint32_t most = job.request.max_workers;
+  return most == 0 || job.holders.size() < most || job.holders.contains(worker.info.id);
+}
+
+/// True when the unit failed on this host and another host could take it.
 bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit) const {
   const auto failed = job.failures.find(unit);
   if (failed == job.failures.end()) return false;
-  const auto failed_on = [&](const std::string& id) {
-    const std::vector<std::string>& workers = failed->second.workers;
-    return std::find(workers.begin(), workers.end(), id) != workers.end();
+  const auto failed_on = [&](const std::string& host) {
+    return std::any_of(failed->second.begin(), failed->second.end(),
+                       [&](const UnitFailure& failure) { return failure.host == host; });
   };
-  return failed_on(worker.info.id) && std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+  return failed_on(worker.info.host) && std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
            const Worker& other = entry.second;
-           return !other.draining && !failed_on(entry.first) && may_work_on(other, job);
+           return !failed_on(other.info.host) && may_work_on(other, job, other.last_seen);
          });
 }
 
-void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit) {
+void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
+  Worker& worker = batch.worker;
   job.state = v1::RUNNING;
   if (job.request.isa.empty()) {
-    job.request.isa = batch.worker.info.isa;
-    batch.decision.bound_jobs.push_back(job.request.id);
+    job.request.isa = worker.info.isa;
+    record(FarmEvent::Kind::kBound, job.request.id).text = job.request.isa;
   }
+  const Time cost = unit_cost(worker, job);
+  const std::int64_t ahead =
+      static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness) / worker.info.threads;
   Lease lease{.job = job.number,
               .unit = unit,
               .attempt = ++job.attempts,
               .epoch = options_.epoch,
-              .worker = batch.worker.info.id,
+              .worker = worker.info.id,
               .granted_at = batch.now,
-              .deadline = batch.now + options_.lease_timeout};
+              .deadline = batch.now + options_.lease_timeout,
+              .audit = audit,
+              .expected_end = job.mean_cost == Time{0} ? Time{0} : batch.now + Time(ahead) + cost};
   v1::Lease& out = batch.decision.leases.emplace_back();
   v1::LeaseToken& token = *out.mutable_token();
   token.set_job_id(job.request.id);
@@ -128,7 +253,7 @@ void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit) {
   if (std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) == batch.scenes.end()) {
     batch.scenes.push_back(job.request.scene_digest);
   }
-  add_lease(job, std::move(lease));
+  add_lease(job, worker, std::move(lease));
 }
 
 // ---------------------------------------------------------------- keeping alive
@@ -140,6 +265,7 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
   HeartbeatDecision decision{.revoked = {}, .drain = (*worker)->draining};
   for (const v1::LeaseToken& token : leases) {
     const absl::StatusOr<Job*> job = find_open_job(token);
+    if (job.ok()) absolve(**job, token, (*worker)->info.host);
     const std::optional<LeaseId> lease = job.ok() ? find_lease(**job, token, worker_id) : std::nullopt;
     if (lease) {
       leases_.refresh(*lease, now + options_.lease_timeout);
@@ -151,59 +277,93 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
 }
 
 /// A lease that is not known any more goes on where it was, when nobody else has begun with its unit.
-bool Scheduler::take_up(const Worker& worker, Job& job, const v1::LeaseToken& token, Time now) {
+bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now) {
   const std::uint32_t unit = token.unit_index();
   if (job.request.isa.empty() || !worker.supports(job.request.isa)) return false;
-  if (job.units.state(unit) != UnitState::kPending) return false;
+  if (distrusted_.contains(worker.info.host)) return false;
+  if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
   job.state = v1::RUNNING;
   job.units.take(unit);
-  add_lease(job, {.job = job.number,
-                  .unit = unit,
-                  .attempt = token.attempt(),
-                  .epoch = token.epoch(),
-                  .worker = worker.info.id,
-                  .granted_at = now,
-                  .deadline = now + options_.lease_timeout});
+  add_lease(job, worker,
+            {.job = job.number,
+             .unit = unit,
+             .attempt = token.attempt(),
+             .epoch = token.epoch(),
+             .worker = worker.info.id,
+             .granted_at = now,
+             .deadline = now + options_.lease_timeout});
   return true;
 }
 
 Expiry Scheduler::advance(Time now) {
   Expiry expiry;
   const std::size_t before = leases_.size();
-  while (const std::optional<LeaseId> lease = leases_.expired(now)) drop_lease(*lease);
   for (const auto& [id, worker] : workers_) {
     if (now - worker.last_seen >= options_.lease_timeout) expiry.lost_workers.push_back(worker.info);
   }
+  blame_loss(expiry.lost_workers, now);
   for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);
+  while (const std::optional<LeaseId> lease = leases_.expired(now)) drop_lease(*lease);
   expiry.lost_leases = static_cast<std::uint32_t>(before - leases_.size());
+  // Those who could have given second opinions may be gone.
+  const std::set<std::uint64_t> auditing = auditing_;
+  for (const std::uint64_t number : auditing) settle(*jobs_.at(number));
   return expiry;
 }
 
 // ---------------------------------------------------------------- bookkeeping
 
-void Scheduler::add_lease(Job& job, Lease lease) {
-  const std::vector<LeaseId> others = leases_.of_unit(job.number, lease.unit);
-  for (const LeaseId other : others) job.only_leases.erase({leases_.get(other).granted_at, other});
-  const Time granted_at = lease.granted_at;
-  const LeaseId id = leases_.add(std::move(lease));
-  if (others.empty()) job.only_leases.emplace(granted_at, id);
-  set_leases(job, job.leases + 1);
+/// Takes the one lease of a unit into or out of the indices by which copies are chosen; none when there are more.
+void Scheduler::index_only_lease(Job& job, std::uint32_t unit, bool add) {
+  const std::vector<LeaseId> leases = leases_.of_unit(job.number, unit);
+  if (leases.size() != 1) return;
+  const Lease& lease = leases_.get(leases.front());
+  const std::pair by_age{lease.granted_at, leases.front()}, by_end{lease.expected_end, leases.front()};
+  if (add) {
+    job.only_leases.insert(by_age);
+    if (lease.expected_end > Time{0}) job.by_end.insert(by_end);
+  } else {
+    job.only_leases.erase(by_age);
+    job.by_end.erase(by_end);
+  }
+}
+
+void Scheduler::add_lease(Job& job, Worker& worker, Lease lease) {
+  const std::uint32_t unit = lease.unit;
+  lease.charge_ms = job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
+  worker.load_ms += lease.charge_ms;
+  job.load_ms += lease.charge_ms;
+  turns_.charge(job.number, lease.charge_ms);
+  ++job.leases;
+  ++job.holders[worker.info.id];
+  const bool audit = lease.audit;
+  if (!audit) index_only_lease(job, unit, /*add=*/false);
+  leases_.add(std::move(lease));
+  if (!audit) index_only_lease(job, unit, /*add=*/true);
 }
 
 void Scheduler::drop_lease(LeaseId id) {
-  const Lease lease = leases_.remove(id);
-  Job& job = *jobs_[lease.job];
-  job.only_leases.erase({lease.granted_at, id});
-  set_leases(job, job.leases - 1);
-  const std::vector<LeaseId> others = leases_.of_unit(lease.job, lease.unit);
-  if (others.size() == 1) job.only_leases.emplace(leases_.get(others.front()).granted_at, others.front());
-  if (others.empty() && job.units.state(lease.unit) == UnitState::kLeased) job.units.put_back(lease.unit);
-}
+  const Lease lease = leases_.get(id);
+  Job& job = *jobs_.at(lease.job);
+  if (!lease.audit) index_only_lease(job, lease.unit, /*add=*/false);
+  leases_.remove(id);
 
-void Scheduler::set_leases(Job& job, std::uint32_t leases) {
-  turns_.erase(turn(job));
-  job.leases = leases;
-  turns_.insert(turn(job));
+  Worker& worker = workers_.at(lease.worker);
+  worker.load_ms -= lease.charge_ms;
+  if (leases_.count_of_worker(lease.worker) == 0) worker.isolated = false;
+  job.load_ms -= lease.charge_ms;
+  turns_.charge(job.number, -lease.charge_ms);
+  --job.leases;
+  if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
+  if (lease.audit) {
+    if (const auto audit = job.audits.find(lease.unit); audit != job.audits.end()) audit->second.out = false;
+    return;
+  }
+  if (leases_.of_unit(job.number, lease.unit).empty()) {
+    if (job.units.state(lease.unit) == UnitState::kLeased) job.units.put_back(lease.unit);
+  } else {
+    index_only_lease(job, lease.unit, /*add=*/true);
+  }
 }
 
 }  // namespace tessera::server

@@ -1,4 +1,4 @@
-// Which units of one job are to do, leased or done.
+// Which units of one job are to do, leased, done or set aside.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,22 @@
 
 namespace tessera::server {
 
-enum class UnitState : std::uint8_t { kPending, kLeased, kDone };
+enum class UnitState : std::uint8_t { kPending, kLeased, kDone, kSetAside };
 
 /// The first 8 bytes of a result's SHA-256: enough to tell results apart that differ by fault.
 using ResultFingerprint = std::uint64_t;
 
-/// Nine bytes a unit. Every operation takes O(log n) amortised over the life of a job.
+/// Hosts by number: what a ledger says of who made a result.
+using HostNumber = std::uint32_t;
+
+/// A result that was accepted.
+struct AcceptedResult {
+  ResultFingerprint fingerprint = 0;
+  std::uint32_t sequence = 0;  // within the job, from 1
+  HostNumber host = 0;
+};
+
+/// 17 bytes a unit. Every operation takes O(log n) amortised over the life of a job, but for `done_by`.
 class UnitLedger {
  public:
   explicit UnitLedger(std::uint32_t count);
@@ -22,9 +32,14 @@ class UnitLedger {
   std::uint32_t count() const { return static_cast<std::uint32_t>(states_.size()); }
   std::uint32_t pending() const { return pending_; }
   std::uint32_t done() const { return done_; }
+  std::uint32_t set_aside() const { return set_aside_; }
+  /// Every unit is done or set aside.
+  bool settled() const { return done_ + set_aside_ == count(); }
   UnitState state(std::uint32_t unit) const { return states_[unit]; }
   /// Of a unit that is done.
-  ResultFingerprint result(std::uint32_t unit) const { return results_[unit]; }
+  const AcceptedResult& result(std::uint32_t unit) const { return results_[unit]; }
+  /// Looks at every unit; for events that are rare.
+  std::vector<std::uint32_t> done_by(HostNumber host) const;
 
   /// Leases the pending unit of the lowest index that `suits`; none when there is none.
   std::optional<std::uint32_t> take_pending(const std::function<bool(std::uint32_t)>& suits);
@@ -32,19 +47,24 @@ class UnitLedger {
   /// A pending unit becomes leased, out of turn.
   void take(std::uint32_t unit);
 
-  /// A leased unit becomes pending again.
+  /// A unit that is leased, done or set aside becomes pending again.
   void put_back(std::uint32_t unit);
 
   /// A unit that is not done becomes done.
-  void finish(std::uint32_t unit, ResultFingerprint result);
+  void finish(std::uint32_t unit, const AcceptedResult& result);
+
+  /// A unit that is not done is not given out any more.
+  void set_aside(std::uint32_t unit);
 
  private:
   std::optional<std::uint32_t> next_pending();
+  void leave(std::uint32_t unit);
 
   std::vector<UnitState> states_;
-  std::vector<ResultFingerprint> results_;
+  std::vector<AcceptedResult> results_;
   std::uint32_t pending_ = 0;
   std::uint32_t done_ = 0;
+  std::uint32_t set_aside_ = 0;
   // Units from here on were never taken in turn. Those before that were put back wait in `returned_`, which may
   // also hold units that are not pending any more: they are dropped when they come up.
   std::uint32_t first_untouched_ = 0;

@@ -41,7 +41,12 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   }
 
   absl::StatusOr<std::unique_ptr<Farm>> opened_farm = Farm::open(
-      *journal, *blobs, {.heartbeat_interval = options.heartbeat_interval, .lease_timeout = options.lease_timeout},
+      *journal, *blobs,
+      {.heartbeat_interval = options.heartbeat_interval,
+       .lease_timeout = options.lease_timeout,
+       .retention = {.fetched = options.keep_fetched,
+                     .unfetched = options.keep_unfetched,
+                     .max_bytes = options.max_result_bytes}},
       [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -27,6 +28,11 @@ struct CoordinatorOptions {
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};
+  /// How long jobs that are over are kept: those of which a client has the image, and the others.
+  std::chrono::seconds keep_fetched{std::chrono::hours{24}};
+  std::chrono::seconds keep_unfetched{std::chrono::hours{24 * 30}};
+  /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
+  std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };
 
 /// A running coordinator. All members may be called from any thread.

@@ -23,9 +23,18 @@
 
 namespace tessera::server {
 
+/// How long jobs that are over are kept.
+struct Retention {
+  std::chrono::seconds fetched;    // after its end, when a client has the image
+  std::chrono::seconds unfetched;  // when none has, or something is missing
+  /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
+  std::uint64_t max_bytes;
+};
+
 struct FarmOptions {
   std::chrono::milliseconds heartbeat_interval;
   std::chrono::milliseconds lease_timeout;
+  Retention retention;
 };
 
 /// Some results of a job, and its status.
@@ -59,7 +68,12 @@ class Farm {
   absl::StatusOr<v1::GetJobResponse> get_job(const std::string& id);
   v1::ListJobsResponse list_jobs();
   void cancel(const std::string& id, Done<v1::JobStatus> done);
+  void retry(const std::string& id, Done<v1::JobStatus> done);
+  void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done);
   v1::ListWorkersResponse list_workers();
+  void trust_host(const std::string& host, DoneEmpty done);
+  /// A client has received every result of a job that is over.
+  void note_fetched(const std::string& id);
 
   /// What a watcher that has results up to `after` gets next; no results when there are none yet.
   absl::StatusOr<WatchBatch> next_results(const std::string& id, std::uint64_t after, bool status_only);
@@ -92,22 +106,26 @@ class Farm {
   absl::StatusOr<JobEntry*> find_job(const std::string& id);
   JobView view_of(const JobEntry& entry) const;
   std::uint64_t claim_uploads(const v1::JobSpec& spec);
-  JobEnded end_job(JobEntry& entry);
-
+  v1::JobStatus describe(const JobEntry& entry) const;
   /// What a commit makes visible to clients.
   struct Shown {
-    JobEntry* entry = nullptr;
+    std::string job;
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
     bool end = false;
   };
-  /// Journals in the order of calls; `done` after that.
-  void commit(std::vector<JournalEntry> entries, const Shown& shown, DoneEmpty done);
+  /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done` after
+  /// that. Answers at once where there is nothing, if `wait` is not set.
+  void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
+  void note_event(const FarmEvent& event, std::vector<Shown>& shown);
+  /// What a change of a job answers, once it is durable.
+  void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
+  void prune();
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
   void accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done);
-  void expire();
+  void tick();
 
   Journal& journal_;
   BlobStore& blobs_;
@@ -120,6 +138,7 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
+  std::uint64_t ticks_ = 0;
 
   // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.
   Dispatcher dispatcher_;

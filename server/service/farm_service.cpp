@@ -36,6 +36,33 @@ grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* co
   return reactor;
 }
 
+grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* context,
+                                                const v1::RetryJobRequest* request, v1::RetryJobResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  farm_.retry(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
+    if (status.ok()) *response->mutable_status() = *status;
+    answer(reactor, status.status());
+  });
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* context,
+                                                 const v1::AdjustJobRequest* request, v1::AdjustJobResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  farm_.adjust(*request, [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
+    if (status.ok()) *response->mutable_status() = *status;
+    answer(reactor, status.status());
+  });
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* FarmService::TrustHost(grpc::CallbackServerContext* context,
+                                                 const v1::TrustHostRequest* request, v1::TrustHostResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  farm_.trust_host(request->host(), [reactor](const absl::Status& status) { answer(reactor, status); });
+  return reactor;
+}
+
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,
                                                                       const v1::WatchJobRequest* request) {
   return watch_job(farm_, *request);

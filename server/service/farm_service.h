@@ -21,6 +21,12 @@ class FarmService final : public v1::FarmService::CallbackService {
                                      v1::ListJobsResponse* response) override;
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override;
+  grpc::ServerUnaryReactor* RetryJob(grpc::CallbackServerContext* context, const v1::RetryJobRequest* request,
+                                     v1::RetryJobResponse* response) override;
+  grpc::ServerUnaryReactor* AdjustJob(grpc::CallbackServerContext* context, const v1::AdjustJobRequest* request,
+                                      v1::AdjustJobResponse* response) override;
+  grpc::ServerUnaryReactor* TrustHost(grpc::CallbackServerContext* context, const v1::TrustHostRequest* request,
+                                      v1::TrustHostResponse* response) override;
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(grpc::CallbackServerContext* context,
                                                            const v1::WatchJobRequest* request) override;
   grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context, const v1::ListWorkersRequest* request,

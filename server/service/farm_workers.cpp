@@ -20,6 +20,9 @@ using google::protobuf::util::TimeUtil;
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr int kMaxIsas = 16;
+constexpr int kMaxTags = 64;
+// Deleting old jobs needs to look at all of them.
+constexpr std::uint64_t kTicksBetweenPrunings = 64;
 
 absl::Status check_registration(const v1::RegisterRequest& request) {
   if (request.protocol() != wire::kProtocolVersion) {
@@ -36,6 +39,11 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   const auto& isas = request.supported_isas();
   if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
     return absl::InvalidArgumentError(absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
+  }
+  const bool long_tag = std::any_of(request.tags().begin(), request.tags().end(),
+                                    [](const std::string& tag) { return tag.size() > kMaxNameBytes; });
+  if (request.host().size() > kMaxNameBytes || request.tags_size() > kMaxTags || long_tag) {
+    return absl::InvalidArgumentError("the host or a tag is too long, or there are too many tags");
   }
   if (request.threads() == 0) return absl::InvalidArgumentError("a worker has at least one thread");
   return absl::OkStatus();
@@ -63,7 +71,9 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
                                   .build = request.build(),
                                   .isa = request.isa(),
                                   .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
-                                  .threads = request.threads()},
+                                  .threads = request.threads(),
+                                  .host = request.host(),
+                                  .tags = {request.tags().begin(), request.tags().end()}},
                                  now());
   if (!status.ok()) return status;
   spdlog::info("worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
@@ -116,15 +126,13 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     }
     *response.add_leases() = std::move(lease);
   }
-  std::vector<JournalEntry> bindings;
-  for (const std::string& id : decision->bound_jobs) bindings.push_back(JobBound{id, view_of(*jobs_.find(id)).isa});
-  if (bindings.empty()) {
+  if (!scheduler_.has_events()) {
     lock.unlock();
     done(std::move(response));
     return true;
   }
   // No worker may begin before it is durable with which ISA: after a restart another one could be chosen.
-  commit(std::move(bindings), {}, [response = std::move(response), done](const absl::Status& status) {
+  commit({}, {}, /*wait=*/false, [response = std::move(response), done](const absl::Status& status) {
     status.ok() ? done(response) : done(status);
   });
   return true;
@@ -139,6 +147,7 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest
   v1::HeartbeatResponse response;
   for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
   response.set_drain(decision->drain);
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   return response;
 }
 
@@ -153,11 +162,13 @@ absl::Status Farm::deregister(const std::string& worker) {
   return absl::OkStatus();
 }
 
-void Farm::expire() {
+void Farm::tick() {
   const std::lock_guard lock(mutex_);
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) spdlog::warn("worker {} ({}) was lost", worker.name, worker.id);
   if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  if (++ticks_ % kTicksBetweenPrunings == 0) prune();
 }
 
 // ---------------------------------------------------------------- results
@@ -196,15 +207,20 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   const v1::LeaseToken& token = request.token();
   std::unique_lock lock(mutex_);
   const absl::StatusOr<CompleteDecision> decision =
-      scheduler_.complete(request.worker_id(), token, fingerprint_of(digest), now());
+      scheduler_.complete(request.worker_id(), token,
+                          {.fingerprint = fingerprint_of(digest),
+                           .cost = Time(TimeUtil::DurationToMilliseconds(request.stats().wall_time()))},
+                          now());
   if (!decision.ok()) {
+    // A result that is refused may still decide who is at fault.
+    commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
     if (absl::IsAlreadyExists(decision.status())) {
       spdlog::error("worker {}: {}", request.worker_id(), std::string(decision.status().message()));
     }
     return done(decision.status());
   }
   // The first one may still be on its way to the disk: both are answered when it is there.
-  if (decision->duplicate) return commit({}, {}, std::move(done));
+  if (decision->duplicate) return commit({}, {}, /*wait=*/true, std::move(done));
 
   JobEntry& entry = *jobs_.find(token.job_id());
   const v1::UnitStats stats = bounded(request.stats());
@@ -216,10 +232,14 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
                              .unit = token.unit_index(),
                              .digest = digest,
                              .payload = request.payload(),
-                             .stats = stats.SerializeAsString()});
-  if (decision->job_done) entries.push_back(end_job(entry));
-  commit(std::move(entries), {.entry = &entry, .results = decision->sequence, .end = decision->job_done},
+                             .stats = stats.SerializeAsString(),
+                             .host = scheduler_.host_of(request.worker_id())});
+  entry.result_bytes += request.payload().size();
+  const bool free_hands = scheduler_.frees_workers();
+  commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
          std::move(done));
+  lock.unlock();
+  if (free_hands) dispatcher_.notify_work();
 }
 
 void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
@@ -228,17 +248,14 @@ void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
   std::unique_lock lock(mutex_);
   if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
   const std::string message = shortened(request.message());
-  const absl::StatusOr<FailDecision> decision =
+  const absl::Status failed =
       jobs_.find(token.job_id())->past
           ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
           : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
-  if (!decision.ok()) return done(decision.status());
+  if (!failed.ok()) return done(failed);
   spdlog::warn("worker {} failed at unit {} of job {}: {}", request.worker_id(), token.unit_index(), token.job_id(),
                message);
-  JobEntry& entry = *jobs_.find(token.job_id());
-  std::vector<JournalEntry> entries;
-  if (decision->job_failed) entries.push_back(end_job(entry));
-  commit(std::move(entries), {.entry = &entry, .end = decision->job_failed}, std::move(done));
+  commit({}, {}, /*wait=*/true, std::move(done));
   lock.unlock();
   dispatcher_.notify_work();
 }

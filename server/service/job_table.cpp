@@ -3,8 +3,10 @@
 #include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "absl/strings/str_cat.h"
+#include "service/journal_events.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -25,6 +27,11 @@ absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec)
       JobShape{std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels)});
 }
 
+std::int64_t unix_milliseconds() {
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
 JobEntry& JobTable::add(JobEntry entry) {
   entries_.push_back(std::make_unique<JobEntry>(std::move(entry)));
   JobEntry& added = *entries_.back();
@@ -41,6 +48,13 @@ JobEntry* JobTable::find(const std::string& id) {
 JobEntry* JobTable::find_request(const std::string& request_id) {
   const auto found = by_request_.find(request_id);
   return found == by_request_.end() ? nullptr : found->second;
+}
+
+void JobTable::erase(const std::string& id) {
+  const JobEntry* const entry = find(id);
+  by_request_.erase(entry->request_id);
+  by_id_.erase(id);
+  std::erase_if(entries_, [entry](const std::unique_ptr<JobEntry>& other) { return other.get() == entry; });
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
@@ -62,6 +76,8 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                  .past = std::nullopt,
                  .stats = {},
                  .units_by_sequence = {},
+                 .result_bytes = record.result_bytes,
+                 .fetched = record.fetched,
                  .durable_results = record.results.size(),
                  .durable_end = record.ended.state != 0};
   const std::uint32_t units = entry.shape->plan->unit_count();
@@ -73,13 +89,28 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     entry.units_by_sequence.push_back(result.unit);
     add_stats(entry.stats, stats);
   }
-  if (entry.durable_end) {
+  for (const std::uint64_t sequence : revoked_results(record)) {
+    if (sequence > 0 && sequence <= entry.units_by_sequence.size()) {
+      entry.units_by_sequence[sequence - 1] = JobEntry::kRevoked;
+    }
+  }
+  // An incomplete job may be opened again, so the scheduler knows it.
+  if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
     entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
                          .units_total = units,
-                         .units_done = static_cast<std::uint32_t>(record.results.size()),
+                         .units_done = static_cast<std::uint32_t>(record.results.size() - revoked_results(record).size()),
                          .units_leased = 0,
+                         .units_set_aside = 0,
                          .isa = record.isa,
-                         .error = record.ended.error};
+                         .error = record.ended.error,
+                         .priority = entry.shape->spec.priority(),
+                         .paused = false,
+                         .revision = static_cast<std::uint32_t>(revoked_results(record).size()),
+                         .notes = {},
+                         .set_aside = {}};
+    for (const SchedulerEvent& event : record.events) {
+      if (static_cast<FarmEvent::Kind>(event.kind) == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
+    }
   }
   return entry;
 }
@@ -91,7 +122,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_state(view.state);
   status.set_units_total(view.units_total);
   // Only what survives a crash is said to be done, so that the number never falls.
-  status.set_units_done(static_cast<std::uint32_t>(entry.durable_results));
+  status.set_units_done(std::min(view.units_done, static_cast<std::uint32_t>(entry.durable_results)));
   status.set_units_leased(view.units_leased);
   *status.mutable_stats() = entry.stats;
   status.set_error(view.error);
@@ -99,6 +130,22 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_submitted_unix_ms(entry.submitted_unix_ms);
   status.set_finished_unix_ms(entry.finished_unix_ms);
   status.set_uploaded_bytes(entry.uploaded_bytes);
+  status.set_user(entry.shape->spec.user());
+  status.set_priority(view.priority);
+  status.set_paused(view.paused);
+  status.set_units_set_aside(view.units_set_aside);
+  status.set_revision(view.revision);
+  for (const std::string& note : view.notes) status.add_notes(note);
+  for (const SetAsideView& aside : view.set_aside) {
+    v1::SetAsideUnit& unit = *status.add_set_aside();
+    *unit.mutable_unit() = entry.shape->plan->unit(aside.unit);
+    for (const UnitFailure& failure : aside.failures) {
+      v1::UnitFailure& out = *unit.add_failures();
+      out.set_host(failure.host);
+      out.set_message(failure.message);
+      out.set_lost(failure.lost);
+    }
+  }
   return status;
 }
 

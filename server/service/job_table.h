@@ -39,19 +39,26 @@ struct JobEntry {
   std::optional<JobView> past;
 
   v1::UnitStats stats;
-  /// Unit of each result, by sequence number - 1.
+  /// Unit of each result, by sequence number - 1; kRevoked where the result does not count any more.
   std::vector<std::uint32_t> units_by_sequence;
+  static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
+  std::uint64_t result_bytes = 0;
+  bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.
   std::uint64_t durable_results = 0;
   /// The job is over, and that is on disk.
   bool durable_end = false;
 };
 
+/// What the clock on the wall says.
+std::int64_t unix_milliseconds();
+
 class JobTable {
  public:
   JobEntry& add(JobEntry entry);
   JobEntry* find(const std::string& id);
   JobEntry* find_request(const std::string& request_id);
+  void erase(const std::string& id);
   /// In order of submission.
   const std::vector<std::unique_ptr<JobEntry>>& all() const { return entries_; }
 

@@ -25,11 +25,14 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
   void OnWriteDone(bool ok) override {
     const std::shared_ptr<WatchReactor> self = self_;  // what follows may end the call, and OnDone with it
+    bool fetched = false;
     {
       const std::lock_guard lock(mutex_);
       writing_ = false;
       broken_ |= !ok;
+      fetched = ok && last_message_sent_ && !status_only_;
     }
+    if (fetched) farm_.note_fetched(job_);
     wake();
   }
 

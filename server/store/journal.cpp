@@ -14,7 +14,8 @@
 namespace tessera::server {
 namespace {
 
-constexpr int kFormatVersion = 1;
+// 2 added events and the columns `fetched` and `host`. Format 1 is brought up to date when it is opened.
+constexpr int kFormatVersion = 2;
 
 constexpr char kSchema[] = R"(
   CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -38,6 +39,21 @@ constexpr char kSchema[] = R"(
     end INTEGER NOT NULL,  -- of the payload within the job's result file
     stats BLOB NOT NULL,
     PRIMARY KEY (job, sequence)) WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS events (
+    number INTEGER PRIMARY KEY,
+    job TEXT NOT NULL,
+    kind INTEGER NOT NULL,
+    unit INTEGER NOT NULL,
+    value INTEGER NOT NULL,
+    host TEXT NOT NULL,
+    text TEXT NOT NULL);
+  CREATE INDEX IF NOT EXISTS events_by_job ON events (job);
+)";
+
+constexpr char kFromFormat1[] = R"(
+  ALTER TABLE jobs ADD COLUMN fetched INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE results ADD COLUMN host TEXT NOT NULL DEFAULT '';
+  UPDATE meta SET value = 2 WHERE key = 'format';
 )";
 
 std::string text(const SQLite::Column& column) { return column.getString(); }
@@ -46,10 +62,13 @@ std::string text(const SQLite::Column& column) { return column.getString(); }
 class SqliteJournal final : public Journal {
  public:
   /// Throws SQLite::Exception.
-  explicit SqliteJournal(const std::filesystem::path& data_dir)
+  SqliteJournal(const std::filesystem::path& data_dir, Disk& disk)
       : data_dir_(data_dir),
+        disk_(disk),
         database_(data_dir.empty() ? ":memory:" : (data_dir / "journal.sqlite").string(),
-                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE) {
+                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, /*busyTimeoutMs=*/0, disk.sqlite_vfs()) {
+    // The data directory is this process's alone (data_dir.h), so nobody else needs to see the index of the log.
+    database_.exec("PRAGMA locking_mode = EXCLUSIVE");
     database_.exec("PRAGMA journal_mode = WAL");
     database_.exec("PRAGMA synchronous = FULL");
     database_.exec(kSchema);
@@ -58,12 +77,16 @@ class SqliteJournal final : public Journal {
   /// Checks the version and begins a new epoch. Throws SQLite::Exception.
   absl::Status begin() {
     SQLite::Transaction transaction(database_);
-    database_.exec(absl::StrCat("INSERT OR IGNORE INTO meta VALUES ('format', ", kFormatVersion, "), ('epoch', 0)"));
+    database_.exec("INSERT OR IGNORE INTO meta VALUES ('format', 1), ('epoch', 0)");
     database_.exec("UPDATE meta SET value = value + 1 WHERE key = 'epoch'");
-    const int format = database_.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
+    int format = database_.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
+    if (format == 1) {
+      database_.exec(kFromFormat1);
+      format = kFormatVersion;
+    }
     if (format != kFormatVersion) {
       return absl::FailedPreconditionError(absl::StrCat("the journal in ", data_dir_.string(), " has format ", format,
-                                                        "; this version knows format ", kFormatVersion));
+                                                        "; this version knows formats 1 to ", kFormatVersion));
     }
     epoch_ = static_cast<std::uint64_t>(database_.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
     transaction.commit();
@@ -73,6 +96,7 @@ class SqliteJournal final : public Journal {
 
   std::uint64_t epoch() const override { return epoch_; }
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override;
+  absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override;
   absl::Status commit(const std::vector<JournalEntry>& entries) override;
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
 
@@ -84,8 +108,13 @@ class SqliteJournal final : public Journal {
               "VALUES (?, ?, ?, ?, ?, ?)"),
           bind(database, "UPDATE jobs SET isa = ? WHERE id = ?"),
           end(database, "UPDATE jobs SET state = ?, error = ?, finished_unix_ms = ? WHERE id = ?"),
-          done(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?)") {}
-    SQLite::Statement add, bind, end, done;
+          done(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)"),
+          event(database, "INSERT INTO events (job, kind, unit, value, host, text) VALUES (?, ?, ?, ?, ?, ?)"),
+          fetched(database, "UPDATE jobs SET fetched = 1 WHERE id = ?"),
+          prune_job(database, "DELETE FROM jobs WHERE id = ?"),
+          prune_results(database, "DELETE FROM results WHERE job = ?"),
+          prune_events(database, "DELETE FROM events WHERE job = ?") {}
+    SQLite::Statement add, bind, end, done, event, fetched, prune_job, prune_results, prune_events;
   };
 
   absl::Status recover_job(JobRecord& record);
@@ -96,12 +125,19 @@ class SqliteJournal final : public Journal {
   void write_row(const JobBound& entry, std::uint64_t end);
   void write_row(const JobEnded& entry, std::uint64_t end);
   void write_row(const UnitDone& entry, std::uint64_t end);
+  void write_row(const SchedulerEvent& entry, std::uint64_t end);
+  void write_row(const JobReopened& entry, std::uint64_t end);
+  void write_row(const JobFetched& entry, std::uint64_t end);
+  void write_row(const JobPruned& entry, std::uint64_t end);
+  std::vector<SchedulerEvent> read_events(const std::string& job);
+  void put_in_effect(const JournalEntry& entry, std::uint64_t end);
 
   std::filesystem::path result_path(const std::string& job) const {
     return data_dir_.empty() ? std::filesystem::path() : data_dir_ / "results" / job;
   }
 
   std::filesystem::path data_dir_;
+  Disk& disk_;
   std::uint64_t epoch_ = 0;
 
   std::mutex database_mutex_;
@@ -137,7 +173,7 @@ absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>
   return guarded("recovery", [&]() -> absl::Status {
     SQLite::Statement jobs(database_,
                            "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, "
-                           "error, finished_unix_ms FROM jobs ORDER BY number");
+                           "error, finished_unix_ms, fetched FROM jobs ORDER BY number");
     while (jobs.executeStep()) {
       JobRecord record;
       record.added = {.id = text(jobs.getColumn(0)),
@@ -151,6 +187,7 @@ absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>
                       .state = jobs.getColumn(7).getInt(),
                       .error = text(jobs.getColumn(8)),
                       .finished_unix_ms = jobs.getColumn(9).getInt64()};
+      record.fetched = jobs.getColumn(10).getInt() != 0;
       if (absl::Status status = recover_job(record); !status.ok()) return status;
       if (absl::Status status = visit(std::move(record)); !status.ok()) return status;
     }
@@ -160,8 +197,9 @@ absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>
 
 absl::Status SqliteJournal::recover_job(JobRecord& record) {
   SQLite::Statement rows(database_,
-                         "SELECT sequence, unit, digest, end, stats FROM results WHERE job = ? ORDER BY sequence");
+                         "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
   rows.bind(1, record.added.id);
+  record.events = read_events(record.added.id);
   std::vector<std::uint64_t> ends;
   while (rows.executeStep()) {
     const std::int64_t sequence = rows.getColumn(0).getInt64();
@@ -172,10 +210,14 @@ absl::Status SqliteJournal::recover_job(JobRecord& record) {
     }
     ends.push_back(static_cast<std::uint64_t>(end));
     record.results.push_back(
-        {.unit = rows.getColumn(1).getUInt(), .digest = text(rows.getColumn(2)), .stats = text(rows.getColumn(4))});
+        {.unit = rows.getColumn(1).getUInt(),
+         .digest = text(rows.getColumn(2)),
+         .stats = text(rows.getColumn(4)),
+         .host = text(rows.getColumn(5))});
   }
   if (ends.empty()) return absl::OkStatus();
-  const auto file = std::make_shared<ResultFile>(result_path(record.added.id), std::move(ends));
+  record.result_bytes = ends.back();
+  const auto file = std::make_shared<ResultFile>(disk_, result_path(record.added.id), std::move(ends));
   results_[record.added.id] = file;
   return file->check();
 }
@@ -193,11 +235,48 @@ absl::Status SqliteJournal::commit(const std::vector<JournalEntry>& entries) {
     });
   }
   if (!health_.ok()) return health_;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (const auto* const unit = std::get_if<UnitDone>(&entries[i])) results_of(unit->job)->keep(ends[i]);
-    if (const auto* const ended = std::get_if<JobEnded>(&entries[i])) results_of(ended->id)->close();
-  }
+  for (std::size_t i = 0; i < entries.size(); ++i) put_in_effect(entries[i], ends[i]);
   return absl::OkStatus();
+}
+
+/// What follows from an entry that is durable.
+void SqliteJournal::put_in_effect(const JournalEntry& entry, std::uint64_t end) {
+  if (const auto* const unit = std::get_if<UnitDone>(&entry)) results_of(unit->job)->keep(end);
+  if (const auto* const ended = std::get_if<JobEnded>(&entry)) results_of(ended->id)->close();
+  if (const auto* const pruned = std::get_if<JobPruned>(&entry)) {
+    {
+      const std::lock_guard lock(results_mutex_);
+      results_.erase(pruned->id);
+    }
+    // A file that stays behind after a crash or an error costs space, and nothing else.
+    if (!data_dir_.empty()) static_cast<void>(disk_.remove(result_path(pruned->id)));
+  }
+}
+
+absl::StatusOr<std::vector<SchedulerEvent>> SqliteJournal::farm_events() {
+  const std::lock_guard lock(database_mutex_);
+  std::vector<SchedulerEvent> events;
+  const absl::Status status = guarded("recovery", [&] {
+    events = read_events("");
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return events;
+}
+
+std::vector<SchedulerEvent> SqliteJournal::read_events(const std::string& job) {
+  SQLite::Statement rows(database_, "SELECT kind, unit, value, host, text FROM events WHERE job = ? ORDER BY number");
+  rows.bind(1, job);
+  std::vector<SchedulerEvent> events;
+  while (rows.executeStep()) {
+    events.push_back({.job = job,
+                      .kind = rows.getColumn(0).getInt(),
+                      .unit = rows.getColumn(1).getUInt(),
+                      .value = rows.getColumn(2).getInt64(),
+                      .host = text(rows.getColumn(3)),
+                      .text = text(rows.getColumn(4))});
+  }
+  return events;
 }
 
 absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends) {
@@ -216,7 +295,7 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
   for (const std::shared_ptr<ResultFile>& file : touched) {
     if (absl::Status status = file->sync(); !status.ok()) return status;
   }
-  return made_file && !data_dir_.empty() ? sync_directory(data_dir_ / "results") : absl::OkStatus();
+  return made_file && !data_dir_.empty() ? disk_.sync_directory(data_dir_ / "results") : absl::OkStatus();
 }
 
 void SqliteJournal::write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends) {
@@ -266,13 +345,45 @@ void SqliteJournal::write_row(const UnitDone& entry, std::uint64_t end) {
   row.bind(4, entry.digest);
   row.bind(5, static_cast<std::int64_t>(end));
   row.bind(6, entry.stats.data(), static_cast<int>(entry.stats.size()));
+  row.bind(7, entry.host);
   row.exec();
+}
+
+void SqliteJournal::write_row(const SchedulerEvent& entry, std::uint64_t) {
+  SQLite::Statement& row = statements_->event;
+  row.reset();
+  row.bind(1, entry.job);
+  row.bind(2, entry.kind);
+  row.bind(3, entry.unit);
+  row.bind(4, entry.value);
+  row.bind(5, entry.host);
+  row.bind(6, entry.text);
+  row.exec();
+}
+
+void SqliteJournal::write_row(const JobReopened& entry, std::uint64_t end) {
+  write_row(JobEnded{.id = entry.id, .state = 0, .error = "", .finished_unix_ms = 0}, end);
+}
+
+void SqliteJournal::write_row(const JobFetched& entry, std::uint64_t) {
+  statements_->fetched.reset();
+  statements_->fetched.bind(1, entry.id);
+  statements_->fetched.exec();
+}
+
+void SqliteJournal::write_row(const JobPruned& entry, std::uint64_t) {
+  for (SQLite::Statement* const row :
+       {&statements_->prune_job, &statements_->prune_results, &statements_->prune_events}) {
+    row->reset();
+    row->bind(1, entry.id);
+    row->exec();
+  }
 }
 
 std::shared_ptr<ResultFile> SqliteJournal::results_of(const std::string& job) {
   const std::lock_guard lock(results_mutex_);
   std::shared_ptr<ResultFile>& file = results_[job];
-  if (file == nullptr) file = std::make_shared<ResultFile>(result_path(job), std::vector<std::uint64_t>{});
+  if (file == nullptr) file = std::make_shared<ResultFile>(disk_, result_path(job), std::vector<std::uint64_t>{});
   return file;
 }
 
@@ -282,10 +393,10 @@ absl::StatusOr<std::string> SqliteJournal::read_result(const std::string& job, s
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir) {
+absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir, Disk& disk) {
   std::unique_ptr<SqliteJournal> journal;
   const absl::Status status = guarded("opening", [&] {
-    journal = std::make_unique<SqliteJournal>(data_dir);
+    journal = std::make_unique<SqliteJournal>(data_dir, disk);
     return journal->begin();
   });
   if (!status.ok()) return status;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "store/disk.h"
 
 namespace tessera::server {
 
@@ -45,9 +46,36 @@ struct UnitDone {
   std::string digest;   // SHA-256 of the decoded result, hexadecimal
   std::string payload;  // proto/wire/tile_result.h
   std::string stats;    // serialized UnitStats
+  std::string host;     // that rendered it
 };
 
-using JournalEntry = std::variant<JobAdded, JobBound, JobEnded, UnitDone>;
+/// Something of which the scheduler must be told again after a restart; only it knows what the fields mean.
+struct SchedulerEvent {
+  std::string job;  // empty: of the whole farm
+  std::int32_t kind = 0;
+  std::uint32_t unit = 0;
+  std::int64_t value = 0;
+  std::string host;
+  std::string text;
+};
+
+/// An ended job goes on.
+struct JobReopened {
+  std::string id;
+};
+
+/// A client has all results of an ended job.
+struct JobFetched {
+  std::string id;
+};
+
+/// The job and its results are deleted.
+struct JobPruned {
+  std::string id;
+};
+
+using JournalEntry =
+    std::variant<JobAdded, JobBound, JobEnded, UnitDone, SchedulerEvent, JobReopened, JobFetched, JobPruned>;
 
 /// Everything that was committed about a job but for its payloads.
 struct JobRecord {
@@ -58,8 +86,12 @@ struct JobRecord {
     std::uint32_t unit = 0;
     std::string digest;
     std::string stats;
+    std::string host;
   };
   std::vector<Result> results;  // by sequence number - 1
+  std::vector<SchedulerEvent> events;
+  bool fetched = false;
+  std::uint64_t result_bytes = 0;
 };
 
 /// Safe to use from any number of threads.
@@ -74,6 +106,9 @@ class Journal {
   /// damaged.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
 
+  /// Events of the whole farm, in order.
+  virtual absl::StatusOr<std::vector<SchedulerEvent>> farm_events() = 0;
+
   /// All entries or none; durable when it returns OK. After an error nothing more is taken, for it is not known what
   /// reached the disk.
   virtual absl::Status commit(const std::vector<JournalEntry>& entries) = 0;
@@ -84,6 +119,7 @@ class Journal {
 
 /// In a data directory, made when there is nothing yet; an empty path: in memory. FailedPrecondition when a newer
 /// version wrote it.
-absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir);
+absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir,
+                                                      Disk& disk = machine_disk());
 
 }  // namespace tessera::server

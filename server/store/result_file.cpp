@@ -6,25 +6,32 @@
 
 namespace tessera::server {
 
-ResultFile::ResultFile(std::filesystem::path path, std::vector<std::uint64_t> ends)
-    : path_(std::move(path)), ends_(std::move(ends)), appended_(ends_.empty() ? 0 : ends_.back()) {}
+ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends)
+    : disk_(disk), path_(std::move(path)), ends_(std::move(ends)), appended_(ends_.empty() ? 0 : ends_.back()) {}
 
 absl::Status ResultFile::check() const {
-  std::error_code error;
-  const std::uint64_t size = std::filesystem::file_size(path_, error);
-  if (!error && size >= appended_) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat(path_.string(), error ? " is missing" : absl::StrCat(" has ", size, " bytes"),
+  const auto file = disk_.open(path_, /*create=*/false);
+  const absl::StatusOr<std::uint64_t> size = file.ok() ? (*file)->size() : file.status();
+  if (size.ok() && *size >= appended_) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat(path_.string(),
+                                          size.ok() ? absl::StrCat(" has ", *size, " bytes") : " is missing",
                                           ", but the journal knows of ", appended_, " bytes of results"));
 }
 
 absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
   const std::lock_guard lock(mutex_);
-  if (!file_) {
-    absl::StatusOr<File> opened = in_memory() ? File::in_memory() : File::open_or_create(path_);
+  if (in_memory() && !memory_) {
+    absl::StatusOr<File> made = File::in_memory();
+    if (!made.ok()) return made.status();
+    memory_ = *std::move(made);
+  }
+  if (!in_memory() && !file_) {
+    auto opened = disk_.open(path_, /*create=*/true);
     if (!opened.ok()) return opened.status();
     file_ = *std::move(opened);
   }
-  if (absl::Status status = file_->write_at(appended_, payload); !status.ok()) return status;
+  const absl::Status status = in_memory() ? memory_->write_at(appended_, payload) : file_->write_at(appended_, payload);
+  if (!status.ok()) return status;
   return appended_ += payload.size();
 }
 
@@ -40,7 +47,12 @@ void ResultFile::keep(std::uint64_t end) {
 
 void ResultFile::close() {
   const std::lock_guard lock(mutex_);
-  if (!in_memory()) file_.reset();
+  file_.reset();
+}
+
+std::uint64_t ResultFile::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return ends_.empty() ? 0 : ends_.back();
 }
 
 absl::StatusOr<std::string> ResultFile::read(std::uint64_t sequence) const {
@@ -49,13 +61,17 @@ absl::StatusOr<std::string> ResultFile::read(std::uint64_t sequence) const {
     return absl::OutOfRangeError(absl::StrCat("there is no result ", sequence));
   const std::uint64_t begin = sequence == 1 ? 0 : ends_[sequence - 2];
   std::string payload(ends_[sequence - 1] - begin, '\0');
-  if (file_) {
-    if (absl::Status status = file_->read_at(begin, payload.data(), payload.size()); !status.ok()) return status;
-    return payload;
+  absl::Status status;
+  if (in_memory()) {
+    status = memory_->read_at(begin, payload.data(), payload.size());
+  } else if (file_) {
+    status = file_->read_at(begin, payload.data(), payload.size());
+  } else {
+    const auto file = disk_.open(path_, /*create=*/false);
+    if (!file.ok()) return file.status();
+    status = (*file)->read_at(begin, payload.data(), payload.size());
   }
-  const absl::StatusOr<File> file = File::open_existing(path_);
-  if (!file.ok()) return file.status();
-  if (absl::Status status = file->read_at(begin, payload.data(), payload.size()); !status.ok()) return status;
+  if (!status.ok()) return status;
   return payload;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "store/disk.h"
 #include "store/file.h"
 
 namespace tessera::server {
@@ -19,7 +20,7 @@ class ResultFile {
  public:
   /// `ends[i]` is where result i + 1 ends, as journaled. What lies beyond the last was never acknowledged and is
   /// overwritten. An empty path: in memory.
-  ResultFile(std::filesystem::path path, std::vector<std::uint64_t> ends);
+  ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends);
 
   /// DataLoss when the file is shorter than what was journaled.
   absl::Status check() const;
@@ -30,8 +31,10 @@ class ResultFile {
   /// Returns when everything appended is on the disk.
   absl::Status sync();
   void keep(std::uint64_t end);
-  /// No more results will come.
+  /// No more results will come, unless the job is opened again.
   void close();
+  /// Where the last result ends, bytes.
+  std::uint64_t bytes() const;
 
   /// `sequence` from 1 on. OutOfRange when there is no such result.
   absl::StatusOr<std::string> read(std::uint64_t sequence) const;
@@ -39,9 +42,11 @@ class ResultFile {
  private:
   bool in_memory() const { return path_.empty(); }
 
+  Disk& disk_;
   const std::filesystem::path path_;
   mutable std::mutex mutex_;
-  std::optional<File> file_;
+  std::optional<File> memory_;  // instead of a file on the disk
+  std::unique_ptr<DiskFile> file_;
   std::vector<std::uint64_t> ends_;
   std::uint64_t appended_;
 };

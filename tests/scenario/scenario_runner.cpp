@@ -4,7 +4,11 @@
 #include <stdexcept>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "scenario/simulated_coordinator.h"
+#include "service/journal_events.h"
 
 namespace tessera::server {
 namespace {
@@ -29,7 +33,36 @@ std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t 
   return std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
 }
 
-ScenarioRunner::ScenarioRunner() : scheduler_(std::make_unique<Scheduler>(SchedulerOptions{})) {}
+ScenarioRunner::ScenarioRunner() {
+  journal_.begin_epoch();
+  options_ = {.audit_one_in = 0, .epoch = journal_.epoch()};
+  scheduler_ = std::make_unique<Scheduler>(options_);
+}
+
+std::string ScenarioRunner::journal(std::vector<JournalEntry> entries) {
+  std::string news;
+  for (const FarmEvent& event : scheduler_->take_events()) {
+    switch (event.kind) {
+      case FarmEvent::Kind::kBound:
+        absl::StrAppend(&news, "(", event.job, " is bound to ", event.text, ")\n");
+        break;
+      case FarmEvent::Kind::kEnded:
+        absl::StrAppend(&news, "(", event.job, " is ", v1::JobState_Name(static_cast<v1::JobState>(event.value)), ")\n");
+        break;
+      case FarmEvent::Kind::kRevoked:
+        absl::StrAppend(&news, "(result ", event.value, " of ", event.job, " is revoked)\n");
+        break;
+      case FarmEvent::Kind::kDistrusted:
+        absl::StrAppend(&news, "(", event.host, " is in quarantine: ", event.text, ")\n");
+        break;
+      default:
+        break;
+    }
+    append_to_journal(event, 0, entries);
+  }
+  const absl::Status status = journal_.commit(entries);
+  return status.ok() ? news : outcome(status);
+}
 
 std::string ScenarioRunner::Arguments::get(const std::string& name, const std::string& otherwise) const {
   const auto found = named.find(name);
@@ -64,10 +97,27 @@ std::string ScenarioRunner::run(const std::string& line) {
   if (command == "restart") return restart();
   if (command == "cancel") {
     const auto cancelled = scheduler_->cancel_job(first);
+    journal({});
     return cancelled.ok() ? (*cancelled ? "cancelled\n" : "was over\n") : outcome(cancelled.status());
+  }
+  if (command == "audit") {
+    options_.audit_one_in = static_cast<std::uint32_t>(std::stoul(first));
+    scheduler_ = std::make_unique<Scheduler>(options_);
+    return "ok\n";
+  }
+  if (command == "trust") {
+    scheduler_->trust_host(first);
+    return journal({}) + "ok\n";
+  }
+  if (command == "retry") return changed(scheduler_->retry_job(first));
+  if (command == "pause" || command == "resume") return changed(scheduler_->pause_job(first, command == "pause"));
+  if (command == "priority") {
+    return changed(scheduler_->set_priority(first, std::stoi(arguments.positional.at(1))));
   }
   throw std::invalid_argument("no such command: " + line);
 }
+
+std::string ScenarioRunner::changed(const absl::Status& status) { return outcome(status) + journal({}); }
 
 std::string ScenarioRunner::submit(const Arguments& arguments) {
   const auto number = [&](const char* name, const char* otherwise) {
@@ -78,18 +128,35 @@ std::string ScenarioRunner::submit(const Arguments& arguments) {
                      .plan = row_of_tiles(number("tiles", "1"), number("ranges", "1")),
                      .scene_digest = arguments.get("scene", id),
                      .isa = arguments.get("isa", ""),
-                     .priority = number("priority", "0")};
+                     .priority = number("priority", "0"),
+                     .user = arguments.get("user", ""),
+                     .required_tags = absl::StrSplit(arguments.get("require", ""), ',', absl::SkipEmpty()),
+                     .max_workers = static_cast<std::uint32_t>(number("workers", "0"))};
   const absl::Status status = scheduler_->add_job(request);
-  if (status.ok()) journal_.push_back({.request = std::move(request), .done = {}});
-  return outcome(status);
+  if (!status.ok()) return outcome(status);
+  jobs_[id] = std::move(request);
+  return outcome(status) + journal({JobAdded{.id = id, .request_id = id, .spec = id}});
 }
 
 std::string ScenarioRunner::show_job(const std::string& id) const {
   const auto view = scheduler_->job(id);
   if (!view.ok()) return outcome(view.status());
-  return absl::StrCat(v1::JobState_Name(view->state), " ", view->units_done, "/", view->units_total, " done, ",
-                      view->units_leased, " leased", view->isa.empty() ? "" : ", " + view->isa,
-                      view->error.empty() ? "" : ": " + view->error, "\n");
+  std::string out = absl::StrCat(v1::JobState_Name(view->state), " ", view->units_done, "/", view->units_total,
+                                 " done, ", view->units_leased, " leased", view->isa.empty() ? "" : ", " + view->isa,
+                                 view->paused ? ", paused" : "", view->error.empty() ? "" : ": " + view->error, "\n");
+  for (const SetAsideView& aside : view->set_aside) {
+    absl::StrAppend(&out, "  set aside: ", aside.unit, ", failed on ",
+                    absl::StrJoin(aside.failures, " ",
+                                  [](std::string* text, const UnitFailure& failure) {
+                                    absl::StrAppend(text, failure.host, failure.lost ? " (lost)" : "");
+                                  }),
+                    "\n");
+  }
+  for (const std::string& note : view->notes) absl::StrAppend(&out, "  note: ", note, "\n");
+  if (const std::string reason = scheduler_->waiting_for(id, now_); !reason.empty() && view->units_done > 0) {
+    absl::StrAppend(&out, "  waiting: ", reason, "\n");
+  }
+  return out;
 }
 
 std::string ScenarioRunner::register_worker(const Arguments& arguments) {
@@ -103,7 +170,9 @@ std::string ScenarioRunner::register_worker(const Arguments& arguments) {
                                    .build = "",
                                    .isa = isa,
                                    .supported_isas = isas,
-                                   .threads = static_cast<std::uint32_t>(std::stoi(arguments.get("threads", "2")))},
+                                   .threads = static_cast<std::uint32_t>(std::stoi(arguments.get("threads", "2"))),
+                                   .host = arguments.get("host", id),
+                                   .tags = absl::StrSplit(arguments.get("tags", ""), ',', absl::SkipEmpty())},
                                   now_));
 }
 
@@ -111,7 +180,8 @@ std::string ScenarioRunner::show_workers() const {
   std::string out;
   for (const WorkerView& worker : scheduler_->workers()) {
     absl::StrAppend(&out, worker.info.id, ": ", worker.leases, " leases, ", worker.units_done, " done, seen ",
-                    (now_ - worker.last_seen).count() / 1000.0, "s ago", worker.draining ? ", draining" : "", "\n");
+                    (now_ - worker.last_seen).count() / 1000.0, "s ago", worker.draining ? ", draining" : "",
+                    worker.quarantine.empty() ? "" : ", in quarantine", "\n");
   }
   return out.empty() ? "none\n" : out;
 }
@@ -126,14 +196,9 @@ std::string ScenarioRunner::lease(const Arguments& arguments) {
   if (!decision.ok()) return outcome(decision.status());
   std::string out;
   for (const v1::Lease& lease : decision->leases) absl::StrAppend(&out, text(lease.token()), " ");
-  for (const std::string& id : decision->bound_jobs) {
-    const std::string isa = scheduler_->job(id)->isa;
-    absl::StrAppend(&out, "(", id, " is bound to ", isa, ") ");
-    for (Record& record : journal_) {
-      if (record.request.id == id) record.request.isa = isa;
-    }
-  }
   if (out.empty()) return "nothing\n";
+  std::string news = journal({});
+  if (!news.empty()) return absl::StrCat(out, absl::StrReplaceAll(news, {{"\n", " "}}).substr(0, news.size() - 1), "\n");
   out.back() = '\n';
   return out;
 }
@@ -152,21 +217,25 @@ std::string ScenarioRunner::heartbeat(const Arguments& arguments) {
 std::string ScenarioRunner::complete(const Arguments& arguments) {
   const v1::LeaseToken lease = token(arguments.positional.at(1));
   const ResultFingerprint result = std::stoull(arguments.get("result", "7"));
-  const auto decision = scheduler_->complete(arguments.positional[0], lease, result, now_);
-  if (!decision.ok()) return outcome(decision.status());
-  if (decision->duplicate) return "duplicate\n";
-  for (Record& record : journal_) {
-    if (record.request.id == lease.job_id()) record.done.emplace_back(lease.unit_index(), result);
-  }
-  return absl::StrCat("result ", decision->sequence, decision->job_done ? ", the last\n" : "\n");
+  const Time took(static_cast<std::int64_t>(std::stod(arguments.get("took", "0")) * 1000));
+  const std::string& worker = arguments.positional[0];
+  const auto decision = scheduler_->complete(worker, lease, {.fingerprint = result, .cost = took}, now_);
+  if (!decision.ok()) return outcome(decision.status()) + journal({});
+  if (decision->duplicate) return "duplicate\n" + journal({});
+  return absl::StrCat("result ", decision->sequence, "\n",
+                      journal({UnitDone{.job = lease.job_id(),
+                                        .sequence = decision->sequence,
+                                        .unit = lease.unit_index(),
+                                        .digest = digest_of(result),
+                                        .payload = "",
+                                        .stats = "",
+                                        .host = scheduler_->host_of(worker)}}));
 }
 
 std::string ScenarioRunner::fail(const Arguments& arguments) {
   const Words& words = arguments.positional;
   const bool scene_fault = words.size() > 2 && words[2] == "scene";
-  const auto decision = scheduler_->fail(words.at(0), token(words.at(1)), "no luck", scene_fault, now_);
-  if (!decision.ok()) return outcome(decision.status());
-  return decision->job_failed ? "the job failed\n" : "ok\n";
+  return changed(scheduler_->fail(words.at(0), token(words.at(1)), "no luck", scene_fault, now_));
 }
 
 std::string ScenarioRunner::advance(const std::string& seconds) {
@@ -175,17 +244,21 @@ std::string ScenarioRunner::advance(const std::string& seconds) {
   std::string out;
   for (const WorkerInfo& worker : expiry.lost_workers) absl::StrAppend(&out, "lost worker ", worker.id, "\n");
   if (expiry.lost_leases > 0) absl::StrAppend(&out, "lost ", expiry.lost_leases, " leases\n");
+  absl::StrAppend(&out, journal({}));
   return out.empty() ? "ok\n" : out;
 }
 
 std::string ScenarioRunner::restart() {
-  scheduler_ = std::make_unique<Scheduler>(SchedulerOptions{.epoch = ++epoch_});
-  absl::Status status;
-  for (const Record& record : journal_) {
-    status.Update(scheduler_->add_job(record.request));
-    for (const auto& [unit, result] : record.done)
-      status.Update(scheduler_->restore_done(record.request.id, unit, result));
-  }
+  journal_.begin_epoch();
+  options_.epoch = journal_.epoch();
+  scheduler_ = std::make_unique<Scheduler>(options_);
+  absl::Status status = restore_farm(*scheduler_, journal_);
+  status.Update(journal_.recover([&](const JobRecord& record) {
+    absl::Status restored = restore_job(*scheduler_, jobs_.at(record.added.id), record);
+    if (record.ended.state == v1::CANCELLED) static_cast<void>(scheduler_->cancel_job(record.added.id));
+    return restored;
+  }));
+  static_cast<void>(scheduler_->take_events());
   return outcome(status);
 }
 
@@ -197,12 +270,12 @@ v1::LeaseToken ScenarioRunner::token(const std::string& text) const {
   token.set_generation(1);
   token.set_unit_index(static_cast<std::uint32_t>(std::stoul(text.substr(slash + 1, hash - slash - 1))));
   token.set_attempt(static_cast<std::uint32_t>(std::stoul(text.substr(hash + 1))));
-  token.set_epoch(at == std::string::npos ? epoch_ : std::stoull(text.substr(at + 1)));
+  token.set_epoch(at == std::string::npos ? options_.epoch : std::stoull(text.substr(at + 1)));
   return token;
 }
 
 std::string ScenarioRunner::text(const v1::LeaseToken& token) const {
-  const std::string epoch = token.epoch() == epoch_ ? "" : absl::StrCat("@", token.epoch());
+  const std::string epoch = token.epoch() == options_.epoch ? "" : absl::StrCat("@", token.epoch());
   return absl::StrCat(token.job_id(), "/", token.unit_index(), "#", token.attempt(), epoch);
 }
 

@@ -4,19 +4,25 @@
 // with # is for people. Commands (names are free, times are in seconds, a lease is JOB/UNIT#ATTEMPT, with @EPOCH when
 // it is not of the current epoch):
 //
-//   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N]
+//   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N] [user=NAME] [require=TAG,TAG] [workers=N]
 //   cancel JOB
-//   job JOB
-//   register WORKER [isa=NAME] [also=NAME] [threads=N]
+//   retry JOB
+//   pause JOB
+//   resume JOB
+//   priority JOB N
+//   job JOB                 with what it waits for, what was set aside, and its notes
+//   audit N                 from now on one result in N gets a second opinion; only before the first job
+//   register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG]
 //   deregister WORKER
 //   drain WORKER
 //   workers
 //   lease WORKER COUNT [scenes=NAME,NAME]
 //   heartbeat WORKER LEASE...
-//   complete WORKER LEASE [result=N]
+//   complete WORKER LEASE [result=N] [took=SECONDS]
 //   fail WORKER LEASE [scene]
+//   trust HOST
 //   advance SECONDS
-//   restart                 as after a crash of the coordinator: only jobs, ISAs and results are left
+//   restart                 as after a crash of the coordinator: only what was journaled is left
 #pragma once
 
 #include <map>
@@ -24,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "scenario/model_journal.h"
 #include "scheduler/scheduler.h"
 
 namespace tessera::server {
@@ -53,20 +60,19 @@ class ScenarioRunner {
   std::string fail(const Arguments& arguments);
   std::string advance(const std::string& seconds);
   std::string restart();
+  std::string changed(const absl::Status& status);
 
   v1::LeaseToken token(const std::string& text) const;
   std::string text(const v1::LeaseToken& token) const;
 
-  // What a journal would hold.
-  struct Record {
-    JobRequest request;
-    std::vector<std::pair<std::uint32_t, ResultFingerprint>> done;
-  };
+  /// Journals `entries` and what the scheduler wants to have journaled; in words, what was news.
+  std::string journal(std::vector<JournalEntry> entries);
 
-  std::uint64_t epoch_ = 1;
+  SchedulerOptions options_;
   Time now_{0};
+  ModelJournal journal_;
+  std::map<std::string, JobRequest> jobs_;
   std::unique_ptr<Scheduler> scheduler_;
-  std::vector<Record> journal_;
 };
 
 /// A job whose film is a row of `tiles` tiles, with `ranges` sample ranges.

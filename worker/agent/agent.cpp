@@ -38,6 +38,8 @@ v1::RegisterRequest registration(const AgentOptions& options) {
   request.set_isa(options.isas.front());
   for (const std::string& isa : options.isas) request.add_supported_isas(isa);
   request.set_name(options.name);
+  request.set_host(options.host);
+  for (const std::string& tag : options.tags) request.add_tags(tag);
   request.set_threads(static_cast<std::uint32_t>(options.threads));
   return request;
 }

@@ -26,6 +26,8 @@ using SceneLoader = std::function<absl::StatusOr<std::unique_ptr<render::RenderS
 
 struct AgentOptions {
   std::string name;               // for people
+  std::string host;               // what stays over restarts: faults are counted by it; empty: the name
+  std::vector<std::string> tags;  // what jobs may require
   std::string address;            // of the coordinator, for messages
   int threads = 1;                // as many tiles are rendered at once
   std::vector<std::string> isas;  // that this worker may use, best first

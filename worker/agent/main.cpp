@@ -29,6 +29,7 @@ struct Options {
   std::uint64_t cache_gigabytes = 64;
   std::string isa;
   std::string name;
+  std::vector<std::string> tags;
   std::string log_level = "info";
   int grace_seconds = 10;
   bool allow_insecure = false;
@@ -45,6 +46,9 @@ void define_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--isa", options.isa, "kernels to use")->check(CLI::IsMember(render::supported_isas()));
   app.add_option("--name", options.name, "name in the coordinator's list (default: host:pid)");
+  app.add_option("--tag", options.tags, "what jobs may require of a worker (tessera submit --require)")
+      ->delimiter(',')
+      ->type_name("TAG,...");
   app.add_option("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
@@ -55,15 +59,17 @@ void define_options(CLI::App& app, Options& options) {
   app.set_version_flag("--version", wire::build_version());
 }
 
-std::string host_and_pid() {
+std::string host_name() {
   char host[256] = "unknown";
   ::gethostname(host, sizeof(host) - 1);
-  return std::string{host} + ":" + std::to_string(::getpid());
+  return host;
 }
 
 agent::AgentOptions agent_options(const Options& options) {
   agent::AgentOptions result;
-  result.name = options.name.empty() ? host_and_pid() : options.name;
+  result.name = options.name.empty() ? host_name() + ":" + std::to_string(::getpid()) : options.name;
+  result.host = options.name.empty() ? host_name() : options.name;
+  result.tags = options.tags;
   result.address = options.server;
   result.threads = options.threads;
   result.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};

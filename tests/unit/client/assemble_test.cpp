@@ -185,7 +185,16 @@ TEST(Assembler, ReportsWhatIsMissing) {
   EXPECT_EQ(at("samples", 3, 3), 8);
   EXPECT_EQ(at("samples", 12, 3), 4);
   EXPECT_EQ(at("samples", 12, 10), 0);
-  EXPECT_EQ(at("R", 12, 10), 0);
+  // Nothing is known of a pixel without samples, and it says so: a checkerboard of black and magenta.
+  EXPECT_EQ(at("R", 12, 10), 1);
+  EXPECT_EQ(at("G", 12, 10), 0);
+  EXPECT_EQ(at("B", 12, 10), 1);
+  EXPECT_EQ(at("R", 17, 10), 0);
+  ASSERT_EQ(assembly->holes.size(), 2u);
+  EXPECT_EQ(assembly->holes[0].pixels, (Window{10, 0, 20, 7}));
+  EXPECT_FALSE(assembly->holes[0].empty);
+  EXPECT_EQ(assembly->holes[1].pixels, (Window{10, 7, 20, 14}));
+  EXPECT_TRUE(assembly->holes[1].empty);
   TileResult part = tree_node({12, 3, 13, 4}, 0, 2, 8);
   append(part, tree_node({12, 3, 13, 4}, 4, 2, 8));
   EXPECT_EQ(at("R", 12, 3), part.values[0] / 4);

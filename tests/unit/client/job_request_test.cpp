@@ -64,6 +64,21 @@ TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
   EXPECT_EQ((*overridden)->spec.crop().y1(), 32U);
 }
 
+TEST(JobRequest, IntersectionIsChosenByRequestSceneOrProbe) {
+  ImportedScene scene = scene_of(8, 8);
+  const auto chosen = [&](const JobRequest& request) { return (*prepare_job(request, scene, ""))->spec.settings().intersection(); };
+  EXPECT_EQ(chosen({}), "auto");
+  scene.scene.mutable_settings()->set_intersection("robust");
+  EXPECT_EQ(chosen({}), "robust");
+  JobRequest request;
+  request.intersection = "fast";
+  EXPECT_EQ(chosen(request), "fast");
+  request.intersection = "loose";
+  EXPECT_EQ(check_names(request).message(), "there is no intersection 'loose'; there is: auto, fast, robust");
+  scene.scene.mutable_settings()->set_intersection("tight");
+  EXPECT_FALSE(prepare_job({}, scene, "").ok());
+}
+
 TEST(JobRequest, NamesEveryBlobAndTheSceneByItsDigest) {
   ImportedScene scene = scene_of(8, 8);
   SceneBlob mesh;
@@ -127,6 +142,14 @@ TEST(JobRequest, ParsesCrops) {
   EXPECT_EQ(parse_crop("1,2,3,4")->y1(), 4U);
   for (const char* wrong : {"", "1,2,3", "1,2,3,4,5", "3,2,3,4", "1,4,3,4", "-1,2,3,4", "1;2;3;4", "1,2,3,99999999999"}) {
     EXPECT_FALSE(parse_crop(wrong).ok()) << wrong;
+  }
+}
+
+TEST(JobRequest, ParsesSeeds) {
+  EXPECT_EQ(*parse_seed("0"), 0U);
+  EXPECT_EQ(*parse_seed("18446744073709551615"), ~std::uint64_t{0});
+  for (const char* wrong : {"", "-1", "+1", "1e3", "nan", "18446744073709551616", " 1", "1 "}) {
+    EXPECT_FALSE(parse_seed(wrong).ok()) << wrong;
   }
 }
 

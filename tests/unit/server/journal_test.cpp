@@ -27,7 +27,8 @@ UnitDone unit_done(const std::string& job, std::uint64_t sequence) {
           .unit = static_cast<std::uint32_t>(sequence * 3),
           .digest = wire::sha256_hex(payload),
           .payload = payload,
-          .stats = absl::StrCat("stats ", sequence)};
+          .stats = absl::StrCat("stats ", sequence),
+          .host = "host"};
 }
 
 JobAdded job_added(const std::string& id) {

@@ -1,4 +1,4 @@
-// tessera cancel ID
+// tessera trust HOST
 #include <CLI/CLI.hpp>
 
 #include <iostream>
@@ -7,7 +7,6 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
-#include "command/job_table.h"
 #include "command/server_option.h"
 
 namespace tessera::client {
@@ -15,31 +14,25 @@ namespace {
 
 struct Options {
   ServerOption server;
-  std::string job_id;
-  bool json = false;
+  std::string host;
 };
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status());
-  const auto status = (*farm)->cancel(options.job_id, interrupt.token());
-  if (!status.ok()) return report_farm_error(status.status());
-  if (options.json) {
-    std::cout << to_json(*status) << '\n';
-  } else {
-    std::cout << "job " << status->job_id() << ": " << state_name(status->state()) << '\n';
-  }
+  const absl::Status status = (*farm)->trust(options.host, interrupt.token());
+  if (!status.ok()) return report_farm_error(status);
+  std::cout << "host " << options.host << " is trusted\n";
   return kDone;
 }
 
 }  // namespace
 
-void add_cancel_command(CLI::App& app, Action& action) {
+void add_trust_command(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("cancel", "Stops a job; a finished one stays as it is");
-  command.add_option("ID", options->job_id)->required();
+  CLI::App& command = *app.add_subcommand("trust", "Lets a host work again that had returned wrong pixels");
+  command.add_option("HOST", options->host)->required();
   define_server_option(command, options->server);
-  command.add_flag("--json", options->json, "as JSON");
   command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
 }
 

@@ -1,0 +1,36 @@
+// What changes in the scheduler that must outlive the coordinator, besides the jobs and results themselves.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace tessera::server {
+
+/// One durable change. The caller journals events in the order in which they come, before it answers the call that
+/// caused them, and gives those of a job that has not ended to Scheduler::restore after a restart.
+struct FarmEvent {
+  /// Journaled as numbers: never renumber.
+  enum class Kind : std::int32_t {
+    kBound = 1,        // text: the ISA
+    kEnded = 2,        // value: v1::JobState; text: why
+    kReopened = 3,     // an incomplete job goes on, its set-aside units and failures forgotten
+    kUnitFailed = 4,   // unit, host, value: the grant (grant_id); text: the worker's message
+    kUnitLost = 5,     // unit, host, value: the grant; the worker died, or went silent
+    kUnitFound = 6,    // unit, host, value: the grant; it had only been silent
+    kRevoked = 7,      // unit, value: sequence number of the result that does not count any more
+    kPaused = 8,       // value: 1, or 0 for resumed
+    kPriority = 9,     // value
+    kDistrusted = 10,  // host; text: why. Of the whole farm: no job
+    kTrusted = 11,     // host. Of the whole farm
+    kNote = 12,        // text, for people
+  };
+
+  Kind kind = Kind::kNote;
+  std::string job;  // empty: of the whole farm
+  std::uint32_t unit = 0;
+  std::int64_t value = 0;
+  std::string host;
+  std::string text;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,75 @@
+// What the scheduler knows of a job and of a worker. For the scheduler's own sources.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "scheduler/scheduler_types.h"
+#include "scheduler/unit_ledger.h"
+
+namespace tessera::server {
+
+/// How one host fares with one job.
+struct HostRecord {
+  std::set<std::uint32_t> failed_units;  // that failed here and nowhere else
+  std::uint32_t bars = 0;                // how often it was taken out; success clears it
+  Time barred_until{};
+};
+
+/// Second opinions on one unit that is done.
+struct Audit {
+  std::vector<std::pair<std::string, ResultFingerprint>> opinions;  // one a host, the accepted result's first
+  bool out = false;                                                 // somebody is at it
+};
+
+struct FarmJob {
+  FarmJob(std::uint64_t job_number, JobRequest job_request)
+      : number(job_number), request(std::move(job_request)), units(request.plan->unit_count()) {}
+
+  std::uint64_t number;  // in order of submission
+  JobRequest request;
+  UnitLedger units;
+  v1::JobState state = v1::QUEUED;
+  std::string error;
+  bool paused = false;
+  std::uint32_t leases = 0;
+  std::int64_t load_ms = 0;    // of the leases, as charged
+  std::uint32_t attempts = 0;  // grants so far
+  std::uint32_t results = 0;   // accepted so far, those revoked included
+  std::uint32_t revision = 0;
+  Time mean_duration{0};  // from grant to result, moving average; 0 before the first result
+  Time mean_cost{0};      // of one unit on one thread of a usual worker, likewise
+  std::vector<std::string> notes;
+
+  absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
+  std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
+  std::map<std::string, HostRecord> hosts;
+  std::map<std::uint32_t, Audit> audits;
+  absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
+  std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
+  std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end
+
+  bool open() const { return state == v1::QUEUED || state == v1::RUNNING; }
+};
+
+struct FarmWorker {
+  WorkerInfo info;
+  std::uint64_t units_done = 0;
+  bool draining = false;
+  Time last_seen{};
+  double slowness = 1;  // how long its units take, relative to the usual worker
+  std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
+  bool isolated = false;     // holds a dangerous unit, and so nothing else
+
+  bool supports(const std::string& isa) const {
+    return std::find(info.supported_isas.begin(), info.supported_isas.end(), isa) != info.supported_isas.end();
+  }
+};
+
+}  // namespace tessera::server

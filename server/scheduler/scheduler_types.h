@@ -1,0 +1,119 @@
+// What goes into the scheduler and what comes out.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scheduler/lease_table.h"
+#include "scheduler/unit_ledger.h"
+#include "scheduler/work_plan.h"
+#include "tessera/v1/job.pb.h"
+#include "tessera/v1/work.pb.h"
+
+namespace tessera::server {
+
+struct SchedulerOptions {
+  Time lease_timeout{8000};  // a lease, and a worker, that was not heard of for so long is given up
+  Time min_copy_age{500};    // a unit is not copied to a second worker before it was out for so long
+  Time batch{10'000};        // of work for each thread of a worker, at most, once it is known what a unit costs
+  std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
+  std::uint64_t epoch = 1;           // of the coordinator; part of every token
+};
+
+struct JobRequest {
+  std::string id;
+  std::shared_ptr<const WorkPlan> plan;
+  std::string scene_digest;
+  std::string isa;            // empty: that of the first worker
+  std::int32_t priority = 0;  // higher goes first
+  std::uint32_t generation = 1;
+  std::string user;
+  std::vector<std::string> required_tags;
+  std::uint32_t max_workers = 0;  // at a time; 0: any number
+};
+
+/// One time that a unit was not rendered.
+struct UnitFailure {
+  std::string host;
+  std::string message;
+  bool lost = false;      // the worker died or went silent
+  std::int64_t grant = 0;  // which lease it was (grant_id)
+};
+
+struct SetAsideView {
+  std::uint32_t unit = 0;
+  std::vector<UnitFailure> failures;
+};
+
+struct JobView {
+  v1::JobState state = v1::QUEUED;
+  std::uint32_t units_total = 0, units_done = 0, units_leased = 0, units_set_aside = 0;
+  std::string isa;    // empty until bound
+  std::string error;  // why it failed, or what is missing
+  std::int32_t priority = 0;
+  bool paused = false;
+  std::uint32_t revision = 0;            // how often accepted results were thrown away
+  std::vector<std::string> notes;        // what went wrong where, for people
+  std::vector<SetAsideView> set_aside;   // the first kMaxListed
+};
+
+struct WorkerInfo {
+  std::string id;    // never used before
+  std::string name;  // for people
+  std::string build;
+  std::string isa;  // the one it would choose
+  std::vector<std::string> supported_isas;
+  std::uint32_t threads = 1;
+  std::string host;  // what faults are counted by
+  std::vector<std::string> tags;
+};
+
+struct WorkerView {
+  WorkerInfo info;
+  std::uint32_t leases = 0;
+  std::uint64_t units_done = 0;
+  bool draining = false;
+  Time last_seen{};
+  std::string quarantine;  // why its host is not trusted; empty when it is
+};
+
+struct LeaseRequest {
+  std::string worker;
+  std::uint32_t max_units = 1;
+  std::vector<std::string> loaded_scenes;  // digests of the scenes that it holds
+};
+
+struct LeaseDecision {
+  std::vector<v1::Lease> leases;
+};
+
+struct HeartbeatDecision {
+  std::vector<v1::LeaseToken> revoked;
+  bool drain = false;
+};
+
+/// A result as a worker brings it.
+struct DeliveredResult {
+  ResultFingerprint fingerprint = 0;
+  Time cost{0};  // wall time that the unit took; 0: not known
+};
+
+struct CompleteDecision {
+  bool duplicate = false;      // the same result was accepted before: nothing changed
+  std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
+};
+
+/// What the passage of time did.
+struct Expiry {
+  std::vector<WorkerInfo> lost_workers;
+  std::uint32_t lost_leases = 0;
+};
+
+/// One number for one lease, unique within the job: the epoch above, the attempt below.
+inline std::int64_t grant_id(std::uint64_t epoch, std::uint32_t attempt) {
+  return static_cast<std::int64_t>(epoch << 32 | attempt);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,200 @@
+// What clients do with jobs: look at them, change them, take their results.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/farm.h"
+
+namespace tessera::server {
+namespace {
+
+// Of one WatchJob message: enough to keep a connection busy, little enough to hold for a slow reader.
+constexpr std::size_t kWatchBatchBytes = std::size_t{4} << 20;
+constexpr std::size_t kWatchBatchResults = 256;
+
+}  // namespace
+
+// ---------------------------------------------------------------- looking and cancelling
+
+absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return entry.status();
+  v1::GetJobResponse response;
+  *response.mutable_status() = describe(**entry);
+  *response.mutable_spec() = (*entry)->shape->spec;
+  return response;
+}
+
+v1::ListJobsResponse Farm::list_jobs() {
+  const std::lock_guard lock(mutex_);
+  v1::ListJobsResponse response;
+  for (const auto& entry : jobs_.all()) {
+    v1::JobStatus& status = *response.add_jobs() = status_of(*entry, view_of(*entry));
+    status.clear_set_aside();
+  }
+  return response;
+}
+
+v1::JobStatus Farm::describe(const JobEntry& entry) const {
+  v1::JobStatus status = status_of(entry, view_of(entry));
+  if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));
+  return status;
+}
+
+// ---------------------------------------------------------------- changes
+
+void Farm::answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done) {
+  if (!changed.ok()) return done(changed);
+  commit({}, {}, /*wait=*/true, [this, id, done = std::move(done)](const absl::Status& status) {
+    if (!status.ok()) return done(status);
+    absl::StatusOr<v1::GetJobResponse> job = get_job(id);
+    job.ok() ? done(std::move(*job->mutable_status())) : done(job.status());
+  });
+  dispatcher_.notify_work();
+}
+
+void Farm::cancel(const std::string& id, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  answer_with_status((*entry)->past ? absl::OkStatus() : scheduler_.cancel_job(id).status(), id, std::move(done));
+}
+
+void Farm::retry(const std::string& id, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  const bool over = (*entry)->past && (*entry)->past->state != v1::DONE;
+  absl::Status status = over ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"))
+                        : (*entry)->past ? absl::OkStatus()
+                                         : scheduler_.retry_job(id);
+  answer_with_status(status, id, std::move(done));
+}
+
+void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const std::string& id = request.job_id();
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  absl::Status status =
+      (*entry)->past ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over")) : absl::OkStatus();
+  if (status.ok() && request.has_paused()) status = scheduler_.pause_job(id, request.paused());
+  if (status.ok() && request.has_priority()) status = scheduler_.set_priority(id, request.priority());
+  answer_with_status(status, id, std::move(done));
+}
+
+void Farm::trust_host(const std::string& host, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  scheduler_.trust_host(host);
+  commit({}, {}, /*wait=*/true, std::move(done));
+  dispatcher_.notify_work();
+}
+
+void Farm::note_fetched(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  JobEntry* const entry = jobs_.find(id);
+  if (entry == nullptr || entry->fetched || !entry->durable_end) return;
+  entry->fetched = true;
+  commit({JobFetched{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
+}
+
+// ---------------------------------------------------------------- workers, as clients see them
+
+v1::ListWorkersResponse Farm::list_workers() {
+  const std::lock_guard lock(mutex_);
+  const Time at = now();
+  v1::ListWorkersResponse response;
+  for (const WorkerView& view : scheduler_.workers()) {
+    v1::WorkerStatus& worker = *response.add_workers();
+    worker.set_worker_id(view.info.id);
+    worker.set_name(view.info.name);
+    worker.set_isa(view.info.isa);
+    worker.set_build(view.info.build);
+    worker.set_threads(view.info.threads);
+    worker.set_leases(view.leases);
+    worker.set_units_done(view.units_done);
+    worker.set_draining(view.draining);
+    worker.set_last_seen_ms_ago((at - view.last_seen).count());
+    worker.set_host(view.info.host);
+    for (const std::string& tag : view.info.tags) worker.add_tags(tag);
+    worker.set_quarantine(view.quarantine);
+  }
+  return response;
+}
+
+// ---------------------------------------------------------------- results
+
+absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64_t after, bool status_only) {
+  WatchBatch batch{.response = {}, .last = after};
+  std::shared_ptr<const JobShape> shape;
+  std::vector<std::uint32_t> units;
+  bool ended;
+  std::uint64_t available;
+  {
+    const std::lock_guard lock(mutex_);
+    const absl::StatusOr<JobEntry*> found = find_job(id);
+    if (!found.ok()) return found.status();
+    const JobEntry& entry = **found;
+    *batch.response.mutable_status() = describe(entry);
+    shape = entry.shape;
+    available = entry.durable_results;
+    ended = entry.durable_end && available == entry.units_by_sequence.size();
+    if (!status_only && after < available) {
+      const auto first = entry.units_by_sequence.begin() + static_cast<std::ptrdiff_t>(after);
+      units.assign(first,
+                   first + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(available - after, kWatchBatchResults)));
+    }
+  }
+  std::size_t bytes = 0;
+  for (const std::uint32_t unit : units) {
+    if (unit == JobEntry::kRevoked) {
+      ++batch.last;
+      continue;
+    }
+    absl::StatusOr<std::string> payload = journal_.read_result(id, batch.last + 1);
+    if (!payload.ok()) return payload.status();
+    if (bytes > 0 && bytes + payload->size() > kWatchBatchBytes) break;
+    bytes += payload->size();
+    v1::UnitResult& result = *batch.response.add_results();
+    result.set_sequence(++batch.last);
+    *result.mutable_unit() = shape->plan->unit(unit);
+    result.set_payload(*std::move(payload));
+  }
+  batch.finished = ended && (status_only || batch.last >= available);
+  return batch;
+}
+
+// ---------------------------------------------------------------- retention
+
+/// Deletes jobs whose time is over. With mutex_ held.
+void Farm::prune() {
+  const std::int64_t at = unix_milliseconds();
+  std::uint64_t bytes = 0;
+  for (const auto& entry : jobs_.all()) bytes += entry->result_bytes;
+  std::vector<std::string> old;
+  for (const auto& entry : jobs_.all()) {
+    if (!entry->durable_end) continue;
+    const std::chrono::milliseconds age(at - entry->finished_unix_ms);
+    const v1::JobState state = view_of(*entry).state;
+    const bool kept_for_nobody = (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
+    const bool too_much = kept_for_nobody && bytes > options_.retention.max_bytes;
+    if (!too_much && age < (kept_for_nobody ? options_.retention.fetched : options_.retention.unfetched)) continue;
+    bytes -= entry->result_bytes;
+    old.push_back(entry->id);
+  }
+  for (const std::string& id : old) {
+    spdlog::info("job {} is deleted: its time is over", id);
+    if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
+    jobs_.erase(id);
+    commit({JobPruned{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
+  }
+}
+
+}  // namespace tessera::server

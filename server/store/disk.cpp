@@ -1,0 +1,48 @@
+#include "store/disk.h"
+
+#include "absl/strings/str_cat.h"
+#include "store/file.h"
+
+namespace tessera::server {
+namespace {
+
+class MachineFile final : public DiskFile {
+ public:
+  explicit MachineFile(File file) : file_(std::move(file)) {}
+  absl::StatusOr<std::uint64_t> size() const override { return file_.size(); }
+  absl::Status write_at(std::uint64_t offset, std::string_view bytes) override { return file_.write_at(offset, bytes); }
+  absl::Status read_at(std::uint64_t offset, char* out, std::size_t size) const override {
+    return file_.read_at(offset, out, size);
+  }
+  absl::Status sync() override { return file_.sync(); }
+
+ private:
+  File file_;
+};
+
+class MachineDisk final : public Disk {
+ public:
+  absl::StatusOr<std::unique_ptr<DiskFile>> open(const std::filesystem::path& path, bool create) override {
+    absl::StatusOr<File> file = create ? File::open_or_create(path) : File::open_existing(path);
+    if (!file.ok()) return file.status();
+    return std::make_unique<MachineFile>(*std::move(file));
+  }
+  absl::Status remove(const std::filesystem::path& path) override {
+    std::error_code error;
+    std::filesystem::remove(path, error);
+    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove ", path.string())) : absl::OkStatus();
+  }
+  absl::Status sync_directory(const std::filesystem::path& directory) override {
+    return server::sync_directory(directory);
+  }
+  std::string sqlite_vfs() const override { return ""; }
+};
+
+}  // namespace
+
+Disk& machine_disk() {
+  static MachineDisk disk;
+  return disk;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,29 @@
+// A journal that is a list of records in memory: what the real one means, without how it does it.
+#pragma once
+
+#include <vector>
+
+#include "store/journal.h"
+
+namespace tessera::server {
+
+class ModelJournal final : public Journal {
+ public:
+  /// The coordinator starts again.
+  void begin_epoch() { ++epoch_; }
+
+  std::uint64_t epoch() const override { return epoch_; }
+  absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override;
+  absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override { return farm_events_; }
+  absl::Status commit(const std::vector<JournalEntry>& entries) override;
+  absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
+
+ private:
+  JobRecord* find(const std::string& id);
+
+  std::uint64_t epoch_ = 0;
+  std::vector<JobRecord> records_;
+  std::vector<SchedulerEvent> farm_events_;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,100 @@
+// How long a job takes when workers differ, and what it costs in work done twice: the scheduler with workers that do
+// nothing but take their time, exactly.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "scenario/scenario_runner.h"
+
+namespace tessera::server {
+namespace {
+
+struct Pace {
+  double makespan_seconds = 0;
+  double duplicated = 0;  // share of all finished or abandoned work
+};
+
+/// `slowness[i]` is how much longer worker i needs for a unit than `unit`; one thread each.
+Pace run_job(const std::vector<double>& slowness, std::uint32_t units, Time unit) {
+  constexpr Time kStep{100};
+  struct Worker {
+    std::vector<v1::LeaseToken> held;  // the first one is being rendered
+    Time begun{};
+  };
+  Scheduler scheduler({.audit_one_in = 0});
+  EXPECT_TRUE(scheduler.add_job({.id = "a", .plan = row_of_tiles(units, 1), .scene_digest = "s", .isa = "avx2", .user = "", .required_tags = {}}).ok());
+  std::vector<Worker> workers(slowness.size());
+  const auto name = [](std::size_t i) { return absl::StrCat("w", i); };
+  for (std::size_t i = 0; i < workers.size(); ++i) {
+    EXPECT_TRUE(scheduler
+                    .register_worker({.id = name(i),
+                                      .name = name(i),
+                                      .build = "",
+                                      .isa = "avx2",
+                                      .supported_isas = {"avx2"},
+                                      .threads = 1,
+                                      .host = name(i),
+                                      .tags = {}},
+                                     Time{0})
+                    .ok());
+  }
+  Time wasted{0}, useful{0};
+  for (Time now{0};; now += kStep) {
+    if (scheduler.job("a")->state == v1::DONE || now > 4000 * unit) {
+      return {.makespan_seconds = static_cast<double>(now.count()) / 1000,
+              .duplicated = static_cast<double>(wasted.count()) / static_cast<double>((useful + wasted).count())};
+    }
+    for (std::size_t i = 0; i < workers.size(); ++i) {
+      Worker& worker = workers[i];
+      const auto needs = Time(static_cast<std::int64_t>(static_cast<double>(unit.count()) * slowness[i]));
+      // What was revoked is dropped at once; what was spent on it was spent in vain.
+      const auto beat = scheduler.heartbeat(name(i), worker.held, now);
+      for (const v1::LeaseToken& revoked : beat->revoked) {
+        if (worker.held.front().attempt() == revoked.attempt()) {
+          wasted += Time(static_cast<std::int64_t>(static_cast<double>((now - worker.begun).count()) / slowness[i]));
+          worker.begun = now;
+        }
+        std::erase_if(worker.held, [&](const v1::LeaseToken& held) { return held.attempt() == revoked.attempt(); });
+      }
+      if (!worker.held.empty() && now - worker.begun >= needs) {
+        EXPECT_TRUE(scheduler.complete(name(i), worker.held.front(), {.fingerprint = 1, .cost = needs}, now).ok());
+        worker.held.erase(worker.held.begin());
+        worker.begun = now;
+        useful += unit;
+      }
+      if (worker.held.size() > 1) continue;
+      const auto leases = scheduler.lease({.worker = name(i), .max_units = 2, .loaded_scenes = {}}, now);
+      for (const v1::Lease& lease : leases->leases) {
+        if (worker.held.empty()) worker.begun = now;
+        worker.held.push_back(lease.token());
+      }
+    }
+  }
+}
+
+TEST(Pace, OneWorkerTenTimesSlowerCostsLittle) {
+  std::vector<double> slowness(20, 1.0);
+  slowness[0] = 10;
+  constexpr std::uint32_t kUnits = 1000;
+  const Pace pace = run_job(slowness, kUnits, Time{10'000});
+  // The sum of all speeds, with nothing lost at the end.
+  const double ideal = kUnits * 10.0 / 19.1;
+  std::printf("makespan %.1f s, %.3f of ideal; %.2f %% of the work done twice\n", pace.makespan_seconds,
+              pace.makespan_seconds / ideal, 100 * pace.duplicated);
+  EXPECT_LE(pace.makespan_seconds, 1.15 * ideal);
+  EXPECT_LE(pace.duplicated, 0.02);
+}
+
+TEST(Pace, EqualWorkersDoNothingTwice) {
+  const Pace pace = run_job(std::vector<double>(20, 1.0), 400, Time{10'000});
+  // Twenty rounds, and a step of the clock between each two.
+  EXPECT_LE(pace.makespan_seconds, 200 * 1.03);
+  EXPECT_EQ(pace.duplicated, 0.0);
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,143 @@
+#include "scenario/simulated_coordinator.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/journal_events.h"
+
+namespace tessera::server {
+
+std::string digest_of(ResultFingerprint result) {
+  char text[65];
+  std::snprintf(text, sizeof(text), "%016llx%048d", static_cast<unsigned long long>(result), 0);
+  return text;
+}
+
+SimulatedCoordinator::SimulatedCoordinator(Journal& journal, const Jobs& jobs, SchedulerOptions options)
+    : journal_(journal), scheduler_([&] {
+        options.epoch = journal.epoch();
+        return options;
+      }()) {
+  recovery_ = restore_farm(scheduler_, journal);
+  recovery_.Update(journal.recover([&](const JobRecord& record) { return recover(record, jobs); }));
+  push({}, nullptr);
+}
+
+absl::Status SimulatedCoordinator::recover(const JobRecord& record, const Jobs& jobs) {
+  const std::string& id = record.added.id;
+  const auto state = static_cast<v1::JobState>(record.ended.state);
+  if (state != v1::JOB_STATE_UNSPECIFIED && state != v1::INCOMPLETE) {
+    past_[id] = state;
+    return absl::OkStatus();
+  }
+  return restore_job(scheduler_, jobs.at(id), record);
+}
+
+v1::JobState SimulatedCoordinator::past(const std::string& job) const {
+  const auto found = past_.find(job);
+  return found == past_.end() ? v1::JOB_STATE_UNSPECIFIED : found->second;
+}
+
+void SimulatedCoordinator::push(std::vector<JournalEntry> entries, Reply reply) {
+  for (const FarmEvent& event : scheduler_.take_events()) append_to_journal(event, 1, entries);
+  if (entries.empty() && reply == nullptr) return;
+  waiting_.push_back({std::move(entries), std::move(reply)});
+}
+
+absl::Status SimulatedCoordinator::commit() {
+  durable_ = std::exchange(waiting_, {});
+  committed_.clear();
+  for (const Waiting& item : durable_) committed_.insert(committed_.end(), item.entries.begin(), item.entries.end());
+  return committed_.empty() ? absl::OkStatus() : journal_.commit(committed_);
+}
+
+void SimulatedCoordinator::answer() {
+  for (const Waiting& item : std::exchange(durable_, {})) {
+    if (item.reply) item.reply(absl::OkStatus());
+  }
+}
+
+void SimulatedCoordinator::submit(const JobRequest& job, Reply reply) {
+  // Sent a second time, the answer is the same.
+  if (past(job.id) != v1::JOB_STATE_UNSPECIFIED || scheduler_.job(job.id).ok()) return push({}, std::move(reply));
+  const absl::Status status = scheduler_.add_job(job);
+  if (!status.ok()) return reply(status);
+  push({JobAdded{.id = job.id,
+                 .request_id = "request " + job.id,
+                 .spec = job.id,
+                 .generation = job.generation,
+                 .submitted_unix_ms = 1,
+                 .uploaded_bytes = 0}},
+       std::move(reply));
+}
+
+void SimulatedCoordinator::cancel(const std::string& job, Reply reply) {
+  if (past(job) == v1::JOB_STATE_UNSPECIFIED) {
+    if (const auto cancelled = scheduler_.cancel_job(job); !cancelled.ok()) return reply(cancelled.status());
+  }
+  push({}, std::move(reply));
+}
+
+void SimulatedCoordinator::retry(const std::string& job, Reply reply) {
+  if (past(job) != v1::JOB_STATE_UNSPECIFIED) return reply(absl::FailedPreconditionError("the job is over"));
+  if (absl::Status status = scheduler_.retry_job(job); !status.ok()) return reply(status);
+  push({}, std::move(reply));
+}
+
+void SimulatedCoordinator::pause(const std::string& job, bool paused, Reply reply) {
+  if (past(job) != v1::JOB_STATE_UNSPECIFIED) return reply(absl::FailedPreconditionError("the job is over"));
+  if (absl::Status status = scheduler_.pause_job(job, paused); !status.ok()) return reply(status);
+  push({}, std::move(reply));
+}
+
+void SimulatedCoordinator::lease(const LeaseRequest& request, Time now,
+                                 std::function<void(const absl::StatusOr<LeaseDecision>&)> reply) {
+  absl::StatusOr<LeaseDecision> decision = scheduler_.lease(request, now);
+  if (!scheduler_.has_events()) return reply(decision);
+  push({}, [decision = std::move(decision), reply = std::move(reply)](const absl::Status&) { reply(decision); });
+}
+
+absl::StatusOr<HeartbeatDecision> SimulatedCoordinator::heartbeat(const std::string& worker,
+                                                                  const std::vector<v1::LeaseToken>& leases, Time now) {
+  absl::StatusOr<HeartbeatDecision> decision = scheduler_.heartbeat(worker, leases, now);
+  push({}, nullptr);
+  return decision;
+}
+
+void SimulatedCoordinator::complete(const std::string& worker, const v1::LeaseToken& token,
+                                    const DeliveredResult& result, Time now, Reply reply) {
+  const std::string& job = token.job_id();
+  if (const v1::JobState state = past(job); state != v1::JOB_STATE_UNSPECIFIED) {
+    return reply(state == v1::DONE ? absl::OkStatus() : absl::FailedPreconditionError("the job was cancelled or failed"));
+  }
+  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(worker, token, result, now);
+  if (!decision.ok()) {
+    push({}, nullptr);
+    return reply(decision.status());
+  }
+  if (decision->duplicate) return push({}, std::move(reply));
+  push({UnitDone{.job = job,
+                 .sequence = decision->sequence,
+                 .unit = token.unit_index(),
+                 .digest = digest_of(result.fingerprint),
+                 .payload = absl::StrCat("payload ", job, " ", token.unit_index()),
+                 .stats = "",
+                 .host = scheduler_.host_of(worker)}},
+       std::move(reply));
+}
+
+void SimulatedCoordinator::fail(const std::string& worker, const v1::LeaseToken& token, Time now, Reply reply) {
+  if (past(token.job_id()) != v1::JOB_STATE_UNSPECIFIED) return reply(absl::FailedPreconditionError("the job is over"));
+  if (absl::Status status = scheduler_.fail(worker, token, "out of memory", /*scene_fault=*/false, now); !status.ok()) {
+    return reply(status);
+  }
+  push({}, std::move(reply));
+}
+
+void SimulatedCoordinator::advance(Time now) {
+  scheduler_.advance(now);
+  push({}, nullptr);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,185 @@
+// The workers of the simulated farm.
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "scenario/simulation.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr Time kWorkerTick{2000};
+
+/// What an honest worker returns.
+ResultFingerprint truth_of(const v1::LeaseToken& token) {
+  return std::hash<std::string>{}(token.job_id()) * 31 + token.unit_index();
+}
+
+bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
+  return a.unit_index() == b.unit_index() && a.attempt() == b.attempt() && a.epoch() == b.epoch() &&
+         a.job_id() == b.job_id();
+}
+
+}  // namespace
+
+void Simulation::start_worker(std::size_t index) {
+  Worker& worker = workers_[index];
+  worker.alive = true;
+  ++worker.life;
+  at(Time(pick(500)), [this, index, life = worker.life] {
+    if (workers_[index].life == life) work(index);
+  });
+}
+
+void Simulation::kill_worker(std::size_t index) {
+  ++counts_.worker_deaths;
+  Worker& worker = workers_[index];
+  worker.alive = false;
+  worker.id.clear();
+  worker.held.clear();
+  ++worker.life;
+  at(Time(500 + pick(15'000)), [this, index] {
+    if (!workers_[index].alive) start_worker(index);
+  });
+}
+
+/// What a worker does again and again: heartbeats, new units, results that were not acknowledged.
+void Simulation::work(std::size_t index) {
+  Worker& worker = workers_[index];
+  if (!worker.alive) return;
+  at(kWorkerTick, [this, index, life = worker.life] {
+    if (workers_[index].life == life) work(index);
+  });
+  if (chaos_ && chance(worker_death_)) return kill_worker(index);
+  if (chaos_ && chance(0.01)) worker.hangs_until = now_ + Time(pick(60'000));
+  if (now_ < worker.hangs_until) return;
+  if (worker.id.empty()) return register_worker(index);
+
+  std::vector<v1::LeaseToken> tokens;
+  for (const Held& held : worker.held) tokens.push_back(held.token);
+  to_coordinator([this, index, id = worker.id, tokens] {
+    const absl::StatusOr<HeartbeatDecision> decision = coordinator_->heartbeat(id, tokens, now_);
+    to_worker(index, [this, index, id, decision] {
+      Worker& told = workers_[index];
+      if (absl::IsNotFound(decision.status()) && told.id == id) told.id.clear();
+      if (!decision.ok()) return;
+      for (const v1::LeaseToken& revoked : decision->revoked) {
+        if (!chaos_ || pick(2) == 0) forget(told, revoked);  // others are delivered all the same, late
+      }
+    });
+  });
+  for (const Held& held : worker.held) {
+    if (held.sent) deliver(index, held);
+  }
+  ask_for_units(index);
+}
+
+void Simulation::register_worker(std::size_t index) {
+  const std::string id = absl::StrCat("w", ++names_);
+  const std::string isa = index % 2 == 0 ? "avx512" : "avx2";
+  to_coordinator([this, index, id, isa] {
+    const Worker& there = workers_[index];
+    const absl::Status status = coordinator_->scheduler().register_worker({.id = id,
+                                                                           .name = there.host,
+                                                                           .build = "",
+                                                                           .isa = isa,
+                                                                           .supported_isas = {"avx2", "avx512"},
+                                                                           .threads = there.threads,
+                                                                           .host = there.host,
+                                                                           .tags = {}},
+                                                                          now_);
+    if (!status.ok()) return;  // it came twice
+    to_worker(index, [this, index, id] { workers_[index].id = id; });
+  });
+}
+
+void Simulation::ask_for_units(std::size_t index) {
+  Worker& worker = workers_[index];
+  if (worker.held.size() >= 2 * worker.threads) return;
+  const auto wanted = static_cast<std::uint32_t>(2 * worker.threads - worker.held.size());
+  to_coordinator([this, index, id = worker.id, wanted] {
+    coordinator_->lease({.worker = id, .max_units = wanted, .loaded_scenes = {"s0"}}, now_,
+                        [this, index, id](const absl::StatusOr<LeaseDecision>& decision) {
+                          if (!decision.ok()) return;
+                          for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
+                          to_worker(index, [this, index, decision] { receive_units(index, *decision); });
+                        });
+  });
+}
+
+void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) {
+  const Promise& promise = promises_.at(token.job_id());
+  const std::string unit = absl::StrCat(token.job_id(), "/", token.unit_index());
+  if (promise.cancel_acknowledged) return violate(absl::StrCat(unit, " was given out after its job was cancelled"));
+  const auto live = promise.live.find(token.unit_index());
+  if (live == promise.live.end()) return;
+  const Promise::Result& result = promise.journaled[live->second];
+  const bool second_opinion = liars_ && result.host != worker.host;
+  if (result.acknowledged && !second_opinion) violate(absl::StrCat(unit, " was acknowledged and is given out again"));
+}
+
+bool Simulation::poisonous(const v1::LeaseToken& token) const {
+  return poison_ && token.unit_index() == 3 && token.job_id() == "j0";
+}
+
+void Simulation::receive_units(std::size_t index, const LeaseDecision& decision) {
+  Worker& worker = workers_[index];
+  for (const v1::Lease& lease : decision.leases) {
+    const v1::LeaseToken& token = lease.token();
+    const auto known = std::find_if(worker.held.begin(), worker.held.end(),
+                                    [&](const Held& held) { return same(held.token, token); });
+    if (known != worker.held.end()) continue;  // the reply came twice
+    const auto milliseconds = static_cast<std::int64_t>(static_cast<double>(200 + pick(3000)) * worker.slowness);
+    worker.held.push_back({.token = token, .done_at = now_ + Time(milliseconds)});
+    at(Time(milliseconds), [this, index, token, life = worker.life] {
+      Worker& there = workers_[index];
+      if (!there.alive || there.life != life) return;
+      const auto held =
+          std::find_if(there.held.begin(), there.held.end(), [&](const Held& h) { return same(h.token, token); });
+      if (held == there.held.end()) return;
+      if (poisonous(token)) return kill_worker(index);
+      held->sent = true;
+      if (now_ >= there.hangs_until) deliver(index, *held);
+    });
+  }
+}
+
+void Simulation::deliver(std::size_t index, const Held& held) {
+  const v1::LeaseToken token = held.token;
+  const Worker& worker = workers_[index];
+  const auto settled = [this, index, token](const absl::Status& status) {
+    if (status.ok()) {
+      Promise& promise = promises_.at(token.job_id());
+      const auto live = promise.live.find(token.unit_index());
+      if (live == promise.live.end() && promise.ended == v1::JOB_STATE_UNSPECIFIED && !liars_ && fail_ == 0) {
+        violate("a result is acknowledged that is not durable");
+      }
+      if (live != promise.live.end()) promise.journaled[live->second].acknowledged = true;
+    }
+    to_worker(index, [this, index, token, status] {
+      if (absl::IsNotFound(status)) {
+        workers_[index].id.clear();  // it registers again, and delivers then
+      } else {
+        forget(workers_[index], token);
+      }
+    });
+  };
+  if (worker.id.empty()) return;
+  if (chaos_ && chance(fail_)) {
+    return to_coordinator([this, id = worker.id, token, settled] {
+      coordinator_->fail(id, token, now_, [settled](const absl::Status& status) {
+        settled(status.ok() ? absl::CancelledError("reported as failed") : status);
+      });
+    });
+  }
+  const bool lies = chaos_ && worker.liar && pick(2) == 0;
+  const DeliveredResult result{.fingerprint = truth_of(token) + (lies ? 1 + index : 0), .cost = Time{0}};
+  to_coordinator([this, id = worker.id, token, result, settled] {
+    coordinator_->complete(id, token, result, now_, settled);
+  });
+}
+
+void Simulation::forget(Worker& worker, const v1::LeaseToken& token) {
+  std::erase_if(worker.held, [&](const Held& held) { return same(held.token, token); });
+}
+
+}  // namespace tessera::server

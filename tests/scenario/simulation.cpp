@@ -1,0 +1,375 @@
+// The world's clock, network and coordinator. Workers are in simulated_workers.cpp.
+#include "scenario/simulation.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "scenario/scenario_runner.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr Time kChaos{40'000};
+constexpr Time kLongest{4 * 3600'000};
+constexpr Time kTick{1000};
+constexpr std::size_t kMostJobs = 4;
+
+/// Plans are made once: they are the same in every world.
+std::shared_ptr<const WorkPlan> plan_of(std::uint32_t tiles, std::uint32_t ranges) {
+  static std::map<std::pair<std::uint32_t, std::uint32_t>, std::shared_ptr<const WorkPlan>> plans;
+  auto& plan = plans[{tiles, ranges}];
+  if (plan == nullptr) plan = row_of_tiles(tiles, ranges);
+  return plan;
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationOptions& options) : options_(options), random_(options.seed) {
+  const auto sometimes = [&](double probability) { return pick(2) == 0 ? 0.0 : probability; };
+  drop_ = sometimes(0.1), twice_ = sometimes(0.1), fail_ = sometimes(0.05);
+  worker_death_ = sometimes(0.03), coordinator_death_ = sometimes(0.1);
+  longest_delay_ = Time(1 + pick(pick(4) == 0 ? 12'000 : 300));
+  liars_ = pick(4) == 0, poison_ = pick(4) == 0, full_disk_ = pick(4) == 0;
+  if (options.real_journal) disk_ = std::make_unique<SimulatedDisk>(options.seed);
+
+  workers_.resize(options.workers > 0 ? options.workers : 4 + pick(7));
+  for (std::size_t i = 0; i < workers_.size(); ++i) {
+    Worker& worker = workers_[i];
+    worker.host = absl::StrCat("h", i);
+    worker.threads = 1 + static_cast<std::uint32_t>(pick(4));
+    worker.slowness = pick(6) == 0 ? 10 : 1;
+    // Fewer than half, or truth would be outvoted.
+    worker.liar = liars_ && i < (workers_.size() - 1) / 3;
+  }
+}
+
+Simulation::~Simulation() {
+  coordinator_.reset();
+  real_.reset();  // before its disk
+}
+
+std::string Simulation::run() {
+  start_coordinator();
+  const std::size_t jobs = options_.workers > 0 ? 3 : 1 + pick(2);
+  for (std::size_t i = 0; i < jobs; ++i) submit_job();
+  for (std::size_t i = 0; i < workers_.size(); ++i) start_worker(i);
+  at(kTick, [this] { beat_coordinator(); });
+  at(Time(pick(5000)), [this] { meddle(); });
+
+  bool retried = false;
+  while (violation_.empty() && now_ < kLongest) {
+    const auto next = events_.begin();
+    now_ = next->first.first;
+    const Step step = std::move(next->second);
+    events_.erase(next);
+    step();
+    ++counts_.steps;
+    check();
+    if (chaos_ && now_ > kChaos) {
+      chaos_ = false;
+      if (disk_) disk_->set_capacity(std::uint64_t{1} << 40);
+    }
+    if (chaos_ || !all_ended()) continue;
+    if (retried) break;
+    if (!coordinator_) continue;  // it is about to start again
+    // What was set aside is tried again, on a farm where nothing is wrong any more.
+    retried = true;
+    poison_ = false;
+    for (auto& [id, promise] : promises_) {
+      if (promise.ended == v1::INCOMPLETE) coordinator_->retry(id, [](const absl::Status&) {});
+    }
+    commit();
+  }
+  if (violation_.empty() && !all_ended()) violate("a job does not end");
+  for (const auto& [id, promise] : promises_) {
+    if (violation_.empty() && promise.ended == v1::INCOMPLETE) violate(absl::StrCat(id, " is incomplete after a retry"));
+  }
+  return violation_;
+}
+
+void Simulation::at(Time time, Step step) { events_.emplace(std::pair{now_ + time, ++order_}, std::move(step)); }
+
+void Simulation::violate(const std::string& what) {
+  if (violation_.empty()) violation_ = absl::StrCat("after ", counts_.steps, " steps, at ", now_.count(), " ms: ", what);
+}
+
+// ---------------------------------------------------------------- the network
+
+void Simulation::to_coordinator(Step message) {
+  if (chaos_ && chance(drop_)) return;
+  const int copies = chaos_ && chance(twice_) ? 2 : 1;
+  for (int i = 0; i < copies; ++i) {
+    at(Time(pick(chaos_ ? static_cast<std::uint64_t>(longest_delay_.count()) : 5)), [this, message] {
+      if (coordinator_) message();
+    });
+  }
+}
+
+void Simulation::to_worker(std::size_t worker, Step message) {
+  if (chaos_ && chance(drop_)) return;
+  const std::uint64_t life = workers_[worker].life;
+  at(Time(pick(chaos_ ? static_cast<std::uint64_t>(longest_delay_.count()) : 5)), [this, worker, life, message] {
+    if (workers_[worker].alive && workers_[worker].life == life) message();
+  });
+}
+
+// ---------------------------------------------------------------- the coordinator
+
+void Simulation::start_coordinator() {
+  Journal* journal = &model_;
+  if (options_.real_journal) {
+    auto opened = open_journal("/data", *disk_);
+    if (!opened.ok()) return violate(opened.status().ToString());
+    real_ = *std::move(opened);
+    journal = real_.get();
+  } else {
+    model_.begin_epoch();
+  }
+  std::map<std::string, JobRecord> records;
+  const absl::Status read = journal->recover([&](JobRecord record) {
+    records.emplace(record.added.id, std::move(record));
+    return absl::OkStatus();
+  });
+  if (!read.ok()) return violate(read.ToString());
+  resolve_doubt(records);
+  check_recovery(records);
+  coordinator_ = std::make_unique<SimulatedCoordinator>(
+      *journal, jobs_, SchedulerOptions{.audit_one_in = liars_ ? 3u : 0u});
+  if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
+  ++incarnation_;
+  committing_ = false;
+}
+
+void Simulation::kill_coordinator() {
+  ++counts_.coordinator_deaths;
+  coordinator_.reset();
+  if (disk_) {
+    real_.reset();
+    disk_->restore_power();
+  }
+  at(Time(pick(chaos_ ? 5000 : 10)), [this] { start_coordinator(); });
+}
+
+void Simulation::beat_coordinator() {
+  at(kTick, [this] { beat_coordinator(); });
+  if (!coordinator_) return;
+  coordinator_->advance(now_);
+  if (chaos_ && chance(coordinator_death_)) kill_coordinator();
+}
+
+/// After every step: what it left to be journaled is journaled a little later, with what comes until then.
+void Simulation::check() {
+  if (!coordinator_ || !violation_.empty()) return;
+  Scheduler& scheduler = coordinator_->scheduler();
+  if (coordinator_->waits_for_commit() && !committing_) {
+    committing_ = true;
+    at(Time(pick(20)), [this, life = incarnation_] {
+      if (coordinator_ && life == incarnation_) commit();
+    });
+  }
+  // Bookkeeping is checked against itself now and then, for it takes a look at everything.
+  if (counts_.steps % (options_.workers > 0 ? 4096 : 16) != 0) return;
+  std::size_t leases = 0;
+  for (const WorkerView& worker : scheduler.workers()) {
+    leases += worker.leases;
+    if (worker.leases > 64 && options_.workers == 0) violate("a worker holds more than it can have asked for");
+  }
+  if (leases != scheduler.leases_out()) violate("the leases of workers do not add up");
+  for (const auto& [id, promise] : promises_) {
+    const absl::StatusOr<JobView> view = scheduler.job(id);
+    if (!view.ok()) continue;
+    if (view->units_done + view->units_leased + view->units_set_aside > view->units_total) {
+      violate(absl::StrCat(id, ": more units than there are"));
+    }
+    const bool over = view->state != v1::QUEUED && view->state != v1::RUNNING;
+    if (over && view->units_leased > 0) violate(absl::StrCat(id, " is over and has leases"));
+  }
+}
+
+void Simulation::commit() {
+  committing_ = false;
+  const bool dies_before = chaos_ && chance(coordinator_death_ / 4), dies_after = chaos_ && chance(coordinator_death_ / 4);
+  if (dies_before) return kill_coordinator();
+  if (disk_ && chaos_ && chance(coordinator_death_ / 2)) disk_->fail_power_after(1 + pick(12));
+  if (disk_ && chaos_ && full_disk_ && chance(0.01)) disk_->set_capacity(1);
+  const absl::Status status = coordinator_->commit();
+  if (status.ok()) {
+    learn(coordinator_->committed());
+    if (dies_after) return kill_coordinator();
+    return coordinator_->answer();
+  }
+  // A coordinator that cannot write acknowledges nothing, and ends.
+  if (disk_ && disk_->powered()) {
+    ++counts_.disk_full;
+    disk_->set_capacity(std::uint64_t{1} << 40);
+  } else if (disk_) {
+    ++counts_.power_failures;
+  } else {
+    return violate(status.ToString());
+  }
+  in_doubt_ = coordinator_->committed();
+  kill_coordinator();
+}
+
+// ---------------------------------------------------------------- what has been promised
+
+void Simulation::learn(const UnitDone& done) {
+  Promise& promise = promises_.at(done.job);
+  if (done.sequence != promise.journaled.size() + 1) violate(absl::StrCat(done.job, ": result ", done.sequence, " out of order"));
+  if (!promise.live.emplace(done.unit, promise.journaled.size()).second) {
+    violate(absl::StrCat(done.job, "/", done.unit, " is merged twice"));
+  }
+  if (promise.ended == v1::CANCELLED) violate(absl::StrCat(done.job, ": merged after it was cancelled"));
+  if (promise.ended != v1::JOB_STATE_UNSPECIFIED) violate(absl::StrCat(done.job, ": merged after its end"));
+  promise.journaled.push_back({.unit = done.unit, .digest = done.digest, .host = done.host});
+  ++counts_.results;
+}
+
+void Simulation::learn(const std::vector<JournalEntry>& entries) {
+  for (const JournalEntry& entry : entries) {
+    if (const auto* added = std::get_if<JobAdded>(&entry)) promises_.at(added->id).journaled_job = true;
+    if (const auto* done = std::get_if<UnitDone>(&entry)) learn(*done);
+    if (const auto* reopened = std::get_if<JobReopened>(&entry)) {
+      promises_.at(reopened->id).ended = v1::JOB_STATE_UNSPECIFIED;
+    }
+    if (const auto* ended = std::get_if<JobEnded>(&entry)) {
+      Promise& promise = promises_.at(ended->id);
+      promise.ended = static_cast<v1::JobState>(ended->state);
+      const bool whole = promise.live.size() == promise.request.plan->unit_count();
+      if (promise.ended == v1::DONE && !whole) violate(absl::StrCat(ended->id, " is done without all of its units"));
+      if (promise.ended == v1::INCOMPLETE && whole) violate(absl::StrCat(ended->id, " is whole and called incomplete"));
+    }
+    const auto* event = std::get_if<SchedulerEvent>(&entry);
+    if (event == nullptr) continue;
+    const auto kind = static_cast<FarmEvent::Kind>(event->kind);
+    counts_.quarantines += kind == FarmEvent::Kind::kDistrusted;
+    if (kind != FarmEvent::Kind::kRevoked) continue;
+    ++counts_.revoked;
+    Promise& promise = promises_.at(event->job);
+    Promise::Result& result = promise.journaled.at(static_cast<std::size_t>(event->value) - 1);
+    if (result.unit != event->unit || result.revoked) violate("a result is revoked that does not count");
+    result.revoked = true;
+    promise.live.erase(event->unit);
+  }
+}
+
+void Simulation::resolve_doubt(const std::map<std::string, JobRecord>& records) {
+  std::size_t there = 0, decidable = 0;
+  for (const JournalEntry& entry : in_doubt_) {
+    if (const auto* added = std::get_if<JobAdded>(&entry)) {
+      ++decidable, there += records.contains(added->id);
+    } else if (const auto* done = std::get_if<UnitDone>(&entry)) {
+      const auto found = records.find(done->job);
+      ++decidable, there += found != records.end() && found->second.results.size() >= done->sequence;
+    } else if (const auto* ended = std::get_if<JobEnded>(&entry)) {
+      const auto found = records.find(ended->id);
+      ++decidable, there += found != records.end() && found->second.ended.state == ended->state;
+    }
+  }
+  if (there != 0 && there != decidable) violate("half a commit survived");
+  // Without any of these nothing was promised by it: what it told of is read from the journal, or happens again.
+  if (there > 0) learn(in_doubt_);
+  in_doubt_.clear();
+}
+
+void Simulation::check_recovery(const std::map<std::string, JobRecord>& records) {
+  for (const auto& [id, promise] : promises_) {
+    const auto found = records.find(id);
+    if (found == records.end()) {
+      if (promise.journaled_job) violate(absl::StrCat("job ", id, " is lost"));
+      continue;
+    }
+    const std::vector<JobRecord::Result>& results = found->second.results;
+    if (results.size() != promise.journaled.size()) {
+      return violate(absl::StrCat(id, ": ", promise.journaled.size(), " results were journaled, ", results.size(),
+                                  " are there"));
+    }
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const Promise::Result& expected = promise.journaled[i];
+      if (results[i].unit != expected.unit || results[i].digest != expected.digest || results[i].host != expected.host) {
+        return violate(absl::StrCat(id, ": result ", i + 1, " is not what was journaled"));
+      }
+    }
+  }
+}
+
+// ---------------------------------------------------------------- clients
+
+void Simulation::submit_job() {
+  const std::string id = absl::StrCat("j", promises_.size());
+  const bool many = options_.workers > 0;
+  const auto tiles = static_cast<std::uint32_t>(many ? options_.workers * 3 : 1 + pick(24));
+  JobRequest request{.id = id,
+                     .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(3))),
+                     .scene_digest = absl::StrCat("s", pick(2)),
+                     .isa = pick(3) == 0 ? "avx2" : "",
+                     .priority = static_cast<std::int32_t>(pick(2)),
+                     .user = absl::StrCat("u", pick(3)),
+                     .required_tags = {},
+                     .max_workers = !many && pick(4) == 0 ? 2u : 0u};
+  jobs_.emplace(id, request);
+  promises_[id].request = std::move(request);
+  ask_for_job(id);
+}
+
+/// The client asks until it is told.
+void Simulation::ask_for_job(const std::string& id) {
+  if (promises_.at(id).acknowledged) return;
+  to_coordinator([this, id] {
+    coordinator_->submit(promises_.at(id).request, [this, id](const absl::Status& status) {
+      if (!status.ok()) return violate(status.ToString());
+      promises_.at(id).acknowledged = true;
+    });
+  });
+  at(Time(3000), [this, id] { ask_for_job(id); });
+}
+
+void Simulation::meddle() {
+  at(Time(500 + pick(8000)), [this] { meddle(); });
+  const std::string id = absl::StrCat("j", pick(promises_.size()));
+  Promise& promise = promises_.at(id);
+  if (!chaos_) {
+    // Whoever paused a job or distrusts a host comes to their senses.
+    if (!coordinator_) return;
+    for (const auto& [job, paused] : promises_) {
+      if (paused.acknowledged) coordinator_->pause(job, false, [](const absl::Status&) {});
+    }
+    for (const Worker& worker : workers_) coordinator_->scheduler().trust_host(worker.host);
+    return;
+  }
+  switch (pick(8)) {
+    case 0:
+      if (promises_.size() < kMostJobs) submit_job();
+      return;
+    case 1:
+      if (!promise.acknowledged || pick(3) != 0) return;
+      return to_coordinator([this, id] {
+        const absl::StatusOr<JobView> before = coordinator_->scheduler().job(id);
+        const bool open = before.ok() && (before->state == v1::QUEUED || before->state == v1::RUNNING);
+        coordinator_->cancel(id, [this, id, open](const absl::Status& status) {
+          Promise& cancelled = promises_.at(id);
+          // One that was over stays as it was, and if it was incomplete it may be tried again.
+          cancelled.cancel_acknowledged |= status.ok() && cancelled.ended == v1::CANCELLED;
+          if (status.ok() && open && cancelled.ended != v1::CANCELLED) violate("a cancellation is not durable");
+        });
+      });
+    case 2:
+    case 3:
+      if (!promise.acknowledged) return;
+      return to_coordinator([this, id, pause = pick(2) == 0] {
+        coordinator_->pause(id, pause, [](const absl::Status&) {});
+      });
+    case 4:
+      if (promise.acknowledged) to_coordinator([this, id] { coordinator_->retry(id, [](const absl::Status&) {}); });
+      return;
+    default:
+      return;
+  }
+}
+
+bool Simulation::all_ended() const {
+  return std::all_of(promises_.begin(), promises_.end(),
+                     [](const auto& entry) { return entry.second.ended != v1::JOB_STATE_UNSPECIFIED; });
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,148 @@
+// A farm of many machines in one thread: the real scheduler and journal, a network that delays, drops, doubles and
+// reorders, workers that crash, hang, slow down, lie and return late, and a coordinator that dies between any two steps.
+// Everything follows from the seed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "scenario/model_journal.h"
+#include "scenario/simulated_coordinator.h"
+#include "scenario/simulated_disk.h"
+
+namespace tessera::server {
+
+struct SimulationOptions {
+  std::uint64_t seed = 0;
+  /// SQLite and result files on a disk whose power fails; else the model of it, which is a hundred times faster.
+  bool real_journal = false;
+  std::size_t workers = 0;  // 0: as the seed says, up to ten
+};
+
+/// What happened, for tests that want to know that something did.
+struct SimulationCounts {
+  std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0, set_aside = 0,
+                quarantines = 0, revoked = 0, disk_full = 0;
+};
+
+class Simulation {
+ public:
+  explicit Simulation(const SimulationOptions& options);
+  ~Simulation();
+
+  /// Chaos for some simulated minutes, then honest work until every job has ended. The first invariant that does not
+  /// hold, in words; empty when all do.
+  std::string run();
+  const SimulationCounts& counts() const { return counts_; }
+
+ private:
+  // What has been promised, and to whom.
+  struct Promise {
+    JobRequest request;
+    bool acknowledged = false;  // the submission
+    bool cancel_acknowledged = false;
+    struct Result {
+      std::uint32_t unit = 0;
+      std::string digest;
+      std::string host;
+      bool acknowledged = false;
+      bool revoked = false;
+    };
+    std::vector<Result> journaled;                       // by sequence number - 1
+    std::map<std::uint32_t, std::size_t> live;           // unit -> index into `journaled`
+    v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;      // as journaled
+    bool journaled_job = false;
+  };
+  struct Held {
+    v1::LeaseToken token;
+    Time done_at{};
+    bool sent = false;
+  };
+  struct Worker {
+    std::string host;
+    std::string id;  // as registered; empty: not registered
+    bool alive = true;
+    bool liar = false;
+    double slowness = 1;
+    Time hangs_until{};
+    std::uint32_t threads = 1;
+    std::vector<Held> held;
+    std::uint64_t life = 0;  // one more after each death
+  };
+
+  using Step = std::function<void()>;
+  std::uint64_t pick(std::uint64_t below) { return random_() % below; }
+  bool chance(double probability) { return static_cast<double>(random_() % 1'000'000) < probability * 1e6; }
+  void at(Time time, Step step);
+  void violate(const std::string& what);
+
+  // ---- the network
+  /// Delivers `message` to the coordinator: late, twice or never, if it lives then.
+  void to_coordinator(Step message);
+  void to_worker(std::size_t worker, Step message);
+
+  // ---- the coordinator
+  void start_coordinator();
+  void kill_coordinator();
+  void beat_coordinator();
+  void commit();
+  void learn(const std::vector<JournalEntry>& entries);
+  void learn(const UnitDone& done);
+  /// Whether a commit in which the power failed is there; it must be there whole or not at all.
+  void resolve_doubt(const std::map<std::string, JobRecord>& records);
+  void check_recovery(const std::map<std::string, JobRecord>& records);
+  void check();
+
+  // ---- workers (simulated_workers.cpp)
+  void start_worker(std::size_t index);
+  void work(std::size_t index);
+  void register_worker(std::size_t index);
+  void ask_for_units(std::size_t index);
+  void receive_units(std::size_t index, const LeaseDecision& decision);
+  void deliver(std::size_t index, const Held& held);
+  void forget(Worker& worker, const v1::LeaseToken& token);
+  void kill_worker(std::size_t index);
+  bool poisonous(const v1::LeaseToken& token) const;
+  void check_grant(const Worker& worker, const v1::LeaseToken& token);
+
+  // ---- clients
+  void submit_job();
+  void ask_for_job(const std::string& id);
+  void meddle();
+  bool all_ended() const;
+
+  const SimulationOptions options_;
+  std::mt19937_64 random_;
+  Time now_{0};
+  bool chaos_ = true;
+  std::string violation_;
+  SimulationCounts counts_;
+  std::map<std::pair<Time, std::uint64_t>, Step> events_;  // by time, then in the order in which they were made
+  std::uint64_t order_ = 0;
+
+  // What this seed's world is like.
+  double drop_ = 0, twice_ = 0, worker_death_ = 0, coordinator_death_ = 0, fail_ = 0;
+  Time longest_delay_{1};
+  bool liars_ = false, poison_ = false, full_disk_ = false;
+
+  std::unique_ptr<SimulatedDisk> disk_;
+  ModelJournal model_;
+  std::unique_ptr<Journal> real_;
+  SimulatedCoordinator::Jobs jobs_;
+  std::unique_ptr<SimulatedCoordinator> coordinator_;
+  std::uint64_t incarnation_ = 0;
+  bool committing_ = false;
+  std::vector<JournalEntry> in_doubt_;
+  std::uint64_t names_ = 0;
+  std::map<std::string, Promise> promises_;
+  std::vector<Worker> workers_;
+};
+
+}  // namespace tessera::server
