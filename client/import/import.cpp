@@ -5,6 +5,7 @@
 #include "import/pbrt/import_pbrt.h"
 #include "import/tessera_scene/read_scene.h"
 #include "import/tessera_scene/write_scene.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client {
 
@@ -16,7 +17,7 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   if (name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")) {
     scene = pbrt::import_pbrt(path, options.threads);
   } else if (name.ends_with(".xml")) {
-    return mitsuba::import_mitsuba(path, options.defines, options.threads);
+    scene = mitsuba::import_mitsuba(path, options.defines, options.threads);
   } else if (name.ends_with(".textproto") || name.ends_with(".pbtxt")) {
     scene = tessera_scene::read_text_scene(path);
   } else if (name.ends_with(".tsb")) {
@@ -25,7 +26,12 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
     return absl::UnimplementedError(concat(
         path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
   }
-  if (scene.ok() && !options.defines.empty()) {
+  if (!scene.ok()) return scene;
+  // Of numbers that are sound each, products may not be.
+  if (const absl::Status sound = wire::check_scene_numbers(scene->scene); !sound.ok()) {
+    return absl::InvalidArgumentError(concat(path.string(), ": ", sound.message()));
+  }
+  if (!options.defines.empty() && !name.ends_with(".xml")) {
     scene->warnings.push_back(
         {path.string(), 0, 0, "this kind of scene file has no parameters: definitions have no effect"});
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "render/bsdf/balance_table.h"
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/coat_table.h"
 #include "render/bsdf/plastic_table.h"
@@ -97,8 +98,14 @@ class BsdfCase {
     scalars_.resize(render::kMaterialScalars);
     extended_.resize(render::kExtendedScalars);
     if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], 0, table_);
+    const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
+    if (flags & render::kBalanced) {
+      const bool textured = (flags & render::kHasTextures) != 0;
+      render::append_balance_table({textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann, separable,
+                                    kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
+                                   table_);
+    }
     if (kind == render::BsdfKind::kPlastic) {
-      const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
       const double alpha = scalars_[0] < 1e-3f ? 0 : scalars_[0];
       render::append_plastic_table(scalars_[2], {alpha, beckmann, separable}, table_);
     }
@@ -217,6 +224,8 @@ inline std::string names_of(std::int32_t flags) {
   if (flags & render::kSeparableMasking) names += " separable";
   if (flags & render::kTinted) names += " tinted";
   if (flags & render::kNonlinear) names += " nonlinear";
+  if (flags & render::kBalanced) names += " balanced";
+  if (flags & render::kHasTextures) names += " textured";
   return names;
 }
 
@@ -291,7 +300,7 @@ inline std::vector<BsdfCase> all_cases() {
   std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}), diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
                               diffuse_transmission({0, 0, 0}, {0.9f, 0.9f, 0.9f}), thin_dielectric(1.5f)};
   constexpr std::array<float, 2> kAlphas[] = {{0, 0}, {1e-3f, 1e-3f}, {0.02f, 0.02f}, {0.2f, 0.2f},
-                                              {1, 1}, {0.05f, 0.5f},  {0.9f, 0.01f}};
+                                              {1, 1}, {0.05f, 0.5f},  {0.9f, 0.01f}, {1e-4f, 1e-4f}, {0.3f, 1e-4f}};
   for (const auto& [x, y] : kAlphas) {
     cases.push_back(conductor(x, y));
     for (const float eta : {1.5f, 1 / 1.5f, 3.0f}) {
@@ -314,6 +323,13 @@ inline std::vector<BsdfCase> all_cases() {
     }
     cases.push_back(dielectric(0.2f, 0.2f, 1 / 1.5f, flags));
   }
+  // With multiple scattering between the facets.
+  for (const auto& [x, y] : {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.6f}}) {
+    cases.push_back(conductor(x, y, kCopperEta, kCopperK, render::kBalanced));
+    for (const float eta : {1 / 1.5f, 1.1f, 1.5f}) cases.push_back(dielectric(x, y, eta, render::kBalanced));
+  }
+  cases.push_back(conductor(0.4f, 0.4f, kCopperEta, kCopperK, kMitsuba | render::kBalanced | render::kTinted));
+  cases.push_back(dielectric(0.4f, 0.4f, 1.5f, render::kBalanced | render::kHasTextures));
   cases.push_back(plastic(0, 1.5f, 0));
   cases.push_back(plastic(0, 1.9f, render::kNonlinear));
   const PrincipledParameters all{.roughness = 0.3f,

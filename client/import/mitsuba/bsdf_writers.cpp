@@ -17,6 +17,7 @@ void write_tint(PropertyReader& reader, TextureTable& textures, std::string_view
 
 void write_distribution(PropertyReader& reader, v1::Roughness& roughness) {
   roughness.set_separable_masking(true);
+  roughness.set_multiple_scattering(false);
   const std::string distribution = reader.keyword("distribution", "beckmann");
   if (distribution == "beckmann") {
     roughness.set_distribution(v1::Roughness::BECKMANN);

@@ -20,6 +20,8 @@ struct Context {
 
   /// The object's id, else `kind` and a number; not in `taken`, which it joins.
   static std::string unique_name(const Object& object, const std::string& kind, std::set<std::string>& taken);
+  /// For messages of whoever reads the scene later: "lamp, scene.xml:12"; the plugin's name where there is no id.
+  std::string name_with_place(const Object& object) const;
 };
 
 }  // namespace tessera::client::mitsuba

@@ -156,7 +156,7 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
   reader.ignore({"sampling_weight"});
   if (reader.child("medium") != nullptr) reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
   v1::Light light;
-  light.set_name(emitter.id);
+  light.set_name(context.name_with_place(emitter));
   type->write(reader, textures, light);
   reader.warn_of_unused();
   *context.scene.add_lights() = std::move(light);

@@ -13,6 +13,11 @@ std::string Context::unique_name(const Object& object, const std::string& kind, 
   return name;
 }
 
+std::string Context::name_with_place(const Object& object) const {
+  const std::filesystem::path file = diagnostics.file_name(object.where.file);
+  return concat(object.id.empty() ? object.type : object.id, ", ", file.filename().string(), ":", object.where.line);
+}
+
 bool PropertyReader::has(std::string_view name) const {
   for (const Property& property : object_.properties) {
     if (property.name == name) return true;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cmath>
 
 #include "import/input/concat.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -55,7 +55,7 @@ std::optional<double> parse_float(std::string_view text) {
     return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos ? std::optional(0.0)
                                                                                                   : std::nullopt;
   }
-  if (result.ec != std::errc{} || !std::isfinite(value)) return std::nullopt;
+  if (result.ec != std::errc{} || !wire::is_scene_number(value)) return std::nullopt;
   return value;
 }
 

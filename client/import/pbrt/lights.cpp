@@ -259,7 +259,8 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
       in.scale = 1;
     }
     if (in.scale != 1) light.set_scale(static_cast<float>(in.scale));
-    light.set_name(concat(type, " light, line ", parameters.where().line));
+    const std::filesystem::path file = context.diagnostics.file_name(parameters.where().file);
+    light.set_name(concat(type, " light, ", file.filename().string(), ":", parameters.where().line));
     parameters.warn_of_unused(context.diagnostics);
     *context.scene.add_lights() = std::move(light);
     return;

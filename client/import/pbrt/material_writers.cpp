@@ -161,6 +161,7 @@ void write_roughness(ValueReader& values, std::string_view prefix, v1::Roughness
     *target = values.number(values.parameters().has(own) ? own : both, 0);
   }
   roughness.set_remap(values.get_bool("remaproughness", true));
+  roughness.set_multiple_scattering(false);
   values.parameters().ignore({both});  // beside both of the others it has no effect
 }
 

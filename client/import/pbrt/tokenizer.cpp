@@ -1,7 +1,8 @@
 #include "import/pbrt/tokenizer.h"
 
 #include <charconv>
-#include <cmath>
+
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 bool is_space(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; }
 bool ends_word(char c) { return is_space(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
 
-/// Reads a finite number that begins at `p`; returns its end, or null.
+/// Reads a number that a scene may hold and that begins at `p`; returns its end, or null.
 const char* read_finite(const char* p, const char* end, double& value) {
   if (p < end && *p == '+') ++p;
   const auto [rest, error] = std::from_chars(p, end, value);
@@ -20,7 +21,7 @@ const char* read_finite(const char* p, const char* end, double& value) {
     value = 0;
     return rest;
   }
-  return error == std::errc{} && std::isfinite(value) ? rest : nullptr;
+  return error == std::errc{} && wire::is_scene_number(value) ? rest : nullptr;
 }
 
 }  // namespace

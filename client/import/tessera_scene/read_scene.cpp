@@ -11,6 +11,7 @@
 #include "import/ply/ply_reader.h"
 #include "import/tessera_scene/blob_refs.h"
 #include "wire/mesh_blob.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
@@ -87,8 +88,24 @@ class BlobResolver {
   Diagnostics& diagnostics_;
 };
 
+/// The line of a number, as near as the parser recorded it; 0 without locations.
+std::uint32_t line_of(const wire::BadNumber& number, Locations* locations) {
+  int line = -1;
+  for (std::size_t i = 0; i < number.path.size() && locations != nullptr; ++i) {
+    const auto& [field, index] = number.path[i];
+    const auto location = locations->GetLocation(field, index);
+    if (location.line >= 0) line = location.line;
+    const bool is_message = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
+    locations = is_message ? locations->GetTreeForNested(field, index) : nullptr;
+  }
+  return static_cast<std::uint32_t>(line + 1);
+}
+
 absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path, std::uint32_t file,
                                           Locations* locations, Diagnostics& diagnostics) {
+  if (const auto bad = wire::find_bad_number(scene)) {
+    diagnostics.error({file, line_of(*bad, locations), 0}, bad->to_string());
+  }
   BlobCollector blobs;
   BlobResolver resolver(path.parent_path(), blobs, diagnostics);
   for_each_blob_ref(scene, locations, [&](v1::BlobRef& ref, bool is_mesh, int line) {

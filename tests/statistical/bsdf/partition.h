@@ -15,10 +15,11 @@ namespace tessera::test {
 class Partition {
  public:
   /// `density(directions, values)` gives the density at sixteen directions. Cells around the directions `peaks` are cut
-  /// until they are smaller than `peak_radius` (radians), so that no narrow lobe is overlooked.
+  /// until they are smaller than `peak_radius` (radians), so that no narrow lobe is overlooked, and all cells are cut
+  /// `least_depth` times, so that no part of an edge is.
   template <class Density>
-  Partition(const Density& density, std::vector<Direction> peaks, double peak_radius)
-      : peaks_(std::move(peaks)), peak_radius_(peak_radius) {
+  Partition(const Density& density, std::vector<Direction> peaks, double peak_radius, int least_depth = 0)
+      : peaks_(std::move(peaks)), peak_radius_(peak_radius), least_depth_(least_depth) {
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
         const SphereCell cell = SphereGrid(kRows, kColumns).bounds(static_cast<std::size_t>(row * kColumns + column));
@@ -58,6 +59,8 @@ class Partition {
   static constexpr int kMaxDepth = 44;
   static constexpr double kTolerance = 5e-7;  // of the integral over one cell
   static constexpr double kMaxMass = 0.01;    // of one cell: the histogram's resolution
+  static constexpr double kMaxEdgeMass = 1e-5;
+  static constexpr int kEdgeDepth = 8;
 
   struct Node {
     SphereCell cell;
@@ -81,6 +84,21 @@ class Partition {
     double sum = 0;
     for (int i = 0; i < 16; ++i) sum += kGaussWeights[i / 4] * kGaussWeights[i % 4] * values[i];
     return sum * c.solid_angle();
+  }
+
+  /// Whether the density vanishes on part of the cell's border only: Gauss points, which all lie within, may not see it.
+  template <class Density>
+  static bool has_edge(const Density& density, const SphereCell& c) {
+    Direction w[16];
+    float values[16];
+    for (int i = 0; i < 16; ++i) {
+      const double t = i % 4 / 4.0, u = i < 8 ? t : 1 - t;  // along the four sides
+      const bool along_z = i / 4 == 1 || i / 4 == 3;
+      w[i] = at(std::lerp(c.z0, c.z1, along_z ? u : i < 8 ? 0.0 : 1.0), std::lerp(c.phi0, c.phi1, along_z ? (i < 8 ? 1.0 : 0.0) : u));
+    }
+    density(w, values);
+    const auto zeros = std::count(std::begin(values), std::end(values), 0.0f);
+    return zeros > 0 && zeros < 16;
   }
 
   static bool cuts_z(const SphereCell& c) {
@@ -115,7 +133,10 @@ class Partition {
     split(cell, quarters);
     double sum = 0;
     for (const SphereCell& quarter : quarters) sum += gauss(density, quarter);
-    const bool good = std::abs(sum - coarse) < kTolerance && sum < kMaxMass && !must_cut(cell);
+    // Edges are followed where there is much to lose, and where nothing was seen at all.
+    const bool follows_edge = sum >= kMaxEdgeMass || (sum == 0 && depth < least_depth_ + kEdgeDepth);
+    const bool good = depth >= least_depth_ && std::abs(sum - coarse) < kTolerance && sum < kMaxMass && !must_cut(cell) &&
+                      !(follows_edge && has_edge(density, cell));
     if (good || depth == kMaxDepth) {
       nodes_[node].leaf = static_cast<int>(masses_.size());
       masses_.push_back(sum);
@@ -131,6 +152,7 @@ class Partition {
 
   std::vector<Direction> peaks_;
   double peak_radius_;
+  int least_depth_;
   std::vector<Node> nodes_;
   std::vector<double> masses_;
 };

@@ -1,5 +1,6 @@
 #include "statistical/reference/picture.h"
 
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,14 +39,16 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
 
 Picture measure_picture(const PictureRequest& request) {
   v1::JobSpec job;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(request.settings, job.mutable_settings())) << request.settings;
   job.mutable_settings()->set_integrator(request.integrator);
   job.mutable_settings()->set_sampler("independent");
   job.mutable_settings()->set_spp(request.spp);
   job.mutable_settings()->set_max_depth(request.max_depth);
-  // Two integrators must not share their random numbers.
-  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator) & 0xffff);
+  // Two estimators must not share their random numbers.
+  const std::string isa = request.isa.empty() ? render::supported_isas().front() : request.isa;
+  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff);
   const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide, " filter { ", request.filter, " } }");
-  const auto file = load_scene_text(text, job, render::supported_isas().front(), request.blobs);
+  const auto file = load_scene_text(text, job, isa, request.blobs);
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
   for (const std::string& warning : file->scene->warnings()) ADD_FAILURE() << warning;

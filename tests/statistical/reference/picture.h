@@ -12,6 +12,8 @@ struct PictureRequest {
   std::string scene;   // a v1::Scene in text form, but for its film
   std::string filter;  // a v1::PixelFilter in text form; empty: a box
   std::string integrator = "path";
+  std::string settings;  // further v1::RenderSettings in text form
+  std::string isa;       // empty: the best that there is
   std::uint32_t max_depth = 4;
   std::uint32_t spp = 1024;
   TestBlobs blobs = {};

@@ -33,7 +33,7 @@ TEST_F(PbrtErrors, NumbersMustBeFinite) {
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" inf"), HasSubstr("found \"inf\""));
   EXPECT_THAT(error("Translate 0 0 1e999"), HasSubstr("found \"1e999\""));
   EXPECT_THAT(error("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 1e39 0  0 1 0 ]"),
-              HasSubstr("does not fit a float"));
+              HasSubstr("scene.pbrt:2:44: expected a finite number for \"P\", found \"1e39\""));
 }
 
 TEST_F(PbrtErrors, MeshesMustFit) {

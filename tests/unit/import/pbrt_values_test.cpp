@@ -40,6 +40,7 @@ TEST_F(PbrtValues, MaterialsHavePbrtsDefaults) {
   EXPECT_EQ(copper.eta().constant().sampled().values_size(), 56);
   EXPECT_FLOAT_EQ(copper.eta().constant().sampled().values(39), 0.826f);  // copper at 563.6 nm
   EXPECT_TRUE(copper.roughness().remap());
+  EXPECT_TRUE(copper.roughness().has_multiple_scattering() && !copper.roughness().multiple_scattering());
   EXPECT_EQ(copper.roughness().u().constant(), 0);
 
   EXPECT_FLOAT_EQ(material("\"dielectric\"").dielectric().eta().constant(), 1.5f);

@@ -57,7 +57,7 @@ class Traced {
   }
   Surface operator()(Rays& r) const {
     const RayArrays rays{r.ox, r.oy, r.oz, r.dx, r.dy, r.dz};
-    trace_nearest(accelerator_->scene(), rays, kWidth, false, 1, {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
+    trace_nearest(accelerator_->scene(), rays, kWidth, Traversal::kIncoherent, 1, {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
     const Hit hit{Float::load(r.t), Float::load(r.u), Float::load(r.v), Int::load(r.primitive), Int::load(r.shape), Int(-1)};
     return surface_at(table_, hit, {Float::load(r.ox), Float::load(r.oy), Float::load(r.oz)},
                       {Float::load(r.dx), Float::load(r.dy), Float::load(r.dz)}, hit.shape >= 0, true);
@@ -66,7 +66,7 @@ class Traced {
   std::uint32_t blocked(const Rays& r, float distance) const {
     alignas(64) float out[kWidth];
     std::fill(out, out + kWidth, distance);
-    trace_shadow(accelerator_->scene(), {r.ox, r.oy, r.oz, r.dx, r.dy, r.dz}, kWidth, out);
+    trace_shadow(accelerator_->scene(), {r.ox, r.oy, r.oz, r.dx, r.dy, r.dz}, kWidth, Traversal::kIncoherent, out);
     std::uint32_t bits = 0;
     for (int i = 0; i < kWidth; ++i) bits |= std::uint32_t{out[i] < 0} << i;
     return bits;

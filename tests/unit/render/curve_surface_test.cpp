@@ -51,7 +51,7 @@ Seen look(const ShapeTable& table, const float (&o)[3], const float (&d)[3]) {
   ray.ray.dir_x[0] = d[0], ray.ray.dir_y[0] = d[1], ray.ray.dir_z[0] = d[2];
   ray.ray.tfar[0] = 100, ray.ray.mask[0] = ~0u;
   ray.hit.geomID[0] = RTC_INVALID_GEOMETRY_ID;
-  TraceContext(false).intersect(valid, scene, ray);
+  TraceContext(Traversal::kIncoherent).intersect(valid, scene, ray);
   rtcReleaseScene(scene);
   rtcReleaseDevice(device);
   Seen seen;

@@ -130,7 +130,7 @@ TEST(SelectionOfLights, LiesBetweenPowerAndEvenness) {
   table.lights = {record(LightKind::kPoint), record(LightKind::kPoint), record(LightKind::kPoint)};
   for (float& c : table.lights[1].radiance) c *= 99;
   for (float& c : table.lights[2].radiance) c = 0;
-  const AliasTable selection = selection_of_lights(table);
+  const AliasTable selection = selection_of_lights(table, LightSelection::kMixed);
   // By power alone it would be 0.01.
   EXPECT_GT(selection.pmf[0], 0.1f);
   EXPECT_LT(selection.pmf[0], 0.5f);
@@ -146,7 +146,7 @@ TEST(SelectionOfLights, TrianglesOfAShapeShareItsPart) {
     table.lights[i].shape = 0;
     table.lights[i].area = 2;
   }
-  const AliasTable selection = selection_of_lights(table);
+  const AliasTable selection = selection_of_lights(table, LightSelection::kMixed);
   EXPECT_NEAR(selection.pmf[0], 0.5f, 1e-6f);
   EXPECT_NEAR(selection.pmf[1], 0.25f, 1e-6f);
   EXPECT_NEAR(selection.pmf[2], 0.25f, 1e-6f);

@@ -135,7 +135,7 @@ TEST(LoadScene, RefusesByName) {
   EXPECT_THAT(std::string(load("shapes { sphere { radius: 1 } material: 'gold' name: 'ball' }").message()),
               HasSubstr("shape 0 (ball): material 'gold' does not exist"));
   EXPECT_THAT(std::string(load("shapes { sphere { radius: -1 } }").message()), HasSubstr("shape 0: its radius"));
-  EXPECT_THAT(std::string(load("shapes { sphere { radius: nan } }").message()), HasSubstr("shape 0: its radius"));
+  EXPECT_THAT(std::string(load("shapes { sphere { radius: nan } }").message()), HasSubstr("shapes[0].sphere.radius"));
   EXPECT_THAT(std::string(load("shapes { sphere { radius: 1 } world_from_object { elements: [1, 2] } }").message()),
               HasSubstr("2 elements instead of 16"));
   EXPECT_THAT(std::string(load("materials { name: 'a' mix { a: 'a' b: 'a' } }").message()),
@@ -144,7 +144,8 @@ TEST(LoadScene, RefusesByName) {
               HasSubstr("refers to itself"));
   EXPECT_THAT(std::string(load("materials { name: 'a' dielectric { eta { constant: 0 } } }").message()),
               HasSubstr("material 'a': an index of refraction of 0"));
-  EXPECT_THAT(std::string(load("lights { point { intensity { rgb { r: inf } } } }").message()), HasSubstr("light 0"));
+  EXPECT_THAT(std::string(load("lights { point { intensity { rgb { r: inf } } } }").message()),
+              HasSubstr("lights[0].point.intensity.rgb.r"));
   EXPECT_THAT(std::string(load("instances { object: 'tree' }").message()), HasSubstr("object 'tree' does not exist"));
 }
 

@@ -141,8 +141,8 @@ TEST_P(MovingSurface, IsWhereItStandsAtThatTime) {
       const Vec3 from{uniform(-40, 40), uniform(-40, 40), uniform(20, 40)};
       a.aim(from, normalize(target - from));
       Traced b = a;
-      trace_nearest(accelerator->scene(), a.rays(), kWidth, false, 1, {a.t, a.u, a.v, a.primitive, a.shape, a.instance});
-      trace_nearest(still_accelerator->scene(), b.rays(), kWidth, false, 1, {b.t, b.u, b.v, b.primitive, b.shape, b.instance});
+      trace_nearest(accelerator->scene(), a.rays(), kWidth, Traversal::kIncoherent, 1, {a.t, a.u, a.v, a.primitive, a.shape, a.instance});
+      trace_nearest(still_accelerator->scene(), b.rays(), kWidth, Traversal::kIncoherent, 1, {b.t, b.u, b.v, b.primitive, b.shape, b.instance});
       const Mask both = (Int::load(a.shape) >= 0) & (Int::load(b.shape) >= 0);
       // Rays that graze the rim may fall on either side of it.
       EXPECT_LE(count((Int::load(a.shape) >= 0) ^ (Int::load(b.shape) >= 0)), 1);
@@ -171,7 +171,7 @@ void expect_no_shadow_on_itself(const ShapeTable& table, float early, float late
     uniform(early, late).store(ray.time);
     const Vec3 from{uniform(-40, 40), uniform(-40, 40), uniform(60, 90)};
     ray.aim(from, normalize(Vec3{uniform(-30, 30), uniform(-30, 30), Float(0.0f)} - from));
-    trace_nearest(accelerator->scene(), ray.rays(), kWidth, false, 1,
+    trace_nearest(accelerator->scene(), ray.rays(), kWidth, Traversal::kIncoherent, 1,
                   {ray.t, ray.u, ray.v, ray.primitive, ray.shape, ray.instance});
     const Mask hit = Int::load(ray.shape) >= 0;
     const Surface s = surface_at(table, ray.hit(), ray.origin(), ray.direction(), hit, false);
@@ -182,7 +182,7 @@ void expect_no_shadow_on_itself(const ShapeTable& table, float early, float late
     ray.aim(offset_origin(s, w), w);
     alignas(64) float distance[kWidth];
     Float(1e6f).store(distance);
-    trace_shadow(accelerator->scene(), ray.rays(), kWidth, distance);
+    trace_shadow(accelerator->scene(), ray.rays(), kWidth, Traversal::kIncoherent, distance);
     met += count(hit);
     blocked += count(hit & (Float::load(distance) < 0.0f));
   }

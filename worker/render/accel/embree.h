@@ -11,10 +11,15 @@
 
 namespace tessera::render {
 
-/// What one trace call needs besides the rays. `coherent` only for camera rays: measured to halve the speed of others.
+/// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through Embree, one ray
+/// at a time; it gives what packets give but for rounding, and is there to check them.
+enum class Traversal { kCoherent, kIncoherent, kSingle };
+
+/// What one trace call needs besides the rays.
 class TraceContext {
  public:
-  explicit TraceContext(bool coherent) {
+  explicit TraceContext(Traversal traversal) {
+    const bool coherent = traversal == Traversal::kCoherent;
 #if TESSERA_EMBREE == 3
     rtcInitIntersectContext(&context_);
     context_.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
@@ -46,6 +51,14 @@ class TraceContext {
   TESSERA_TRACE(8)
   TESSERA_TRACE(4)
 #undef TESSERA_TRACE
+
+#if TESSERA_EMBREE == 3
+  void intersect(RTCScene scene, RTCRayHit& ray) { rtcIntersect1(scene, &context_, &ray); }
+  void occluded(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &context_, &ray); }
+#else
+  void intersect(RTCScene scene, RTCRayHit& ray) { rtcIntersect1(scene, &ray, &intersect_); }
+  void occluded(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray, &occluded_); }
+#endif
 
 #if TESSERA_EMBREE == 3
   /// Streams are the fastest way for shadow rays where there are any (Embree 3).

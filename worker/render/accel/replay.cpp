@@ -30,10 +30,10 @@ std::uint64_t replay_rays(RTCScene scene, const RayLog& log) {
     }
     const RayArrays rays{arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]};
     if (shadow) {
-      trace_shadow(scene, rays, call.count, arrays[6]);
+      trace_shadow(scene, rays, call.count, Traversal::kIncoherent, arrays[6]);
       for (int i = 0; i < call.count; ++i) met += arrays[6][i] < 0;
     } else {
-      trace_nearest(scene, rays, call.count, call.coherent, 0, {t, u, v, primitive, shape, instance});
+      trace_nearest(scene, rays, call.count, call.coherent ? Traversal::kCoherent : Traversal::kIncoherent, 0, {t, u, v, primitive, shape, instance});
       for (int i = 0; i < call.count; ++i) met += shape[i] >= 0;
     }
   }

@@ -1,6 +1,7 @@
 #include "render/accel/trace.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -52,15 +53,85 @@ void load_rays(const RayArrays& rays, int first, RayPacket& packet) {
   fill(0u, packet.flags);
 }
 
+/// Largest coordinate of a ray. Embree's own limit is 1.8e18: where its assertions are on, a ray beyond it, or one that is not finite,
+/// ends the program.
+constexpr float kFarthest = 1.8e18f;
+
+/// Rays of a packet that Embree takes. The others meet nothing and are blocked.
+auto sound_rays(const RayArrays& rays, int first) {
+  const FloatTag tag;
+  const auto most = hn::Set(tag, kFarthest);
+  auto sound = hn::Le(hn::Abs(hn::Load(tag, rays.ox + first)), most);
+  for (const float* x : {rays.oy, rays.oz, rays.dx, rays.dy, rays.dz}) {
+    sound = hn::And(sound, hn::Le(hn::Abs(hn::Load(tag, x + first)), most));
+  }
+  return sound;
+}
+
+bool is_sound(const RayArrays& rays, int i) {
+  for (const float* x : {rays.ox, rays.oy, rays.oz, rays.dx, rays.dy, rays.dz}) {
+    if (!(std::abs(x[i]) <= kFarthest)) return false;
+  }
+  return true;
+}
+
+/// -1 for those of the first `n` rays from `first` on that are sound.
+void set_valid(const RayArrays& rays, int first, int n, int* valid) {
+  const Tag<std::int32_t> tag;
+  set_valid(n, valid);
+  const auto sound = hn::RebindMask(tag, sound_rays(rays, first));
+  hn::Store(hn::IfThenElseZero(sound, hn::Load(tag, valid)), tag, valid);
+}
+
+RTCRay single_ray(const RayArrays& rays, int i, float distance) {
+  RTCRay ray{};
+  ray.org_x = rays.ox[i], ray.org_y = rays.oy[i], ray.org_z = rays.oz[i];
+  ray.dir_x = rays.dx[i], ray.dir_y = rays.dy[i], ray.dir_z = rays.dz[i];
+  ray.tfar = distance;
+  ray.time = rays.time ? rays.time[i] : 0.0f;
+  ray.mask = ~0u;
+  return ray;
+}
+
+/// What Embree calls the instance of a hit, as HitArrays counts it.
+std::int32_t instance_of(unsigned id, std::int32_t first_instance) {
+  return static_cast<std::int32_t>(id) < 0 ? -1 : static_cast<std::int32_t>(id) - first_instance;
+}
+
+void trace_nearest_single(RTCScene scene, const RayArrays& rays, int n, std::int32_t first_instance, const HitArrays& hits) {
+  TraceContext context(Traversal::kSingle);
+  for (int i = 0; i < n; ++i) {
+    RTCRayHit one{};
+    one.ray = single_ray(rays, i, __builtin_inff());
+    one.hit.geomID = one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    if (is_sound(rays, i)) context.intersect(scene, one);
+    hits.t[i] = one.ray.tfar;
+    hits.u[i] = one.hit.u, hits.v[i] = one.hit.v;
+    hits.primitive[i] = static_cast<std::int32_t>(one.hit.primID);
+    hits.shape[i] = static_cast<std::int32_t>(one.hit.geomID);
+    hits.instance[i] = instance_of(one.hit.instID[0], first_instance);
+  }
+}
+
+void trace_shadow_single(RTCScene scene, const RayArrays& rays, int n, float* distance_in_blocked_out) {
+  TraceContext context(Traversal::kSingle);
+  for (int i = 0; i < n; ++i) {
+    RTCRay ray = single_ray(rays, i, distance_in_blocked_out[i]);
+    context.occluded(scene, ray);
+    distance_in_blocked_out[i] = ray.tfar;
+  }
+}
+
 }  // namespace
 
-void trace_nearest(RTCScene scene, const RayArrays& rays, int n, bool coherent, std::int32_t first_instance,
+void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, std::int32_t first_instance,
                    const HitArrays& hits) {
-  TraceContext context(coherent);
+  if (traversal == Traversal::kSingle) return trace_nearest_single(scene, rays, n, first_instance, hits);
+  TraceContext context(traversal);
   Packet packet;
   alignas(64) int valid[kPacket];
   for (int first = 0; first < n; first += kPacket) {
-    set_valid(n - first, valid);
+    set_valid(rays, first, n - first, valid);
     load_rays(rays, first, packet.ray);
     fill(__builtin_inff(), packet.ray.tfar);
     fill(RTC_INVALID_GEOMETRY_ID, packet.hit.geomID);
@@ -72,16 +143,19 @@ void trace_nearest(RTCScene scene, const RayArrays& rays, int n, bool coherent, 
     copy(packet.hit.v, hits.v + first);
     std::copy_n(packet.hit.primID, kPacket, hits.primitive + first);
     std::copy_n(packet.hit.geomID, kPacket, hits.shape + first);
-    for (int i = 0; i < kPacket; ++i) {
-      const auto id = static_cast<std::int32_t>(packet.hit.instID[0][i]);
-      hits.instance[first + i] = id < 0 ? -1 : id - first_instance;
-    }
+    for (int i = 0; i < kPacket; ++i) hits.instance[first + i] = instance_of(packet.hit.instID[0][i], first_instance);
   }
 }
 
-void trace_shadow(RTCScene scene, const RayArrays& rays, int n, float* distance_in_blocked_out) {
+void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, float* distance_in_blocked_out) {
   if (n == 0) return;
-  TraceContext context(false);
+  // Embree leaves rays alone whose distance is negative: they count as blocked.
+  for (int i = 0; i < n; i += kPacket) {
+    const auto distance = hn::Load(FloatTag(), distance_in_blocked_out + i);
+    hn::Store(hn::IfThenElse(sound_rays(rays, i), distance, hn::Set(FloatTag(), -1.0f)), FloatTag(), distance_in_blocked_out + i);
+  }
+  if (traversal == Traversal::kSingle) return trace_shadow_single(scene, rays, n, distance_in_blocked_out);
+  TraceContext context(traversal);
 #if TESSERA_EMBREE == 3
   // Streams read whole arrays; constants are shared by all batches.
   constexpr int kChunk = 1024;

@@ -1,5 +1,6 @@
 #include "render/bsdf/conductor.h"
 
+#include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
 
@@ -15,6 +16,29 @@ TESSERA_INLINE Spectrum reflectance(const BsdfParams& params, Float cos_m) {
   return select(params.with(kTinted), fresnel * params.extended_spectra[kTint], fresnel);
 }
 
+/// Mean reflectance for diffuse light: the Gauss-Jacobi rule with two points for the weight 2 cos(theta), to 6e-3
+/// for metals.
+TESSERA_INLINE Spectrum mean_reflectance(const BsdfParams& params) {
+  constexpr float kCosines[] = {0.35505103f, 0.84494897f}, kWeights[] = {0.36391725f, 0.63608275f};
+  return reflectance(params, Float(kCosines[0])) * Float(kWeights[0]) +
+         reflectance(params, Float(kCosines[1])) * Float(kWeights[1]);
+}
+
+/// By how much scattering between the facets brightens single scattering, for directions above the surface. Inlined, it
+/// would cost the materials that have none.
+[[gnu::noinline]] Spectrum gain(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask rough) {
+  const Balance balance(params, rough);
+  const Float added = balance.factor(wo, Mask::none()) * balance.factor(wi, Mask::none()) - 1.0f;
+  const Float kept = balance.kept();
+  const Spectrum mean = mean_reflectance(params);
+  Spectrum result;
+  for (int c = 0; c < kSpectrumLanes; ++c) {
+    const Float r = mean.c[c];
+    result.c[c] = fma(added, r * kept / max(1.0f - r * (1.0f - kept), 1e-6f), Float(1.0f));
+  }
+  return select(rough & params.with(kBalanced), result, Spectrum(1.0f));
+}
+
 }  // namespace
 
 BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
@@ -24,8 +48,9 @@ BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask ac
   const MicrofacetReflection reflection = with_microfacets(params, kAlpha, [&](const auto& facets) {
     return eval_reflection(facets, mirror_if(below, wo), mirror_if(below, wi));
   });
-  return {reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos),
-          select_or_zero(lit, reflection.pdf)};
+  Spectrum f_cos = reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos);
+  if (params.some_flags & kBalanced) f_cos *= gain(params, mirror_if(below, wo), mirror_if(below, wi), lit);
+  return {f_cos, select_or_zero(lit, reflection.pdf)};
 }
 
 BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
@@ -46,11 +71,14 @@ BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe
       pdf = select(smooth, pdf, reflection_pdf(facets, wo, wm));
     });
   }
+  const Mask valid = active & (wo.z > 0.0f) & (wi.z > 0.0f);
+  Spectrum weight = reflectance(params, cos_m) * geometry;
+  if (params.some_flags & kBalanced) weight *= gain(params, wo, wi, and_not(valid, smooth));
   return {.wi = mirror_if(below, wi),
-          .weight = reflectance(params, cos_m) * geometry,
+          .weight = weight,
           .pdf = pdf,
           .eta = 1.0f,
-          .valid = active & (wo.z > 0.0f) & (wi.z > 0.0f),
+          .valid = valid,
           .specular = smooth,
           .transmission = Mask::none()};
 }

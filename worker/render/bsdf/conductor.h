@@ -4,6 +4,8 @@
 // spectra[1]     k: its imaginary part
 // scalars[0, 1]  alpha along x and y; a mirror where both are below kSmoothAlpha
 // extended_spectra[0]  with kTinted: factor of the light
+//
+// With kBalanced what scatters more than once between the microfacets is not lost [balance.h].
 #pragma once
 
 #include "render/bsdf/bsdf.h"

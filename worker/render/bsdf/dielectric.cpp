@@ -1,5 +1,6 @@
 #include "render/bsdf/dielectric.h"
 
+#include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
 #include "render/bsdf/tint.h"
@@ -38,7 +39,7 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
   // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted radiance is
   // scaled by 1 / eta^2.
   const Mask lit = rough & facing;
-  return with_microfacets(params, kAlpha, [&](const auto& facets) -> BsdfEval {
+  BsdfEval result = with_microfacets(params, kAlpha, [&](const auto& facets) -> BsdfEval {
     const Float zi = abs_cos_theta(wi);
     const Float so = facets.masking_length(wo), si = facets.masking_length({wi.x, wi.y, zi});
     const Float refraction = (1.0f - r) * 2.0f * abs(oh * ih) / sqr(h2);
@@ -47,6 +48,8 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
     const Spectrum f_cos(select_or_zero(lit, scatter * zi / facets.masking_pair(so, wo.z, si, zi)));
     return {tinted(params, reflected, f_cos), select_or_zero(lit, pdf)};
   });
+  if (params.some_flags & kBalanced) result.f_cos *= balance_factor(params, wo, wi, below, lit);
+  return result;
 }
 
 namespace {
@@ -90,12 +93,16 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   const Float eta = relative_eta(params, below);
   const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
   const bool any_rough = any(and_not(active, delta));
+  wo = mirror_if(below, wo);
   BsdfSample result = with_microfacets(params, kAlpha, [&](const auto& facets) {
-    return sample_above(facets, mirror_if(below, wo), eta, delta, any_rough, u_lobe, u);
+    return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u);
   });
-  result.wi = mirror_if(below, result.wi);
-  result.weight = tinted(params, ~result.transmission, result.weight);
   result.valid &= active;
+  result.weight = tinted(params, ~result.transmission, result.weight);
+  if (params.some_flags & kBalanced) {
+    result.weight *= balance_factor(params, wo, result.wi, below, and_not(result.valid, delta));
+  }
+  result.wi = mirror_if(below, result.wi);
   return result;
 }
 

@@ -52,6 +52,8 @@ enum MaterialFlags : std::int32_t {
   kPassesStraight = 1 << 20,  // kThinDielectric: going straight through is no scattering event in volumetric scenes
   kMixed = 1 << 21,           // of an Interaction: it has a second part
   kBendsSoftly = 1 << 22,     // with kHasBump: Material::bends_softly
+  // Another variant of the models.
+  kBalanced = 1 << 23,  // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
 };
 
 inline constexpr int kMaterialSpectra = 2;
@@ -79,7 +81,7 @@ struct MaterialRecord {
   std::int32_t bump_texture = -1;
   std::int32_t normal_texture = -1;
   std::int32_t mix_a = -1, mix_b = -1;  // materials; scalars[0] is the probability of b
-  // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic), else -1.
+  // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic, with kBalanced), else -1.
   std::int32_t coat_table = -1;
   std::int32_t extended = 0;  // in MaterialTable::extended, with kUsesExtended
   std::int32_t back = -1;     // material, with kHasBack
@@ -97,8 +99,7 @@ struct ExtendedRecord {
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
   std::vector<ExtendedRecord> extended;
-  // Transmittance and internal reflectance of rough dielectric coats; layouts in bsdf/coat_table.h and
-  // bsdf/plastic_table.h.
+  // Energies of rough boundaries; layouts in bsdf/coat_table.h, bsdf/plastic_table.h and bsdf/balance_table.h.
   std::vector<float> coat_tables;
   std::vector<std::int32_t> coat_offsets;  // of those of bsdf/coat_table.h
 };

@@ -6,36 +6,6 @@
 
 namespace tessera::render {
 
-absl::Status SceneBuilder::build_settings() {
-  const v1::RenderSettings& settings = job_.settings();
-  if (settings.integrator() != "path" && settings.integrator() != "volpath" && settings.integrator() != "light") {
-    return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", settings.integrator(), "' does not exist; there are: path, volpath, light"));
-  }
-  tables_.light_tracing = settings.integrator() == "light";
-  if (settings.sampler() == "sobol") {
-    tables_.sampler.kind = SamplerKind::kSobol;
-  } else if (settings.sampler() == "independent") {
-    tables_.sampler.kind = SamplerKind::kIndependent;
-  } else {
-    return absl::InvalidArgumentError(
-        absl::StrCat("sampler '", settings.sampler(), "' does not exist; there are: sobol, independent"));
-  }
-  tables_.sampler.seed = settings.seed();
-  tables_.max_depth = static_cast<std::int32_t>(std::min(settings.max_depth(), 1u << 20));
-  for (const std::string& aov : job_.aovs()) {
-    if (aov == "albedo") tables_.aovs.albedo = true;
-    if (aov == "normal") tables_.aovs.normal = true;
-    if (aov == "depth") tables_.aovs.depth = true;
-  }
-  if (tables_.light_tracing && (tables_.aovs.albedo || tables_.aovs.normal || tables_.aovs.depth)) {
-    return absl::InvalidArgumentError("integrator 'light' gives no albedo, normal or depth");
-  }
-  tables_.exposure = scene_.film().has_exposure() ? scene_.film().exposure() : 1.0f;
-  if (!std::isfinite(tables_.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
-  return absl::OkStatus();
-}
-
 absl::Status SceneBuilder::build_camera() {
   const v1::Camera& camera = scene_.camera();
   auto world_from_camera = Transform::from_proto(camera.world_from_camera());

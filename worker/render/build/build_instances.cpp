@@ -1,4 +1,6 @@
 // Objects, their instances, and what moves. A moving shape is an object of its own, placed by a moving instance.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "absl/strings/str_cat.h"
@@ -66,6 +68,7 @@ absl::Status SceneBuilder::build_moving_shapes(const std::vector<int>& shapes) {
     if (moving->object < 0) continue;
     const auto place = [&](double time) { return moving->motion.at(time); };
     if (auto s = add_instance(moving->object, moving->motion.segments(), place); !s.ok()) return located(s, where);
+    instance_names_.resize(tables_.shapes.instances.size(), where);
   }
   return absl::OkStatus();
 }
@@ -82,12 +85,44 @@ absl::Status SceneBuilder::build_objects() {
   return absl::OkStatus();
 }
 
+absl::StatusOr<Point> SceneBuilder::anchor_of(const v1::Object& object) const {
+  if (object.shapes().empty()) return Point{};
+  const v1::Shape& first = object.shapes(0);
+  const auto instance_from_object = Transform::from_proto(first.world_from_object());
+  if (!instance_from_object.ok()) return instance_from_object.status();
+  Point low{0, 0, 0}, high{0, 0, 0};
+  if (first.has_mesh()) {
+    const auto bytes = blobs_(first.mesh().blob().digest());
+    if (!bytes.ok()) return bytes.status();
+    const auto mesh = wire::decode_mesh(bytes->bytes);
+    if (!mesh.ok()) return mesh.status();
+    for (std::size_t i = 0; i < mesh->vertex_count(); ++i) {
+      const float* v = mesh->positions.data() + 3 * i;
+      const Point p = instance_from_object->apply({v[0], v[1], v[2]});
+      if (i == 0) low = high = p;
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  } else {
+    const Point reach = instance_from_object->apply_vector({1, 1, 1});
+    low = instance_from_object->apply({0, 0, 0}) - reach;
+    high = instance_from_object->apply({0, 0, 0}) - Point{-reach.x, -reach.y, -reach.z};
+  }
+  constexpr double kFar = 16;  // sizes of the first shape
+  const Point middle{(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
+  return length(middle) > kFar * length(high - low) ? middle : Point{};
+}
+
 absl::StatusOr<SceneBuilder::ObjectParts> SceneBuilder::build_object(const v1::Object& object) {
   const auto place = [&](int i) {
     return absl::StrCat("object '", object.name(), "', ", place_in_scene("shape", i, object.shapes(i).name()));
   };
   ShapeTable& table = tables_.shapes;
   ObjectParts parts;
+  const auto anchor = anchor_of(object);
+  if (!anchor.ok()) return located(anchor.status(), place(0));
+  parts.anchor = *anchor;
+  const Transform anchored_from_instance = Transform::translation({-anchor->x, -anchor->y, -anchor->z});
   ObjectRange still{static_cast<std::int32_t>(table.shapes.size()), 0};
   std::vector<int> moving;
   for (int i = 0; i < object.shapes_size(); ++i) {
@@ -101,7 +136,7 @@ absl::StatusOr<SceneBuilder::ObjectParts> SceneBuilder::build_object(const v1::O
     }
     const auto instance_from_object = Transform::from_proto(shape.world_from_object());
     if (!instance_from_object.ok()) return located(instance_from_object.status(), where);
-    if (auto s = build_shape(shape, *instance_from_object, true, where); !s.ok()) return located(s, where);
+    if (auto s = build_shape(shape, anchored_from_instance * *instance_from_object, true, where); !s.ok()) return located(s, where);
   }
   still.shape_count = static_cast<std::int32_t>(table.shapes.size()) - still.first_shape;
   if (still.shape_count > 0) {
@@ -127,6 +162,20 @@ absl::Status SceneBuilder::build_instances() {
       return absl::InvalidArgumentError(absl::StrCat(where, ": object '", instance.object(), "' does not exist"));
     }
     if (auto s = build_instance(instance, parts->second, where); !s.ok()) return located(s, where);
+    instance_names_.resize(tables_.shapes.instances.size(), where);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::check_instances(const float* centre, float radius) const {
+  const double reach = std::hypot(centre[0], centre[1], centre[2]) + radius;
+  constexpr double kFarthest = 1e18;  // Embree's own limit, beyond which it may end the program, is 1.8e18
+  for (std::size_t i = 0; i < tables_.shapes.instances.size(); ++i) {
+    const auto& m = tables_.shapes.instances[i].instance_from_render.m;
+    for (int row = 0; row < 3; ++row) {
+      const double scale = std::hypot(m[4 * row], m[4 * row + 1], m[4 * row + 2]);
+      if (!(scale * reach + std::abs(m[4 * row + 3]) <= kFarthest)) return located(absl::InvalidArgumentError(kBeyondFloats), instance_names_[i]);
+    }
   }
   return absl::OkStatus();
 }
@@ -140,7 +189,7 @@ absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const Ob
     return absl::OkStatus();
   }
   if (parts.still >= 0) {
-    const auto place = [&](double time) { return motion->at(time); };
+    const auto place = [&](double time) { return motion->at(time) * Transform::translation(parts.anchor); };
     if (auto s = add_instance(parts.still, motion->segments(), place); !s.ok()) return s;
   }
   for (const MovingShape& part : parts.moving) {
@@ -155,6 +204,7 @@ absl::Status SceneBuilder::add_instance(int object, int segments, const std::fun
   const Transform start = render_from_world_ * world_from_instance(0);
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");
+  if (!fits_floats(start, back)) return absl::InvalidArgumentError(kBeyondFloats);
   InstanceRecord record{start.to_affine(), back.to_affine(), object};
   if (segments > 0) {
     // The kernels gather floats with 32-bit indices.

@@ -214,7 +214,7 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
 
 absl::Status SceneBuilder::build_light_selection(float scene_radius) {
   tables_.lights.scene_radius = scene_radius;
-  tables_.lights.selection = selection_of_lights(tables_.lights);
+  tables_.lights.selection = selection_of_lights(tables_.lights, light_selection_);
   return absl::OkStatus();
 }
 

@@ -1,4 +1,5 @@
 // The kinds of materials, one function each. What the slots mean is said by the models' files in bsdf/.
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -77,6 +78,7 @@ absl::Status SceneBuilder::set_conductor(const v1::ConductorMaterial& conductor,
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
+  set_multiple_scattering(conductor.roughness(), 0, record);
   if (conductor.has_tint()) {
     if (auto s = set_tint(conductor.tint(), record, extend(record).spectra[0]); !s.ok()) return s;
   }
@@ -95,6 +97,7 @@ absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectr
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
+  set_multiple_scattering(dielectric.roughness(), record.scalars[kEta].value, record);
   return absl::OkStatus();
 }
 
@@ -195,7 +198,7 @@ absl::Status SceneBuilder::set_hair(const v1::HairMaterial& hair, MaterialRecord
   if (auto s = set_scalar(hair.beta_m(), 0.3f, record, record.scalars[0]); !s.ok()) return s;
   if (auto s = set_scalar(hair.beta_n(), 0.3f, record, record.scalars[1]); !s.ok()) return s;
   const float eta = hair.has_eta() ? hair.eta() : 1.55f;
-  if (!(eta > 0) || !std::isfinite(eta)) return absl::InvalidArgumentError("its index of refraction is not above 0");
+  if (auto s = check_eta(eta); !s.ok()) return s;
   record.scalars[kEta].value = eta;
   const float degrees = hair.has_alpha_degrees() ? hair.alpha_degrees() : 2;
   if (!std::isfinite(degrees)) return absl::InvalidArgumentError("the tilt of its scales is not finite");
@@ -220,6 +223,9 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
       {principled.clearcoat_gloss(), 0, extended.scalars[7]}, {principled.diff_trans(), 0, extended.scalars[8]}};
   for (const auto& [value, otherwise, slot] : scalars) {
     if (auto s = set_scalar(value, otherwise, record, slot); !s.ok()) return s;
+    // As the textured ones; the index is not one of these yet.
+    const float highest = &slot == &extended.scalars[8] ? 2.0f : 1.0f;
+    if (&slot != &record.scalars[kEta]) slot.value = std::clamp(slot.value, 0.0f, highest);
   }
   if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
   if (!is_zero(record.scalars[1])) record.flags |= kAnisotropic;
@@ -236,10 +242,7 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
     if (eta.value < 0 || eta.value > 1) return absl::InvalidArgumentError("its specular is not between 0 and 1");
     eta.value = eta_from_specular(transmits && eta.value == 0 ? 1e-3f : eta.value);
   }
-  if (!(eta.value > 0 || eta.texture >= 0) || !std::isfinite(eta.value)) {
-    return absl::InvalidArgumentError("its index of refraction is not above 0");
-  }
-  return absl::OkStatus();
+  return eta.texture >= 0 ? absl::OkStatus() : check_eta(eta.value);
 }
 
 absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material,

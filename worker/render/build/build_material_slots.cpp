@@ -85,11 +85,31 @@ absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }
-  if (!(eta > 0) || !std::isfinite(eta)) {
-    return absl::InvalidArgumentError(absl::StrCat("an index of refraction of ", eta, " is not above 0"));
-  }
   record.scalars[kEta].value = eta;
-  return absl::OkStatus();
+  return check_eta(eta);
+}
+
+absl::Status SceneBuilder::check_eta(float eta) {
+  constexpr float kLowest = 1e-4f, kHighest = 1e4f;
+  if (eta >= kLowest && eta <= kHighest) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("an index of refraction of ", eta, " is not between ", kLowest, " and ", kHighest));
+}
+
+void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float eta, MaterialRecord& record) {
+  if (roughness.has_multiple_scattering() && !roughness.multiple_scattering()) return;
+  if (record.flags & kAllDelta) return;
+  const ScalarSlot &u = record.scalars[0], &v = record.scalars[1];
+  // There is a table for two roughnesses, or for all that are the same along u and v.
+  if (u.texture != v.texture) return;
+  BalancedFacets facets{.textured = u.texture >= 0,
+                        .beckmann = (record.flags & kBeckmann) != 0,
+                        .separable_masking = (record.flags & kSeparableMasking) != 0,
+                        .eta = eta};
+  if (!facets.textured) facets.alpha_x = u.value, facets.alpha_y = v.value;
+  const auto [table, added] = balance_tables_.try_emplace(facets, 0);
+  if (added) table->second = append_balance_table(facets, tables_.materials);
+  record.coat_table = table->second;
+  record.flags |= kBalanced | kUsesEta;
 }
 
 ExtendedRecord& SceneBuilder::extend(MaterialRecord& record) {

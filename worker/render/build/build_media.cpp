@@ -12,6 +12,20 @@ namespace {
 /// The kernels gather samples with 32-bit indices.
 constexpr std::size_t kMostSamples = std::size_t{1} << 30;
 
+/// Free flights through a medium with a grid take as many steps as its majorants are thick in the mean: what is denser than
+/// this, corner to corner, would take seconds a path.
+constexpr double kLargestOpticalDepth = 1e6;
+
+/// Of the largest majorant along all three edges of the bounds, which no straight way through them is longer than.
+double largest_optical_depth(const MediumRecord& medium) {
+  Transform bounds_from_render, render_from_bounds;
+  std::copy_n(medium.bounds_from_render.m, 12, bounds_from_render.m.begin());
+  if (!bounds_from_render.invert(render_from_bounds)) return HUGE_VAL;
+  const double edges = length(render_from_bounds.apply_vector({1, 0, 0})) + length(render_from_bounds.apply_vector({0, 1, 0})) +
+                       length(render_from_bounds.apply_vector({0, 0, 1}));
+  return edges * *std::max_element(medium.majorants.begin(), medium.majorants.end());
+}
+
 bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 
 }  // namespace
@@ -67,6 +81,9 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
   if (!record.homogeneous) {
     record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
     build_majorants(tables_.media, record);
+    if (const double depth = largest_optical_depth(record); !(depth <= kLargestOpticalDepth)) {
+      return absl::InvalidArgumentError(absl::StrCat("its optical depth from corner to corner, ", depth, ", is above ", kLargestOpticalDepth));
+    }
     return absl::OkStatus();
   }
   if (record.scattering_is_sigma_s) {

@@ -14,6 +14,7 @@ absl::Status SceneBuilder::add_quadric(const v1::Shape& shape, const Transform& 
   if (!placed_from_object.invert(object_from_placed)) {
     return absl::InvalidArgumentError("its transform is singular");
   }
+  if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
   QuadricRecord q;
   q.render_from_object = placed_from_object.to_affine();
   q.object_from_render = object_from_placed.to_affine();
@@ -77,6 +78,7 @@ absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform&
   }
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed)) return absl::InvalidArgumentError("its transform is singular");
+  if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
   SdfGridRecord grid;
   grid.render_from_object = placed_from_object.to_affine();
   grid.object_from_render = object_from_placed.to_affine();

@@ -118,6 +118,7 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
   }
   const auto shape_index = static_cast<std::int32_t>(tables_.shapes.shapes.size());
   tables_.shapes.shapes.push_back(record);
+  shape_names_.push_back(where);
   if (shape.has_mesh()) {
     if (auto s = add_attributes(shape.mesh(), shape_index); !s.ok()) return s;
   }

@@ -8,6 +8,7 @@
 #include "render/build/scene_builder.h"
 #include "render/film/tile_accumulator.h"
 #include "render/integrator/kernel.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
@@ -33,14 +34,16 @@ class LoadedScene final : public RenderScene {
     self->channels_ = *std::move(channels);
     if (job.width() == 0 || job.height() == 0) return absl::InvalidArgumentError("the film has no pixels");
 
+    if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
     SceneBuilder builder(scene, job, blobs, options.threads, self->tables_, self->warnings_);
     if (auto s = builder.build_tables(); !s.ok()) return s;
     auto accelerator = Accelerator::build(self->tables_.shapes, self->tables_.textures, self->kernel_->callbacks,
-                                          {options.threads, options.isa, false});
+                                          {options.threads, options.isa, builder.wants_robust_intersection()});
     if (!accelerator.ok()) return accelerator.status();
     self->accelerator_ = *std::move(accelerator);
     self->tables_.accel = self->accelerator_->scene();
     std::copy_n(self->accelerator_->bounding_centre(), 3, self->tables_.lights.scene_centre);
+    if (auto s = builder.check_instances(self->accelerator_->bounding_centre(), self->accelerator_->bounding_radius()); !s.ok()) return s;
     if (auto s = builder.build_light_selection(self->accelerator_->bounding_radius()); !s.ok()) return s;
     return self;
   }

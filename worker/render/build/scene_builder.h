@@ -11,9 +11,11 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "render/bsdf/balance_table.h"
 #include "render/build/load_scene.h"
 #include "render/build/motion.h"
 #include "render/build/transform.h"
+#include "render/light/light_build.h"
 #include "render/color/cie.h"
 #include "render/integrator/scene_tables.h"
 #include "tessera/v1/job.pb.h"
@@ -30,12 +32,19 @@ class SceneBuilder {
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
+  /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what the probe found.
+  bool wants_robust_intersection();
+  /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats' range in an instance's own space.
+  absl::Status check_instances(const float* centre, float radius) const;
   /// Lights that depend on the scene's size, and the distribution over all lights.
   absl::Status build_light_selection(float scene_radius);
 
  private:
-  // build_camera.cpp
+  // build_settings.cpp
   absl::Status build_settings();
+  absl::Status build_algorithms();
+
+  // build_camera.cpp
   absl::Status build_camera();
   absl::Status set_camera_motion(const Transform& start);
   /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera space.
@@ -85,6 +94,10 @@ class SceneBuilder {
   absl::Status set_tint(const v1::SpectrumValue& value, MaterialRecord& record, SpectrumSlot& slot);
   absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u, ScalarSlot& v);
   absl::Status set_eta(const v1::Spectrum& eta, float otherwise, MaterialRecord& record);
+  /// Whether single precision can work with an index of refraction: from 1e-4 to 1e4.
+  static absl::Status check_eta(float eta);
+  /// Gives a rough conductor (`eta` 0) or dielectric the table for multiple scattering, unless it asks for none.
+  void set_multiple_scattering(const v1::Roughness& roughness, float eta, MaterialRecord& record);
   ExtendedRecord& extend(MaterialRecord& record);
 
   // build_material_kinds.cpp: one function a kind
@@ -120,6 +133,7 @@ class SceneBuilder {
   struct ObjectParts {
     int still = -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
     std::vector<MovingShape> moving;
+    Point anchor;  // instance space; `still` is relative to it
   };
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
   absl::StatusOr<bool> moves(const v1::Shape& shape, bool instanced, const std::string& where);
@@ -128,6 +142,9 @@ class SceneBuilder {
   absl::Status build_moving_shapes(const std::vector<int>& shapes);
   absl::Status build_objects();
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
+  /// A point among the shapes where they are all far from the origin of instance space, else that origin: floats hold coordinates about the
+  /// one as well as those about the other if the author had put it there.
+  absl::StatusOr<Point> anchor_of(const v1::Object& object) const;
   absl::Status build_instances();
   absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where);
   absl::Status add_instance(int object, int segments, const std::function<Transform(double)>& world_from_instance);
@@ -148,6 +165,10 @@ class SceneBuilder {
   SceneTables& tables_;
   std::vector<std::string>& warnings_;
 
+  enum class Intersection { kAuto, kFast, kRobust };
+  Intersection intersection_ = Intersection::kAuto;
+  LightSelection light_selection_ = LightSelection::kMixed;
+  std::vector<std::string> shape_names_, instance_names_;  // of each of ShapeTable::shapes and instances, for messages
   Point camera_origin_;  // world space
   Transform render_from_world_;
   std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
@@ -158,8 +179,12 @@ class SceneBuilder {
   std::map<std::string, int> attributes_;               // of meshes that textures look up, by name
   std::map<std::string, int> media_;                    // by name; empty unless the integrator looks for media
   std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
+  std::map<BalancedFacets, int> balance_tables_;
   int default_material_ = 0;
 };
+
+/// Of transforms that fits_floats() refuses.
+inline constexpr const char* kBeyondFloats = "its transform scales by more, or by less, than 32-bit floats hold";
 
 /// "shape 12 (lamp)"
 std::string place_in_scene(const char* what, int index, const std::string& name);

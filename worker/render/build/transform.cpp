@@ -50,6 +50,17 @@ bool Transform::invert(Transform& out) const {
   return true;
 }
 
+bool fits_floats(const Transform& map, const Transform& inverse) {
+  constexpr double kLargest = 1e18, kLargestVolume = 1e36;  // its inverse is still a normal number
+  for (const Transform* t : {&map, &inverse}) {
+    for (const double x : t->m) {
+      if (!(std::abs(x) <= kLargest)) return false;
+    }
+    if (!(std::abs(t->determinant()) <= kLargestVolume)) return false;
+  }
+  return true;
+}
+
 Transform Transform::operator*(const Transform& right) const {
   Transform r;
   for (int i = 0; i < 3; ++i) {

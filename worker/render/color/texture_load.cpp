@@ -98,13 +98,18 @@ void store_bytes(const std::vector<std::uint8_t>& values, const ChannelMap& map,
   }
 }
 
+/// As of the numbers of a scene (wire/scene_numbers.h).
+constexpr double kLargestTexel = 1e18;
+
 void store_floats(const std::vector<float>& values, const ChannelMap& map, TexelEncoding encoding, float gamma,
                   TextureImage& image) {
+  const auto linear = [&](float v) {
+    if (encoding == TexelEncoding::kSrgb) return linear_from_srgb(v);
+    if (encoding == TexelEncoding::kGamma) return std::pow(std::max(double{v}, 0.0), double{gamma});
+    return double{v};
+  };
   const auto decode = [&](float v) {
-    if (!std::isfinite(v)) return 0.0f;
-    if (encoding == TexelEncoding::kSrgb) return static_cast<float>(linear_from_srgb(v));
-    if (encoding == TexelEncoding::kGamma) return static_cast<float>(std::pow(std::max(double{v}, 0.0), gamma));
-    return v;
+    return std::isfinite(v) ? static_cast<float>(std::clamp(linear(v), -kLargestTexel, kLargestTexel)) : 0.0f;
   };
   const std::size_t texels = values.size() / static_cast<std::size_t>(map.count);
   image.texels32.resize(texels * 4);

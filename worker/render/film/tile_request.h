@@ -19,7 +19,7 @@ struct RenderStats {
   std::uint64_t camera_rays = 0;
   std::uint64_t bounce_rays = 0;
   std::uint64_t shadow_rays = 0;
-  std::uint64_t dropped_samples = 0;  // not finite; counted as black
+  std::uint64_t dropped_samples = 0;  // not finite or beyond what a pixel can sum (film/summable.h); counted as black
   std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample
 
   RenderStats& operator+=(const RenderStats& other);

@@ -67,8 +67,6 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
   beside_v.uv.y = beside_v.uv.y + material.bump_step;
   beside_u.p = beside_u.p + s.dpdu * Float(material.bump_step);
   beside_v.p = beside_v.p + s.dpdv * Float(material.bump_step);
-  beside_u.p = at.p + s.dpdu * Float(material.bump_step);
-  beside_v.p = at.p + s.dpdv * Float(material.bump_step);
   const auto height = [&](const TexturePoint& p) {
     return eval_texture_scalar(scene.textures, material.bump_texture, p, lanes);
   };

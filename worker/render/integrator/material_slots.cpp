@@ -18,6 +18,9 @@ std::int32_t any_of(Int flags, Mask active) {
   return result;
 }
 
+/// A texture's value within the range of its slot: files hold whatever they hold. What is no number becomes 0.
+TESSERA_INLINE Float bounded(Float value, float highest) { return select_or_zero(value > 0.0f, min(value, Float(highest))); }
+
 /// Overwrites the textured slots.
 void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured, BsdfParams& params) {
   const MaterialRecord* records = scene.materials.materials.data();
@@ -28,7 +31,10 @@ void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int reco
   for (int i = 0; i < kMaterialSpectra; ++i) {
     const Int texture = texture_at(records->spectra[i].texture);
     for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      params.spectra[i] = select(lanes, eval_texture(scene.textures, t, at, lanes), params.spectra[i]);
+      constexpr float kHighest = 1e6f;  // indices of conductors and absorption in hair are above 1
+      Spectrum value = eval_texture(scene.textures, t, at, lanes);
+      for (Float& c : value.c) c = bounded(c, kHighest);
+      params.spectra[i] = select(lanes, value, params.spectra[i]);
     });
   }
   for (int i = 0; i < kMaterialScalars; ++i) {
@@ -36,7 +42,7 @@ void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int reco
     for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
       Float value = eval_texture_scalar(scene.textures, t, at, lanes);
       // Scalars 0 and 1 are alphas, which pbrt's scenes give as roughness.
-      if (i < 2) value = select(params.with(kRemapAlpha), safe_sqrt(value), value);
+      if (i < 2) value = bounded(select(params.with(kRemapAlpha), safe_sqrt(value), value), 1.0f);
       params.scalars[i] = select(lanes, value, params.scalars[i]);
     });
   }
@@ -72,6 +78,8 @@ void load_extended(const SceneTables& scene, const TexturePoint& at, Int record,
       Float value = eval_texture_scalar(scene.textures, texture, at, same);
       // The roughness of a coated conductor, as of scalars 0 and 1.
       if (i < 2) value = select(params.with(kRemapAlpha), safe_sqrt(value), value);
+      // The last is diffuse transmission of principled sheets (principled_thin.h).
+      value = bounded(value, i == kExtendedScalars - 1 ? 2.0f : 1.0f);
       params.extended[i] = select(same, value, params.extended[i]);
     }
   });

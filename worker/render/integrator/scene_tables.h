@@ -41,6 +41,11 @@ struct SceneTables {
   bool light_tracing = false;  // paths start from lights
   bool any_motion = false;     // of the camera or of shapes: paths have times
   RTCScene accel = nullptr;
+  bool single_rays = false;    // rays are traced one by one
+
+  Traversal traversal(bool coherent = false) const {
+    return single_rays ? Traversal::kSingle : coherent ? Traversal::kCoherent : Traversal::kIncoherent;
+  }
 };
 
 }  // namespace tessera::render

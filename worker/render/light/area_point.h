@@ -4,6 +4,7 @@
 #include "render/core/constants.h"
 #include "render/light/quadric_access.h"
 #include "render/sampling/warp.h"
+#include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -95,9 +96,9 @@ TESSERA_INLINE TrianglePoint sample_triangle_area(const LightLanes& lanes, Vec2 
   const Vec3 p1 = lanes.field3(&LightRecord::vertices, 3);
   const Vec3 p2 = lanes.field3(&LightRecord::vertices, 6);
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
+  const Float size = max(max_abs(e1), max_abs(e2));
   const Barycentric b = square_to_triangle(u);
-  return {{p0 * b.b0 + p1 * b.b1 + p2 * b.b2, normalize(cross(e1, e2)), 1.0f / lanes.field(&LightRecord::area),
-           max(max_abs(e1), max_abs(e2))},
+  return {{p0 * b.b0 + p1 * b.b1 + p2 * b.b2, triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
           {b.b1, b.b2}};
 }
 

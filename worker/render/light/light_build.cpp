@@ -165,10 +165,15 @@ double light_power(const LightTable& table, const LightRecord& light) {
   return 0;
 }
 
-AliasTable selection_of_lights(const LightTable& table) {
+AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
+  if (kind == LightSelection::kNone) {
+    AliasTable none;
+    none.pmf.assign(table.lights.size(), 0.0f);
+    return none;
+  }
   // Some choices by power, most evenly among emitters: power alone starves a lamp beside a bright sky, whose
   // power grows with the scene's size.
-  constexpr double kByPower = 0.25;
+  const double by_power = kind == LightSelection::kPower ? 1 : kind == LightSelection::kUniform ? 0 : 0.25;
   std::vector<double> power;
   std::map<std::pair<std::int32_t, std::size_t>, double> emitters;  // a shape, or a light without one
   const auto emitter_of = [&](std::size_t i) {
@@ -186,7 +191,7 @@ AliasTable selection_of_lights(const LightTable& table) {
       std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
   std::vector<double> weights(power.size(), 0);
   for (std::size_t i = 0; i < power.size(); ++i) {
-    if (power[i] > 0) weights[i] = kByPower * power[i] / total + (1 - kByPower) / shining * power[i] / emitters[emitter_of(i)];
+    if (power[i] > 0) weights[i] = by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
   }
   return AliasTable::build(weights);
 }

@@ -15,7 +15,11 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
 /// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's radius.
 double light_power(const LightTable& table, const LightRecord& light);
 
-/// A distribution over table.lights: a quarter by power, the rest evenly among emitters (an emitting shape counts as one).
-AliasTable selection_of_lights(const LightTable& table);
+/// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), a quarter by power and the rest
+/// evenly, or not at all.
+enum class LightSelection { kMixed, kPower, kUniform, kNone };
+
+/// A distribution over table.lights.
+AliasTable selection_of_lights(const LightTable& table, LightSelection kind);
 
 }  // namespace tessera::render

@@ -65,7 +65,7 @@ struct LightTable {
   std::vector<LightRecord> lights;
   std::vector<Environment> environments;
   std::vector<std::int32_t> infinite_lights;  // indices of the kInfinite lights
-  AliasTable selection;                       // over lights
+  AliasTable selection;                       // over lights; only zeros in pmf when light is found by chance alone
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
   bool any_textures = false;                  // some light has one

@@ -8,6 +8,7 @@
 #include "render/shape/error_bound.h"
 #include "render/shape/curve_surface.h"
 #include "render/shape/sdf_surface.h"
+#include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -62,7 +63,8 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
   const Float b1 = hit.u, b2 = hit.v, b0 = 1.0f - b1 - b2;
   const Vec3 p = p0 * b0 + p1 * b1 + p2 * b2;
-  const Vec3 ng = normalize(cross(e1, e2));
+  const Float size = max(largest_coordinate(e1), largest_coordinate(e2));
+  const Vec3 ng = triangle_normal(e1, e2, size);
 
   // Shading normal; one that degenerates or turns away is replaced or turned.
   const Mask with_normals = active & ((flags & kHasNormals) != 0);
@@ -86,7 +88,7 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
     uv2 = own_or(v2.uv(), uv2);
   }
 
-  const Float extent = largest_coordinate(p) + max(largest_coordinate(e1), largest_coordinate(e2));
+  const Float extent = largest_coordinate(p) + size;
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
   s.ng = select(active, ng, s.ng);

@@ -7,6 +7,7 @@
 #include "render/accel/trace.h"
 #include "render/camera/camera.h"
 #include "render/film/filter_value.h"
+#include "render/film/summable.h"
 #include "render/integrator/interaction.h"
 #include "render/integrator/passing.h"
 #include "render/integrator/path/wavefront.h"
@@ -122,7 +123,7 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 
 void LightTracer::advance(int depth) {
   stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, false,
+  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, scene_.traversal(),
                 static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
   int kept = 0;
   for (int i = 0; i < alive_; i += kWidth) {
@@ -175,7 +176,8 @@ void LightTracer::join_to_camera(const Vertex& v, Mask hit) {
   const BsdfEval bsdf = eval_bsdf(v.at, w, v.to_light, seen);
   const Float geometry = eye.importance * abs(dot(w, v.surface.ng)) / max(abs(dot(v.to_light, v.surface.ng)), 1e-6f);
   const Spectrum value = v.beta * bsdf.f_cos * (geometry * scene_.exposure);
-  const Mask shines = and_not(seen & is_finite(value), is_black(value));
+  Mask shines = and_not(seen, is_black(value));
+  for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(value.c[c]);
 
   const Vec3 origin = offset_origin(v.surface, w);
   const Vec3 rest = eye.lens - origin;
@@ -224,7 +226,7 @@ void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
 
 void LightTracer::trace_connections() {
   trace_shadow(scene_.accel, arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)),
-               connections_.size, connections_.distance);
+               connections_.size, scene_.traversal(), connections_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
   for (int i = 0; i < connections_.size; ++i) {
     if (connections_.distance[i] < 0) continue;

@@ -155,7 +155,7 @@ void Wavefront::make_partly_opaque(Vertex& v, Mask hit, int depth) {
 
 void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   const Mask wanted = events & ((v.at.flags & kAllDelta) == 0);
-  if (scene_.lights.lights.empty() || none(wanted)) return;
+  if (scene_.lights.selection.threshold.empty() || none(wanted)) return;
 
   const DiscreteSample choice = sample_discrete(scene_.lights.selection, v.choice.x, wanted);
   const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p,

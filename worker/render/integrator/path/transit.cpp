@@ -127,7 +127,7 @@ void Wavefront::retrace(int count) {
   }
   const RayArrays rays = arrays_of(transit_.origin, transit_.direction, times_of(transit_.time));
   if (log_) record_rays(rays, nullptr, count, RayLog::Kind::kBounce, false, *log_);
-  trace_nearest(scene_.accel, rays, count, false, static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(transit_.hits));
+  trace_nearest(scene_.accel, rays, count, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(transit_.hits));
   stats_.bounce_rays += static_cast<std::uint64_t>(count);
   for (int i = 0; i < count; i += kWidth) {
     const Mask active = Mask::first(count - i);
@@ -150,7 +150,7 @@ void Wavefront::march_shadow_rays(int depth) {
   for (int round = 0; n > 0 && round <= kMostCrossings; ++round) {
     const RayArrays rays = arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time));
     if (log_) record_rays(rays, nullptr, n, RayLog::Kind::kBounce, false, *log_);
-    trace_nearest(scene_.accel, rays, n, false, static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
+    trace_nearest(scene_.accel, rays, n, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
     stats_.shadow_rays += static_cast<std::uint64_t>(n);
     int kept = 0;
     for (int i = 0; i < n; i += kWidth) kept = march(depth, round, i, Mask::first(n - i), kept);

@@ -9,6 +9,7 @@
 #include "render/accel/trace.h"
 #include "render/camera/camera.h"
 #include "render/film/filter_sample.h"
+#include "render/film/summable.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -136,7 +137,7 @@ void Wavefront::intersect(int depth) {
   const HitArrays hits{hits_.t, hits_.u, hits_.v, hits_.primitive, hits_.shape, hits_.instance};
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
   if (log_) record_rays(rays, nullptr, alive_, depth == 0 ? RayLog::Kind::kCamera : RayLog::Kind::kBounce, coherent, *log_);
-  trace_nearest(scene_.accel, rays, alive_, coherent, static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
+  trace_nearest(scene_.accel, rays, alive_, scene_.traversal(coherent), static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
   if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
 }
 
@@ -152,7 +153,7 @@ void Wavefront::trace_shadow_rays() {
   const RayArrays rays{shadows_.origin.x,    shadows_.origin.y,    shadows_.origin.z,
                        shadows_.direction.x, shadows_.direction.y, shadows_.direction.z, times_of(shadows_.time)};
   if (log_) record_rays(rays, shadows_.distance, shadows_.size, RayLog::Kind::kShadow, false, *log_);
-  trace_shadow(scene_.accel, rays, shadows_.size, shadows_.distance);
+  trace_shadow(scene_.accel, rays, shadows_.size, scene_.traversal(), shadows_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
   for (int i = 0; i < shadows_.size; ++i) {
     if (shadows_.distance[i] < 0) continue;
@@ -173,7 +174,9 @@ void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uin
   for (int i = 0; i < count; i += kWidth) {
     const Mask valid = Mask::first(count - i);
     const Spectrum radiance = samples_.radiance.load(i);
-    const Mask bad = valid & ~is_finite(radiance);
+    Mask summable = Mask::all();
+    for (int c = 0; c < kSpectrumLanes; ++c) summable &= is_summable(radiance.c[c] * scene_.exposure);
+    const Mask bad = and_not(valid, summable);
     if (none(bad)) continue;
     samples_.radiance.store(select(bad, Spectrum(0.0f), radiance), i);
     for (std::uint32_t bits = bad.bits(); bits != 0; bits &= bits - 1) {
@@ -184,7 +187,7 @@ void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uin
       const std::size_t sample = first_sample + slot / pixels.size();
       stats_.warnings.push_back("pixel (" + std::to_string(tile_.x0 + pixel % width) + ", " +
                                 std::to_string(tile_.y0 + pixel / width) + "), sample " + std::to_string(sample) +
-                                ": radiance is not finite; counted as black");
+                                ": radiance is not finite or beyond 1e15; counted as black");
     }
   }
 }
@@ -205,17 +208,18 @@ void Wavefront::finish_samples(std::span<const std::uint32_t> pixels, std::uint3
       (value * weight).store_unaligned(to);
       to += stride;
     };
+    const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
     const Spectrum radiance = samples_.radiance.load(i) * scene_.exposure;
     for (int c = 0; c < 3; ++c) put(radiance.c[c]);
     put(Float::load(samples_.coverage + i));
     if (aovs.albedo) {
-      for (int c = 0; c < 3; ++c) put(samples_.albedo.load(i).c[c]);
+      for (int c = 0; c < 3; ++c) put_summable(samples_.albedo.load(i).c[c]);
     }
     if (aovs.normal) {
       const Vec3 n3 = samples_.normal.load(i);
-      put(n3.x), put(n3.y), put(n3.z);
+      put_summable(n3.x), put_summable(n3.y), put_summable(n3.z);
     }
-    if (aovs.depth) put(Float::load(samples_.depth + i));
+    if (aovs.depth) put_summable(Float::load(samples_.depth + i));
   }
   for (int s = 0; s < samples; ++s) film_.add_sample(planes_.data() + static_cast<std::size_t>(s) * n, stride);
 }

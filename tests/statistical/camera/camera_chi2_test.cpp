@@ -1,0 +1,145 @@
+// Cameras: rays against the density that a film implies, and the importance that light tracing uses against rays.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "render/camera/camera.h"
+#include "support/chi2.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+class Numbers {
+ public:
+  Float operator()(float low = 0, float high = 1) {
+    alignas(64) float lanes[kWidth];
+    for (float& x : lanes) x = low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f;
+    return Float::load(lanes);
+  }
+
+ private:
+  std::mt19937 engine_{11};
+};
+
+constexpr int kWidthPixels = 40, kHeightPixels = 20;
+
+/// 40 x 20 pixels of [-2, 2] x [-1, 1], turned, and scaled by `scale` where told.
+CameraRecord camera(CameraKind kind, float lens_radius, float scale) {
+  CameraRecord c;
+  c.kind = kind;
+  // x right, y up, z forward: a rotation about (1, 1, 1), which permutes the axes.
+  for (float& m : c.render_from_camera.m) m = 0;
+  c.render_from_camera.m[2] = c.render_from_camera.m[4] = c.render_from_camera.m[9] = scale;
+  c.width = kWidthPixels;
+  c.height = kHeightPixels;
+  c.scale_x = 0.1f, c.offset_x = -2;
+  c.scale_y = -0.1f, c.offset_y = 1;
+  c.lens_radius = lens_radius;
+  c.focal_distance = 3;
+  return c;
+}
+
+/// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform density over
+/// what the film covers there. In focus only: elsewhere a lens blurs the border.
+TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
+  constexpr int kSamples = 1 << 19, kTests = 8;
+  for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
+    for (const float lens : {0.0f, 0.4f}) {
+      for (const float scale : {1.0f, 2.5f}) {
+        const CameraRecord c = camera(kind, lens, scale);
+        const double spread = kind == CameraKind::kPerspective ? 3 : 1;
+        std::vector<double> observed(40 * 20), expected(40 * 20, kSamples / 800.0);
+        std::vector<double> lens_observed(16 * 16);
+        Numbers numbers;
+        for (int i = 0; i < kSamples; i += kWidth) {
+          const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
+          for (int l = 0; l < kWidth; ++l) {
+            const double dx = ray.direction.x.lane(l), ox = ray.origin.x.lane(l);
+            const double t = (3 * scale - ox) / dx;
+            const double right = (ray.origin.y.lane(l) + t * ray.direction.y.lane(l)) / scale, up = (ray.origin.z.lane(l) + t * ray.direction.z.lane(l)) / scale;
+            const int column = static_cast<int>(std::floor((right / spread + 2) * 10)), row = static_cast<int>(std::floor((1 - up / spread) * 10));
+            // On the border a float may round to either side.
+            ++observed[static_cast<std::size_t>(std::clamp(row, 0, 19) * 40 + std::clamp(column, 0, 39))];
+            ASSERT_NEAR(std::clamp(row, 0, 19), row, 1);
+            ASSERT_NEAR(std::clamp(column, 0, 39), column, 1);
+          }
+        }
+        EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests))
+            << static_cast<int>(kind) << ", lens " << lens << ", scale " << scale;
+      }
+    }
+  }
+}
+
+/// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1 over the film.
+TEST(CameraChi2, DirectionsOfAPinhole) {
+  constexpr int kSamples = 1 << 20;
+  const CameraRecord c = camera(CameraKind::kPerspective, 0, 1);
+  const test::SphereGrid grid(48, 96);
+  std::vector<double> observed(grid.size()), expected(grid.size());
+  Numbers numbers;
+  for (int i = 0; i < kSamples; i += kWidth) {
+    const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
+    for (int l = 0; l < kWidth; ++l) ++observed[grid.cell(ray.direction.y.lane(l), ray.direction.z.lane(l), ray.direction.x.lane(l))];
+  }
+  const auto pdf = [](double x, double y, double z) { return z > 0 && std::abs(x) <= 2 * z && std::abs(y) <= z ? 1 / (8 * z * z * z) : 0.0; };
+  double total = 0;
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    const double p = test::integrate_cell(pdf, grid.bounds(i), 1e-7, 12);
+    expected[i] = kSamples * p;
+    total += p;
+  }
+  // The film's border crosses cells; refined twelve times, what is left of it is far below this.
+  EXPECT_NEAR(total, 1, 1e-3);
+  EXPECT_GT(test::chi_square_test(observed, expected).p_value, 0.01);
+}
+
+/// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1 gives a pixel of
+/// value 1. A plane askew, sampled evenly; and no light lands where the film is not.
+TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
+  constexpr int kSamples = 1 << 21;
+  for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
+    for (const float lens : {0.0f, 0.4f}) {
+      for (const float scale : {1.0f, 2.5f}) {
+        const CameraRecord c = camera(kind, lens, scale);
+        // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds all that is seen.
+        const float half = kind == CameraKind::kPerspective ? 18.0f : 4.0f;
+        const double tilt = std::sqrt(1 + 0.15 * 0.15 + 0.1 * 0.1);
+        std::vector<double> sum(800), squares(800);
+        Numbers numbers;
+        for (int i = 0; i < kSamples; i += kWidth) {
+          const Float right = numbers(-half, half), up = numbers(-half, half);
+          const Float depth = fma(right, Float(0.15f), fma(up, Float(-0.1f), Float(5.0f)));
+          const Vec3 p = Vec3{depth, right, up} * scale;
+          const CameraConnection seen = connect_to_camera(c, p, {numbers(), numbers()}, Float(0.0f), Mask::all());
+          const Vec3 w = normalize(seen.lens - p);
+          for (int l = 0; l < kWidth; ++l) {
+            const double column = std::floor(seen.film.x.lane(l)), row = std::floor(seen.film.y.lane(l));
+            if (!(seen.valid.bits() >> l & 1) || !(column >= 0 && column < 40 && row >= 0 && row < 20)) continue;
+            const double cosine = std::abs(w.x.lane(l) - 0.15 * w.y.lane(l) + 0.1 * w.z.lane(l)) / tilt;
+            const double value = seen.importance.lane(l) * cosine * 4.0 * half * half * scale * scale * tilt;
+            const auto pixel = static_cast<std::size_t>(row * 40 + column);
+            sum[pixel] += value;
+            squares[pixel] += value * value;
+          }
+        }
+        // Each pixel's z is close to normal (hundreds of hits a pixel); 800 of them: the sum of squares has mean 800,
+        // deviation 40; five of those. And all together to a part in a thousand.
+        double chi2 = 0, all = 0;
+        for (std::size_t i = 0; i < 800; ++i) {
+          const double mean = sum[i] / kSamples, variance = (squares[i] / kSamples - mean * mean) / kSamples;
+          ASSERT_GT(variance, 0) << i;
+          chi2 += (mean - 1) * (mean - 1) / variance;
+          all += mean / 800;
+        }
+        EXPECT_NEAR(chi2, 800, 200) << static_cast<int>(kind) << ", lens " << lens << ", scale " << scale;
+        EXPECT_NEAR(all, 1, 5e-3);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA

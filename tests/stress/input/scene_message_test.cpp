@@ -1,0 +1,168 @@
+// The worker takes a Scene message from anybody: bad numbers in each of its fields, without an importer before it.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <random>
+#include <set>
+#include <string>
+
+#include "google/protobuf/message.h"
+#include "import/import.h"
+#include "stress/input/input_judge.h"
+#include "stress/input/sample_files.h"
+#include "support/long_form.h"
+#include "support/temp_dir.h"
+
+namespace tessera::stress {
+namespace {
+
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+bool is_number(const FieldDescriptor* field) {
+  switch (field->cpp_type()) {
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+    case FieldDescriptor::CPPTYPE_STRING:
+    case FieldDescriptor::CPPTYPE_BOOL: return false;
+    default: return true;
+  }
+}
+
+constexpr double kBadDoubles[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity(), 1e300, -1e300, 1e38, -1e38, 1e17, 1e12, -1e12,
+                                  1e-45, 1e-12, 0, -1};
+constexpr std::uint64_t kBadIntegers[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, ~std::uint64_t{0}};
+
+/// Puts bad number `which` into element `index` (of a repeated field). Numbers beyond a field's type are cut to it.
+void put(Message& message, const FieldDescriptor* field, int index, std::size_t which) {
+  const auto* reflection = message.GetReflection();
+  const double real = kBadDoubles[which % std::size(kBadDoubles)];
+  const std::uint64_t whole = kBadIntegers[which % std::size(kBadIntegers)];
+  switch (field->cpp_type()) {
+    case FieldDescriptor::CPPTYPE_FLOAT: {
+      const auto x = static_cast<float>(real);
+      index < 0 ? reflection->SetFloat(&message, field, x) : reflection->SetRepeatedFloat(&message, field, index, x);
+      break;
+    }
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      index < 0 ? reflection->SetDouble(&message, field, real) : reflection->SetRepeatedDouble(&message, field, index, real);
+      break;
+    case FieldDescriptor::CPPTYPE_UINT32: reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(whole)); break;
+    case FieldDescriptor::CPPTYPE_UINT64: reflection->SetUInt64(&message, field, whole); break;
+    case FieldDescriptor::CPPTYPE_ENUM: reflection->SetEnumValue(&message, field, static_cast<int>(whole)); break;
+    default: FAIL() << field->full_name() << " is of a kind that this test does not know";
+  }
+}
+
+std::size_t ways(const FieldDescriptor* field) {
+  const bool real = field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT || field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+  return real ? std::size(kBadDoubles) : std::size(kBadIntegers);
+}
+
+/// Every number in `message` and below, in order; `visit(message, field, index, path)`.
+using Visit = std::function<void(Message&, const FieldDescriptor*, int, const std::string&)>;
+void for_each_number(Message& message, const std::string& path, const Visit& visit) {
+  const auto* reflection = message.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection->ListFields(message, &fields);
+  for (const FieldDescriptor* field : fields) {
+    const std::string here = path + "." + std::string(field->name());
+    const int count = field->is_repeated() ? reflection->FieldSize(message, field) : 1;
+    for (int i = 0; i < count; ++i) {
+      const std::string at = field->is_repeated() ? here + "[" + std::to_string(i) + "]" : here;
+      if (is_number(field)) {
+        visit(message, field, field->is_repeated() ? i : -1, at);
+      } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+        for_each_number(field->is_repeated() ? *reflection->MutableRepeatedMessage(&message, field, i)
+                                             : *reflection->MutableMessage(&message, field),
+                        at, visit);
+      }
+    }
+  }
+}
+
+/// Names of the floating-point fields of a message and all that it may hold.
+void fields_of(const Descriptor* descriptor, std::set<const Descriptor*>& seen, std::set<std::string>& names) {
+  if (!seen.insert(descriptor).second) return;
+  for (int i = 0; i < descriptor->field_count(); ++i) {
+    const FieldDescriptor* field = descriptor->field(i);
+    const auto type = field->cpp_type();
+    if (type == FieldDescriptor::CPPTYPE_MESSAGE) fields_of(field->message_type(), seen, names);
+    if (type == FieldDescriptor::CPPTYPE_FLOAT || type == FieldDescriptor::CPPTYPE_DOUBLE) names.insert(std::string(field->full_name()));
+  }
+}
+
+class SceneMessage : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_blobs_of_the_sample(folder_.path());
+    const auto path = folder_.path() / "everything.textproto";
+    write_bytes(path, read_bytes("tests/stress/input/everything.textproto"));
+    auto imported = client::import_scene(path);
+    ASSERT_TRUE(imported.ok()) << imported.status();
+    samples_[0] = *std::move(imported);
+    // A scene has one camera: another one, of the other kind with numbers, and light to see by.
+    v1::Scene& other = samples_[1].scene;
+    *other.mutable_camera() = samples_[0].scene.camera();
+    other.mutable_camera()->mutable_orthographic()->set_lens_radius(0.01f);
+    other.mutable_camera()->mutable_orthographic()->set_focal_distance(5);
+    *other.mutable_film() = samples_[0].scene.film();
+    other.add_lights()->mutable_infinite()->mutable_radiance()->set_constant(1);
+  }
+
+  support::TempDir folder_;
+  client::ImportedScene samples_[2];
+};
+
+TEST_F(SceneMessage, TheSampleHasEveryNumberThatASceneCanHave) {
+  std::set<const Descriptor*> seen;
+  std::set<std::string> names;
+  fields_of(v1::Scene::descriptor(), seen, names);
+  for (client::ImportedScene& sample : samples_) {
+    for_each_number(sample.scene, "", [&](Message&, const FieldDescriptor* field, int, const std::string&) {
+      names.erase(std::string(field->full_name()));
+    });
+  }
+  EXPECT_TRUE(names.empty()) << *names.begin() << " is not in everything.textproto";
+}
+
+TEST_F(SceneMessage, BadNumbersInEveryField) {
+  struct Case {
+    const client::ImportedScene* sample;
+    std::size_t number, way;
+    std::string path;
+  };
+  InputJudge judge;
+  std::vector<Case> cases;
+  for (client::ImportedScene& sample : samples_) {
+    ASSERT_EQ(judge.judge_scene(sample.scene, sample.blobs), "");
+    std::size_t numbers = 0;
+    for_each_number(sample.scene, "", [&](Message&, const FieldDescriptor* field, int, const std::string& path) {
+      for (std::size_t way = 0; way < ways(field); ++way) cases.push_back({&sample, numbers, way, path});
+      ++numbers;
+    });
+  }
+  ASSERT_EQ(judge.tally().rendered, 2u);
+  std::mt19937 random(2);
+  for (std::size_t i = cases.size(); i > 1; --i) std::swap(cases[i - 1], cases[random() % i]);
+  if (!test::long_form()) cases.resize(60);
+
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(25);
+  for (const Case& c : cases) {
+    if (std::chrono::steady_clock::now() > until) break;
+    v1::Scene scene = c.sample->scene;
+    std::size_t i = 0;
+    for_each_number(scene, "", [&](Message& message, const FieldDescriptor* field, int index, const std::string&) {
+      if (i++ == c.number) put(message, field, index, c.way);
+    });
+    EXPECT_EQ(judge.judge_scene(scene, c.sample->blobs), "") << c.path << ", way " << c.way;
+  }
+  std::printf("messages of %zu: %s\n", cases.size(), judge.tally().to_string().c_str());
+}
+
+}  // namespace
+}  // namespace tessera::stress
