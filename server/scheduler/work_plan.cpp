@@ -43,8 +43,9 @@ absl::Status check(const v1::JobSpec& spec) {
     if (!wire::is_digest(blob.digest()))
       return unsound(absl::StrCat("blob \"", blob.path(), "\" has no SHA-256 digest"));
   }
-  if (std::max({spec.name().size(), spec.isa().size(), spec.settings().integrator().size(),
-                spec.settings().sampler().size()}) > wire::kMaxTextBytes) {
+  std::size_t tags = 0;
+  for (const std::string& tag : spec.required_tags()) tags += tag.size() + 1;
+  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags, spec.settings().ByteSizeLong()}) > wire::kMaxTextBytes) {
     return unsound("a name is too long");
   }
   const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});

@@ -2,26 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "render/camera/camera.h"
 #include "support/chi2.h"
+#include "support/random_lanes.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
-
-class Numbers {
- public:
-  Float operator()(float low = 0, float high = 1) {
-    alignas(64) float lanes[kWidth];
-    for (float& x : lanes) x = low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f;
-    return Float::load(lanes);
-  }
-
- private:
-  std::mt19937 engine_{11};
-};
 
 constexpr int kWidthPixels = 40, kHeightPixels = 20;
 
@@ -52,7 +40,7 @@ TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
         const double spread = kind == CameraKind::kPerspective ? 3 : 1;
         std::vector<double> observed(40 * 20), expected(40 * 20, kSamples / 800.0);
         std::vector<double> lens_observed(16 * 16);
-        Numbers numbers;
+        RandomLanes numbers(11);
         for (int i = 0; i < kSamples; i += kWidth) {
           const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
           for (int l = 0; l < kWidth; ++l) {
@@ -79,7 +67,7 @@ TEST(CameraChi2, DirectionsOfAPinhole) {
   const CameraRecord c = camera(CameraKind::kPerspective, 0, 1);
   const test::SphereGrid grid(48, 96);
   std::vector<double> observed(grid.size()), expected(grid.size());
-  Numbers numbers;
+  RandomLanes numbers(11);
   for (int i = 0; i < kSamples; i += kWidth) {
     const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
     for (int l = 0; l < kWidth; ++l) ++observed[grid.cell(ray.direction.y.lane(l), ray.direction.z.lane(l), ray.direction.x.lane(l))];
@@ -108,7 +96,7 @@ TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
         const float half = kind == CameraKind::kPerspective ? 18.0f : 4.0f;
         const double tilt = std::sqrt(1 + 0.15 * 0.15 + 0.1 * 0.1);
         std::vector<double> sum(800), squares(800);
-        Numbers numbers;
+        RandomLanes numbers(11);
         for (int i = 0; i < kSamples; i += kWidth) {
           const Float right = numbers(-half, half), up = numbers(-half, half);
           const Float depth = fma(right, Float(0.15f), fma(up, Float(-0.1f), Float(5.0f)));

@@ -13,19 +13,12 @@
 #include "render/light/environment.h"
 #include "render/light/light.h"
 #include "render/light/light_build.h"
+#include "support/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-struct Point {
-  double x = 0, y = 0, z = 0;
-};
-inline Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Point operator*(Point a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline double length(Point a) { return std::sqrt(dot(a, a)); }
-inline Point unit(Point a) { return a * (1 / length(a)); }
+using test::Point;
+using test::unit;
 
 inline Vec3 wide(Point p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
 /// A point a lane.

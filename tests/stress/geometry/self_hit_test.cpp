@@ -9,10 +9,10 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-Affine affine(const std::array<Point3, 3>& columns, Point3 at) {
+Affine affine(const std::array<Point, 3>& columns, Point at) {
   Affine a;
   for (int c = 0; c < 3; ++c) {
-    const Point3 v = columns[static_cast<std::size_t>(c)];
+    const Point v = columns[static_cast<std::size_t>(c)];
     a.m[c] = static_cast<float>(v.x), a.m[4 + c] = static_cast<float>(v.y), a.m[8 + c] = static_cast<float>(v.z);
   }
   a.m[3] = static_cast<float>(at.x), a.m[7] = static_cast<float>(at.y), a.m[11] = static_cast<float>(at.z);
@@ -20,12 +20,12 @@ Affine affine(const std::array<Point3, 3>& columns, Point3 at) {
 }
 
 /// Turned, scaled by `size` and moved by `at`; `to_object`: the way back.
-Affine placement(double size, Point3 at, bool to_object) {
-  const Point3 x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
+Affine placement(double size, Point at, bool to_object) {
+  const Point x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
   if (!to_object) return affine({x * size, y * size, z * size}, at);
-  const Point3 rows[3] = {x * (1 / size), y * (1 / size), z * (1 / size)};
-  return affine({Point3{rows[0].x, rows[1].x, rows[2].x}, {rows[0].y, rows[1].y, rows[2].y}, {rows[0].z, rows[1].z, rows[2].z}},
-                Point3{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
+  const Point rows[3] = {x * (1 / size), y * (1 / size), z * (1 / size)};
+  return affine({Point{rows[0].x, rows[1].x, rows[2].x}, {rows[0].y, rows[1].y, rows[2].y}, {rows[0].z, rows[1].z, rows[2].z}},
+                Point{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
 }
 
 void add_quadric(ShapeTable& table, ShapeKind kind, const Affine& to, const Affine& from) {
@@ -39,13 +39,13 @@ void add_quadric(ShapeTable& table, ShapeKind kind, const Affine& to, const Affi
   table.world_shape_count = static_cast<std::int32_t>(table.shapes.size());
 }
 
-void add_mesh(ShapeTable& table, const std::vector<Point3>& vertices, const std::vector<std::uint32_t>& triangles) {
+void add_mesh(ShapeTable& table, const std::vector<Point>& vertices, const std::vector<std::uint32_t>& triangles) {
   ShapeRecord shape;
   shape.first_vertex = static_cast<std::int32_t>(table.vertices.size());
   shape.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);
   shape.vertex_count = static_cast<std::int32_t>(vertices.size());
   shape.triangle_count = static_cast<std::int32_t>(triangles.size() / 3);
-  for (const Point3 p : vertices) {
+  for (const Point p : vertices) {
     table.vertices.push_back({{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, {0, 0, 0}, 0});
   }
   table.triangles.insert(table.triangles.end(), triangles.begin(), triangles.end());
@@ -55,12 +55,12 @@ void add_mesh(ShapeTable& table, const std::vector<Point3>& vertices, const std:
 
 const std::vector<std::uint32_t> kCubeTriangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                                    2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-std::vector<Point3> cube(double size, Point3 at) {
-  std::vector<Point3> corners;
+std::vector<Point> cube(double size, Point at) {
+  std::vector<Point> corners;
   for (int i = 0; i < 8; ++i) {
     const double x = i & 1 ? 1 : -1, y = i & 2 ? 1 : -1, z = i & 4 ? 1 : -1;
     const Affine a = placement(1, {}, false);
-    corners.push_back(at + Point3{a.m[0] * x + a.m[1] * y + a.m[2] * z, a.m[4] * x + a.m[5] * y + a.m[6] * z, a.m[8] * x + a.m[9] * y + a.m[10] * z} * size);
+    corners.push_back(at + Point{a.m[0] * x + a.m[1] * y + a.m[2] * z, a.m[4] * x + a.m[5] * y + a.m[6] * z, a.m[8] * x + a.m[9] * y + a.m[10] * z} * size);
   }
   return corners;
 }
@@ -69,7 +69,7 @@ enum class Solid { kSphere, kDisk, kCube, kRoundMesh, kInstancedSphere, kInstanc
 constexpr const char* kSolidNames[] = {"Sphere", "Disk", "Cube", "RoundMesh", "InstancedSphere", "InstancedCube"};
 
 /// A convex solid of `size` at `at`, once; those of an instance are of size 1 within it.
-ShapeTable solid_table(Solid solid, double size, Point3 at) {
+ShapeTable solid_table(Solid solid, double size, Point at) {
   ShapeTable table;
   const bool instanced = solid == Solid::kInstancedSphere || solid == Solid::kInstancedCube;
   const Affine to = instanced ? Affine{} : placement(size, at, false), from = instanced ? Affine{} : placement(size, at, true);
@@ -81,9 +81,9 @@ ShapeTable solid_table(Solid solid, double size, Point3 at) {
     case Solid::kInstancedCube: add_mesh(table, cube(1, {}), kCubeTriangles); break;
     case Solid::kRoundMesh: {
       const ClosedMesh ball = displaced_sphere(3, 0);
-      std::vector<Point3> vertices;
+      std::vector<Point> vertices;
       std::vector<std::uint32_t> triangles;
-      for (const auto& p : ball.vertices) vertices.push_back(at + Point3{p[0], p[1], p[2]} * size);
+      for (const auto& p : ball.vertices) vertices.push_back(at + Point{p[0], p[1], p[2]} * size);
       for (const auto& t : ball.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
       add_mesh(table, vertices, triangles);
       break;
@@ -102,7 +102,7 @@ struct Tally {
 };
 
 /// Rays from outside meet the solid; from there rays leave to the outer side, every other one at 10^-1 to 10^-5 to it.
-Tally leave(const ShapeTable& table, double size, Point3 at, std::int64_t rays) {
+Tally leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
   const TracedTable traced(table, false);
   const bool flat_solid = table.shapes[0].kind == ShapeKind::kDisk;
   Numbers random(21);
@@ -110,7 +110,7 @@ Tally leave(const ShapeTable& table, double size, Point3 at, std::int64_t rays) 
   Tally tally;
   while (tally.rays < rays) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
-      const Point3 o = at + random.direction() * (4 * size);
+      const Point o = at + random.direction() * (4 * size);
       batch.aim(i, o, at + random.direction() * (0.95 * size * random()));
     }
     traced.nearest(batch);
@@ -125,15 +125,15 @@ Tally leave(const ShapeTable& table, double size, Point3 at, std::int64_t rays) 
           w[0][k] = w[1][k] = 0, w[2][k] = 1;
           continue;
         }
-        const Point3 ng = unit({s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)});
+        const Point ng = unit({s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)});
         // The outer side: not always the one that the ray came from, which may have slipped in through an edge or touch the outline.
-        const Point3 p{s.p.x.lane(k), s.p.y.lane(k), s.p.z.lane(k)};
+        const Point p{s.p.x.lane(k), s.p.y.lane(k), s.p.z.lane(k)};
         const double side = (flat_solid ? -dot(ng, batch.direction(i)) : dot(ng, p - at)) > 0 ? 1 : -1;
-        const Point3 d = random.direction();
-        const Point3 flat = unit(d - ng * dot(d, ng));
+        const Point d = random.direction();
+        const Point flat = unit(d - ng * dot(d, ng));
         // Closer to the surface than floats hold directions, the side itself is rounding.
         const double cosine = std::max(i % 2 ? std::abs(dot(d, ng)) : std::pow(10.0, -1 - 4 * random()), 1e-5);
-        const Point3 out = unit(flat * std::sqrt(1 - cosine * cosine) + ng * (side * cosine));
+        const Point out = unit(flat * std::sqrt(1 - cosine * cosine) + ng * (side * cosine));
         w[0][k] = static_cast<float>(out.x), w[1][k] = static_cast<float>(out.y), w[2][k] = static_cast<float>(out.z);
       }
       const Vec3 out{Float::load(w[0]), Float::load(w[1]), Float::load(w[2])};
@@ -160,7 +160,7 @@ TEST_P(SelfHit, NoneOnConvexSolids) {
   for (const double size : {1e-6, 1.0, 1e9}) {
     // Farther away, rounding its vertices makes a cube or a ball hollow in places.
     for (const double distance : {0.0, 10.0, 100.0}) {
-      const Point3 at = Point3{0.6, -0.64, 0.48} * (distance * size);
+      const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
       const ShapeTable table = solid_table(solid, size, at);
       const Tally tally = leave(table, size, at, stress_count(1e5, 1.9e6));
       EXPECT_EQ(tally.bad, 0) << "of " << tally.rays << ", size " << size << ", " << distance << " sizes from the camera";
@@ -174,13 +174,13 @@ INSTANTIATE_TEST_SUITE_P(All, SelfHit,
                          name_of);
 
 /// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the floor below.
-Tally leak(Solid solid, double size, Point3 at, std::int64_t rays) {
+Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
   constexpr double kGap = 1e-3;
   const Affine turned = placement(1, {}, false);
-  const Point3 up{turned.m[2], turned.m[6], turned.m[10]}, x{turned.m[0], turned.m[4], turned.m[8]}, y = cross(up, x);
+  const Point up{turned.m[2], turned.m[6], turned.m[10]}, x{turned.m[0], turned.m[4], turned.m[8]}, y = cross(up, x);
   // The lowest point of the solids is one size below their centre.
   ShapeTable table = solid_table(solid, size, at);
-  const Point3 floor = at - up * ((1 + kGap) * size);
+  const Point floor = at - up * ((1 + kGap) * size);
   const double half = 30 * size;
   add_mesh(table, {floor - x * half - y * half, floor + x * half - y * half, floor + x * half + y * half, floor - x * half + y * half}, {0, 1, 2, 0, 2, 3});
   const TracedTable traced(table, false);
@@ -191,13 +191,13 @@ Tally leak(Solid solid, double size, Point3 at, std::int64_t rays) {
     // Points of the floor below the solid, seen along it from the side through the gap.
     for (int i = 0; i < RayBatch::kSize; ++i) {
       const double phi = 2 * M_PI * random(), r = 0.5 * size * std::sqrt(random());
-      const Point3 target = floor + x * (r * std::cos(phi)) + y * (r * std::sin(phi));
+      const Point target = floor + x * (r * std::cos(phi)) + y * (r * std::sin(phi));
       view.aim(i, target - up * (0.5 * size), target);  // from below: the floor is met, whatever stands on it
     }
     traced.nearest(view);
     for (int first = 0; first < RayBatch::kSize; first += kWidth) {
       const Surface s = traced.surface(view, first);
-      const Point3 lamp = at + up * (20 * size);
+      const Point lamp = at + up * (20 * size);
       const Vec3 to_lamp = Vec3{Float(static_cast<float>(lamp.x)), Float(static_cast<float>(lamp.y)), Float(static_cast<float>(lamp.z))} - s.p;
       const Vec3 w = normalize(to_lamp);
       const Vec3 origin = offset_origin(s, w);
@@ -219,7 +219,7 @@ TEST(ContactShadow, LetsNoLightThrough) {
   for (const Solid solid : {Solid::kSphere, Solid::kCube, Solid::kRoundMesh}) {
     for (const double size : {1e-6, 1.0, 1e9}) {
       for (const double distance : {0.0, 10.0, 100.0}) {
-        const Point3 at = Point3{0.6, -0.64, 0.48} * (distance * size);
+        const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
         const Tally tally = leak(solid, size, at, stress_count(1e5, 5e5));
         EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", " << distance << " sizes from the camera";
       }
@@ -231,7 +231,7 @@ TEST(ContactShadow, LetsNoLightThrough) {
 TEST(TriangleNormals, AreRightAtAnySize) {
   for (const double size : {1e-12, 1e-11, 1e-9, 1.0, 1e9, 1e11, 1e12}) {
     SCOPED_TRACE(testing::Message() << "size " << size);
-    const Point3 a = Point3{0.3, 0.1, 3} * size, b = Point3{1.1, 0.2, 3.3} * size, c = Point3{0.2, 0.9, 2.8} * size, n = unit(cross(b - a, c - a));
+    const Point a = Point{0.3, 0.1, 3} * size, b = Point{1.1, 0.2, 3.3} * size, c = Point{0.2, 0.9, 2.8} * size, n = unit(cross(b - a, c - a));
     ShapeTable table;
     add_mesh(table, {a, b, c}, {0, 1, 2});
     const TracedTable traced(table, false);
@@ -246,7 +246,7 @@ TEST(TriangleNormals, AreRightAtAnySize) {
       for (int k = 0; k < kWidth; ++k) {
         ASSERT_GE(batch.shape[first + k], 0);
         // Vertices are off by 2^-24 of 3.3 sizes, sides are as short as 0.8.
-        ASSERT_LT(length(Point3{s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)} - n), 2e-6);
+        ASSERT_LT(length(Point{s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)} - n), 2e-6);
       }
     }
   }

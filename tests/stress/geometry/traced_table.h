@@ -15,6 +15,7 @@
 #include "render/accel/trace.h"
 #include "render/color/texture_table.h"
 #include "render/shape/surface.h"
+#include "support/double_point.h"
 #include "support/long_form.h"
 
 #define TESSERA_STRESS_STRING2(x) #x
@@ -27,16 +28,8 @@ inline std::int64_t stress_count(double usual, double at_length) {
   return static_cast<std::int64_t>(test::long_form() ? at_length : usual);
 }
 
-struct Point3 {
-  double x = 0, y = 0, z = 0;
-};
-inline Point3 operator+(Point3 a, Point3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Point3 operator-(Point3 a, Point3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Point3 operator*(Point3 a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-inline double dot(Point3 a, Point3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline double length(Point3 a) { return std::sqrt(dot(a, a)); }
-inline Point3 unit(Point3 a) { return a * (1 / length(a)); }
-inline Point3 cross(Point3 a, Point3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+using test::Point;
+using test::unit;
 
 /// Numbers in [0, 1) of a fixed sequence [Marsaglia 2003]: fast enough for 10^8 rays.
 class Numbers {
@@ -48,7 +41,7 @@ class Numbers {
   }
   std::size_t below(std::size_t n) { return static_cast<std::size_t>((*this)() * static_cast<double>(n)); }
   /// Evenly over the unit sphere.
-  Point3 direction() {
+  Point direction() {
     const double z = 2 * (*this)() - 1, phi = 2 * M_PI * (*this)(), r = std::sqrt(1 - z * z);
     return {r * std::cos(phi), r * std::sin(phi), z};
   }
@@ -64,18 +57,18 @@ struct RayBatch {
   alignas(64) std::int32_t primitive[kSize], shape[kSize], instance[kSize];
 
   /// `d` of any length; rounded to floats as the renderer's own rays are.
-  void set(int i, Point3 o, Point3 d) {
-    const Point3 n = unit(d);
+  void set(int i, Point o, Point d) {
+    const Point n = unit(d);
     ox[i] = static_cast<float>(o.x), oy[i] = static_cast<float>(o.y), oz[i] = static_cast<float>(o.z);
     dx[i] = static_cast<float>(n.x), dy[i] = static_cast<float>(n.y), dz[i] = static_cast<float>(n.z);
   }
   /// From a float origin towards a point.
-  void aim(int i, Point3 o, Point3 target) {
-    const Point3 from{static_cast<float>(o.x), static_cast<float>(o.y), static_cast<float>(o.z)};
+  void aim(int i, Point o, Point target) {
+    const Point from{static_cast<float>(o.x), static_cast<float>(o.y), static_cast<float>(o.z)};
     set(i, from, target - from);
   }
-  Point3 origin(int i) const { return {ox[i], oy[i], oz[i]}; }
-  Point3 direction(int i) const { return {dx[i], dy[i], dz[i]}; }
+  Point origin(int i) const { return {ox[i], oy[i], oz[i]}; }
+  Point direction(int i) const { return {dx[i], dy[i], dz[i]}; }
   RayArrays arrays() const { return {ox, oy, oz, dx, dy, dz}; }
 };
 

@@ -11,7 +11,7 @@ struct Holes {
   double rate() const { return static_cast<double>(missed) / static_cast<double>(rays); }
 };
 
-Point3 vertex(const ShapeTable& table, std::uint32_t index) {
+Point vertex(const ShapeTable& table, std::uint32_t index) {
   const float* p = table.vertices[index].position;
   return {p[0], p[1], p[2]};
 }
@@ -19,20 +19,20 @@ Point3 vertex(const ShapeTable& table, std::uint32_t index) {
 enum class Aim { kAnywhere, kEdges, kVertices };
 
 /// Rays from the inner half of a closed mesh outwards: each must meet it.
-Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point3 centre, double radius, Aim aim, std::int64_t rays) {
+Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point centre, double radius, Aim aim, std::int64_t rays) {
   Numbers random(static_cast<std::uint64_t>(aim) + 7);
   RayBatch batch;
   Holes holes;
   for (; holes.rays < rays; holes.rays += RayBatch::kSize) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
-      const Point3 o = centre + random.direction() * (0.3 * radius * random());
+      const Point o = centre + random.direction() * (0.3 * radius * random());
       if (aim == Aim::kAnywhere) {
         batch.set(i, o, random.direction());
         continue;
       }
       const std::uint32_t* corner = &table.triangles[3 * random.below(table.triangles.size() / 3)];
       const std::size_t k = random.below(3);
-      const Point3 a = vertex(table, corner[k]), b = vertex(table, corner[(k + 1) % 3]);
+      const Point a = vertex(table, corner[k]), b = vertex(table, corner[(k + 1) % 3]);
       batch.aim(i, o, aim == Aim::kVertices ? a : a + (b - a) * random());
     }
     traced.nearest(batch);
@@ -51,7 +51,7 @@ TEST(Watertight, RobustTestsLeaveNoHoles) {
   const ClosedMesh mesh = displaced_sphere(5);
   for (const Place& place : kPlaces) {
     SCOPED_TRACE(testing::Message() << "centre " << place.centre << ", radius " << place.radius);
-    const Point3 centre{place.centre, -0.6 * place.centre, 0.7 * place.centre};
+    const Point centre{place.centre, -0.6 * place.centre, 0.7 * place.centre};
     const ShapeTable table = mesh_table(mesh, {centre.x, centre.y, centre.z}, place.radius);
     const TracedTable traced(table, true);
     const auto rays = stress_count(3e5, 1.7e7);  // 10^8 in all places together
@@ -64,13 +64,13 @@ TEST(Watertight, RobustTestsLeaveNoHoles) {
 }
 
 /// Rays from the camera to the side of a closed mesh that faces it: those that meet what is behind, or nothing.
-Holes look_at_front(const TracedTable& traced, Point3 centre, double radius, std::int64_t rays) {
+Holes look_at_front(const TracedTable& traced, Point centre, double radius, std::int64_t rays) {
   Numbers random(5);
   RayBatch batch;
   Holes holes;
   for (; holes.rays < rays; holes.rays += RayBatch::kSize) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
-      const Point3 p = centre + random.direction() * (0.4 * radius * random());  // within the surface
+      const Point p = centre + random.direction() * (0.4 * radius * random());  // within the surface
       batch.aim(i, {}, p);
       batch.distance[i] = static_cast<float>(length(p));
     }
@@ -91,7 +91,7 @@ TEST(IntersectionProbe, TellsWhereFastTestsLeak) {
   int safe = 0, unsafe = 0;
   for (const Case& c : {Case{"coarse", coarse, 3}, {"coarse", coarse, 30}, {"coarse, far", coarse, 1e4}, {"fine", fine, 3}, {"fine", fine, 30},
                         {"fine", fine, 300}, {"fine, far", fine, 3e3}, {"fine, farther", fine, 3e4}, {"slivers", slivers, 10}}) {
-    const Point3 centre = unit({0.3, -0.7, 0.65}) * c.distance;
+    const Point centre = unit({0.3, -0.7, 0.65}) * c.distance;
     const ShapeTable table = mesh_table(c.mesh, {centre.x, centre.y, centre.z}, 1);
     const IntersectionProbe probe = probe_intersection(table);
     const std::int64_t rays = stress_count(2e5, 3e6);

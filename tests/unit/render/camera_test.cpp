@@ -3,11 +3,11 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <vector>
 
 #include "render/camera/camera.h"
 #include "support/chi2.h"
+#include "support/random_lanes.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -24,18 +24,6 @@ CameraRecord camera(CameraKind kind, float s = 1) {
   return c;
 }
 
-class Numbers {
- public:
-  Float operator()(float low = 0, float high = 1) {
-    alignas(64) float lanes[kWidth];
-    for (float& x : lanes) x = low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f;
-    return Float::load(lanes);
-  }
-
- private:
-  std::mt19937 engine_{7};
-};
-
 TEST(Camera, OrthographicRaysAreParallelAndInTheirPlaces) {
   const CameraRecord c = camera(CameraKind::kOrthographic);
   const CameraRay ray = sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {Float(0.3f), Float(0.7f)}, Float(0.0f));
@@ -50,7 +38,7 @@ TEST(Camera, LensRaysMeetInThePlaneOfFocus) {
     CameraRecord c = camera(kind);
     c.lens_radius = 0.5f;
     c.focal_distance = 3;
-    Numbers numbers;
+    RandomLanes numbers(7);
     for (int k = 0; k < 20; ++k) {
       const CameraRay ray = sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {numbers(), numbers()}, Float(0.0f));
       const Vec3 p = ray.origin + ray.direction * ((3.0f - ray.origin.x) / ray.direction.x);
@@ -72,7 +60,7 @@ TEST(Camera, SphericalCamerasSeeEveryDirectionOnce) {
     constexpr int kSamples = 160000;
     const test::SphereGrid grid(10, 20);
     std::vector<double> observed(grid.size()), expected(grid.size());
-    Numbers numbers;
+    RandomLanes numbers(7);
     for (int i = 0; i < kSamples; i += kWidth) {
       const CameraRay ray = sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
       // Camera space has y up; the grid's axis is the third.
@@ -92,7 +80,7 @@ TEST(Camera, ClippingDistancesAreDepths) {
   CameraRecord c = camera(CameraKind::kPerspective);
   c.near_clip = 2;
   c.far_clip = 5;
-  Numbers numbers;
+  RandomLanes numbers(7);
   const CameraRay ray = sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
   const Vec3 end = ray.origin + ray.direction * visible_distance(c, ray.direction, Float(0.0f));
   for (int l = 0; l < kWidth; ++l) {
@@ -119,7 +107,7 @@ TEST(Camera, ConnectionsLeadBackToTheFilm) {
         CameraRecord c = camera(kind, scale);
         c.lens_radius = lens_radius;
         c.focal_distance = 3;
-        Numbers numbers;
+        RandomLanes numbers(7);
         for (int k = 0; k < 100; ++k) {
           const Vec2 film{numbers(0, 32), numbers(0, 32)}, u{numbers(), numbers()};
           const CameraRay ray = sample_camera_ray(c, film, u, Float(0.0f));

@@ -125,6 +125,13 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }), HasSubstr("scene"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_blobs()->set_path("a.ply"); }), HasSubstr("a.ply"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_aovs("shadow"); }), HasSubstr("shadow"));
+  const std::string text(5000, 'x');
+  EXPECT_THAT(message([&](v1::JobSpec& s) { s.set_user(text); }), HasSubstr("too long"));
+  EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }), HasSubstr("too long"));
+  EXPECT_THAT(message([&](v1::JobSpec& s) {
+                for (int i = 0; i < 5000; ++i) s.add_required_tags("");
+              }),
+              HasSubstr("too long"));
   EXPECT_THAT(message([](v1::JobSpec& s) {
                 s.set_width(65536);
                 s.set_height(65536);
