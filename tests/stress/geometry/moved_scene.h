@@ -23,7 +23,7 @@ inline void move_scene(const Move& move, v1::Scene& scene) {
     }
     for (int i = 0; i < 12; ++i) m[i] = m[i] * move.scale + (i % 4 == 3 ? move.shift[static_cast<std::size_t>(i / 4)] * m[15] : 0);
   };
-  const auto place_point = [&](v1::Point& p) {
+  const auto place_point = [&](v1::Point3& p) {
     p.set_x(p.x() * move.scale + move.shift[0]);
     p.set_y(p.y() * move.scale + move.shift[1]);
     p.set_z(p.z() * move.scale + move.shift[2]);
