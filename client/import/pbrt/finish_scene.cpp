@@ -12,6 +12,7 @@
 #include "import/pbrt/shapes.h"
 #include "import/ply/ply_reader.h"
 #include "wire/digest.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -67,6 +68,12 @@ void SceneBuilder::place_camera() {
   const std::optional<Transform> start = inverse(from_world.start), end = inverse(from_world.end);
   if (!start || !end) {
     context_.diagnostics.error(camera_.parameters.where(), "the camera's transformation is singular");
+    return;
+  }
+  // Sound numbers may still have an inverse that is none: 1e-45 has.
+  for (const Transform& world_from_camera : {*start, *end}) {
+    if (std::all_of(world_from_camera.m.begin(), world_from_camera.m.end(), wire::is_scene_number)) continue;
+    context_.diagnostics.error(camera_.parameters.where(), "the camera's transformation is nearly singular");
     return;
   }
   v1::Camera& camera = *context_.scene.mutable_camera();
