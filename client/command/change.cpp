@@ -61,17 +61,15 @@ Change set_paused(bool paused) {
 }  // namespace
 
 void add_cancel_command(CLI::App& app, Action& action) {
-  add_change(app, action, "cancel", "Stops a job; a finished one stays as it is",
-             [](FarmClient& farm, const Options& options, std::stop_token stop) {
-               return farm.cancel(options.job_id, stop);
-             });
+  add_change(
+      app, action, "cancel", "Stops a job; a finished one stays as it is",
+      [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.cancel(options.job_id, stop); });
 }
 
 void add_retry_command(CLI::App& app, Action& action) {
-  add_change(app, action, "retry", "Tries again what was set aside of a job, with a clean record",
-             [](FarmClient& farm, const Options& options, std::stop_token stop) {
-               return farm.retry(options.job_id, stop);
-             });
+  add_change(
+      app, action, "retry", "Tries again what was set aside of a job, with a clean record",
+      [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.retry(options.job_id, stop); });
 }
 
 void add_pause_command(CLI::App& app, Action& action) {
@@ -83,14 +81,13 @@ void add_resume_command(CLI::App& app, Action& action) {
 }
 
 void add_priority_command(CLI::App& app, Action& action) {
-  const auto options =
-      add_change(app, action, "priority", "Changes the priority of a job; higher goes first",
-                 [](FarmClient& farm, const Options& chosen, std::stop_token stop) {
-                   v1::AdjustJobRequest request;
-                   request.set_job_id(chosen.job_id);
-                   request.set_priority(chosen.priority);
-                   return farm.adjust(request, stop);
-                 });
+  const auto options = add_change(app, action, "priority", "Changes the priority of a job; higher goes first",
+                                  [](FarmClient& farm, const Options& chosen, std::stop_token stop) {
+                                    v1::AdjustJobRequest request;
+                                    request.set_job_id(chosen.job_id);
+                                    request.set_priority(chosen.priority);
+                                    return farm.adjust(request, stop);
+                                  });
   app.get_subcommand("priority")->add_option("PRIORITY", options->priority)->required();
 }
 

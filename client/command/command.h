@@ -1,5 +1,5 @@
-// The subcommands. Each add_ function defines one with its options; when the command line names it, it puts what is to be
-// done into `action`.
+// The subcommands. Each add_ function defines one with its options; when the command line names it, it puts what is to
+// be done into `action`.
 #pragma once
 
 #include <functional>

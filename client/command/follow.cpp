@@ -127,7 +127,8 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 
 int report_end(const v1::JobStatus& status) {
   if (status.state() == v1::DONE) return kDone;
-  if (status.state() == v1::CANCELLED) return report(kJobFailed, absl::StrCat("job ", status.job_id(), " was cancelled"));
+  if (status.state() == v1::CANCELLED)
+    return report(kJobFailed, absl::StrCat("job ", status.job_id(), " was cancelled"));
   if (status.state() == v1::INCOMPLETE) {
     return report(kHoles, absl::StrCat("job ", status.job_id(), " is incomplete: ", status.error(),
                                        "\ntry again with: tessera retry ", status.job_id()));

@@ -21,8 +21,8 @@ struct FollowedJob {
   double wall_seconds = 0;  // of following
 };
 
-/// Follows the job to its end, with progress on stderr unless `quiet`. Errors: those of FarmClient::watch; Internal when
-/// results do not fit the job.
+/// Follows the job to its end, with progress on stderr unless `quiet`. Errors: those of FarmClient::watch; Internal
+/// when results do not fit the job.
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
                                        std::stop_token stop);
 
@@ -34,8 +34,8 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// and what is missing.
 int report_end(const v1::JobStatus& status);
 
-/// What ends a command that followed a job: lists holes in the image's attribute "tessera.holes", prints the job's warnings (unless quiet) and its error, writes the image with
-/// its metadata to `output`, and returns the exit code.
+/// What ends a command that followed a job: lists holes in the image's attribute "tessera.holes", prints the job's
+/// warnings (unless quiet) and its error, writes the image with its metadata to `output`, and returns the exit code.
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet);
 
 }  // namespace tessera::client

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::array kIntegrators{"path", "volpath", "light"};
 constexpr std::array kSamplers{"sobol", "independent"};
-constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell", "lanczos"};  // in the order of PixelFilter::Kind
+constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell",
+                              "lanczos"};  // in the order of PixelFilter::Kind
 constexpr std::array kIntersections{"auto", "fast", "robust"};
 constexpr std::array kDirectLights{"mis", "bsdf"};
 constexpr std::array kLightSelections{"mixed", "power", "uniform"};
@@ -83,7 +84,7 @@ absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Reso
   if (!request.crop) return crop;
   if (request.crop->x1() > film.width || request.crop->y1() > film.height) {
     return absl::OutOfRangeError(absl::StrCat("the crop ends at ", request.crop->x1(), ",", request.crop->y1(),
-                                                   "; the film ends at ", film.width, ",", film.height));
+                                              "; the film ends at ", film.width, ",", film.height));
   }
   return *request.crop;
 }
@@ -163,8 +164,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   *spec.mutable_crop() = *std::move(crop);
   spec.set_tile_size(request.tile_size);
   // Passes go over the whole film, tiles over a square.
-  const std::uint64_t pixels = spec.settings().integrator() == "light" ? std::uint64_t{film.width} * film.height
-                                                                       : std::uint64_t{request.tile_size} * request.tile_size;
+  const std::uint64_t pixels = spec.settings().integrator() == "light"
+                                   ? std::uint64_t{film.width} * film.height
+                                   : std::uint64_t{request.tile_size} * request.tile_size;
   spec.set_samples_per_unit(samples_per_unit(pixels, spec.settings().spp()));
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   spec.set_isa(request.isa);

@@ -27,7 +27,7 @@ struct JobRequest {
   std::optional<std::uint64_t> seed;
   std::string integrator;
   std::string sampler;
-  std::string filter;  // of pixels, with its usual radius
+  std::string filter;        // of pixels, with its usual radius
   std::string intersection;  // ray-triangle tests
   std::string direct_light;
   std::string light_selection;
@@ -62,12 +62,13 @@ absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 /// that does not exist.
 absl::Status check_names(const JobRequest& request);
 
-/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within the film;
-/// InvalidArgument when the scene itself asks for what does not exist. `scene` must outlive the result.
+/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within
+/// the film; InvalidArgument when the scene itself asks for what does not exist. `scene` must outlive the result.
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
                                                          const std::string& name);
 
-/// The power of two that makes a unit over `pixels` pixels of at most 2^18 samples, but no larger than what covers `spp`.
+/// The power of two that makes a unit over `pixels` pixels of at most 2^18 samples, but no larger than what covers
+/// `spp`.
 std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint32_t spp);
 
 }  // namespace tessera::client

@@ -47,8 +47,8 @@ std::string state_text(const v1::JobStatus& status) {
 }
 
 std::string jobs_table(const std::vector<v1::JobStatus>& jobs) {
-  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %8s %-10s %s\n", "ID", "STATE", "UNITS", "ISA", "PRIORITY", "USER",
-                                      "NAME");
+  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %8s %-10s %s\n", "ID", "STATE", "UNITS", "ISA",
+                                      "PRIORITY", "USER", "NAME");
   for (const v1::JobStatus& job : jobs) {
     const std::string units = absl::StrCat(job.units_done(), "/", job.units_total());
     absl::StrAppend(&table, absl::StrFormat("%-20s %-10s %15s  %-7s %8d %-10s %s\n", job.job_id(),
@@ -62,12 +62,12 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
   std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
                                       "UNITS DONE", "LAST SEEN");
   for (const v1::WorkerStatus& worker : workers) {
-    absl::StrAppend(&table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s\n", worker.worker_id(),
-                                            worker.name(), worker.isa(), worker.threads(), worker.leases(),
-                                            worker.units_done(), 1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
-                                            worker.draining() ? ", draining" : "",
-                                            worker.quarantine().empty() ? "" : ", in quarantine: ",
-                                            worker.quarantine()));
+    absl::StrAppend(
+        &table,
+        absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s\n", worker.worker_id(), worker.name(),
+                        worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
+                        1e-3 * static_cast<double>(worker.last_seen_ms_ago()), worker.draining() ? ", draining" : "",
+                        worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
   }
   return table;
 }
@@ -75,16 +75,16 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
 std::string job_text(const v1::GetJobResponse& job) {
   const v1::JobStatus& status = job.status();
   const v1::JobSpec& spec = job.spec();
-  std::string text = absl::StrCat(
-      "id          ", status.job_id(), "\n",                                                    //
-      "name        ", status.name(), "\n",                                                      //
-      "state       ", state_text(status), "\n",                                                 //
-      "user        ", status.user(), ", priority ", status.priority(), "\n",                    //
-      "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(), " at work\n",
-      "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(), " samples a pixel\n",
-      "integrator  ", spec.settings().integrator(), ", depth ", spec.settings().max_depth(), ", seed ",
-      spec.settings().seed(), "\n",  //
-      "scene       ", spec.scene().digest(), "\n");
+  std::string text =
+      absl::StrCat("id          ", status.job_id(), "\n",                                  //
+                   "name        ", status.name(), "\n",                                    //
+                   "state       ", state_text(status), "\n",                               //
+                   "user        ", status.user(), ", priority ", status.priority(), "\n",  //
+                   "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(),
+                   " at work\n", "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(),
+                   " samples a pixel\n", "integrator  ", spec.settings().integrator(), ", depth ",
+                   spec.settings().max_depth(), ", seed ", spec.settings().seed(), "\n",  //
+                   "scene       ", spec.scene().digest(), "\n");
   if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
   if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
   if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");

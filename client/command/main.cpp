@@ -14,8 +14,9 @@ int main(int argc, char** argv) {
   CLI::App app{"Renders scenes, in this process or on a farm of workers.", "tessera"};
   app.set_version_flag("--version", tessera::wire::build_version());
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or not allowed, 5 job failed, 6 incomplete, "
-             "7 image with marked holes (tessera retry), 130 interrupted.");
+  app.footer(
+      "Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or not allowed, 5 job failed, 6 incomplete, "
+      "7 image with marked holes (tessera retry), 130 interrupted.");
 
   Action action;
   add_render_command(app, action);

@@ -32,7 +32,8 @@ std::string check_define(const std::string& text) {
   return equals == std::string::npos || equals == 0 ? "expected NAME=VALUE" : "";
 }
 
-/// What people call the job: the scene's own name, else its file's; of "kitchen/scene.pbrt", the usual form, the folder's.
+/// What people call the job: the scene's own name, else its file's; of "kitchen/scene.pbrt", the usual form, the
+/// folder's.
 std::string name_of(const std::string& file, const ImportedScene& imported) {
   if (!imported.scene.name().empty()) return imported.scene.name();
   const std::filesystem::path path = std::filesystem::absolute(file);
@@ -68,8 +69,10 @@ void define_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
   command.add_option("--sampler", job.sampler, "sobol or independent");
   command.add_option("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
-  command.add_option("--intersection", job.intersection, "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
-  command.add_option("--direct-light", job.direct_light, "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
+  command.add_option("--intersection", job.intersection,
+                     "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
+  command.add_option("--direct-light", job.direct_light,
+                     "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
   command.add_option("--light-selection", job.light_selection, "how a light is picked: mixed, power or uniform");
   command.add_option("--traversal", job.traversal, "rays are traced as packet or single");
   command.add_option("-D", options.defines, "a parameter of the scene")

@@ -100,10 +100,13 @@ void add_submit_command(CLI::App& app, Action& action) {
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
   command.add_option("--user", job.user, "whose share of the farm it counts against")->capture_default_str();
   command.add_option("--priority", job.priority, "higher goes first")->capture_default_str();
-  command.add_option("--require", job.required_tags, "tags that a worker must have")->delimiter(',')->type_name("TAG,...");
+  command.add_option("--require", job.required_tags, "tags that a worker must have")
+      ->delimiter(',')
+      ->type_name("TAG,...");
   command.add_option("--max-workers", job.max_workers, "workers at a time; 0: any number")->capture_default_str();
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.callback(
+      [options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
 }
 
 }  // namespace tessera::client

@@ -37,7 +37,8 @@ class FarmClient {
   ~FarmClient();
 
   /// Uploads those of `blobs` that the coordinator lacks, in 1 MiB chunks; after a break from where the stored part
-  /// ends. Returns the bytes sent. DataLoss when a blob's file has changed since it was imported, NotFound when it is gone.
+  /// ends. Returns the bytes sent. DataLoss when a blob's file has changed since it was imported, NotFound when it is
+  /// gone.
   absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
 
   /// Returns the job's id. FailedPrecondition when blobs are missing.
@@ -61,8 +62,8 @@ class FarmClient {
     // Results that were given before turned out to be wrong: forget all of them, they come again from the first one on.
     std::function<absl::Status()> restart;
   };
-  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator, and returns
-  /// the final status.
+  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator, and
+  /// returns the final status.
   absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers, std::stop_token stop);
 
  private:
@@ -72,10 +73,11 @@ class FarmClient {
     std::uint64_t after = 0;  // the last result handled
     v1::JobStatus last;
     bool restarted = false;  // results turned out to be wrong: again from the first one
-    absl::Status handler;  // what the result handler said
+    absl::Status handler;    // what the result handler said
   };
 
-  absl::StatusOr<std::vector<v1::BlobRef>> find_missing(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
+  absl::StatusOr<std::vector<v1::BlobRef>> find_missing(const std::vector<const SceneBlob*>& blobs,
+                                                        std::stop_token stop);
   absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, std::stop_token stop);
   absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, std::stop_token stop);
   absl::Status watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,

@@ -55,8 +55,8 @@ class Assembler {
   bool complete() const { return samples_done_ == samples_total(); }
 
   /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was. One that has
-  /// none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a dark corner, and 0 in all
-  /// other channels. Every value is finite.
+  /// none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a dark corner, and 0 in
+  /// all other channels. Every value is finite.
   absl::StatusOr<Assembly> finish() &&;
 
  private:

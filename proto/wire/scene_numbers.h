@@ -11,8 +11,8 @@
 
 namespace tessera::wire {
 
-/// Largest magnitude of a number of a scene, whatever its unit. The renderer calculates in 32-bit floats: squares of such
-/// lengths, and their sums, are still finite.
+/// Largest magnitude of a number of a scene, whatever its unit. The renderer calculates in 32-bit floats: squares of
+/// such lengths, and their sums, are still finite.
 inline constexpr double kLargestSceneNumber = 1e18;
 
 /// Whether a scene may hold `x`: finite, and not beyond kLargestSceneNumber.

@@ -63,7 +63,7 @@ struct FarmWorker {
   std::uint64_t units_done = 0;
   bool draining = false;
   Time last_seen{};
-  double slowness = 1;  // how long its units take, relative to the usual worker
+  double slowness = 1;       // how long its units take, relative to the usual worker
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
   bool isolated = false;     // holds a dangerous unit, and so nothing else
 

@@ -29,9 +29,9 @@ struct Lease {
   std::string worker;
   Time granted_at{};
   Time deadline{};
-  bool audit = false;           // the unit is done; this is a second opinion
-  std::int64_t charge_ms = 0;   // of work, as expected when it was granted; for fair shares
-  Time expected_end{};          // when its result ought to come, from what is known of job and worker
+  bool audit = false;          // the unit is done; this is a second opinion
+  std::int64_t charge_ms = 0;  // of work, as expected when it was granted; for fair shares
+  Time expected_end{};         // when its result ought to come, from what is known of job and worker
 };
 
 class LeaseTable {

@@ -76,7 +76,8 @@ absl::Status Scheduler::pause_job(std::string_view id, bool paused) {
   const absl::StatusOr<Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   Job& job = **found;
-  if (!job.open()) return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
+  if (!job.open())
+    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
   if (job.paused == paused) return absl::OkStatus();
   job.paused = paused;
   take_turns(job);
@@ -88,7 +89,8 @@ absl::Status Scheduler::set_priority(std::string_view id, std::int32_t priority)
   const absl::StatusOr<Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   Job& job = **found;
-  if (!job.open()) return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
+  if (!job.open())
+    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " ", past_tense(job.state)));
   if (job.request.priority == priority) return absl::OkStatus();
   job.request.priority = priority;
   take_turns(job);
@@ -143,9 +145,8 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
   for (const auto& [name, worker] : workers_) {
     const auto& tags = worker.info.tags;
     if (worker.draining || distrusted_.contains(worker.info.host)) continue;
-    if (!std::all_of(job.request.required_tags.begin(), job.request.required_tags.end(), [&](const std::string& tag) {
-          return std::find(tags.begin(), tags.end(), tag) != tags.end();
-        })) {
+    if (!std::all_of(job.request.required_tags.begin(), job.request.required_tags.end(),
+                     [&](const std::string& tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); })) {
       continue;
     }
     ++with_tags;
@@ -153,8 +154,9 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
     ++with_isa;
     free += may_work_on(worker, job, now);
   }
-  if (with_tags == 0) return job.request.required_tags.empty() ? "every worker drains or is in quarantine"
-                                                               : "no worker has the tags that the job requires";
+  if (with_tags == 0)
+    return job.request.required_tags.empty() ? "every worker drains or is in quarantine"
+                                             : "no worker has the tags that the job requires";
   if (with_isa == 0) return absl::StrCat("no worker supports ", job.request.isa);
   if (free == 0) return "the job failed on every host that could take it; they are tried again later";
   return "other jobs go first, or the workers are still busy";
@@ -285,8 +287,8 @@ absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job)
     return absl::FailedPreconditionError(absl::StrCat("host ", worker.info.host, " is in quarantine: ", found->second));
   }
   if (!job.request.isa.empty() && !worker.supports(job.request.isa)) {
-    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " is bound to ", job.request.isa,
-                                                      ", which this worker does not support"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("job ", job.request.id, " is bound to ", job.request.isa, ", which this worker does not support"));
   }
   return absl::OkStatus();
 }
@@ -319,9 +321,8 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
     measure(job, worker, leases_.get(*lease), result.cost, now);
   }
-  job.units.finish(unit, {.fingerprint = result.fingerprint,
-                          .sequence = ++job.results,
-                          .host = number_of_host(worker.info.host)});
+  job.units.finish(
+      unit, {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(worker.info.host)});
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   job.failures.erase(unit);
   forgive(job, unit);
@@ -346,7 +347,8 @@ void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, Time cost,
     worker.slowness = std::clamp(0.75 * worker.slowness + 0.25 * ratio, 0.1, 100.0);
   }
   // What a slow worker needs says little of the unit.
-  const Time usual(std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(cost.count()) / worker.slowness)));
+  const Time usual(
+      std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(cost.count()) / worker.slowness)));
   job.mean_cost = job.mean_cost == Time{0} ? cost : (7 * job.mean_cost + usual) / 8;
   job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
 }

@@ -31,15 +31,15 @@ namespace tessera::server {
 ///   quarantine from then on, and what it did for open jobs is done again.
 class Scheduler {
  public:
-  static constexpr std::uint32_t kMaxFailures = 3;       // on different hosts, or reported by any worker
-  static constexpr std::uint32_t kMaxLosses = 6;         // failures of any kind on any number of hosts
-  static constexpr std::uint32_t kLossesToIsolate = 2;   // from then on a unit is a worker's only one
-  static constexpr std::size_t kMaxCopies = 2;           // leases of one unit at a time, second opinions apart
+  static constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
+  static constexpr std::uint32_t kMaxLosses = 6;        // failures of any kind on any number of hosts
+  static constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is a worker's only one
+  static constexpr std::size_t kMaxCopies = 2;          // leases of one unit at a time, second opinions apart
   static constexpr std::int64_t kAffinitySlackMs = 4000;
-  static constexpr std::int64_t kUnknownCostMs = 1000;   // of a unit, before any is done
-  static constexpr Time kFirstBar{60'000};               // doubled each time
+  static constexpr std::int64_t kUnknownCostMs = 1000;  // of a unit, before any is done
+  static constexpr Time kFirstBar{60'000};              // doubled each time
   static constexpr Time kLongestBar{3'600'000};
-  static constexpr std::size_t kMaxListed = 64;          // set-aside units and notes kept for people
+  static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
 
   explicit Scheduler(const SchedulerOptions& options);
 
@@ -180,8 +180,8 @@ class Scheduler {
   std::uint64_t jobs_added_ = 0;
   std::map<std::uint64_t, std::unique_ptr<Job>> jobs_;  // by number
   absl::flat_hash_map<std::string, Job*> jobs_by_id_;
-  TurnOrder turns_;                  // open jobs that are not paused
-  std::set<std::uint64_t> auditing_;  // open jobs with audits to make
+  TurnOrder turns_;                     // open jobs that are not paused
+  std::set<std::uint64_t> auditing_;    // open jobs with audits to make
   std::set<std::uint64_t> endangered_;  // open jobs with dangerous units
   std::set<std::string> freeing_;       // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, Worker> workers_;

@@ -47,9 +47,8 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   const AcceptedResult& accepted = job.units.result(unit);
   const bool equal = accepted.fingerprint == result;
   const std::string& maker = accepted.host < hosts_.size() ? hosts_[accepted.host] : worker.info.host;
-  const absl::Status differs =
-      absl::AlreadyExistsError(absl::StrCat("unit ", unit, " of job ", job.request.id,
-                                            " is done, with a different result: one of two workers is at fault"));
+  const absl::Status differs = absl::AlreadyExistsError(absl::StrCat(
+      "unit ", unit, " of job ", job.request.id, " is done, with a different result: one of two workers is at fault"));
   const auto found = job.audits.find(unit);
   const bool counts = job.open() && worker.info.host != maker && !distrusted_.contains(worker.info.host) &&
                       worker.supports(job.request.isa);
@@ -74,8 +73,8 @@ void Scheduler::adjudicate(Job& job, std::uint32_t unit) {
   const std::vector<std::pair<std::string, ResultFingerprint>> opinions = found->second.opinions;
   std::map<ResultFingerprint, std::size_t> votes;
   for (const auto& [host, result] : opinions) ++votes[result];
-  const auto winner = std::max_element(votes.begin(), votes.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto winner =
+      std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   if (2 * winner->second <= opinions.size()) return;
   job.audits.erase(found);
   if (job.audits.empty()) auditing_.erase(job.number);

@@ -64,8 +64,7 @@ absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& t
 }
 
 void Scheduler::add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now) {
-  FarmEvent& event =
-      record(failure.lost ? FarmEvent::Kind::kUnitLost : FarmEvent::Kind::kUnitFailed, job.request.id);
+  FarmEvent& event = record(failure.lost ? FarmEvent::Kind::kUnitLost : FarmEvent::Kind::kUnitFailed, job.request.id);
   event.unit = unit;
   event.value = failure.grant;
   event.host = failure.host;
@@ -113,9 +112,9 @@ void Scheduler::judge_host(Job& job, std::uint32_t unit, const std::string& host
   ++record.bars;
   record.barred_until = now + bar;
   record.failed_units.clear();
-  note(job, absl::StrCat("host ", host, " was taken out for ", bar.count() / 1000, " s: ", kMaxFailures,
-                         " units failed there and nowhere else, the last one with: ",
-                         job.failures[unit].back().message));
+  note(job,
+       absl::StrCat("host ", host, " was taken out for ", bar.count() / 1000, " s: ", kMaxFailures,
+                    " units failed there and nowhere else, the last one with: ", job.failures[unit].back().message));
   for (const auto& [id, worker] : workers_) {
     if (worker.info.host != host) continue;
     for (const LeaseId lease : leases_.of_worker(id)) {
@@ -134,12 +133,10 @@ void Scheduler::blame_loss(const std::vector<WorkerInfo>& lost, Time now) {
       drop_lease(id);
       Job& job = *jobs_.at(lease.job);
       if (lease.audit || !job.open()) continue;
-      add_failure(job, lease.unit,
-                  {.host = worker.host,
-                   .message = kLostMessage,
-                   .lost = true,
-                   .grant = grant_id(lease.epoch, lease.attempt)},
-                  now);
+      add_failure(
+          job, lease.unit,
+          {.host = worker.host, .message = kLostMessage, .lost = true, .grant = grant_id(lease.epoch, lease.attempt)},
+          now);
       settle(job);
     }
   }
@@ -235,10 +232,8 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     case Kind::kUnitFailed:
     case Kind::kUnitLost:
       if (job.units.state(event.unit) == UnitState::kDone) break;  // in the end it was rendered
-      job.failures[event.unit].push_back({.host = event.host,
-                                          .message = event.text,
-                                          .lost = event.kind == Kind::kUnitLost,
-                                          .grant = event.value});
+      job.failures[event.unit].push_back(
+          {.host = event.host, .message = event.text, .lost = event.kind == Kind::kUnitLost, .grant = event.value});
       break;
     case Kind::kUnitFound:
       if (const auto failures = job.failures.find(event.unit); failures != job.failures.end()) {

@@ -149,9 +149,8 @@ bool Scheduler::lease_copy(Batch& batch) {
       if (suits(last->second)) return choose(last->second);
     }
     // A unit that is out for twice the usual time is likely to be on a dead worker, or on one that became slow.
-    const Time age = candidate.mean_duration == Time{0}
-                         ? options_.lease_timeout / 2
-                         : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
+    const Time age = candidate.mean_duration == Time{0} ? options_.lease_timeout / 2
+                                                        : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
     for (const auto& [granted_at, id] : candidate.only_leases) {
       if (batch.now - granted_at < age) break;
       if (suits(id)) return choose(id);

@@ -15,9 +15,9 @@
 namespace tessera::server {
 
 struct SchedulerOptions {
-  Time lease_timeout{8000};  // a lease, and a worker, that was not heard of for so long is given up
-  Time min_copy_age{500};    // a unit is not copied to a second worker before it was out for so long
-  Time batch{10'000};        // of work for each thread of a worker, at most, once it is known what a unit costs
+  Time lease_timeout{8000};          // a lease, and a worker, that was not heard of for so long is given up
+  Time min_copy_age{500};            // a unit is not copied to a second worker before it was out for so long
+  Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   std::uint64_t epoch = 1;           // of the coordinator; part of every token
 };
@@ -38,7 +38,7 @@ struct JobRequest {
 struct UnitFailure {
   std::string host;
   std::string message;
-  bool lost = false;      // the worker died or went silent
+  bool lost = false;       // the worker died or went silent
   std::int64_t grant = 0;  // which lease it was (grant_id)
 };
 
@@ -54,9 +54,9 @@ struct JobView {
   std::string error;  // why it failed, or what is missing
   std::int32_t priority = 0;
   bool paused = false;
-  std::uint32_t revision = 0;            // how often accepted results were thrown away
-  std::vector<std::string> notes;        // what went wrong where, for people
-  std::vector<SetAsideView> set_aside;   // the first kMaxListed
+  std::uint32_t revision = 0;           // how often accepted results were thrown away
+  std::vector<std::string> notes;       // what went wrong where, for people
+  std::vector<SetAsideView> set_aside;  // the first kMaxListed
 };
 
 struct WorkerInfo {

@@ -10,9 +10,9 @@
 
 namespace tessera::server {
 
-/// Max-min fairness over what is out at this moment, in expected milliseconds of work, as fair schedulers of clusters do
-/// it [Ghodsi2011]: a user with fewer jobs gets the same share as one with many, and a job of many short units the same
-/// as one of few long ones. There is no memory: who asked for nothing for a while is owed nothing.
+/// Max-min fairness over what is out at this moment, in expected milliseconds of work, as fair schedulers of clusters
+/// do it [Ghodsi2011]: a user with fewer jobs gets the same share as one with many, and a job of many short units the
+/// same as one of few long ones. There is no memory: who asked for nothing for a while is owed nothing.
 class TurnOrder {
  public:
   using JobNumber = std::uint64_t;
@@ -41,7 +41,8 @@ class TurnOrder {
   };
   struct Level {
     std::map<std::string, User> users;
-    std::set<std::tuple<std::int64_t, JobNumber, std::string>> order;  // by load, then the user's least loaded job's age
+    std::set<std::tuple<std::int64_t, JobNumber, std::string>>
+        order;  // by load, then the user's least loaded job's age
   };
   struct Place {
     std::int32_t priority = 0;

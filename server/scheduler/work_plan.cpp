@@ -45,7 +45,8 @@ absl::Status check(const v1::JobSpec& spec) {
   }
   std::size_t tags = 0;
   for (const std::string& tag : spec.required_tags()) tags += tag.size() + 1;
-  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags, spec.settings().ByteSizeLong()}) > wire::kMaxTextBytes) {
+  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags, spec.settings().ByteSizeLong()}) >
+      wire::kMaxTextBytes) {
     return unsound("a name is too long");
   }
   const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});

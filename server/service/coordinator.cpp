@@ -40,14 +40,14 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
     blobs = options.data_dir.empty() ? make_memory_blob_store() : make_file_blob_store(options.data_dir);
   }
 
-  absl::StatusOr<std::unique_ptr<Farm>> opened_farm = Farm::open(
-      *journal, *blobs,
-      {.heartbeat_interval = options.heartbeat_interval,
-       .lease_timeout = options.lease_timeout,
-       .retention = {.fetched = options.keep_fetched,
-                     .unfetched = options.keep_unfetched,
-                     .max_bytes = options.max_result_bytes}},
-      [this](const absl::Status& why) { request_shutdown(why); });
+  absl::StatusOr<std::unique_ptr<Farm>> opened_farm =
+      Farm::open(*journal, *blobs,
+                 {.heartbeat_interval = options.heartbeat_interval,
+                  .lease_timeout = options.lease_timeout,
+                  .retention = {.fetched = options.keep_fetched,
+                                .unfetched = options.keep_unfetched,
+                                .max_bytes = options.max_result_bytes}},
+                 [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
   return absl::OkStatus();

@@ -122,27 +122,28 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     append_to_journal(event, unix_milliseconds(), entries);
   }
   if (entries.empty() && !wait) return done(absl::OkStatus());
-  commits_.push(std::move(entries), [this, shown = std::move(shown), done = std::move(done)](const absl::Status& status) {
-    if (!status.ok()) {
-      if (!failed_.exchange(true)) {
-        spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}", status.ToString());
-        on_failure_(status);
-      }
-      done(absl::UnavailableError("the coordinator cannot write its journal"));
-      return;
-    }
-    if (!shown.empty()) {
-      const std::lock_guard lock(mutex_);
-      for (const Shown& news : shown) {
-        JobEntry* const entry = jobs_.find(news.job);
-        if (entry == nullptr) continue;
-        entry->durable_results = std::max(entry->durable_results, news.results);
-        entry->durable_end |= news.end;
-      }
-    }
-    dispatcher_.notify_news();
-    done(absl::OkStatus());
-  });
+  commits_.push(
+      std::move(entries), [this, shown = std::move(shown), done = std::move(done)](const absl::Status& status) {
+        if (!status.ok()) {
+          if (!failed_.exchange(true)) {
+            spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}", status.ToString());
+            on_failure_(status);
+          }
+          done(absl::UnavailableError("the coordinator cannot write its journal"));
+          return;
+        }
+        if (!shown.empty()) {
+          const std::lock_guard lock(mutex_);
+          for (const Shown& news : shown) {
+            JobEntry* const entry = jobs_.find(news.job);
+            if (entry == nullptr) continue;
+            entry->durable_results = std::max(entry->durable_results, news.results);
+            entry->durable_end |= news.end;
+          }
+        }
+        dispatcher_.notify_news();
+        done(absl::OkStatus());
+      });
 }
 
 // ---------------------------------------------------------------- submission

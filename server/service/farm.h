@@ -113,8 +113,8 @@ class Farm {
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
     bool end = false;
   };
-  /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done` after
-  /// that. Answers at once where there is nothing, if `wait` is not set.
+  /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
+  /// after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
   void note_event(const FarmEvent& event, std::vector<Shown>& shown);
   /// What a change of a job answers, once it is durable.

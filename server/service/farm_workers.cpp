@@ -195,7 +195,8 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
     return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index())));
   }
   const absl::StatusOr<std::string> digest =
-      check_result(request.payload(), token.unit_index(), extent_of(shape->plan->unit(token.unit_index()), shape->spec), shape->channels);
+      check_result(request.payload(), token.unit_index(), extent_of(shape->plan->unit(token.unit_index()), shape->spec),
+                   shape->channels);
   if (!digest.ok()) {
     spdlog::warn("worker {}: {}", request.worker_id(), std::string(digest.status().message()));
     return done(digest.status());
@@ -248,10 +249,9 @@ void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
   std::unique_lock lock(mutex_);
   if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
   const std::string message = shortened(request.message());
-  const absl::Status failed =
-      jobs_.find(token.job_id())->past
-          ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
-          : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  const absl::Status failed = jobs_.find(token.job_id())->past
+                                  ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
+                                  : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
   spdlog::warn("worker {} failed at unit {} of job {}: {}", request.worker_id(), token.unit_index(), token.job_id(),
                message);

@@ -96,18 +96,19 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   }
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
-    entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
-                         .units_total = units,
-                         .units_done = static_cast<std::uint32_t>(record.results.size() - revoked_results(record).size()),
-                         .units_leased = 0,
-                         .units_set_aside = 0,
-                         .isa = record.isa,
-                         .error = record.ended.error,
-                         .priority = entry.shape->spec.priority(),
-                         .paused = false,
-                         .revision = static_cast<std::uint32_t>(revoked_results(record).size()),
-                         .notes = {},
-                         .set_aside = {}};
+    entry.past =
+        JobView{.state = static_cast<v1::JobState>(record.ended.state),
+                .units_total = units,
+                .units_done = static_cast<std::uint32_t>(record.results.size() - revoked_results(record).size()),
+                .units_leased = 0,
+                .units_set_aside = 0,
+                .isa = record.isa,
+                .error = record.ended.error,
+                .priority = entry.shape->spec.priority(),
+                .paused = false,
+                .revision = static_cast<std::uint32_t>(revoked_results(record).size()),
+                .notes = {},
+                .set_aside = {}};
     for (const SchedulerEvent& event : record.events) {
       if (static_cast<FarmEvent::Kind>(event.kind) == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
     }

@@ -196,8 +196,8 @@ absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>
 }
 
 absl::Status SqliteJournal::recover_job(JobRecord& record) {
-  SQLite::Statement rows(database_,
-                         "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
+  SQLite::Statement rows(
+      database_, "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
   rows.bind(1, record.added.id);
   record.events = read_events(record.added.id);
   std::vector<std::uint64_t> ends;
@@ -209,11 +209,10 @@ absl::Status SqliteJournal::recover_job(JobRecord& record) {
       return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
     }
     ends.push_back(static_cast<std::uint64_t>(end));
-    record.results.push_back(
-        {.unit = rows.getColumn(1).getUInt(),
-         .digest = text(rows.getColumn(2)),
-         .stats = text(rows.getColumn(4)),
-         .host = text(rows.getColumn(5))});
+    record.results.push_back({.unit = rows.getColumn(1).getUInt(),
+                              .digest = text(rows.getColumn(2)),
+                              .stats = text(rows.getColumn(4)),
+                              .host = text(rows.getColumn(5))});
   }
   if (ends.empty()) return absl::OkStatus();
   record.result_bytes = ends.back();

@@ -17,10 +17,11 @@ Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
-// 50 samples a pixel: ranges that are no power of two, so that the sum tree has a ragged edge. The AOVs have channels of
-// every kind. The crop cuts tiles.
-const Arguments kCornellBox{"scenes/cornell-box/scene.pbrt", "--resolution", "72x72", "--crop", "3,5,70,72", "--spp", "50",
-                            "--aov", "variance,albedo,normal,depth,samples", "--quiet"};
+// 50 samples a pixel: ranges that are no power of two, so that the sum tree has a ragged edge. The AOVs have channels
+// of every kind. The crop cuts tiles.
+const Arguments kCornellBox{
+    "scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--spp", "50", "--aov",
+    "variance,albedo,normal,depth,samples", "--quiet"};
 
 std::string render_hash(const Arguments& arguments) {
   const support::TempDir directory;
@@ -58,8 +59,18 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
 
 TEST(BitEquality, LightTracingInPassesInProcessAndOnTwoWorkers) {
   // A pass of 72 x 72 paths: units of 32 passes at most, so three of 80.
-  const Arguments light{"scenes/cornell-box/scene.pbrt", "--resolution", "72x72", "--crop",  "3,5,70,72", "--spp", "80",
-                        "--integrator", "light", "--aov", "variance,samples", "--quiet"};
+  const Arguments light{"scenes/cornell-box/scene.pbrt",
+                        "--resolution",
+                        "72x72",
+                        "--crop",
+                        "3,5,70,72",
+                        "--spp",
+                        "80",
+                        "--integrator",
+                        "light",
+                        "--aov",
+                        "variance,samples",
+                        "--quiet"};
   const std::string expected = render_hash(light);
   EXPECT_EQ(render_hash(light + Arguments{"--threads", "3"}), expected);
   FarmUnderTest farm;
@@ -81,8 +92,8 @@ TEST(BitEquality, ClassroomInProcessAndOnTwoWorkers) {
   const support::Finished unpacked =
       support::run_program({"/bin/tar", "xJf", archive.string(), "-C", farm.directory().string()}, kPatience);
   ASSERT_EQ(unpacked.status.code, 0) << unpacked.err;
-  const Arguments classroom{(farm.directory() / "classroom/scene.pbrt").string(), "--resolution", "96x54", "--spp", "8",
-                            "--quiet"};
+  const Arguments classroom{
+      (farm.directory() / "classroom/scene.pbrt").string(), "--resolution", "96x54", "--spp", "8", "--quiet"};
 
   const std::string expected = render_hash(classroom);
   farm.add_worker(1);

@@ -35,8 +35,7 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
       if (done->sequence != record.results.size() + 1) {
         return absl::InternalError(absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
       }
-      record.results.push_back(
-          {.unit = done->unit, .digest = done->digest, .stats = done->stats, .host = done->host});
+      record.results.push_back({.unit = done->unit, .digest = done->digest, .stats = done->stats, .host = done->host});
     } else if (const auto* event = std::get_if<SchedulerEvent>(&entry)) {
       (event->job.empty() ? farm_events_ : find(event->job)->events).push_back(*event);
     } else if (const auto* fetched = std::get_if<JobFetched>(&entry)) {

@@ -26,7 +26,14 @@ Pace run_job(const std::vector<double>& slowness, std::uint32_t units, Time unit
     Time begun{};
   };
   Scheduler scheduler({.audit_one_in = 0});
-  EXPECT_TRUE(scheduler.add_job({.id = "a", .plan = row_of_tiles(units, 1), .scene_digest = "s", .isa = "avx2", .user = "", .required_tags = {}}).ok());
+  EXPECT_TRUE(scheduler
+                  .add_job({.id = "a",
+                            .plan = row_of_tiles(units, 1),
+                            .scene_digest = "s",
+                            .isa = "avx2",
+                            .user = "",
+                            .required_tags = {}})
+                  .ok());
   std::vector<Worker> workers(slowness.size());
   const auto name = [](std::size_t i) { return absl::StrCat("w", i); };
   for (std::size_t i = 0; i < workers.size(); ++i) {

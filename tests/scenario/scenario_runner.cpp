@@ -47,7 +47,8 @@ std::string ScenarioRunner::journal(std::vector<JournalEntry> entries) {
         absl::StrAppend(&news, "(", event.job, " is bound to ", event.text, ")\n");
         break;
       case FarmEvent::Kind::kEnded:
-        absl::StrAppend(&news, "(", event.job, " is ", v1::JobState_Name(static_cast<v1::JobState>(event.value)), ")\n");
+        absl::StrAppend(&news, "(", event.job, " is ", v1::JobState_Name(static_cast<v1::JobState>(event.value)),
+                        ")\n");
         break;
       case FarmEvent::Kind::kRevoked:
         absl::StrAppend(&news, "(result ", event.value, " of ", event.job, " is revoked)\n");
@@ -198,7 +199,8 @@ std::string ScenarioRunner::lease(const Arguments& arguments) {
   for (const v1::Lease& lease : decision->leases) absl::StrAppend(&out, text(lease.token()), " ");
   if (out.empty()) return "nothing\n";
   std::string news = journal({});
-  if (!news.empty()) return absl::StrCat(out, absl::StrReplaceAll(news, {{"\n", " "}}).substr(0, news.size() - 1), "\n");
+  if (!news.empty())
+    return absl::StrCat(out, absl::StrReplaceAll(news, {{"\n", " "}}).substr(0, news.size() - 1), "\n");
   out.back() = '\n';
   return out;
 }

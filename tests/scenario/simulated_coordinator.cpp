@@ -109,7 +109,8 @@ void SimulatedCoordinator::complete(const std::string& worker, const v1::LeaseTo
                                     const DeliveredResult& result, Time now, Reply reply) {
   const std::string& job = token.job_id();
   if (const v1::JobState state = past(job); state != v1::JOB_STATE_UNSPECIFIED) {
-    return reply(state == v1::DONE ? absl::OkStatus() : absl::FailedPreconditionError("the job was cancelled or failed"));
+    return reply(state == v1::DONE ? absl::OkStatus()
+                                   : absl::FailedPreconditionError("the job was cancelled or failed"));
   }
   const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(worker, token, result, now);
   if (!decision.ok()) {

@@ -12,9 +12,9 @@
 
 namespace tessera::server {
 
-/// Files in memory, for the journal's result files and for SQLite alike. What was written and not yet synced may be lost
-/// when the power fails: each such write survives whole, in part, or not at all, independently of the others, as on a
-/// drive with a cache. After a failure every operation is an error until `restore_power`. One at a time may exist.
+/// Files in memory, for the journal's result files and for SQLite alike. What was written and not yet synced may be
+/// lost when the power fails: each such write survives whole, in part, or not at all, independently of the others, as
+/// on a drive with a cache. After a failure every operation is an error until `restore_power`. One at a time may exist.
 class SimulatedDisk final : public Disk {
  public:
   explicit SimulatedDisk(std::uint64_t seed);

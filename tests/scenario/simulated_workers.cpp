@@ -125,8 +125,8 @@ void Simulation::receive_units(std::size_t index, const LeaseDecision& decision)
   Worker& worker = workers_[index];
   for (const v1::Lease& lease : decision.leases) {
     const v1::LeaseToken& token = lease.token();
-    const auto known = std::find_if(worker.held.begin(), worker.held.end(),
-                                    [&](const Held& held) { return same(held.token, token); });
+    const auto known =
+        std::find_if(worker.held.begin(), worker.held.end(), [&](const Held& held) { return same(held.token, token); });
     if (known != worker.held.end()) continue;  // the reply came twice
     const auto milliseconds = static_cast<std::int64_t>(static_cast<double>(200 + pick(3000)) * worker.slowness);
     worker.held.push_back({.token = token, .done_at = now_ + Time(milliseconds)});
@@ -173,9 +173,8 @@ void Simulation::deliver(std::size_t index, const Held& held) {
   }
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
   const DeliveredResult result{.fingerprint = truth_of(token) + (lies ? 1 + index : 0), .cost = Time{0}};
-  to_coordinator([this, id = worker.id, token, result, settled] {
-    coordinator_->complete(id, token, result, now_, settled);
-  });
+  to_coordinator(
+      [this, id = worker.id, token, result, settled] { coordinator_->complete(id, token, result, now_, settled); });
 }
 
 void Simulation::forget(Worker& worker, const v1::LeaseToken& token) {

@@ -82,7 +82,8 @@ std::string Simulation::run() {
   }
   if (violation_.empty() && !all_ended()) violate("a job does not end");
   for (const auto& [id, promise] : promises_) {
-    if (violation_.empty() && promise.ended == v1::INCOMPLETE) violate(absl::StrCat(id, " is incomplete after a retry"));
+    if (violation_.empty() && promise.ended == v1::INCOMPLETE)
+      violate(absl::StrCat(id, " is incomplete after a retry"));
   }
   return violation_;
 }
@@ -90,7 +91,8 @@ std::string Simulation::run() {
 void Simulation::at(Time time, Step step) { events_.emplace(std::pair{now_ + time, ++order_}, std::move(step)); }
 
 void Simulation::violate(const std::string& what) {
-  if (violation_.empty()) violation_ = absl::StrCat("after ", counts_.steps, " steps, at ", now_.count(), " ms: ", what);
+  if (violation_.empty())
+    violation_ = absl::StrCat("after ", counts_.steps, " steps, at ", now_.count(), " ms: ", what);
 }
 
 // ---------------------------------------------------------------- the network
@@ -133,8 +135,8 @@ void Simulation::start_coordinator() {
   if (!read.ok()) return violate(read.ToString());
   resolve_doubt(records);
   check_recovery(records);
-  coordinator_ = std::make_unique<SimulatedCoordinator>(
-      *journal, jobs_, SchedulerOptions{.audit_one_in = liars_ ? 3u : 0u});
+  coordinator_ =
+      std::make_unique<SimulatedCoordinator>(*journal, jobs_, SchedulerOptions{.audit_one_in = liars_ ? 3u : 0u});
   if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
   ++incarnation_;
   committing_ = false;
@@ -188,7 +190,8 @@ void Simulation::check() {
 
 void Simulation::commit() {
   committing_ = false;
-  const bool dies_before = chaos_ && chance(coordinator_death_ / 4), dies_after = chaos_ && chance(coordinator_death_ / 4);
+  const bool dies_before = chaos_ && chance(coordinator_death_ / 4),
+             dies_after = chaos_ && chance(coordinator_death_ / 4);
   if (dies_before) return kill_coordinator();
   if (disk_ && chaos_ && chance(coordinator_death_ / 2)) disk_->fail_power_after(1 + pick(12));
   if (disk_ && chaos_ && full_disk_ && chance(0.01)) disk_->set_capacity(1);
@@ -215,7 +218,8 @@ void Simulation::commit() {
 
 void Simulation::learn(const UnitDone& done) {
   Promise& promise = promises_.at(done.job);
-  if (done.sequence != promise.journaled.size() + 1) violate(absl::StrCat(done.job, ": result ", done.sequence, " out of order"));
+  if (done.sequence != promise.journaled.size() + 1)
+    violate(absl::StrCat(done.job, ": result ", done.sequence, " out of order"));
   if (!promise.live.emplace(done.unit, promise.journaled.size()).second) {
     violate(absl::StrCat(done.job, "/", done.unit, " is merged twice"));
   }
@@ -281,12 +285,13 @@ void Simulation::check_recovery(const std::map<std::string, JobRecord>& records)
     }
     const std::vector<JobRecord::Result>& results = found->second.results;
     if (results.size() != promise.journaled.size()) {
-      return violate(absl::StrCat(id, ": ", promise.journaled.size(), " results were journaled, ", results.size(),
-                                  " are there"));
+      return violate(
+          absl::StrCat(id, ": ", promise.journaled.size(), " results were journaled, ", results.size(), " are there"));
     }
     for (std::size_t i = 0; i < results.size(); ++i) {
       const Promise::Result& expected = promise.journaled[i];
-      if (results[i].unit != expected.unit || results[i].digest != expected.digest || results[i].host != expected.host) {
+      if (results[i].unit != expected.unit || results[i].digest != expected.digest ||
+          results[i].host != expected.host) {
         return violate(absl::StrCat(id, ": result ", i + 1, " is not what was journaled"));
       }
     }
@@ -356,9 +361,8 @@ void Simulation::meddle() {
     case 2:
     case 3:
       if (!promise.acknowledged) return;
-      return to_coordinator([this, id, pause = pick(2) == 0] {
-        coordinator_->pause(id, pause, [](const absl::Status&) {});
-      });
+      return to_coordinator(
+          [this, id, pause = pick(2) == 0] { coordinator_->pause(id, pause, [](const absl::Status&) {}); });
     case 4:
       if (promise.acknowledged) to_coordinator([this, id] { coordinator_->retry(id, [](const absl::Status&) {}); });
       return;

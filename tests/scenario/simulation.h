@@ -1,6 +1,6 @@
 // A farm of many machines in one thread: the real scheduler and journal, a network that delays, drops, doubles and
-// reorders, workers that crash, hang, slow down, lie and return late, and a coordinator that dies between any two steps.
-// Everything follows from the seed.
+// reorders, workers that crash, hang, slow down, lie and return late, and a coordinator that dies between any two
+// steps. Everything follows from the seed.
 #pragma once
 
 #include <cstdint>
@@ -55,9 +55,9 @@ class Simulation {
       bool acknowledged = false;
       bool revoked = false;
     };
-    std::vector<Result> journaled;                       // by sequence number - 1
-    std::map<std::uint32_t, std::size_t> live;           // unit -> index into `journaled`
-    v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;      // as journaled
+    std::vector<Result> journaled;                   // by sequence number - 1
+    std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
+    v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
   };
   struct Held {

@@ -1,5 +1,5 @@
-// Farms of random jobs, machines and mishaps (simulation.h). TESSERA_SCHEDULES=N in the environment runs that many seeds,
-// from TESSERA_FIRST_SEED on, for the long form.
+// Farms of random jobs, machines and mishaps (simulation.h). TESSERA_SCHEDULES=N in the environment runs that many
+// seeds, from TESSERA_FIRST_SEED on, for the long form.
 #include "scenario/simulation.h"
 
 #include <gtest/gtest.h>
@@ -36,13 +36,14 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
     total.quarantines += counts.quarantines, total.revoked += counts.revoked;
   }
   testing::Test::RecordProperty("steps", absl::StrCat(total.steps));
-  std::printf("%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power failures, "
-              "%llu full disks; %llu quarantines, %llu results revoked\n",
-              static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
-              static_cast<unsigned long long>(total.results), static_cast<unsigned long long>(total.coordinator_deaths),
-              static_cast<unsigned long long>(total.worker_deaths),
-              static_cast<unsigned long long>(total.power_failures), static_cast<unsigned long long>(total.disk_full),
-              static_cast<unsigned long long>(total.quarantines), static_cast<unsigned long long>(total.revoked));
+  std::printf(
+      "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power failures, "
+      "%llu full disks; %llu quarantines, %llu results revoked\n",
+      static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
+      static_cast<unsigned long long>(total.results), static_cast<unsigned long long>(total.coordinator_deaths),
+      static_cast<unsigned long long>(total.worker_deaths), static_cast<unsigned long long>(total.power_failures),
+      static_cast<unsigned long long>(total.disk_full), static_cast<unsigned long long>(total.quarantines),
+      static_cast<unsigned long long>(total.revoked));
   return total;
 }
 

@@ -101,8 +101,8 @@ class BsdfCase {
     const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
     if (flags & render::kBalanced) {
       const bool textured = (flags & render::kHasTextures) != 0;
-      render::append_balance_table({textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann, separable,
-                                    kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
+      render::append_balance_table({textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann,
+                                    separable, kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
                                    table_);
     }
     if (kind == render::BsdfKind::kPlastic) {
@@ -299,8 +299,8 @@ inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Colo
 inline std::vector<BsdfCase> all_cases() {
   std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}), diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
                               diffuse_transmission({0, 0, 0}, {0.9f, 0.9f, 0.9f}), thin_dielectric(1.5f)};
-  constexpr std::array<float, 2> kAlphas[] = {{0, 0}, {1e-3f, 1e-3f}, {0.02f, 0.02f}, {0.2f, 0.2f},
-                                              {1, 1}, {0.05f, 0.5f},  {0.9f, 0.01f}, {1e-4f, 1e-4f}, {0.3f, 1e-4f}};
+  constexpr std::array<float, 2> kAlphas[] = {{0, 0},        {1e-3f, 1e-3f}, {0.02f, 0.02f}, {0.2f, 0.2f}, {1, 1},
+                                              {0.05f, 0.5f}, {0.9f, 0.01f},  {1e-4f, 1e-4f}, {0.3f, 1e-4f}};
   for (const auto& [x, y] : kAlphas) {
     cases.push_back(conductor(x, y));
     for (const float eta : {1.5f, 1 / 1.5f, 3.0f}) {
@@ -324,7 +324,8 @@ inline std::vector<BsdfCase> all_cases() {
     cases.push_back(dielectric(0.2f, 0.2f, 1 / 1.5f, flags));
   }
   // With multiple scattering between the facets.
-  for (const auto& [x, y] : {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.6f}}) {
+  for (const auto& [x, y] :
+       {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.6f}}) {
     cases.push_back(conductor(x, y, kCopperEta, kCopperK, render::kBalanced));
     for (const float eta : {1 / 1.5f, 1.1f, 1.5f}) cases.push_back(dielectric(x, y, eta, render::kBalanced));
   }

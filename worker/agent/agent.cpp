@@ -16,8 +16,8 @@
 #include "agent/session.h"
 #include "agent/unit_renderer.h"
 #include "wire/backoff.h"
-#include "wire/status.h"
 #include "wire/limits.h"
+#include "wire/status.h"
 #include "wire/version.h"
 
 namespace tessera::agent {

@@ -46,8 +46,8 @@ struct AgentReport {
   std::uint64_t units_rendered = 0;
   std::uint64_t results_acknowledged = 0;
   std::uint64_t downloaded_bytes = 0;
-  double load_seconds = 0;   // fetching blobs and building scenes
-  double build_seconds = 0;  // of that, building
+  double load_seconds = 0;      // fetching blobs and building scenes
+  double build_seconds = 0;     // of that, building
   std::size_t scene_bytes = 0;  // held by the largest scene
 };
 
@@ -57,9 +57,9 @@ class Agent {
   static absl::StatusOr<std::unique_ptr<Agent>> create(std::shared_ptr<grpc::Channel> channel, AgentOptions options);
   ~Agent();
 
-  /// Works until `stop` is requested or the coordinator asks this worker to drain: then finishes what it has begun within
-  /// the grace period, gives the rest back and returns OK. Outlives any restart of the coordinator. An error means that
-  /// the coordinator refuses this worker. Call it once.
+  /// Works until `stop` is requested or the coordinator asks this worker to drain: then finishes what it has begun
+  /// within the grace period, gives the rest back and returns OK. Outlives any restart of the coordinator. An error
+  /// means that the coordinator refuses this worker. Call it once.
   absl::Status run(std::stop_token stop);
 
   /// Thread-safe.

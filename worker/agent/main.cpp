@@ -1,9 +1,9 @@
 // tessera-worker: leases tiles from a coordinator and renders them.
-#include <CLI/CLI.hpp>
 #include <pthread.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <csignal>
@@ -88,8 +88,8 @@ sigset_t stop_signals() {
   return signals;
 }
 
-/// Asks for a stop at the first signal, and ends the program at the second; the coordinator then notices by itself. Needs
-/// the signals blocked in every thread.
+/// Asks for a stop at the first signal, and ends the program at the second; the coordinator then notices by itself.
+/// Needs the signals blocked in every thread.
 void wait_for_signal(std::stop_token done, std::stop_source stop) {
   const sigset_t signals = stop_signals();
   const timespec patience{0, 200'000'000};

@@ -1,4 +1,5 @@
-// sample() of every model against the density that eval() claims: a sample of the directions of bsdf_chi2_long_test.cpp.
+// sample() of every model against the density that eval() claims: a sample of the directions of
+// bsdf_chi2_long_test.cpp.
 #include "statistical/bsdf/density_check.h"
 
 namespace tessera::test {

@@ -95,10 +95,12 @@ double mean_albedo(const BsdfCase& bsdf, bool below) {
 
 TEST(BsdfEnergy, MultipleScatteringLosesNothing) {
   // The mean over diffuse light keeps 1 to 2e-3.
-  constexpr std::array<float, 2> kAlphas[] = {{0.01f, 0.01f}, {0.1f, 0.1f}, {0.3f, 0.3f}, {0.6f, 0.6f}, {1, 1}, {0.1f, 0.6f}, {0.8f, 0.2f}};
+  constexpr std::array<float, 2> kAlphas[] = {{0.01f, 0.01f}, {0.1f, 0.1f}, {0.3f, 0.3f}, {0.6f, 0.6f},
+                                              {1, 1},         {0.1f, 0.6f}, {0.8f, 0.2f}};
   for (const auto& [x, y] : kAlphas) {
     for (const float eta : {0.0f, 1.2f, 1.5f, 2.4f, 1 / 1.5f}) {
-      const BsdfCase bsdf = eta == 0 ? conductor(x, y, {0, 0, 0}, {3, 3, 3}, render::kBalanced) : dielectric(x, y, eta, render::kBalanced);
+      const BsdfCase bsdf = eta == 0 ? conductor(x, y, {0, 0, 0}, {3, 3, 3}, render::kBalanced)
+                                     : dielectric(x, y, eta, render::kBalanced);
       SCOPED_TRACE(bsdf.name);
       EXPECT_NEAR(mean_albedo(bsdf, false), 1, 2e-3);
       EXPECT_NEAR(mean_albedo(bsdf, true), 1, 2e-3);

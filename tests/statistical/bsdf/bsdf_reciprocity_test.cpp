@@ -9,8 +9,8 @@
 namespace tessera::test {
 namespace {
 
-/// Models that are not reciprocal by the definition of their format: hair tilts the light of one side only; Disney's glass
-/// divides nothing by eta^2, and its thin sheet scales one direction; the walks of coated conductors are noise.
+/// Models that are not reciprocal by the definition of their format: hair tilts the light of one side only; Disney's
+/// glass divides nothing by eta^2, and its thin sheet scales one direction; the walks of coated conductors are noise.
 bool is_reciprocal(const BsdfCase& bsdf) {
   return bsdf.kind != render::BsdfKind::kHair && bsdf.kind != render::BsdfKind::kPrincipledThin &&
          (bsdf.flags & render::kHasInside) == 0;
@@ -41,9 +41,9 @@ Pairs random_pairs(const BsdfCase& bsdf, bool sampled, std::mt19937_64& random) 
   return pairs;
 }
 
-/// By how much a value may be off where direction vectors of single precision, wrong by 1e-7, are all that both ways have in
-/// common: they move the normal of the microfacet by about 1e-7 / cos, which changes ln D by at most 2 / alpha a radian. Infinite
-/// near the critical angle: there eta^2 - sin^2 is a difference of nearly equal numbers.
+/// By how much a value may be off where direction vectors of single precision, wrong by 1e-7, are all that both ways
+/// have in common: they move the normal of the microfacet by about 1e-7 / cos, which changes ln D by at most 2 / alpha
+/// a radian. Infinite near the critical angle: there eta^2 - sin^2 is a difference of nearly equal numbers.
 double rounding(const BsdfCase& bsdf, const Direction& a, const Direction& b) {
   const double alpha = std::max<double>(std::min(bsdf.scalar(0), bsdf.scalar(1)), 1e-4);
   const double cosine = std::min(std::abs(a[2]), std::abs(b[2]));

@@ -30,10 +30,10 @@ inline std::optional<HalfVectorMap> map_of(const BsdfCase& bsdf, const Direction
     case kPrincipled:
     case kPrincipledThin: {
       const double aspect = std::sqrt(1 - 0.9 * bsdf.scalar(1)), alpha2 = bsdf.scalar(0) * bsdf.scalar(0);
-      return HalfVectorMap(std::max(alpha2 / aspect, kSmallest), std::max(alpha2 * aspect, kSmallest), bsdf.scalar(2),
-                           bsdf.kind == kPrincipled ? HalfVectorMap::Transmission::kRefracts
-                                                    : HalfVectorMap::Transmission::kMirrors,
-                           wo);
+      return HalfVectorMap(
+          std::max(alpha2 / aspect, kSmallest), std::max(alpha2 * aspect, kSmallest), bsdf.scalar(2),
+          bsdf.kind == kPrincipled ? HalfVectorMap::Transmission::kRefracts : HalfVectorMap::Transmission::kMirrors,
+          wo);
     }
     default:
       return std::nullopt;
@@ -53,8 +53,8 @@ inline bool resolvable(const BsdfCase& bsdf, const Direction& wo) {
 /// 32 directions, with those of all_wo(): half of them grazing, a third from below.
 inline std::vector<Direction> many_wo() {
   std::vector<Direction> result = all_wo();
-  for (const double theta : {1.0, 10.0, 20.0, 40.0, 45.0, 50.0, 65.0, 70.0, 75.0, 80.0, 82.0, 84.0, 86.0, 87.0, 88.0, 89.0,
-                             90.1, 91.0, 95.0, 100.0, 110.0, 125.0, 138.0, 165.0, 180.0}) {
+  for (const double theta : {1.0,  10.0, 20.0, 40.0, 45.0, 50.0, 65.0,  70.0,  75.0,  80.0,  82.0,  84.0, 86.0,
+                             87.0, 88.0, 89.0, 90.1, 91.0, 95.0, 100.0, 110.0, 125.0, 138.0, 165.0, 180.0}) {
     result.push_back(direction(theta, 137.5 * static_cast<double>(result.size())));
   }
   return result;
@@ -74,8 +74,8 @@ inline auto claimed_density(const BsdfCase& bsdf, const Direction& wo, const std
   };
 }
 
-/// One model seen from one direction; `level` is that of the chi-square test, `seed` of its samples. Returns the part of
-/// the samples that find no direction.
+/// One model seen from one direction; `level` is that of the chi-square test, `seed` of its samples. Returns the part
+/// of the samples that find no direction.
 inline double expect_samples_follow_pdf(const BsdfCase& bsdf, const Direction& wo, double level, std::uint64_t seed) {
   SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
   constexpr int kSamples = 1 << 14;

@@ -1,6 +1,6 @@
-// A change of variables that spreads the lobes of microfacets, however narrow, over the sphere: integrals of densities and
-// histograms of samples are taken there. Directions wi correspond to normals of microfacets one to one (half vectors of
-// reflection and of refraction), and those to slopes in units of roughness.
+// A change of variables that spreads the lobes of microfacets, however narrow, over the sphere: integrals of densities
+// and histograms of samples are taken there. Directions wi correspond to normals of microfacets one to one (half
+// vectors of reflection and of refraction), and those to slopes in units of roughness.
 #pragma once
 
 #include <cmath>

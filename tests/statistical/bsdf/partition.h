@@ -86,7 +86,8 @@ class Partition {
     return sum * c.solid_angle();
   }
 
-  /// Whether the density vanishes on part of the cell's border only: Gauss points, which all lie within, may not see it.
+  /// Whether the density vanishes on part of the cell's border only: Gauss points, which all lie within, may not see
+  /// it.
   template <class Density>
   static bool has_edge(const Density& density, const SphereCell& c) {
     Direction w[16];
@@ -94,7 +95,11 @@ class Partition {
     for (int i = 0; i < 16; ++i) {
       const double t = i % 4 / 4.0, u = i < 8 ? t : 1 - t;  // along the four sides
       const bool along_z = i / 4 == 1 || i / 4 == 3;
-      w[i] = at(std::lerp(c.z0, c.z1, along_z ? u : i < 8 ? 0.0 : 1.0), std::lerp(c.phi0, c.phi1, along_z ? (i < 8 ? 1.0 : 0.0) : u));
+      w[i] = at(std::lerp(c.z0, c.z1,
+                          along_z ? u
+                          : i < 8 ? 0.0
+                                  : 1.0),
+                std::lerp(c.phi0, c.phi1, along_z ? (i < 8 ? 1.0 : 0.0) : u));
     }
     density(w, values);
     const auto zeros = std::count(std::begin(values), std::end(values), 0.0f);
@@ -135,8 +140,8 @@ class Partition {
     for (const SphereCell& quarter : quarters) sum += gauss(density, quarter);
     // Edges are followed where there is much to lose, and where nothing was seen at all.
     const bool follows_edge = sum >= kMaxEdgeMass || (sum == 0 && depth < least_depth_ + kEdgeDepth);
-    const bool good = depth >= least_depth_ && std::abs(sum - coarse) < kTolerance && sum < kMaxMass && !must_cut(cell) &&
-                      !(follows_edge && has_edge(density, cell));
+    const bool good = depth >= least_depth_ && std::abs(sum - coarse) < kTolerance && sum < kMaxMass &&
+                      !must_cut(cell) && !(follows_edge && has_edge(density, cell));
     if (good || depth == kMaxDepth) {
       nodes_[node].leaf = static_cast<int>(masses_.size());
       masses_.push_back(sum);

@@ -29,8 +29,8 @@ CameraRecord camera(CameraKind kind, float lens_radius, float scale) {
   return c;
 }
 
-/// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform density over
-/// what the film covers there. In focus only: elsewhere a lens blurs the border.
+/// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform density
+/// over what the film covers there. In focus only: elsewhere a lens blurs the border.
 TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
   constexpr int kSamples = 1 << 19, kTests = 8;
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
@@ -42,12 +42,15 @@ TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
         std::vector<double> lens_observed(16 * 16);
         RandomLanes numbers(11);
         for (int i = 0; i < kSamples; i += kWidth) {
-          const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
+          const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)},
+                                                  {numbers(), numbers()}, Float(0.0f));
           for (int l = 0; l < kWidth; ++l) {
             const double dx = ray.direction.x.lane(l), ox = ray.origin.x.lane(l);
             const double t = (3 * scale - ox) / dx;
-            const double right = (ray.origin.y.lane(l) + t * ray.direction.y.lane(l)) / scale, up = (ray.origin.z.lane(l) + t * ray.direction.z.lane(l)) / scale;
-            const int column = static_cast<int>(std::floor((right / spread + 2) * 10)), row = static_cast<int>(std::floor((1 - up / spread) * 10));
+            const double right = (ray.origin.y.lane(l) + t * ray.direction.y.lane(l)) / scale,
+                         up = (ray.origin.z.lane(l) + t * ray.direction.z.lane(l)) / scale;
+            const int column = static_cast<int>(std::floor((right / spread + 2) * 10)),
+                      row = static_cast<int>(std::floor((1 - up / spread) * 10));
             // On the border a float may round to either side.
             ++observed[static_cast<std::size_t>(std::clamp(row, 0, 19) * 40 + std::clamp(column, 0, 39))];
             ASSERT_NEAR(std::clamp(row, 0, 19), row, 1);
@@ -61,7 +64,8 @@ TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
   }
 }
 
-/// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1 over the film.
+/// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1 over the
+/// film.
 TEST(CameraChi2, DirectionsOfAPinhole) {
   constexpr int kSamples = 1 << 20;
   const CameraRecord c = camera(CameraKind::kPerspective, 0, 1);
@@ -69,10 +73,14 @@ TEST(CameraChi2, DirectionsOfAPinhole) {
   std::vector<double> observed(grid.size()), expected(grid.size());
   RandomLanes numbers(11);
   for (int i = 0; i < kSamples; i += kWidth) {
-    const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f));
-    for (int l = 0; l < kWidth; ++l) ++observed[grid.cell(ray.direction.y.lane(l), ray.direction.z.lane(l), ray.direction.x.lane(l))];
+    const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)},
+                                            {numbers(), numbers()}, Float(0.0f));
+    for (int l = 0; l < kWidth; ++l)
+      ++observed[grid.cell(ray.direction.y.lane(l), ray.direction.z.lane(l), ray.direction.x.lane(l))];
   }
-  const auto pdf = [](double x, double y, double z) { return z > 0 && std::abs(x) <= 2 * z && std::abs(y) <= z ? 1 / (8 * z * z * z) : 0.0; };
+  const auto pdf = [](double x, double y, double z) {
+    return z > 0 && std::abs(x) <= 2 * z && std::abs(y) <= z ? 1 / (8 * z * z * z) : 0.0;
+  };
   double total = 0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const double p = test::integrate_cell(pdf, grid.bounds(i), 1e-7, 12);
@@ -84,15 +92,16 @@ TEST(CameraChi2, DirectionsOfAPinhole) {
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, 0.01);
 }
 
-/// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1 gives a pixel of
-/// value 1. A plane askew, sampled evenly; and no light lands where the film is not.
+/// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1 gives a
+/// pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
 TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
   constexpr int kSamples = 1 << 21;
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
     for (const float lens : {0.0f, 0.4f}) {
       for (const float scale : {1.0f, 2.5f}) {
         const CameraRecord c = camera(kind, lens, scale);
-        // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds all that is seen.
+        // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds all that
+        // is seen.
         const float half = kind == CameraKind::kPerspective ? 18.0f : 4.0f;
         const double tilt = std::sqrt(1 + 0.15 * 0.15 + 0.1 * 0.1);
         std::vector<double> sum(800), squares(800);

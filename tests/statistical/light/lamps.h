@@ -160,7 +160,9 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
       const bool inside = kind == ShapeKind::kDisk ? r <= quadric.radius && r >= quadric.inner_radius
                                                    : p.z >= quadric.z_min && p.z <= quadric.z_max;
       if (!(t > 0) || !inside || phi > quadric.phi_max) continue;
-      const Point in_object = kind == ShapeKind::kDisk ? Point{0, 0, 1} : kind == ShapeKind::kCylinder ? Point{p.x, p.y, 0} : p;
+      const Point in_object = kind == ShapeKind::kDisk       ? Point{0, 0, 1}
+                              : kind == ShapeKind::kCylinder ? Point{p.x, p.y, 0}
+                                                             : p;
       const Point n = unit(object_from_render.transposed(in_object));
       hits.push_back({t, o + d * t, flipped ? n * -1 : n});
     }

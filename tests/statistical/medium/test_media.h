@@ -16,13 +16,15 @@ namespace tessera::render::TESSERA_ISA {
 using test::Point;
 using test::unit;
 
-inline Vec3 wide(Point p) { return {Float(static_cast<float>(p.x)), Float(static_cast<float>(p.y)), Float(static_cast<float>(p.z))}; }
+inline Vec3 wide(Point p) {
+  return {Float(static_cast<float>(p.x)), Float(static_cast<float>(p.y)), Float(static_cast<float>(p.z))};
+}
 
 using Rgb3 = std::array<double, 3>;
 
 /// Samples over three orders of magnitude, one in three zero (but for the first).
-inline DensityGrid noise_grid(std::int32_t nx, std::int32_t ny, std::int32_t nz, std::int32_t channels, const Affine& grid_from_render,
-                              unsigned seed) {
+inline DensityGrid noise_grid(std::int32_t nx, std::int32_t ny, std::int32_t nz, std::int32_t channels,
+                              const Affine& grid_from_render, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(0, 1);
   DensityGrid grid;
@@ -60,7 +62,8 @@ inline Rgb3 density(const DensityGrid& grid, Point p) {
       weight *= upper ? t[a] : 1 - t[a];
       index[a] = upper ? high[a] : low[a];
     }
-    const auto sample = static_cast<std::size_t>(((index[2] * grid.size[1] + index[1]) * grid.size[0] + index[0]) * grid.channels);
+    const auto sample =
+        static_cast<std::size_t>(((index[2] * grid.size[1] + index[1]) * grid.size[0] + index[0]) * grid.channels);
     for (std::size_t c = 0; c < 3; ++c) result[c] += weight * grid.samples[sample + (grid.channels == 3 ? c : 0)];
   }
   return result;
@@ -90,7 +93,8 @@ struct Expected {
   std::vector<Rgb3> scattered_in_bin;  // equal parts of the ray
 };
 
-inline Expected integrate(const MediumTable& table, const MediumRecord& medium, Point o, Point d, double distance, int bins) {
+inline Expected integrate(const MediumTable& table, const MediumRecord& medium, Point o, Point d, double distance,
+                          int bins) {
   constexpr int kSteps = 48000;
   const double h = distance / kSteps;
   Rgb3 depth{};

@@ -39,7 +39,8 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
 
 Picture measure_picture(const PictureRequest& request) {
   v1::JobSpec job;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(request.settings, job.mutable_settings())) << request.settings;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(request.settings, job.mutable_settings()))
+      << request.settings;
   job.mutable_settings()->set_integrator(request.integrator);
   job.mutable_settings()->set_sampler("independent");
   job.mutable_settings()->set_spp(request.spp);
@@ -47,7 +48,8 @@ Picture measure_picture(const PictureRequest& request) {
   // Two estimators must not share their random numbers.
   const std::string isa = request.isa.empty() ? render::supported_isas().front() : request.isa;
   job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff);
-  const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide, " filter { ", request.filter, " } }");
+  const std::string text =
+      absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide, " filter { ", request.filter, " } }");
   const auto file = load_scene_text(text, job, isa, request.blobs);
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
@@ -91,15 +93,18 @@ void expect_same(const Picture& a, const Picture& b, double relative) {
   ASSERT_FALSE(a.values.empty());
   for (std::size_t v = 0; v < a.values.size(); ++v) {
     const double error = std::hypot(a.values[v].error, b.values[v].error);
-    EXPECT_NEAR(a.values[v].mean, b.values[v].mean, kStandardErrors * error + relative * std::abs(a.values[v].mean) + 1e-6)
-        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3 << ", standard error " << error;
+    EXPECT_NEAR(a.values[v].mean, b.values[v].mean,
+                kStandardErrors * error + relative * std::abs(a.values[v].mean) + 1e-6)
+        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3 << ", standard error "
+        << error;
   }
 }
 
 void expect_value(const Picture& picture, double expected, double relative) {
   ASSERT_FALSE(picture.values.empty());
   for (std::size_t v = 0; v < picture.values.size(); ++v) {
-    EXPECT_NEAR(picture.values[v].mean, expected, kStandardErrors * picture.values[v].error + relative * std::abs(expected) + 1e-6)
+    EXPECT_NEAR(picture.values[v].mean, expected,
+                kStandardErrors * picture.values[v].error + relative * std::abs(expected) + 1e-6)
         << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3;
   }
 }

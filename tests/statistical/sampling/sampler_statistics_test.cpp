@@ -15,7 +15,8 @@ namespace {
 constexpr SamplerKind kKinds[] = {SamplerKind::kSobol, SamplerKind::kIndependent};
 
 /// Dimensions as the integrators use them: those of the camera, of early and late bounces, of media.
-constexpr int kPairs[] = {0, 1, 2, 3, 4, 6, 7, 4 * 16 + 3, dimension::kFlight, dimension::kFlight + 1, dimension::kOpacity};
+constexpr int kPairs[] = {
+    0, 1, 2, 3, 4, 6, 7, 4 * 16 + 3, dimension::kFlight, dimension::kFlight + 1, dimension::kOpacity};
 
 /// One coordinate of a sample: of pair kPairs[pair], the first or the second number.
 struct Coordinate {
@@ -91,7 +92,8 @@ TEST(SamplerStatistics, PairsOfDimensionsAreUniformOverPixels) {
           u = number(kind, 1, at, all[a]);
           v = number(kind, 1, at, all[b]);
         });
-        EXPECT_GT(p, test::sidak_level(0.01, tests)) << static_cast<int>(kind) << ": " << all[a].pair << ' ' << all[b].pair;
+        EXPECT_GT(p, test::sidak_level(0.01, tests))
+            << static_cast<int>(kind) << ": " << all[a].pair << ' ' << all[b].pair;
       }
     }
   }
@@ -105,8 +107,12 @@ TEST(SamplerStatistics, NeighboursSamplesAndSeedsAreIndependent) {
     std::uint64_t seed;
   };
   // The integrators' first sample is 0; a job's seeds are often small and next to each other.
-  const Other others[] = {{"the pixel to the right", 1, 0, 0, 1}, {"the pixel below", 0, 1, 0, 1}, {"a pixel of the next tile", 64, 0, 0, 1},
-                          {"the next sample", 0, 0, 1, 1},        {"sample 1024", 0, 0, 1024, 1},  {"the next seed", 0, 0, 0, 2},
+  const Other others[] = {{"the pixel to the right", 1, 0, 0, 1},
+                          {"the pixel below", 0, 1, 0, 1},
+                          {"a pixel of the next tile", 64, 0, 0, 1},
+                          {"the next sample", 0, 0, 1, 1},
+                          {"sample 1024", 0, 0, 1024, 1},
+                          {"the next seed", 0, 0, 0, 2},
                           {"a seed of 64 bits", 0, 0, 0, std::uint64_t{1} << 32 | 1}};
   const std::vector<Coordinate> all = coordinates();
   const int tests = static_cast<int>(std::size(kKinds) * all.size() * std::size(others));
@@ -120,7 +126,8 @@ TEST(SamplerStatistics, NeighboursSamplesAndSeedsAreIndependent) {
           u = number(kind, 1, at, c);
           v = number(kind, other.seed, {at.x + other.dx, at.y + other.dy, at.sample + other.dsample}, c);
         });
-        EXPECT_GT(p, test::sidak_level(0.01, tests)) << static_cast<int>(kind) << ": " << other.what << ", pair " << c.pair;
+        EXPECT_GT(p, test::sidak_level(0.01, tests))
+            << static_cast<int>(kind) << ": " << other.what << ", pair " << c.pair;
       }
     }
   }
@@ -142,8 +149,9 @@ TEST(SamplerStatistics, SamplesOfAPixelFillTheSquare) {
   }
 }
 
-/// Different pairs of dimensions within a pixel are padded, not jointly stratified: they must at least be uniform together.
-/// A sample's numbers in two pairs come from one shuffled index each; an unlucky hash would tie them together.
+/// Different pairs of dimensions within a pixel are padded, not jointly stratified: they must at least be uniform
+/// together. A sample's numbers in two pairs come from one shuffled index each; an unlucky hash would tie them
+/// together.
 TEST(SamplerStatistics, PairsWithinAPixelAreUnrelated) {
   constexpr std::uint32_t kPixels = 64;
   const std::vector<Coordinate> all = coordinates();
@@ -157,7 +165,8 @@ TEST(SamplerStatistics, PairsWithinAPixelAreUnrelated) {
         const Float u = number(SamplerKind::kSobol, 9, at, all[a]), v = number(SamplerKind::kSobol, 9, at, all[a + 2]);
         for (int l = 0; l < kWidth; ++l) sum += (u.lane(l) - 0.5) * (v.lane(l) - 0.5);
       }
-      // Of independent uniform numbers the product has the variance 1/144; four standard errors are crossed once in 16,000.
+      // Of independent uniform numbers the product has the variance 1/144; four standard errors are crossed once in
+      // 16,000.
       bad += std::abs(sum / kSamples) > 4.0 / 12 / std::sqrt(double{kSamples});
     }
   }

@@ -54,28 +54,38 @@ void check_directions(const char* name, const std::function<Vec3(Vec2)>& warp,
 }
 
 TEST(WarpChi2, Directions) {
-  check_directions("sphere", [](Vec2 u) { return square_to_sphere(u); }, [](double, double, double) { return std::numbers::inv_pi / 4; });
-  check_directions("cosine hemisphere", [](Vec2 u) { return square_to_cosine_hemisphere(u); },
-                   [](double, double, double z) { return cosine_hemisphere_pdf(Float(static_cast<float>(z))).lane(0); });
-  check_directions("octahedral", [](Vec2 u) { return direction_from_octahedral(u); },
-                   [](double, double, double) { return std::numbers::inv_pi / 4; });
+  check_directions(
+      "sphere", [](Vec2 u) { return square_to_sphere(u); },
+      [](double, double, double) { return std::numbers::inv_pi / 4; });
+  check_directions(
+      "cosine hemisphere", [](Vec2 u) { return square_to_cosine_hemisphere(u); },
+      [](double, double, double z) { return cosine_hemisphere_pdf(Float(static_cast<float>(z))).lane(0); });
+  check_directions(
+      "octahedral", [](Vec2 u) { return direction_from_octahedral(u); },
+      [](double, double, double) { return std::numbers::inv_pi / 4; });
   for (const float width : {0.5f, 1.75f}) {
-    check_directions("cone", [width](Vec2 u) { return square_to_cone(u, Float(width)); }, [width](double, double, double z) {
-      return z >= 1 - double{width} ? double{cone_pdf(Float(width)).lane(0)} : 0;
-    });
+    check_directions(
+        "cone", [width](Vec2 u) { return square_to_cone(u, Float(width)); },
+        [width](double, double, double z) {
+          return z >= 1 - double{width} ? double{cone_pdf(Float(width)).lane(0)} : 0;
+        });
   }
 }
 
-/// A narrow cone, where 1 - cosine has no digits in a direction: the angle to the axis, squared, and the azimuth are uniform.
+/// A narrow cone, where 1 - cosine has no digits in a direction: the angle to the axis, squared, and the azimuth are
+/// uniform.
 TEST(WarpChi2, NarrowCones) {
   for (const float width : {1e-4f, 1e-10f}) {
     constexpr int kRows = 32, kColumns = 32;
-    const auto observed = count(kRows * kColumns, [width](Vec2 u) { return square_to_cone(u, Float(width)); }, [&](double x, double y, double) {
-      const double part = (x * x + y * y) / (2 * double{width} - double{width} * width);  // sin^2, of the largest
-      const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
-      const int row = std::min(static_cast<int>(part * kRows), kRows - 1), column = std::min(static_cast<int>(turn * kColumns), kColumns - 1);
-      return static_cast<std::size_t>(row * kColumns + column);
-    });
+    const auto observed = count(
+        kRows * kColumns, [width](Vec2 u) { return square_to_cone(u, Float(width)); },
+        [&](double x, double y, double) {
+          const double part = (x * x + y * y) / (2 * double{width} - double{width} * width);  // sin^2, of the largest
+          const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
+          const int row = std::min(static_cast<int>(part * kRows), kRows - 1),
+                    column = std::min(static_cast<int>(turn * kColumns), kColumns - 1);
+          return static_cast<std::size_t>(row * kColumns + column);
+        });
     const std::vector<double> expected(kRows * kColumns, double{kSamples} / (kRows * kColumns));
     EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests)) << width;
   }
@@ -84,16 +94,17 @@ TEST(WarpChi2, NarrowCones) {
 /// Squared radius and angle of a uniform point of the disk are uniform.
 TEST(WarpChi2, Disk) {
   constexpr int kSide = 32;
-  const auto observed = count(kSide * kSide,
-                              [](Vec2 u) {
-                                const Vec2 d = square_to_disk(u);
-                                return Vec3{d.x, d.y, Float(0.0f)};
-                              },
-                              [](double x, double y, double) {
-                                const int row = std::min(static_cast<int>((x * x + y * y) * kSide), kSide - 1);
-                                const int column = static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * kSide) % kSide;
-                                return static_cast<std::size_t>(row * kSide + column);
-                              });
+  const auto observed = count(
+      kSide * kSide,
+      [](Vec2 u) {
+        const Vec2 d = square_to_disk(u);
+        return Vec3{d.x, d.y, Float(0.0f)};
+      },
+      [](double x, double y, double) {
+        const int row = std::min(static_cast<int>((x * x + y * y) * kSide), kSide - 1);
+        const int column = static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * kSide) % kSide;
+        return static_cast<std::size_t>(row * kSide + column);
+      });
   const std::vector<double> expected(kSide * kSide, double{kSamples} / (kSide * kSide));
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests));
 }
@@ -101,16 +112,17 @@ TEST(WarpChi2, Disk) {
 /// Cells of equal area in barycentrics: 1 - sqrt(1 - b1)... that is, (1 - b1)^2 and b2 / (1 - b1) are uniform.
 TEST(WarpChi2, Triangle) {
   constexpr int kSide = 32;
-  const auto observed = count(kSide * kSide,
-                              [](Vec2 u) {
-                                const Barycentric b = square_to_triangle(u);
-                                return Vec3{b.b0, b.b1, b.b2};
-                              },
-                              [](double, double b1, double b2) {
-                                const int row = std::min(static_cast<int>((1 - b1) * (1 - b1) * kSide), kSide - 1);
-                                const int column = std::min(static_cast<int>(b2 / (1 - b1) * kSide), kSide - 1);
-                                return static_cast<std::size_t>(row * kSide + column);
-                              });
+  const auto observed = count(
+      kSide * kSide,
+      [](Vec2 u) {
+        const Barycentric b = square_to_triangle(u);
+        return Vec3{b.b0, b.b1, b.b2};
+      },
+      [](double, double b1, double b2) {
+        const int row = std::min(static_cast<int>((1 - b1) * (1 - b1) * kSide), kSide - 1);
+        const int column = std::min(static_cast<int>(b2 / (1 - b1) * kSide), kSide - 1);
+        return static_cast<std::size_t>(row * kSide + column);
+      });
   const std::vector<double> expected(kSide * kSide, double{kSamples} / (kSide * kSide));
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests));
 }

@@ -1,5 +1,5 @@
-// However light is looked for, and however rays are traced, the picture is one: each choice that a job may make, against the
-// default, with random numbers of its own.
+// However light is looked for, and however rays are traced, the picture is one: each choice that a job may make,
+// against the default, with random numbers of its own.
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ struct Scene {
 };
 constexpr Scene kScenes[] = {{"lens", "path", 5}, {"lens", "volpath", 5}, {"media", "volpath", 8}};
 
-Picture picture(const Scene& scene, const std::string& settings, const std::string& isa = "", const std::string& without = "") {
+Picture picture(const Scene& scene, const std::string& settings, const std::string& isa = "",
+                const std::string& without = "") {
   PictureRequest request;
   request.scene = scene_text(scene.name, without);
   request.integrator = scene.integrator;
@@ -52,7 +53,8 @@ const Picture& default_picture(const Scene& scene, const std::string& without) {
   return known;
 }
 
-void expect_same_as_default(const std::string& settings, const std::string& isa = "", const std::string& left_out = "") {
+void expect_same_as_default(const std::string& settings, const std::string& isa = "",
+                            const std::string& left_out = "") {
   for (const Scene& scene : kScenes) {
     SCOPED_TRACE(std::string(scene.name) + " by " + scene.integrator);
     const bool has = scene_text(scene.name).find(left_out) != std::string::npos;
@@ -90,7 +92,8 @@ TEST(Estimators, UnknownChoicesAreRefused) {
   for (const char* settings : {"direct_light: 'x'", "light_selection: 'x'", "traversal: 'x'", "intersection: 'x'"}) {
     v1::JobSpec job;
     ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(settings, job.mutable_settings()));
-    const auto file = load_scene_text(scene_text("lens") + " film { width: 8 height: 8 }", job, render::supported_isas().front());
+    const auto file =
+        load_scene_text(scene_text("lens") + " film { width: 8 height: 8 }", job, render::supported_isas().front());
     ASSERT_FALSE(file.ok()) << settings;
     EXPECT_THAT(std::string(file.status().message()), testing::HasSubstr("there are:"));
   }

@@ -1,5 +1,5 @@
-// Many renders of few samples each have the mean of one render of very many: nothing that the renderer does by default depends
-// on how many samples a pixel gets, or favours what the first samples happen to show.
+// Many renders of few samples each have the mean of one render of very many: nothing that the renderer does by default
+// depends on how many samples a pixel gets, or favours what the first samples happen to show.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +93,8 @@ class FewSamples : public testing::TestWithParam<const char*> {
   static std::size_t values() { return std::size_t{3} * size().side * size().side; }
 };
 
-/// The mean of all values from `first` on, `count` of them, and its standard error. Pixels of one render are independent.
+/// The mean of all values from `first` on, `count` of them, and its standard error. Pixels of one render are
+/// independent.
 struct Mean {
   double value = 0, error = 0;
 };
@@ -128,14 +129,16 @@ TEST_P(FewSamples, HaveTheMeanOfMany) {
     RecordProperty("bias_percent_" + std::to_string(c), std::to_string(100 * (of_few.value / of_many.value - 1)));
     RecordProperty("error_percent_" + std::to_string(c), std::to_string(100 * error / of_many.value));
     // Four standard errors: one channel in 16,000. Beyond 0.1 % only as far as the noise reaches.
-    EXPECT_NEAR(of_few.value, of_many.value, std::max(1e-3 * of_many.value, 4 * error)) << "channel " << c << ", standard error " << error;
+    EXPECT_NEAR(of_few.value, of_many.value, std::max(1e-3 * of_many.value, 4 * error))
+        << "channel " << c << ", standard error " << error;
     if (long_form()) {
       // At most 0.12 %, but for Veach's small bright lamps: 0.6 %.
       EXPECT_LT(error, 1e-2 * of_many.value) << "too noisy to tell anything";
     }
   }
 
-  // Every pixel by itself, with no floor under its variance: a pixel without any must be right to the rounding of its sums.
+  // Every pixel by itself, with no floor under its variance: a pixel without any must be right to the rounding of its
+  // sums.
   double sum_of_squares = 0;
   std::size_t tested = 0, wrong = 0;
   for (std::size_t i = 0; i < values(); ++i) {
@@ -149,19 +152,22 @@ TEST_P(FewSamples, HaveTheMeanOfMany) {
   }
   EXPECT_EQ(wrong, 0u) << "of the pixels that do not vary";
   ASSERT_GT(tested, values() / 4);
-  // Squares of normal z have mean 1 and variance 2; channels of a pixel go together, so as if there were a third of them.
-  // The variance of many, from ranges of one low-discrepancy sequence, is above the true one: only too large a sum is a fault.
-  // Rare bright paths give z longer tails: the bound leaves them a tenth.
+  // Squares of normal z have mean 1 and variance 2; channels of a pixel go together, so as if there were a third of
+  // them. The variance of many, from ranges of one low-discrepancy sequence, is above the true one: only too large a
+  // sum is a fault. Rare bright paths give z longer tails: the bound leaves them a tenth.
   EXPECT_LT(sum_of_squares / static_cast<double>(tested), 1.1 + 5 * std::sqrt(2.0 * 3 / static_cast<double>(tested)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FewSamples,
                          testing::Values("scenes/cornell-box/scene.pbrt", "scenes/first-light/scene.textproto",
-                                         "tests/statistical/unbiased/scenes/media.textproto", "tests/statistical/unbiased/scenes/lens.textproto",
-                                         "../shared/scenes/pbrt/veach-mis/scene.pbrt", "../shared/scenes/mitsuba/cornell-box/scene.xml"),
+                                         "tests/statistical/unbiased/scenes/media.textproto",
+                                         "tests/statistical/unbiased/scenes/lens.textproto",
+                                         "../shared/scenes/pbrt/veach-mis/scene.pbrt",
+                                         "../shared/scenes/mitsuba/cornell-box/scene.xml"),
                          [](const auto& tested) {
                            const std::filesystem::path path(tested.param);
-                           const std::filesystem::path own = path.stem() == "scene" ? path.parent_path().filename() : path.stem();
+                           const std::filesystem::path own =
+                               path.stem() == "scene" ? path.parent_path().filename() : path.stem();
                            std::string name = own.string() + "_" + path.extension().string().substr(1);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;

@@ -45,16 +45,20 @@ const Stream kStreams[] = {
     {"a constant with all digits", [](std::uint64_t) { return 0.1f; }},
     {"noise", [](std::uint64_t i) { return static_cast<float>(hashed(i)) * 0x1p-32f; }},
     // Black but for a firefly in 4096.
-    {"fireflies", [](std::uint64_t i) { return hashed(i) < 1u << 20 ? 1e4f * (1 + static_cast<float>(hashed(i + 7) >> 8) * 0x1p-24f) : 0.0f; }},
+    {"fireflies",
+     [](std::uint64_t i) {
+       return hashed(i) < 1u << 20 ? 1e4f * (1 + static_cast<float>(hashed(i + 7) >> 8) * 0x1p-24f) : 0.0f;
+     }},
     // Twelve orders of magnitude, evenly in the logarithm.
     {"all magnitudes", [](std::uint64_t i) { return std::exp2(static_cast<float>(hashed(i)) * 0x1p-32f * 40 - 20); }},
-    // A bright beginning, then samples below half a unit in the last place of a running sum of floats: that stands still.
+    // A bright beginning, then samples below half a unit in the last place of a running sum of floats: that stands
+    // still.
     {"a bright start", [](std::uint64_t i) { return i < 1024 ? 1e3f : 1e-3f; }},
 };
 
-// Every value takes part in at most 30 additions, each right to half a unit in the last place: 30 * 2^-24 = 1.8e-6 at the
-// very worst, when all round the same way. Roundings of different additions are independent, or, for a constant, made again
-// by both halves: what is seen is below sqrt(30) * 2^-24 = 3.3e-7.
+// Every value takes part in at most 30 additions, each right to half a unit in the last place: 30 * 2^-24 = 1.8e-6 at
+// the very worst, when all round the same way. Roundings of different additions are independent, or, for a constant,
+// made again by both halves: what is seen is below sqrt(30) * 2^-24 = 3.3e-7.
 constexpr double kTolerance = 1e-6;
 
 /// One pixel, all samples through one accumulator.

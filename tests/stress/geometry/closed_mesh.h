@@ -18,16 +18,17 @@ struct ClosedMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// An icosahedron, each triangle cut into four `times` times, its points moved along their directions by waves of decreasing
-/// length, the first `height` high: seen from the middle, every direction meets it once. Without waves it is convex.
+/// An icosahedron, each triangle cut into four `times` times, its points moved along their directions by waves of
+/// decreasing length, the first `height` high: seen from the middle, every direction meets it once. Without waves it is
+/// convex.
 inline ClosedMesh displaced_sphere(int times, double height = 0.13) {
   ClosedMesh mesh;
   const double g = (1 + std::sqrt(5.0)) / 2;
-  mesh.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int k = 0; k < times; ++k) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -72,9 +73,11 @@ inline ClosedMesh sliced_sphere(std::uint32_t slices) {
       mesh.vertices.push_back({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
     }
     const auto at = [&](std::uint32_t slice, std::uint32_t k) { return 2 + slice % slices * (kStacks - 1) + k - 1; };
-    mesh.triangles.insert(mesh.triangles.end(), {{0, at(i, 1), at(i + 1, 1)}, {1, at(i + 1, kStacks - 1), at(i, kStacks - 1)}});
+    mesh.triangles.insert(mesh.triangles.end(),
+                          {{0, at(i, 1), at(i + 1, 1)}, {1, at(i + 1, kStacks - 1), at(i, kStacks - 1)}});
     for (std::uint32_t k = 1; k + 1 < kStacks; ++k) {
-      mesh.triangles.insert(mesh.triangles.end(), {{at(i, k), at(i, k + 1), at(i + 1, k + 1)}, {at(i, k), at(i + 1, k + 1), at(i + 1, k)}});
+      mesh.triangles.insert(mesh.triangles.end(),
+                            {{at(i, k), at(i, k + 1), at(i + 1, k + 1)}, {at(i, k), at(i + 1, k + 1), at(i + 1, k)}});
     }
   }
   return mesh;

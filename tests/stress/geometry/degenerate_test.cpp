@@ -36,7 +36,8 @@ std::string square() {
   return wire::encode_mesh(mesh);
 }
 
-absl::StatusOr<LoadedFile> load(const std::string& scene, TestBlobs blobs = {}, const std::string& intersection = "auto") {
+absl::StatusOr<LoadedFile> load(const std::string& scene, TestBlobs blobs = {},
+                                const std::string& intersection = "auto") {
   v1::JobSpec job;
   job.mutable_settings()->set_spp(64);
   job.mutable_settings()->set_max_depth(5);
@@ -69,7 +70,9 @@ double mean(const client::Image& image) {
   return sum / static_cast<double>(image.find("G")->values.size());
 }
 
-const std::string kMesh = "shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1] } ";
+const std::string kMesh =
+    "shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, "
+    "0,0,0,1] } ";
 
 TEST(DegenerateTriangles, AreNotThere) {
   wire::MeshData mesh;
@@ -81,7 +84,8 @@ TEST(DegenerateTriangles, AreNotThere) {
   const double empty = mean(expect_finite(load("")));
   for (const char* light : {"}", "area_light { radiance { constant: 3 } } }"}) {
     for (const char* tests : {"fast", "robust"}) {
-      EXPECT_NEAR(mean(expect_finite(load(kMesh + light, {{"bad", wire::encode_mesh(mesh)}}, tests))), empty, 1e-3 * empty + (light[0] == 'a' ? empty : 0));
+      EXPECT_NEAR(mean(expect_finite(load(kMesh + light, {{"bad", wire::encode_mesh(mesh)}}, tests))), empty,
+                  1e-3 * empty + (light[0] == 'a' ? empty : 0));
     }
   }
 }
@@ -93,10 +97,12 @@ TEST(SliverTriangles, GiveFinitePictures) {
     mesh.positions.insert(mesh.positions.end(), {x, -1, 0, x + width, -1, 0.2f, x, 1, -0.1f});
     mesh.indices.insert(mesh.indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
   }
-  for (const char* material : {"}", "material: 'glass' }", "area_light { radiance { constant: 3 } two_sided: true } }"}) {
+  for (const char* material :
+       {"}", "material: 'glass' }", "area_light { radiance { constant: 3 } two_sided: true } }"}) {
     for (const char* tests : {"fast", "robust"}) {
-      expect_finite(load(absl::StrCat("materials { name: 'glass' dielectric { eta { constant: 1.5 } } } ", kMesh, material),
-                         {{"bad", wire::encode_mesh(mesh)}}, tests));
+      expect_finite(
+          load(absl::StrCat("materials { name: 'glass' dielectric { eta { constant: 1.5 } } } ", kMesh, material),
+               {{"bad", wire::encode_mesh(mesh)}}, tests));
     }
   }
 }
@@ -114,14 +120,20 @@ TEST(DuplicateTriangles, LookLikeOne) {
 TEST(CoplanarSheets, GiveOneOfThem) {
   // Red and green squares in one plane, overlapping by half: no third colour, no black.
   const std::string colours =
-      "materials { name: 'r' diffuse { reflectance { constant { rgb { r: 0.8 } } } } } materials { name: 'g' diffuse { reflectance { constant { rgb { g: 0.8 } } } } } ";
+      "materials { name: 'r' diffuse { reflectance { constant { rgb { r: 0.8 } } } } } materials { name: 'g' diffuse { "
+      "reflectance { constant { rgb { g: 0.8 } } } } } ";
   const std::string sheets = absl::StrCat(colours,
-      "shapes { material: 'r' mesh { blob { digest: 'wall' } } world_from_object { elements: [1,0,0,-0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } "
-      "shapes { material: 'g' mesh { blob { digest: 'wall' } } world_from_object { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } ");
+                                          "shapes { material: 'r' mesh { blob { digest: 'wall' } } world_from_object { "
+                                          "elements: [1,0,0,-0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } "
+                                          "shapes { material: 'g' mesh { blob { digest: 'wall' } } world_from_object { "
+                                          "elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } ");
   const client::Image image = expect_finite(load(sheets));
   ASSERT_FALSE(image.channels.empty());
-  const auto pixel = [&](const char* channel, std::size_t x, std::size_t y) { return image.find(channel)->values[y * 32 + x]; };
-  for (std::size_t x = 10; x < 22; ++x) EXPECT_NEAR(pixel("albedo.R", x, 16) + pixel("albedo.G", x, 16), 0.8, 1e-3) << x;
+  const auto pixel = [&](const char* channel, std::size_t x, std::size_t y) {
+    return image.find(channel)->values[y * 32 + x];
+  };
+  for (std::size_t x = 10; x < 22; ++x)
+    EXPECT_NEAR(pixel("albedo.R", x, 16) + pixel("albedo.G", x, 16), 0.8, 1e-3) << x;
 }
 
 TEST(NotFiniteVertices, AreRefusedByName) {
@@ -136,8 +148,11 @@ TEST(NotFiniteVertices, AreRefusedByName) {
   wire::MeshData mesh;
   mesh.positions = {0, 0, 0, 3e38f, 0, 0, 0, 1, 0};
   mesh.indices = {0, 1, 2};
-  EXPECT_THAT(load("shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [9,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }",
-                   {{"bad", wire::encode_mesh(mesh)}}).status().message(),
+  EXPECT_THAT(load("shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [9,0,0,0, "
+                   "0,1,0,0, 0,0,1,5, 0,0,0,1] } }",
+                   {{"bad", wire::encode_mesh(mesh)}})
+                  .status()
+                  .message(),
               AllOf(HasSubstr("(bad)"), HasSubstr("vertex")));
 }
 
@@ -147,8 +162,10 @@ TEST(HugeVertices, GiveFinitePictures) {
     mesh.positions = {-size, -1, -size, size, -1, -size, 0, -1, size};
     mesh.indices = {0, 2, 1};
     const auto file = load(kMesh + "}", {{"bad", wire::encode_mesh(mesh)}});
-    if (file.ok()) expect_finite(file);
-    else EXPECT_THAT(file.status().message(), HasSubstr("(bad)"));
+    if (file.ok())
+      expect_finite(file);
+    else
+      EXPECT_THAT(file.status().message(), HasSubstr("(bad)"));
   }
 }
 
@@ -159,21 +176,26 @@ TEST(NotFiniteNormalsAndUvs, AreDoneWithout) {
     mesh.normals = {0, 0, 1, x, 0, x, 0, 0, 1};
     mesh.uvs = {0, 0, x, 0, 1, 1};
     mesh.indices = {0, 1, 2};
-    expect_finite(load(absl::StrCat("textures { name: 't' checkerboard { even { constant { constant: 0.7 } } } } materials { name: 'm' diffuse { reflectance { texture: 't' } } } ",
-                                    kMesh, "material: 'm' }"), {{"bad", wire::encode_mesh(mesh)}}));
+    expect_finite(load(absl::StrCat("textures { name: 't' checkerboard { even { constant { constant: 0.7 } } } } "
+                                    "materials { name: 'm' diffuse { reflectance { texture: 't' } } } ",
+                                    kMesh, "material: 'm' }"),
+                       {{"bad", wire::encode_mesh(mesh)}}));
   }
 }
 
 /// The elements of a 3x4 matrix that puts things at z = 5.
 std::string at(const std::string& elements) { return absl::StrCat("elements: [", elements, "]"); }
-const char* const kSingular[] = {"0,0,0,0, 0,0,0,0, 0,0,0,5, 0,0,0,1", "1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1", "1,1,0,0, 1,1,0,0, 0,0,1,5, 0,0,0,1"};
+const char* const kSingular[] = {"0,0,0,0, 0,0,0,0, 0,0,0,5, 0,0,0,1", "1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1",
+                                 "1,1,0,0, 1,1,0,0, 0,0,1,5, 0,0,0,1"};
 const char* const kTiny[] = {"1e-30,0,0,0, 0,1e-30,0,0, 0,0,1e-30,5, 0,0,0,1", "1,0,0,0, 0,1e-45,0,0, 0,0,1,5, 0,0,0,1",
-                             "1e-14,0,0,0, 0,1e-14,0,0, 0,0,1e-14,5, 0,0,0,1", "1e17,0,0,0, 0,1e17,0,0, 0,0,1e17,5, 0,0,0,1"};
+                             "1e-14,0,0,0, 0,1e-14,0,0, 0,0,1e-14,5, 0,0,0,1",
+                             "1e17,0,0,0, 0,1e17,0,0, 0,0,1e17,5, 0,0,0,1"};
 
 TEST(SingularTransforms, OfMeshesFlattenThem) {
   for (const char* matrix : kSingular) {
     for (const char* light : {"", "area_light { radiance { constant: 3 } }"}) {
-      expect_finite(load(absl::StrCat("shapes { name: 'flat' mesh { blob { digest: 'wall' } } world_from_object { ", at(matrix), " } ", light, " }")));
+      expect_finite(load(absl::StrCat("shapes { name: 'flat' mesh { blob { digest: 'wall' } } world_from_object { ",
+                                      at(matrix), " } ", light, " }")));
     }
   }
 }
@@ -181,7 +203,9 @@ TEST(SingularTransforms, OfMeshesFlattenThem) {
 TEST(SingularTransforms, OfQuadricsAreRefusedByName) {
   for (const char* kind : {"sphere { radius: 1 }", "disk { radius: 1 }", "cylinder { radius: 1 z_max: 1 }"}) {
     for (const char* matrix : kSingular) {
-      EXPECT_THAT(load(absl::StrCat("shapes { name: 'flat' ", kind, " world_from_object { ", at(matrix), " } }")).status().message(),
+      EXPECT_THAT(load(absl::StrCat("shapes { name: 'flat' ", kind, " world_from_object { ", at(matrix), " } }"))
+                      .status()
+                      .message(),
                   AllOf(HasSubstr("(flat)"), HasSubstr("singular")));
     }
   }
@@ -189,7 +213,10 @@ TEST(SingularTransforms, OfQuadricsAreRefusedByName) {
 
 TEST(SingularTransforms, OfInstancesLeaveThemOut) {
   for (const char* matrix : kSingular) {
-    const auto file = load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } instances { object: 'o' world_from_instance { ", at(matrix), " } }"));
+    const auto file =
+        load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } instances { object: 'o' "
+                          "world_from_instance { ",
+                          at(matrix), " } }"));
     ASSERT_TRUE(file.ok()) << file.status();
     EXPECT_THAT(file->scene->warnings(), testing::Contains(AllOf(HasSubstr("instance 0 (o)"), HasSubstr("singular"))));
     expect_finite(file);
@@ -200,32 +227,44 @@ TEST(SingularTransforms, OfInstancesLeaveThemOut) {
 TEST(SingularTransforms, InFloatsAreRefusedOrRendered) {
   for (const char* matrix : kTiny) {
     for (const char* light : {"", "area_light { radiance { constant: 3 } }"}) {
-      for (const char* kind : {"mesh { blob { digest: 'wall' } }", "sphere { radius: 1 }", "disk { radius: 1 }", "cylinder { radius: 1 z_max: 1 }"}) {
-        const auto file = load(absl::StrCat("shapes { name: 'odd' ", kind, " world_from_object { ", at(matrix), " } ", light, " }"));
+      for (const char* kind : {"mesh { blob { digest: 'wall' } }", "sphere { radius: 1 }", "disk { radius: 1 }",
+                               "cylinder { radius: 1 z_max: 1 }"}) {
+        const auto file =
+            load(absl::StrCat("shapes { name: 'odd' ", kind, " world_from_object { ", at(matrix), " } ", light, " }"));
         SCOPED_TRACE(absl::StrCat(kind, " ", matrix, " ", light));
-        if (file.ok()) expect_finite(file);
-        else EXPECT_THAT(file.status().message(), HasSubstr("(odd)"));
+        if (file.ok())
+          expect_finite(file);
+        else
+          EXPECT_THAT(file.status().message(), HasSubstr("(odd)"));
       }
     }
-    const auto file = load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } shapes { sphere { radius: 1 } } } instances { object: 'o' world_from_instance { ", at(matrix), " } }"));
+    const auto file =
+        load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } shapes { sphere { radius: 1 "
+                          "} } } instances { object: 'o' world_from_instance { ",
+                          at(matrix), " } }"));
     SCOPED_TRACE(matrix);
-    if (file.ok()) expect_finite(file);
-    else EXPECT_THAT(file.status().message(), HasSubstr("instance 0 (o)"));
+    if (file.ok())
+      expect_finite(file);
+    else
+      EXPECT_THAT(file.status().message(), HasSubstr("instance 0 (o)"));
   }
 }
 
 /// A float holds the transform, but not where a ray from across the scene is in the instance's space.
 TEST(SingularTransforms, OfInstancesInScenesThatAreTooLarge) {
-  const std::string scene = "objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } "
-                            "instances { object: 'o' world_from_instance { elements: [1e-11,0,0,0, 0,1e-11,0,0, 0,0,1e-11,5, 0,0,0,1] } } ";
+  const std::string scene =
+      "objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } "
+      "instances { object: 'o' world_from_instance { elements: [1e-11,0,0,0, 0,1e-11,0,0, 0,0,1e-11,5, 0,0,0,1] } } ";
   expect_finite(load(scene));
-  EXPECT_THAT(load(absl::StrCat(scene, "shapes { sphere { radius: 1e8 } }")).status().message(), HasSubstr("instance 0 (o)"));
+  EXPECT_THAT(load(absl::StrCat(scene, "shapes { sphere { radius: 1e8 } }")).status().message(),
+              HasSubstr("instance 0 (o)"));
 }
 
 TEST(MirroredTransforms, LookLikeTheirMirrorImages) {
   // A square about the axis is its own mirror image.
   const auto with = [](const char* x) {
-    return mean(expect_finite(load(absl::StrCat("shapes { mesh { blob { digest: 'wall' } } world_from_object { ", at(absl::StrCat(x, ",0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1")), " } } "))));
+    return mean(expect_finite(load(absl::StrCat("shapes { mesh { blob { digest: 'wall' } } world_from_object { ",
+                                                at(absl::StrCat(x, ",0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1")), " } } "))));
   };
   EXPECT_NEAR(with("-1"), with("1"), 2e-3 * with("1"));
 }
@@ -233,15 +272,19 @@ TEST(MirroredTransforms, LookLikeTheirMirrorImages) {
 TEST(NotFiniteMatrices, AreRefused) {
   for (const char* x : {"nan", "inf", "-inf"}) {
     const std::string matrix = at(absl::StrCat("1,0,0,0, 0,", x, ",0,0, 0,0,1,5, 0,0,0,1"));
-    for (const std::string& scene : {absl::StrCat("shapes { name: 'bad' sphere { radius: 1 } world_from_object { ", matrix, " } }"),
-                                     absl::StrCat("objects { name: 'bad' shapes { sphere { radius: 1 } } } instances { object: 'bad' world_from_instance { ", matrix, " } }")}) {
+    for (const std::string& scene :
+         {absl::StrCat("shapes { name: 'bad' sphere { radius: 1 } world_from_object { ", matrix, " } }"),
+          absl::StrCat("objects { name: 'bad' shapes { sphere { radius: 1 } } } instances { object: 'bad' "
+                       "world_from_instance { ",
+                       matrix, " } }")}) {
       EXPECT_THAT(load(scene).status().message(), HasSubstr("elements")) << scene;
     }
   }
 }
 
 TEST(Intersection, UnknownKindsAreRefused) {
-  EXPECT_THAT(load("", {}, "loose").status().message(), AllOf(HasSubstr("intersection 'loose'"), HasSubstr("auto, fast, robust")));
+  EXPECT_THAT(load("", {}, "loose").status().message(),
+              AllOf(HasSubstr("intersection 'loose'"), HasSubstr("auto, fast, robust")));
 }
 
 TEST(Intersection, TheProbeSaysWhatItChose) {
@@ -251,7 +294,8 @@ TEST(Intersection, TheProbeSaysWhatItChose) {
   for (std::uint32_t i = 0; i <= kStrips; ++i) {
     const float x = -1 + 2 * static_cast<float>(i) / kStrips;
     strips.positions.insert(strips.positions.end(), {x, -1, 0, x, 1, 0});
-    if (i < kStrips) strips.indices.insert(strips.indices.end(), {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3});
+    if (i < kStrips)
+      strips.indices.insert(strips.indices.end(), {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3});
   }
   const TestBlobs blobs{{"bad", wire::encode_mesh(strips)}};
   const auto file = load(kMesh + "}", blobs);

@@ -13,15 +13,16 @@ struct Move {
   std::array<double, 3> shift = {0, 0, 0};
 };
 
-/// Moves all that stands in world space: camera, shapes, instances, lights, and what textures look at. Point lights are made stronger so
-/// that the picture stays the same.
+/// Moves all that stands in world space: camera, shapes, instances, lights, and what textures look at. Point lights are
+/// made stronger so that the picture stays the same.
 inline void move_scene(const Move& move, v1::Scene& scene) {
   const auto place = [&](v1::Matrix& matrix) {
     auto& m = *matrix.mutable_elements();
     if (m.empty()) {
       for (int i = 0; i < 16; ++i) m.Add(i % 5 == 0);
     }
-    for (int i = 0; i < 12; ++i) m[i] = m[i] * move.scale + (i % 4 == 3 ? move.shift[static_cast<std::size_t>(i / 4)] * m[15] : 0);
+    for (int i = 0; i < 12; ++i)
+      m[i] = m[i] * move.scale + (i % 4 == 3 ? move.shift[static_cast<std::size_t>(i / 4)] * m[15] : 0);
   };
   const auto place_point = [&](v1::Point3& p) {
     p.set_x(p.x() * move.scale + move.shift[0]);

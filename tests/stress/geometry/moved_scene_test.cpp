@@ -26,8 +26,8 @@ v1::JobSpec small_job(std::uint32_t spp) {
   return job;
 }
 
-/// Spheres, cut and whole, a disk, a cylinder, instances near and far from the origin of their object, something that moves, textures
-/// in space and on surfaces, every kind of light that stands somewhere, and a lens.
+/// Spheres, cut and whole, a disk, a cylinder, instances near and far from the origin of their object, something that
+/// moves, textures in space and on surfaces, every kind of light that stands somewhere, and a lens.
 constexpr const char* kMixed = R"(
 film { width: 64 height: 64 filter { kind: BOX } }
 settings { max_depth: 6 }
@@ -84,7 +84,8 @@ client::Image mixed(const Move& move, const std::function<void(v1::Scene&)>& edi
 }
 
 client::Image from_file(const std::string& path, const Move& move) {
-  const auto file = load_scene_file(path, small_job(256), render::supported_isas().front(), 2, [&](v1::Scene& scene) { move_scene(move, scene); });
+  const auto file = load_scene_file(path, small_job(256), render::supported_isas().front(), 2,
+                                    [&](v1::Scene& scene) { move_scene(move, scene); });
   EXPECT_TRUE(file.ok()) << file.status();
   return file.ok() ? render_image(*file) : client::Image{};
 }
@@ -121,12 +122,14 @@ TEST(MovedScene, MixedLooksTheSame) {
 }
 
 TEST(MovedScene, ObjectsMayBeModelledFarFromTheirOrigin) {
-  const client::Image image = mixed({}), base = mixed({}, [](v1::Scene& scene) {
-    // 'far' about its origin, and its instance where that puts it: 0.3 (1e7, -2e7, 3e7) goes over from one translation to the other.
-    scene.mutable_objects(1)->mutable_shapes(0)->clear_world_from_object();
-    auto& place = *scene.mutable_instances(2)->mutable_world_from_instance()->mutable_elements();
-    place[3] = 2.4, place[7] = 0.4, place[11] = -1;
-  });
+  const client::Image image = mixed({}),
+                      base = mixed({}, [](v1::Scene&scene) {
+                        // 'far' about its origin, and its instance where that puts it: 0.3 (1e7, -2e7, 3e7) goes over
+                        // from one translation to the other.
+                        scene.mutable_objects(1)->mutable_shapes(0)->clear_world_from_object();
+                        auto& place = *scene.mutable_instances(2)->mutable_world_from_instance()->mutable_elements();
+                        place[3] = 2.4, place[7] = 0.4, place[11] = -1;
+                      });
   ASSERT_FALSE(image.channels.empty() || base.channels.empty());
   EXPECT_LT(relmse(image, base), 1e-6);
 }

@@ -1,4 +1,5 @@
-// Roots of spheres, disks and cylinders against arithmetic of 113 bits, which holds all that floats give exactly but the square roots.
+// Roots of spheres, disks and cylinders against arithmetic of 113 bits, which holds all that floats give exactly but
+// the square roots.
 #include <string>
 #include <tuple>
 
@@ -24,11 +25,16 @@ double magnitude(Quad x) { return std::abs(static_cast<double>(x)); }
 struct QuadPoint {
   Quad x, y, z;
 };
-QuadPoint along(const QuadPoint& o, const QuadPoint& d, Quad t) { return {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t}; }
+QuadPoint along(const QuadPoint& o, const QuadPoint& d, Quad t) {
+  return {o.x + d.x * t, o.y + d.y * t, o.z + d.z * t};
+}
 
 /// The map that a record holds, applied to what a ray holds.
 QuadPoint placed(const Affine& a, Point p, int w) {
-  const auto row = [&](int i) { return Quad(a.m[i]) * Quad(p.x) + Quad(a.m[i + 1]) * Quad(p.y) + Quad(a.m[i + 2]) * Quad(p.z) + Quad(a.m[i + 3]) * w; };
+  const auto row = [&](int i) {
+    return Quad(a.m[i]) * Quad(p.x) + Quad(a.m[i + 1]) * Quad(p.y) + Quad(a.m[i + 2]) * Quad(p.z) +
+           Quad(a.m[i + 3]) * w;
+  };
   return {row(0), row(4), row(8)};
 }
 
@@ -53,8 +59,10 @@ bool inside(const QuadricRecord& q, ShapeKind kind, const QuadPoint& p, bool& ce
     at_least(q.radius, r, q.radius);
     if (q.inner_radius > 0) at_least(r, q.inner_radius, q.radius);
   }
-  if (kind == ShapeKind::kCylinder || (kind == ShapeKind::kSphere && q.z_min > -q.radius)) at_least(z, q.z_min, q.radius);
-  if (kind == ShapeKind::kCylinder || (kind == ShapeKind::kSphere && q.z_max < q.radius)) at_least(q.z_max, z, q.radius);
+  if (kind == ShapeKind::kCylinder || (kind == ShapeKind::kSphere && q.z_min > -q.radius))
+    at_least(z, q.z_min, q.radius);
+  if (kind == ShapeKind::kCylinder || (kind == ShapeKind::kSphere && q.z_max < q.radius))
+    at_least(q.z_max, z, q.radius);
   if (q.phi_max < 6.28f) {
     double phi = std::atan2(y, x);
     if (phi < 0) phi += 2 * M_PI;
@@ -181,12 +189,14 @@ TEST_P(QuadricRoots, AreThoseOfExactArithmetic) {
         const Point at = from_camera ? unit({0.3, -0.7, 0.65}) * (distance * size) : Point{};
         const ShapeTable table = quadric_table(kind, cut, size, at);
         const Tally tally = compare(table, at, size, distance, from_camera, stress_count(2.5e4, 1.5e5));
-        SCOPED_TRACE(testing::Message() << "size " << size << ", distance " << distance << (from_camera ? ", from the camera: " : ": ")
-                                        << tally.wrong << " wrong of " << tally.rays << ", " << tally.off << " off, worst " << tally.worst);
+        SCOPED_TRACE(testing::Message() << "size " << size << ", distance " << distance
+                                        << (from_camera ? ", from the camera: " : ": ") << tally.wrong << " wrong of "
+                                        << tally.rays << ", " << tally.off << " off, worst " << tally.worst);
         EXPECT_EQ(tally.wrong, 0);
         EXPECT_EQ(tally.off, 0);
         EXPECT_GT(tally.hits, tally.rays / 20);
-        // Within 16 to 32 roundings of a decision: of rays that approach the outline by up to 1e-7, evenly in its logarithm.
+        // Within 16 to 32 roundings of a decision: of rays that approach the outline by up to 1e-7, evenly in its
+        // logarithm.
         EXPECT_LT(tally.uncertain, tally.rays / 5);
       }
     }
@@ -198,7 +208,8 @@ std::string name_of(const testing::TestParamInfo<std::tuple<ShapeKind, bool>>& i
   return std::string(names[static_cast<int>(std::get<0>(info.param))]) + (std::get<1>(info.param) ? "Cut" : "Whole");
 }
 INSTANTIATE_TEST_SUITE_P(All, QuadricRoots,
-                         testing::Combine(testing::Values(ShapeKind::kSphere, ShapeKind::kDisk, ShapeKind::kCylinder), testing::Bool()),
+                         testing::Combine(testing::Values(ShapeKind::kSphere, ShapeKind::kDisk, ShapeKind::kCylinder),
+                                          testing::Bool()),
                          name_of);
 
 /// Through the middle half of the outline nothing is close to a decision: every ray must hit.

@@ -1,4 +1,5 @@
-// Rays that leave a surface from the renderer's offset origins: they must not meet the surface again, nor slip past what touches it.
+// Rays that leave a surface from the renderer's offset origins: they must not meet the surface again, nor slip past
+// what touches it.
 #include <limits>
 #include <string>
 #include <vector>
@@ -24,8 +25,9 @@ Affine placement(double size, Point at, bool to_object) {
   const Point x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
   if (!to_object) return affine({x * size, y * size, z * size}, at);
   const Point rows[3] = {x * (1 / size), y * (1 / size), z * (1 / size)};
-  return affine({Point{rows[0].x, rows[1].x, rows[2].x}, {rows[0].y, rows[1].y, rows[2].y}, {rows[0].z, rows[1].z, rows[2].z}},
-                Point{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
+  return affine(
+      {Point{rows[0].x, rows[1].x, rows[2].x}, {rows[0].y, rows[1].y, rows[2].y}, {rows[0].z, rows[1].z, rows[2].z}},
+      Point{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
 }
 
 void add_quadric(ShapeTable& table, ShapeKind kind, const Affine& to, const Affine& from) {
@@ -46,7 +48,8 @@ void add_mesh(ShapeTable& table, const std::vector<Point>& vertices, const std::
   shape.vertex_count = static_cast<std::int32_t>(vertices.size());
   shape.triangle_count = static_cast<std::int32_t>(triangles.size() / 3);
   for (const Point p : vertices) {
-    table.vertices.push_back({{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, {0, 0, 0}, 0});
+    table.vertices.push_back(
+        {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, {0, 0, 0}, 0});
   }
   table.triangles.insert(table.triangles.end(), triangles.begin(), triangles.end());
   table.shapes.push_back(shape);
@@ -60,7 +63,9 @@ std::vector<Point> cube(double size, Point at) {
   for (int i = 0; i < 8; ++i) {
     const double x = i & 1 ? 1 : -1, y = i & 2 ? 1 : -1, z = i & 4 ? 1 : -1;
     const Affine a = placement(1, {}, false);
-    corners.push_back(at + Point{a.m[0] * x + a.m[1] * y + a.m[2] * z, a.m[4] * x + a.m[5] * y + a.m[6] * z, a.m[8] * x + a.m[9] * y + a.m[10] * z} * size);
+    corners.push_back(at + Point{a.m[0] * x + a.m[1] * y + a.m[2] * z, a.m[4] * x + a.m[5] * y + a.m[6] * z,
+                                 a.m[8] * x + a.m[9] * y + a.m[10] * z} *
+                               size);
   }
   return corners;
 }
@@ -72,13 +77,22 @@ constexpr const char* kSolidNames[] = {"Sphere", "Disk", "Cube", "RoundMesh", "I
 ShapeTable solid_table(Solid solid, double size, Point at) {
   ShapeTable table;
   const bool instanced = solid == Solid::kInstancedSphere || solid == Solid::kInstancedCube;
-  const Affine to = instanced ? Affine{} : placement(size, at, false), from = instanced ? Affine{} : placement(size, at, true);
+  const Affine to = instanced ? Affine{} : placement(size, at, false),
+               from = instanced ? Affine{} : placement(size, at, true);
   switch (solid) {
     case Solid::kSphere:
-    case Solid::kInstancedSphere: add_quadric(table, ShapeKind::kSphere, to, from); break;
-    case Solid::kDisk: add_quadric(table, ShapeKind::kDisk, to, from); break;
-    case Solid::kCube: add_mesh(table, cube(size, at), kCubeTriangles); break;
-    case Solid::kInstancedCube: add_mesh(table, cube(1, {}), kCubeTriangles); break;
+    case Solid::kInstancedSphere:
+      add_quadric(table, ShapeKind::kSphere, to, from);
+      break;
+    case Solid::kDisk:
+      add_quadric(table, ShapeKind::kDisk, to, from);
+      break;
+    case Solid::kCube:
+      add_mesh(table, cube(size, at), kCubeTriangles);
+      break;
+    case Solid::kInstancedCube:
+      add_mesh(table, cube(1, {}), kCubeTriangles);
+      break;
     case Solid::kRoundMesh: {
       const ClosedMesh ball = displaced_sphere(3, 0);
       std::vector<Point> vertices;
@@ -126,7 +140,8 @@ Tally leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
           continue;
         }
         const Point ng = unit({s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)});
-        // The outer side: not always the one that the ray came from, which may have slipped in through an edge or touch the outline.
+        // The outer side: not always the one that the ray came from, which may have slipped in through an edge or touch
+        // the outline.
         const Point p{s.p.x.lane(k), s.p.y.lane(k), s.p.z.lane(k)};
         const double side = (flat_solid ? -dot(ng, batch.direction(i)) : dot(ng, p - at)) > 0 ? 1 : -1;
         const Point d = random.direction();
@@ -163,17 +178,20 @@ TEST_P(SelfHit, NoneOnConvexSolids) {
       const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
       const ShapeTable table = solid_table(solid, size, at);
       const Tally tally = leave(table, size, at, stress_count(1e5, 1.9e6));
-      EXPECT_EQ(tally.bad, 0) << "of " << tally.rays << ", size " << size << ", " << distance << " sizes from the camera";
+      EXPECT_EQ(tally.bad, 0) << "of " << tally.rays << ", size " << size << ", " << distance
+                              << " sizes from the camera";
     }
   }
 }
 
 std::string name_of(const testing::TestParamInfo<Solid>& info) { return kSolidNames[static_cast<int>(info.param)]; }
 INSTANTIATE_TEST_SUITE_P(All, SelfHit,
-                         testing::Values(Solid::kSphere, Solid::kDisk, Solid::kCube, Solid::kRoundMesh, Solid::kInstancedSphere, Solid::kInstancedCube),
+                         testing::Values(Solid::kSphere, Solid::kDisk, Solid::kCube, Solid::kRoundMesh,
+                                         Solid::kInstancedSphere, Solid::kInstancedCube),
                          name_of);
 
-/// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the floor below.
+/// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the floor
+/// below.
 Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
   constexpr double kGap = 1e-3;
   const Affine turned = placement(1, {}, false);
@@ -182,7 +200,10 @@ Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
   ShapeTable table = solid_table(solid, size, at);
   const Point floor = at - up * ((1 + kGap) * size);
   const double half = 30 * size;
-  add_mesh(table, {floor - x * half - y * half, floor + x * half - y * half, floor + x * half + y * half, floor - x * half + y * half}, {0, 1, 2, 0, 2, 3});
+  add_mesh(table,
+           {floor - x * half - y * half, floor + x * half - y * half, floor + x * half + y * half,
+            floor - x * half + y * half},
+           {0, 1, 2, 0, 2, 3});
   const TracedTable traced(table, false);
   Numbers random(22);
   RayBatch view, shadow;
@@ -198,7 +219,9 @@ Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
     for (int first = 0; first < RayBatch::kSize; first += kWidth) {
       const Surface s = traced.surface(view, first);
       const Point lamp = at + up * (20 * size);
-      const Vec3 to_lamp = Vec3{Float(static_cast<float>(lamp.x)), Float(static_cast<float>(lamp.y)), Float(static_cast<float>(lamp.z))} - s.p;
+      const Vec3 to_lamp = Vec3{Float(static_cast<float>(lamp.x)), Float(static_cast<float>(lamp.y)),
+                                Float(static_cast<float>(lamp.z))} -
+                           s.p;
       const Vec3 w = normalize(to_lamp);
       const Vec3 origin = offset_origin(s, w);
       origin.x.store(shadow.ox + first), origin.y.store(shadow.oy + first), origin.z.store(shadow.oz + first);
@@ -221,7 +244,8 @@ TEST(ContactShadow, LetsNoLightThrough) {
       for (const double distance : {0.0, 10.0, 100.0}) {
         const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
         const Tally tally = leak(solid, size, at, stress_count(1e5, 5e5));
-        EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", " << distance << " sizes from the camera";
+        EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", " << distance
+                                << " sizes from the camera";
       }
     }
   }
@@ -231,7 +255,8 @@ TEST(ContactShadow, LetsNoLightThrough) {
 TEST(TriangleNormals, AreRightAtAnySize) {
   for (const double size : {1e-12, 1e-11, 1e-9, 1.0, 1e9, 1e11, 1e12}) {
     SCOPED_TRACE(testing::Message() << "size " << size);
-    const Point a = Point{0.3, 0.1, 3} * size, b = Point{1.1, 0.2, 3.3} * size, c = Point{0.2, 0.9, 2.8} * size, n = unit(cross(b - a, c - a));
+    const Point a = Point{0.3, 0.1, 3} * size, b = Point{1.1, 0.2, 3.3} * size, c = Point{0.2, 0.9, 2.8} * size,
+                n = unit(cross(b - a, c - a));
     ShapeTable table;
     add_mesh(table, {a, b, c}, {0, 1, 2});
     const TracedTable traced(table, false);
@@ -255,7 +280,8 @@ TEST(TriangleNormals, AreRightAtAnySize) {
 TEST(UnsoundRays, MeetNothingAndAreBlocked) {
   ShapeTable table = solid_table(Solid::kSphere, 1, {});
   const TracedTable traced(table, false);
-  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), 2e18f};
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity(), 2e18f};
   RayBatch batch;
   const auto fill = [&] {
     for (int i = 0; i < RayBatch::kSize; ++i) {

@@ -19,7 +19,8 @@ Point vertex(const ShapeTable& table, std::uint32_t index) {
 enum class Aim { kAnywhere, kEdges, kVertices };
 
 /// Rays from the inner half of a closed mesh outwards: each must meet it.
-Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point centre, double radius, Aim aim, std::int64_t rays) {
+Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point centre, double radius, Aim aim,
+                  std::int64_t rays) {
   Numbers random(static_cast<std::uint64_t>(aim) + 7);
   RayBatch batch;
   Holes holes;
@@ -44,7 +45,8 @@ Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point cent
 struct Place {
   double centre, radius;
 };
-// Up to a ratio of centre to radius of 1e5: there floats are 8e-3 of the radius apart, and the mesh's own triangles are 3e-2 wide.
+// Up to a ratio of centre to radius of 1e5: there floats are 8e-3 of the radius apart, and the mesh's own triangles are
+// 3e-2 wide.
 constexpr Place kPlaces[] = {{0, 1}, {1e3, 1}, {1e5, 100}, {1e5, 1}, {1e7, 1e4}, {1e7, 100}};
 
 TEST(Watertight, RobustTestsLeaveNoHoles) {
@@ -57,8 +59,9 @@ TEST(Watertight, RobustTestsLeaveNoHoles) {
     const auto rays = stress_count(3e5, 1.7e7);  // 10^8 in all places together
     EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kAnywhere, rays).missed, 0);
     EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kEdges, stress_count(3e5, 2e6)).missed, 0);
-    // Of the triangles about a vertex, each is told apart from its neighbour without gaps, but a ray within a rounding of the vertex itself
-    // may be outside of all of them: a limit of Embree (docs/numerics.md). A ray at random comes as close once in 10^10.
+    // Of the triangles about a vertex, each is told apart from its neighbour without gaps, but a ray within a rounding
+    // of the vertex itself may be outside of all of them: a limit of Embree (docs/numerics.md). A ray at random comes
+    // as close once in 10^10.
     EXPECT_LT(count_holes(table, traced, centre, place.radius, Aim::kVertices, stress_count(3e5, 2e6)).rate(), 1e-2);
   }
 }
@@ -89,15 +92,23 @@ struct Case {
 TEST(IntersectionProbe, TellsWhereFastTestsLeak) {
   const ClosedMesh coarse = displaced_sphere(2), fine = displaced_sphere(5), slivers = sliced_sphere(20000);
   int safe = 0, unsafe = 0;
-  for (const Case& c : {Case{"coarse", coarse, 3}, {"coarse", coarse, 30}, {"coarse, far", coarse, 1e4}, {"fine", fine, 3}, {"fine", fine, 30},
-                        {"fine", fine, 300}, {"fine, far", fine, 3e3}, {"fine, farther", fine, 3e4}, {"slivers", slivers, 10}}) {
+  for (const Case& c : {Case{"coarse", coarse, 3},
+                        {"coarse", coarse, 30},
+                        {"coarse, far", coarse, 1e4},
+                        {"fine", fine, 3},
+                        {"fine", fine, 30},
+                        {"fine", fine, 300},
+                        {"fine, far", fine, 3e3},
+                        {"fine, farther", fine, 3e4},
+                        {"slivers", slivers, 10}}) {
     const Point centre = unit({0.3, -0.7, 0.65}) * c.distance;
     const ShapeTable table = mesh_table(c.mesh, {centre.x, centre.y, centre.z}, 1);
     const IntersectionProbe probe = probe_intersection(table);
     const std::int64_t rays = stress_count(2e5, 3e6);
     const Holes fast = look_at_front(TracedTable(table, false), centre, 1, rays);
     const Holes robust = look_at_front(TracedTable(table, true), centre, 1, rays);
-    SCOPED_TRACE(testing::Message() << c.name << " at " << c.distance << ": probe " << probe.leak << ", fast " << fast.rate() << ", robust " << robust.rate());
+    SCOPED_TRACE(testing::Message() << c.name << " at " << c.distance << ": probe " << probe.leak << ", fast "
+                                    << fast.rate() << ", robust " << robust.rate());
     // Fast tests stay where they are safe, and go where they are not. Up to 10 misses are noise.
     if (!probe.wants_robust()) {
       ++safe;

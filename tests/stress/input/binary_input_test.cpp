@@ -15,7 +15,8 @@ namespace tessera::stress {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kBadFloats[] = {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f, -3e38f, 1e20f, 1e12f, 1e-45f, 0, -1};
+constexpr float kBadFloats[] = {
+    std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f, -3e38f, 1e20f, 1e12f, 1e-45f, 0, -1};
 
 class BinaryInput : public testing::Test {
  protected:
@@ -24,7 +25,8 @@ class BinaryInput : public testing::Test {
   /// A Mitsuba scene with this in it, over which the sky shines.
   std::filesystem::path mitsuba_scene(const std::string& element) const {
     write_bytes(in_folder("scene.xml"),
-                "<scene version='3.0.0'><integrator type='volpath'/><sensor type='perspective'><transform name='to_world'><lookat "
+                "<scene version='3.0.0'><integrator type='volpath'/><sensor type='perspective'><transform "
+                "name='to_world'><lookat "
                 "origin='0 3 3' target='0 0 0' up='0 1 0'/></transform></sensor><emitter type='constant'/>" +
                     element + "</scene>");
     return in_folder("scene.xml");
@@ -32,7 +34,8 @@ class BinaryInput : public testing::Test {
 
   /// Every number of the file (written to `bad` as `finished` makes it) in every bad way.
   template <typename Finish>
-  void walk(const BinaryFile& file, const std::filesystem::path& bad, const std::filesystem::path& scene, const Finish& finished) {
+  void walk(const BinaryFile& file, const std::filesystem::path& bad, const std::filesystem::path& scene,
+            const Finish& finished) {
     InputJudge judge;
     write_bytes(bad, finished(file.bytes));
     ASSERT_EQ(judge.judge_file(scene, bad), "");
@@ -63,13 +66,15 @@ TEST_F(BinaryInput, PlyOfBothEnds) {
 }
 
 TEST_F(BinaryInput, Serialized) {
-  const auto scene = mitsuba_scene("<shape type='serialized'><string name='filename' value='mesh.serialized'/></shape>");
+  const auto scene =
+      mitsuba_scene("<shape type='serialized'><string name='filename' value='mesh.serialized'/></shape>");
   walk(raw_serialized(), in_folder("mesh.serialized"), scene, compress_serialized);
 }
 
 TEST_F(BinaryInput, VolumeAsMedium) {
   const auto scene = mitsuba_scene(
-      "<shape type='cube'><bsdf type='null'/><medium type='heterogeneous' name='interior'><volume type='gridvolume' name='sigma_t'>"
+      "<shape type='cube'><bsdf type='null'/><medium type='heterogeneous' name='interior'><volume type='gridvolume' "
+      "name='sigma_t'>"
       "<string name='filename' value='grid.vol'/></volume><float name='albedo' value='.8'/></medium></shape>");
   walk(volume_file(), in_folder("grid.vol"), scene, as_it_is);
 }
@@ -85,7 +90,8 @@ TEST_F(BinaryInput, VolumeAsDistance) {
 /// A bad pixel in an image that colours, bends, hides, lights or surrounds things.
 TEST_F(BinaryInput, Images) {
   const std::string image = "<texture type='bitmap' name='NAME'><string name='filename' value='FILE'/></texture>";
-  const std::string rectangle_begin = "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/></transform>";
+  const std::string rectangle_begin =
+      "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/></transform>";
   const std::string uses[] = {
       rectangle_begin + "<bsdf type='diffuse'>reflectance</bsdf></shape>",
       rectangle_begin + "<bsdf type='roughconductor'>alpha</bsdf></shape>",
@@ -97,7 +103,8 @@ TEST_F(BinaryInput, Images) {
       "<emitter type='envmap'><string name='filename' value='FILE'/></emitter>",
   };
   const auto replace_all = [](std::string text, const std::string& from, const std::string& to) {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) text.replace(at, from.size(), to);
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
     return text;
   };
   InputJudge judge;

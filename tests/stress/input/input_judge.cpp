@@ -71,7 +71,8 @@ class InputJudge::Watchdog {
  private:
   void run(std::stop_token stop) {
     std::unique_lock lock(mutex_);
-    while (!changed_.wait_for(lock, stop, std::chrono::milliseconds(200), [] { return false; }) && !stop.stop_requested()) {
+    while (!changed_.wait_for(lock, stop, std::chrono::milliseconds(200), [] { return false; }) &&
+           !stop.stop_requested()) {
       if (what_.empty() || std::chrono::steady_clock::now() < deadline_) continue;
       std::fprintf(stderr, "no end of: %s\n", what_.c_str());
       std::abort();
@@ -87,7 +88,8 @@ class InputJudge::Watchdog {
 
 std::string Tally::to_string() const {
   return absl::StrCat(cases(), " cases: ", refused_by_importer, " refused by the importer, ", refused_by_renderer,
-                      " by the renderer, ", rendered, " rendered, ", with_dropped_samples, " of them with samples dropped");
+                      " by the renderer, ", rendered, " rendered, ", with_dropped_samples,
+                      " of them with samples dropped");
 }
 
 InputJudge::InputJudge() : watchdog_(std::make_unique<Watchdog>()), isa_(render::supported_isas().front()) {}
@@ -112,7 +114,8 @@ std::string InputJudge::judge_scene(const v1::Scene& scene, const std::vector<cl
   return render(scene, blobs, "no file");
 }
 
-std::string InputJudge::render(const v1::Scene& scene, const std::vector<client::SceneBlob>& blobs, const std::string& file) {
+std::string InputJudge::render(const v1::Scene& scene, const std::vector<client::SceneBlob>& blobs,
+                               const std::string& file) {
   std::map<std::string, const client::SceneBlob*> by_digest;
   for (const client::SceneBlob& blob : blobs) by_digest[blob.ref.digest()] = &blob;
   const auto source = [&](const std::string& digest) -> absl::StatusOr<render::BlobBytes> {

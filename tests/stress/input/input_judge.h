@@ -28,7 +28,8 @@ class InputJudge {
   InputJudge& operator=(const InputJudge&) = delete;
 
   /// Imports the scene file and, if the importer takes it, renders it. What is wrong with how that went, or nothing.
-  /// `bad_file`: whose name an importer's error must hold (with a line, where it is a text); the scene file's own if empty.
+  /// `bad_file`: whose name an importer's error must hold (with a line, where it is a text); the scene file's own if
+  /// empty.
   std::string judge_file(const std::filesystem::path& path, const std::filesystem::path& bad_file = {});
 
   /// As the worker gets it: any message at all.

@@ -43,7 +43,8 @@ std::string line_of(const std::string& text, std::size_t at) {
   return text.substr(begin, std::min(text.find('\n', at), text.size()) - begin);
 }
 
-/// All cases of one text, which stands in the file `bad` that `scene` (the same, or one that refers to it) is read with.
+/// All cases of one text, which stands in the file `bad` that `scene` (the same, or one that refers to it) is read
+/// with.
 void walk(const std::string& text, TextKind kind, const std::filesystem::path& bad, const std::filesystem::path& scene,
           std::size_t most, std::chrono::seconds budget = std::chrono::seconds(25)) {
   InputJudge judge;
@@ -113,7 +114,8 @@ TEST_F(InputNumbers, AsciiPly) {
 TEST_F(InputNumbers, Obj) {
   const auto scene = in_folder("scene.xml");
   write_bytes(scene,
-              "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0 3 3' target='0 0 0' "
+              "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0 3 3' "
+              "target='0 0 0' "
               "up='0 1 0'/></transform></sensor><emitter type='constant'/><shape type='obj'><string name='filename' "
               "value='mesh.obj'/></shape></scene>");
   walk(obj_square(), TextKind::kPlain, in_folder("mesh.obj"), scene, 150);

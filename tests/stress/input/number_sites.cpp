@@ -6,7 +6,9 @@
 namespace tessera::stress {
 namespace {
 
-bool is_of_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '+' || c == '.'; }
+bool is_of_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '+' || c == '.';
+}
 
 /// Digits with a sign, a point and an exponent, and nothing else.
 bool is_number(std::string_view word) {

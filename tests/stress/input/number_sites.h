@@ -9,10 +9,10 @@
 namespace tessera::stress {
 
 enum class TextKind {
-  kPbrt,     // numbers outside of quotes; '#' begins a comment
-  kProto,    // protobuf's text form: likewise
-  kXml,      // within quotes
-  kPlain,    // OBJ and ASCII PLY: everywhere; '#' begins a comment in neither's numbers
+  kPbrt,   // numbers outside of quotes; '#' begins a comment
+  kProto,  // protobuf's text form: likewise
+  kXml,    // within quotes
+  kPlain,  // OBJ and ASCII PLY: everywhere; '#' begins a comment in neither's numbers
 };
 
 struct NumberSite {
@@ -26,8 +26,8 @@ std::vector<NumberSite> number_sites(std::string_view text, TextKind kind);
 std::string with_number(std::string_view text, NumberSite site, std::string_view replacement);
 
 /// What no reader expects: not a number, infinite, beyond float and double, denormal, zero, negative, beyond integers.
-inline constexpr std::string_view kBadNumbers[] = {"nan",   "inf", "-inf", "1e38",       "-1e38",
-                                                   "1e300", "1e-45", "0",  "-1",         "1e12",
-                                                   "1e-12", "2147483648",  "-2147483649", "99999999999999999999"};
+inline constexpr std::string_view kBadNumbers[] = {
+    "nan", "inf", "-inf", "1e38",  "-1e38",      "1e300",       "1e-45",
+    "0",   "-1",  "1e12", "1e-12", "2147483648", "-2147483649", "99999999999999999999"};
 
 }  // namespace tessera::stress

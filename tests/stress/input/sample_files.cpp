@@ -46,7 +46,8 @@ std::string volume_blob(const std::vector<float>& samples) {
 
 std::string ply_header(const char* format) {
   std::string text = absl::StrCat("ply\nformat ", format, " 1.0\nelement vertex 4\n");
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "u", "v"}) absl::StrAppend(&text, "property float ", name, "\n");
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "u", "v"})
+    absl::StrAppend(&text, "property float ", name, "\n");
   return text + "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
 }
 
@@ -92,7 +93,8 @@ void write_blobs_of_the_sample(const std::filesystem::path& folder) {
   write_bytes(folder / "paint.f32", bytes_of<float>({0.1f, 0.5f, 0.9f, 0.3f}));
   write_bytes(folder / "ball.volume", volume_blob({-1, 1, 1, 1, 1, 1, 1, 1}));
   write_bytes(folder / "density.volume", volume_blob({1, 2, 3, 4, 5, 6, 7, 8}));
-  write_bytes(folder / "points.f32", bytes_of<float>({0, 0, 0, .1f, .1f, .5f, 0, .1f, -.1f, 1, 0, .05f, 0, 1.5f, 0, .05f}));
+  write_bytes(folder / "points.f32",
+              bytes_of<float>({0, 0, 0, .1f, .1f, .5f, 0, .1f, -.1f, 1, 0, .05f, 0, 1.5f, 0, .05f}));
   write_bytes(folder / "starts.u32", bytes_of<std::uint32_t>({0}));
   write_bytes(folder / "normals.f32", bytes_of<float>({0, 0, 1, 0, 0, 1, 0, 1, 1, 1, 0, 1}));
   write_bytes(folder / "params.f32", bytes_of<float>({0, 1}));
@@ -126,7 +128,8 @@ std::string ascii_ply() {
 }
 
 std::string obj_square() {
-  return "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvn 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 3/3/1 2/2/1\nf -4/1/1 4/4/1 3/3/1\n";
+  return "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvn 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 3/3/1 2/2/1\nf "
+         "-4/1/1 4/4/1 3/3/1\n";
 }
 
 BinaryFile raw_serialized() {
@@ -155,7 +158,8 @@ BinaryFile volume_file() {
   for (const std::uint32_t word : {1, 2, 2, 2, 1}) append(file.bytes, word, false);
   file.first_number = file.bytes.size();
   file.numbers = 6 + 8;  // the bounds, which nothing looks at, and the samples
-  for (const float x : {-1.f, -1.f, -1.f, 1.f, 1.f, 1.f, 1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f, 8.f}) append(file.bytes, word_of(x), false);
+  for (const float x : {-1.f, -1.f, -1.f, 1.f, 1.f, 1.f, 1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f, 8.f})
+    append(file.bytes, word_of(x), false);
   return file;
 }
 

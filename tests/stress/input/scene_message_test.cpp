@@ -27,14 +27,27 @@ bool is_number(const FieldDescriptor* field) {
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
     case FieldDescriptor::CPPTYPE_STRING:
-    case FieldDescriptor::CPPTYPE_BOOL: return false;
-    default: return true;
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return false;
+    default:
+      return true;
   }
 }
 
-constexpr double kBadDoubles[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                                  -std::numeric_limits<double>::infinity(), 1e300, -1e300, 1e38, -1e38, 1e17, 1e12, -1e12,
-                                  1e-45, 1e-12, 0, -1};
+constexpr double kBadDoubles[] = {std::numeric_limits<double>::quiet_NaN(),
+                                  std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity(),
+                                  1e300,
+                                  -1e300,
+                                  1e38,
+                                  -1e38,
+                                  1e17,
+                                  1e12,
+                                  -1e12,
+                                  1e-45,
+                                  1e-12,
+                                  0,
+                                  -1};
 constexpr std::uint64_t kBadIntegers[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, ~std::uint64_t{0}};
 
 /// Puts bad number `which` into element `index` (of a repeated field). Numbers beyond a field's type are cut to it.
@@ -49,17 +62,26 @@ void put(Message& message, const FieldDescriptor* field, int index, std::size_t 
       break;
     }
     case FieldDescriptor::CPPTYPE_DOUBLE:
-      index < 0 ? reflection->SetDouble(&message, field, real) : reflection->SetRepeatedDouble(&message, field, index, real);
+      index < 0 ? reflection->SetDouble(&message, field, real)
+                : reflection->SetRepeatedDouble(&message, field, index, real);
       break;
-    case FieldDescriptor::CPPTYPE_UINT32: reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(whole)); break;
-    case FieldDescriptor::CPPTYPE_UINT64: reflection->SetUInt64(&message, field, whole); break;
-    case FieldDescriptor::CPPTYPE_ENUM: reflection->SetEnumValue(&message, field, static_cast<int>(whole)); break;
-    default: FAIL() << field->full_name() << " is of a kind that this test does not know";
+    case FieldDescriptor::CPPTYPE_UINT32:
+      reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(whole));
+      break;
+    case FieldDescriptor::CPPTYPE_UINT64:
+      reflection->SetUInt64(&message, field, whole);
+      break;
+    case FieldDescriptor::CPPTYPE_ENUM:
+      reflection->SetEnumValue(&message, field, static_cast<int>(whole));
+      break;
+    default:
+      FAIL() << field->full_name() << " is of a kind that this test does not know";
   }
 }
 
 std::size_t ways(const FieldDescriptor* field) {
-  const bool real = field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT || field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+  const bool real =
+      field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT || field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
   return real ? std::size(kBadDoubles) : std::size(kBadIntegers);
 }
 
@@ -92,7 +114,8 @@ void fields_of(const Descriptor* descriptor, std::set<const Descriptor*>& seen, 
     const FieldDescriptor* field = descriptor->field(i);
     const auto type = field->cpp_type();
     if (type == FieldDescriptor::CPPTYPE_MESSAGE) fields_of(field->message_type(), seen, names);
-    if (type == FieldDescriptor::CPPTYPE_FLOAT || type == FieldDescriptor::CPPTYPE_DOUBLE) names.insert(std::string(field->full_name()));
+    if (type == FieldDescriptor::CPPTYPE_FLOAT || type == FieldDescriptor::CPPTYPE_DOUBLE)
+      names.insert(std::string(field->full_name()));
   }
 }
 

@@ -7,7 +7,8 @@
 namespace tessera::test {
 namespace {
 
-/// A floor and a ball, a lamp with an extent and a dim sky; and, before, around and above the ball, panes and a ball of glass.
+/// A floor and a ball, a lamp with an extent and a dim sky; and, before, around and above the ball, panes and a ball of
+/// glass.
 std::string scene(const std::string& glass) {
   std::string text = R"(
     camera { perspective { fov_degrees: 45 } world_from_camera { elements: [1,0,0,0, 0,0.5448,0.8386,-4, 0,0.8386,-0.5448,3, 0,0,0,1] } }
@@ -34,7 +35,8 @@ Picture measure(const std::string& glass) {
 
 TEST(IndexMatchedGlass, IsNoGlass) {
   const Picture without = measure("");
-  const std::string rough = "roughness { u { constant: 0.4 } v { constant: 0.4 } }", turned = "roughness { u { constant: 0.1 } v { constant: 0.7 } }";
+  const std::string rough = "roughness { u { constant: 0.4 } v { constant: 0.4 } }",
+                    turned = "roughness { u { constant: 0.1 } v { constant: 0.7 } }";
   for (const char* eta : {"1", "1.000001"}) {
     for (const std::string& glass : {absl::StrCat("dielectric { eta { constant: ", eta, " } }"),
                                      absl::StrCat("dielectric { eta { constant: ", eta, " } ", rough, " }"),

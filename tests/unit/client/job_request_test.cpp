@@ -66,7 +66,9 @@ TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
 
 TEST(JobRequest, IntersectionIsChosenByRequestSceneOrProbe) {
   ImportedScene scene = scene_of(8, 8);
-  const auto chosen = [&](const JobRequest& request) { return (*prepare_job(request, scene, ""))->spec.settings().intersection(); };
+  const auto chosen = [&](const JobRequest& request) {
+    return (*prepare_job(request, scene, ""))->spec.settings().intersection();
+  };
   EXPECT_EQ(chosen({}), "auto");
   scene.scene.mutable_settings()->set_intersection("robust");
   EXPECT_EQ(chosen({}), "robust");
@@ -132,7 +134,8 @@ TEST(JobRequest, ParsesResolutions) {
   ASSERT_TRUE(parse_resolution("640x480").ok());
   EXPECT_EQ(parse_resolution("640x480")->width, 640U);
   EXPECT_EQ(parse_resolution("640x480")->height, 480U);
-  for (const char* wrong : {"", "640", "640x", "x480", "640x480x", "640 x 480", "-1x5", "0x5", "5x0", "70000x5", "1e3x5"}) {
+  for (const char* wrong :
+       {"", "640", "640x", "x480", "640x480x", "640 x 480", "-1x5", "0x5", "5x0", "70000x5", "1e3x5"}) {
     EXPECT_FALSE(parse_resolution(wrong).ok()) << wrong;
   }
 }
@@ -140,7 +143,8 @@ TEST(JobRequest, ParsesResolutions) {
 TEST(JobRequest, ParsesCrops) {
   ASSERT_TRUE(parse_crop("1,2,3,4").ok());
   EXPECT_EQ(parse_crop("1,2,3,4")->y1(), 4U);
-  for (const char* wrong : {"", "1,2,3", "1,2,3,4,5", "3,2,3,4", "1,4,3,4", "-1,2,3,4", "1;2;3;4", "1,2,3,99999999999"}) {
+  for (const char* wrong :
+       {"", "1,2,3", "1,2,3,4,5", "3,2,3,4", "1,4,3,4", "-1,2,3,4", "1;2;3;4", "1,2,3,99999999999"}) {
     EXPECT_FALSE(parse_crop(wrong).ok()) << wrong;
   }
 }

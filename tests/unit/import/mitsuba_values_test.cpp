@@ -141,7 +141,8 @@ TEST_F(MitsubaValues, DefaultsAreThoseOfMitsuba) {
   EXPECT_NEAR(rough.dielectric().eta().constant(), 1.5046 / 1.000277, kFloat);
   EXPECT_EQ(rough.dielectric().roughness().distribution(), v1::Roughness::BECKMANN);
   EXPECT_TRUE(rough.dielectric().roughness().separable_masking());
-  EXPECT_TRUE(rough.dielectric().roughness().has_multiple_scattering() && !rough.dielectric().roughness().multiple_scattering());
+  EXPECT_TRUE(rough.dielectric().roughness().has_multiple_scattering() &&
+              !rough.dielectric().roughness().multiple_scattering());
   EXPECT_FLOAT_EQ(rough.dielectric().roughness().u().constant(), 0.1f);
   EXPECT_FALSE(rough.one_sided());
   const v1::Material plastic = material("<bsdf type='plastic'/>");

@@ -50,15 +50,18 @@ struct Rays {
 class Traced {
  public:
   explicit Traced(const ShapeTable& table) : table_(table) {
-    const GeometryCallbacks callbacks{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha};
+    const GeometryCallbacks callbacks{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf,
+                                      &filter_alpha};
     auto built = Accelerator::build(table, textures_, callbacks, {1, TESSERA_STRING(TESSERA_ISA), false});
     EXPECT_TRUE(built.ok()) << built.status();
     accelerator_ = *std::move(built);
   }
   Surface operator()(Rays& r) const {
     const RayArrays rays{r.ox, r.oy, r.oz, r.dx, r.dy, r.dz};
-    trace_nearest(accelerator_->scene(), rays, kWidth, Traversal::kIncoherent, 1, {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
-    const Hit hit{Float::load(r.t), Float::load(r.u), Float::load(r.v), Int::load(r.primitive), Int::load(r.shape), Int(-1)};
+    trace_nearest(accelerator_->scene(), rays, kWidth, Traversal::kIncoherent, 1,
+                  {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
+    const Hit hit{Float::load(r.t),       Float::load(r.u),   Float::load(r.v),
+                  Int::load(r.primitive), Int::load(r.shape), Int(-1)};
     return surface_at(table_, hit, {Float::load(r.ox), Float::load(r.oy), Float::load(r.oz)},
                       {Float::load(r.dx), Float::load(r.dy), Float::load(r.dz)}, hit.shape >= 0, true);
   }
@@ -87,7 +90,8 @@ Affine placed(bool inverse) {
     const double v[3] = {c.x, c.y, c.z};
     for (int row = 0; row < 3; ++row) a.m[inverse ? 4 * i + row : 4 * row + i] = static_cast<float>(v[row]);
   }
-  const Point centre = inverse ? Point{-dot(columns[0], at) / dot(columns[0], columns[0]), -dot(columns[1], at) / dot(columns[1], columns[1]),
+  const Point centre = inverse ? Point{-dot(columns[0], at) / dot(columns[0], columns[0]),
+                                       -dot(columns[1], at) / dot(columns[1], columns[1]),
                                        -dot(columns[2], at) / dot(columns[2], columns[2])}
                                : at;
   a.m[3] = static_cast<float>(centre.x), a.m[7] = static_cast<float>(centre.y), a.m[11] = static_cast<float>(centre.z);
@@ -119,7 +123,8 @@ ShapeTable cylinder_table() {
 /// The cylinder's own parameters.
 Point cylinder_at(const QuadricRecord& q, double u, double v) {
   const double phi = u * q.phi_max;
-  return apply(q.render_from_object, {q.radius * std::cos(phi), q.radius * std::sin(phi), q.z_min + v * (double{q.z_max} - q.z_min)});
+  return apply(q.render_from_object,
+               {q.radius * std::cos(phi), q.radius * std::sin(phi), q.z_min + v * (double{q.z_max} - q.z_min)});
 }
 
 TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
@@ -141,14 +146,16 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
       // The nearest root by the quadratic formula, in object space.
       const Point o = apply(q.object_from_render, rays.origin(i));
       const Point d = apply(q.object_from_render, rays.origin(i) + rays.direction(i)) - o;
-      const double a = d.x * d.x + d.y * d.y, b = o.x * d.x + o.y * d.y, c = o.x * o.x + o.y * o.y - double{q.radius} * q.radius;
+      const double a = d.x * d.x + d.y * d.y, b = o.x * d.x + o.y * d.y,
+                   c = o.x * o.x + o.y * o.y - double{q.radius} * q.radius;
       double expected = -1, margin = 1;
       if (b * b > a * c) {
         for (const double t : {(-b - std::sqrt(b * b - a * c)) / a, (-b + std::sqrt(b * b - a * c)) / a}) {
           const Point p = o + d * t;
           double phi = std::atan2(p.y, p.x);
           if (phi < 0) phi += 2 * M_PI;
-          margin = std::min({margin, std::abs(p.z - q.z_min), std::abs(p.z - q.z_max), std::abs(phi - q.phi_max), phi, std::abs(t)});
+          margin = std::min(
+              {margin, std::abs(p.z - q.z_min), std::abs(p.z - q.z_max), std::abs(phi - q.phi_max), phi, std::abs(t)});
           if (t > 0 && p.z >= q.z_min && p.z <= q.z_max && phi <= q.phi_max && expected < 0) expected = t;
         }
         margin = std::min(margin, b * b - a * c);
@@ -158,7 +165,8 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
       misses += expected < 0;
       if (expected < 0) continue;
       ++hits;
-      // Distances about 10, roots of floats: 1e-5 or so, more where the ray is along the wall (margin of the discriminant).
+      // Distances about 10, roots of floats: 1e-5 or so, more where the ray is along the wall (margin of the
+      // discriminant).
       ASSERT_NEAR(rays.t[i], expected, 2e-4);
       const double u = s.uv.x.lane(i), v = s.uv.y.lane(i);
       const Point p = lane(s.p, i), exact = cylinder_at(q, u, v);
@@ -189,7 +197,9 @@ TEST(CylinderSurface, ParametersMayBeMapped) {
   const float map[6] = {0.2f, 1.5f, 0.3f, -2, 0.5f, 0.1f};
   std::copy(map, map + 6, mapped.quadrics[0].uv_map);
   Rays rays;
-  for (int i = 0; i < kWidth; ++i) rays.set(i, cylinder_at(plain.quadrics[0], 0.05 * i + 0.1, 0.5) + Point{0, 0, 0.01 * i} + Point{9, 1, 0}, {-9, -1, 0});
+  for (int i = 0; i < kWidth; ++i)
+    rays.set(i, cylinder_at(plain.quadrics[0], 0.05 * i + 0.1, 0.5) + Point{0, 0, 0.01 * i} + Point{9, 1, 0},
+             {-9, -1, 0});
   Rays same = rays;
   const Surface a = Traced(plain)(rays), b = Traced(mapped)(same);
   int hits = 0;
@@ -218,7 +228,8 @@ ShapeTable sdf_table(std::array<std::int32_t, 3> size, const std::function<doubl
   for (std::int32_t z = 0; z < size[2]; ++z) {
     for (std::int32_t y = 0; y < size[1]; ++y) {
       for (std::int32_t x = 0; x < size[0]; ++x) {
-        grid.samples.push_back(static_cast<float>(distance({x / (size[0] - 1.0), y / (size[1] - 1.0), z / (size[2] - 1.0)})));
+        grid.samples.push_back(
+            static_cast<float>(distance({x / (size[0] - 1.0), y / (size[1] - 1.0), z / (size[2] - 1.0)})));
       }
     }
   }
@@ -238,10 +249,14 @@ ShapeTable sdf_table(std::array<std::int32_t, 3> size, const std::function<doubl
 
 TEST(SdfSurface, PlanesAreExactAndHaveNoHoles) {
   // A plane is trilinear itself. Through samples and along faces of voxels in one case, slanted in the others.
-  for (const auto& [normal, offset] : {std::pair{Point{0, 0, 1}, 0.5}, {Point{0, 0, 1}, 0.47}, {Point{0.6, 0, 0.8}, 0.7}, {Point{0.48, 0.64, 0.6}, 0.86}}) {
+  for (const auto& [normal, offset] : {std::pair{Point{0, 0, 1}, 0.5},
+                                       {Point{0, 0, 1}, 0.47},
+                                       {Point{0.6, 0, 0.8}, 0.7},
+                                       {Point{0.48, 0.64, 0.6}, 0.86}}) {
     const Point n = normal;
     const double at = offset;
-    const ShapeTable table = sdf_table({9, 9, 9}, [&](Point p) { return dot(p, n) - at; }, false);
+    const ShapeTable table = sdf_table(
+        {9, 9, 9}, [&](Point p) { return dot(p, n) - at; }, false);
     const Traced traced(table);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(0.15, 0.85);
@@ -284,12 +299,13 @@ TEST(SdfSurface, SpheresToTheOrderOfInterpolation) {
   constexpr double kRadius = 0.3;
   constexpr int kSize = 33;
   for (const bool smooth : {false, true}) {
-    const ShapeTable table = sdf_table({kSize, kSize, kSize}, [&](Point p) { return length(p - centre) - kRadius; }, smooth);
+    const ShapeTable table = sdf_table(
+        {kSize, kSize, kSize}, [&](Point p) { return length(p - centre) - kRadius; }, smooth);
     const Traced traced(table);
     std::mt19937 random(4);
     std::normal_distribution<double> normal;
-    // Trilinear interpolation is off by h^2 / 8 times the sum of second derivatives, 2 / r in all; its gradient by h / 2 times
-    // the largest along each axis.
+    // Trilinear interpolation is off by h^2 / 8 times the sum of second derivatives, 2 / r in all; its gradient by h /
+    // 2 times the largest along each axis.
     const double h = 1.0 / (kSize - 1), off = h * h / 8 * 2 / kRadius, tilt = std::sqrt(3.0) * h / 2 / kRadius;
     double worst_tilt = 0;
     int holes = 0;

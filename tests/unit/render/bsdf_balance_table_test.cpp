@@ -14,7 +14,8 @@ TEST(BalanceTable, RowsOfOneRoughnessAreAlike) {
   EXPECT_EQ(append_balance_table({.alpha_x = 0.4f, .alpha_y = 0.4f, .eta = 1.5f}, table), 0);
   EXPECT_EQ(table.coat_tables[kBalancePerRow], 0);
   for (int side = 0; side < 2; ++side) {
-    for (int c = 0; c < kBalanceCosines; ++c) EXPECT_EQ(factors(table, side, 0)[c], factors(table, side, kBalanceRows - 1)[c]);
+    for (int c = 0; c < kBalanceCosines; ++c)
+      EXPECT_EQ(factors(table, side, 0)[c], factors(table, side, kBalanceRows - 1)[c]);
   }
 }
 
@@ -39,7 +40,8 @@ TEST(BalanceTable, FacetsTurnedByARightAngleHaveTheSameFactors) {
   append_balance_table({.alpha_x = 0.7f, .alpha_y = 0.2f}, turned);
   ASSERT_EQ(table.coat_tables.size(), turned.coat_tables.size());
   // The quadrature's points are not turned with the facets; it is right to about 1e-3.
-  for (std::size_t i = 0; i < table.coat_tables.size(); ++i) EXPECT_NEAR(table.coat_tables[i], turned.coat_tables[i], 4e-3f) << i;
+  for (std::size_t i = 0; i < table.coat_tables.size(); ++i)
+    EXPECT_NEAR(table.coat_tables[i], turned.coat_tables[i], 4e-3f) << i;
 }
 
 }  // namespace

@@ -62,14 +62,18 @@ TEST(Camera, SphericalCamerasSeeEveryDirectionOnce) {
     std::vector<double> observed(grid.size()), expected(grid.size());
     RandomLanes numbers(7);
     for (int i = 0; i < kSamples; i += kWidth) {
-      const CameraRay ray = sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
+      const CameraRay ray =
+          sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
       // Camera space has y up; the grid's axis is the third.
-      for (int l = 0; l < kWidth; ++l) ++observed[grid.cell(ray.direction.x.lane(l), ray.direction.y.lane(l), ray.direction.z.lane(l))];
+      for (int l = 0; l < kWidth; ++l)
+        ++observed[grid.cell(ray.direction.x.lane(l), ray.direction.y.lane(l), ray.direction.z.lane(l))];
     }
     for (std::size_t i = 0; i < grid.size(); ++i) {
       const test::SphereCell cell = grid.bounds(i);
       // Even in the angle to the pole, or in area.
-      const double rows = kind == CameraKind::kOctahedral ? (cell.z1 - cell.z0) / 2 : (std::acos(cell.z0) - std::acos(cell.z1)) / std::numbers::pi;
+      const double rows = kind == CameraKind::kOctahedral
+                              ? (cell.z1 - cell.z0) / 2
+                              : (std::acos(cell.z0) - std::acos(cell.z1)) / std::numbers::pi;
       expected[i] = kSamples * rows * (cell.phi1 - cell.phi0) / (2 * std::numbers::pi);
     }
     EXPECT_GT(test::chi_square_test(observed, expected).p_value, 1e-3) << static_cast<int>(kind);
@@ -93,7 +97,8 @@ TEST(Camera, ClippingDistancesAreDepths) {
   c.offset_x = c.offset_y = 0;
   c.near_clip = 2;
   c.far_clip = 5;
-  const CameraRay round = sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
+  const CameraRay round =
+      sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
   for (int l = 0; l < kWidth; ++l) {
     EXPECT_NEAR(length(round.origin).lane(l), 2, 1e-5f);
     EXPECT_NEAR(visible_distance(c, round.direction, Float(0.0f)).lane(l), 3, 1e-5f);
@@ -132,7 +137,9 @@ TEST(Camera, ConnectionsAreValidBetweenTheClippingDistances) {
   c.near_clip = 2;
   c.far_clip = 5;
   const auto valid = [&](float depth) {
-    return connect_to_camera(c, {Float(depth), Float(0.1f), Float(0.2f)}, {Float(0.0f), Float(0.0f)}, Float(0.0f), Mask::all()).valid.bits() == 0xffffu;
+    return connect_to_camera(c, {Float(depth), Float(0.1f), Float(0.2f)}, {Float(0.0f), Float(0.0f)}, Float(0.0f),
+                             Mask::all())
+               .valid.bits() == 0xffffu;
   };
   EXPECT_FALSE(valid(-3));
   EXPECT_FALSE(valid(1.99f));
@@ -142,8 +149,8 @@ TEST(Camera, ConnectionsAreValidBetweenTheClippingDistances) {
 }
 
 TEST(Camera, ImportanceTurnsFilmIntoArea) {
-  // A patch of a plane at right angles to the ray, through one point of the lens: its share of a pixel by finite differences
-  // of the film position. In render space, whatever the scale of camera space.
+  // A patch of a plane at right angles to the ray, through one point of the lens: its share of a pixel by finite
+  // differences of the film position. In render space, whatever the scale of camera space.
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
     for (const float scale : {1.0f, 2.0f}) {
       CameraRecord c = camera(kind, scale);
@@ -157,11 +164,15 @@ TEST(Camera, ImportanceTurnsFilmIntoArea) {
       };
       constexpr float h = 0.125f;
       const Vec2 y1 = film(h, 0), y0 = film(-h, 0), z1 = film(0, h), z0 = film(0, -h);
-      const double pixels = std::abs((y1.x - y0.x).lane(0) * (z1.y - z0.y).lane(0) - (y1.y - y0.y).lane(0) * (z1.x - z0.x).lane(0)) / (4.0 * h * h);
+      const double pixels =
+          std::abs((y1.x - y0.x).lane(0) * (z1.y - z0.y).lane(0) - (y1.y - y0.y).lane(0) * (z1.x - z0.x).lane(0)) /
+          (4.0 * h * h);
       const CameraConnection seen = connect_to_camera(c, p, u, Float(0.0f), Mask::all());
       const Vec3 w = normalize(seen.lens - p);
-      // The value of a pixel: radiance x importance x cosine x area, a whole pixel's worth of film giving the radiance itself.
-      EXPECT_NEAR(seen.importance.lane(0) * std::abs(w.x.lane(0)), pixels, 1e-4 * pixels) << static_cast<int>(kind) << ' ' << scale;
+      // The value of a pixel: radiance x importance x cosine x area, a whole pixel's worth of film giving the radiance
+      // itself.
+      EXPECT_NEAR(seen.importance.lane(0) * std::abs(w.x.lane(0)), pixels, 1e-4 * pixels)
+          << static_cast<int>(kind) << ' ' << scale;
     }
   }
 }

@@ -91,8 +91,8 @@ INSTANTIATE_TEST_SUITE_P(
                     "transmittance { constant { constant: 0.5 } } }",
                     1, 1e-5},
         // 1e-3: quadrature of the coat's internal reflectance, magnified by the white base.
-        FurnaceCase{"smooth_coat", "coated_diffuse { reflectance { constant { constant: 1 } } eta { constant: 1.5 } }", 1,
-                    3e-3}),
+        FurnaceCase{"smooth_coat", "coated_diffuse { reflectance { constant { constant: 1 } } eta { constant: 1.5 } }",
+                    1, 3e-3}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
@@ -119,8 +119,9 @@ TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
   ASSERT_TRUE(tile.ok());
   double mean = 0;
   for (int i = 0; i < 256; ++i) mean += double{tile->values[static_cast<std::size_t>(i)]} / 256 / 256;
-  // Off-axis point to a disk parallel to its plane [Howell, B-15]: F = (1 - (Z - 2 R^2) / sqrt(Z^2 - 4 R^2)) / 2 with H = h / a,
-  // R = r / a, Z = 1 + H^2 + R^2, for the disk's radius r at height h and the point's distance a from the axis.
+  // Off-axis point to a disk parallel to its plane [Howell, B-15]: F = (1 - (Z - 2 R^2) / sqrt(Z^2 - 4 R^2)) / 2 with H
+  // = h / a, R = r / a, Z = 1 + H^2 + R^2, for the disk's radius r at height h and the point's distance a from the
+  // axis.
   const double a = 1.8, h = 2 / a, r = 1 / a, z = 1 + h * h + r * r;
   const double form_factor = 0.5 * (1 - (z - 2 * r * r) / std::sqrt(z * z - 4 * r * r));
   // 65536 stratified samples of a smooth integrand: far below 0.2 %.

@@ -62,7 +62,8 @@ Affine inverse_of(const Affine& a) {
 }
 
 void add_moving(ShapeTable& table, const std::vector<Affine>& steps) {
-  table.instances.push_back({steps.front(), inverse_of(steps.front()), 0, 0, static_cast<std::int32_t>(steps.size()) - 1});
+  table.instances.push_back(
+      {steps.front(), inverse_of(steps.front()), 0, 0, static_cast<std::int32_t>(steps.size()) - 1});
   table.motion_steps = steps;
 }
 
@@ -70,7 +71,8 @@ void add_moving(ShapeTable& table, const std::vector<Affine>& steps) {
 ShapeTable frozen(const ShapeTable& moving, float time) {
   ShapeTable table = moving;
   const InstanceRecord& instance = moving.instances[0];
-  const WideAffine at = affine_at(moving.motion_steps.data(), Int(0), Int(instance.segments), Float(time), Mask::all()).map;
+  const WideAffine at =
+      affine_at(moving.motion_steps.data(), Int(0), Int(instance.segments), Float(time), Mask::all()).map;
   Affine a;
   for (int i = 0; i < 12; ++i) a.m[i] = at.m[i].lane(0);
   table.instances[0] = {a, inverse_of(a)};
@@ -86,7 +88,7 @@ struct Traced {
   Vec3 origin() const { return {Float::load(o[0]), Float::load(o[1]), Float::load(o[2])}; }
   Vec3 direction() const { return {Float::load(d[0]), Float::load(d[1]), Float::load(d[2])}; }
   Hit hit() const {
-    return {Float::load(t),       Float::load(u),        Float::load(v), Int::load(primitive),
+    return {Float::load(t),   Float::load(u),      Float::load(v),   Int::load(primitive),
             Int::load(shape), Int::load(instance), Float::load(time)};
   }
   RayArrays rays() const { return {o[0], o[1], o[2], d[0], d[1], d[2], time}; }
@@ -98,7 +100,8 @@ struct Traced {
 
 std::unique_ptr<Accelerator> accelerate(const ShapeTable& table) {
   static const TextureTable textures;
-  auto built = Accelerator::build(table, textures, {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+  auto built = Accelerator::build(table, textures,
+                                  {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
                                   {1, TESSERA_STRING(TESSERA_ISA), false});
   EXPECT_TRUE(built.ok()) << built.status();
   return built.ok() ? *std::move(built) : nullptr;
@@ -141,8 +144,10 @@ TEST_P(MovingSurface, IsWhereItStandsAtThatTime) {
       const Vec3 from{uniform(-40, 40), uniform(-40, 40), uniform(20, 40)};
       a.aim(from, normalize(target - from));
       Traced b = a;
-      trace_nearest(accelerator->scene(), a.rays(), kWidth, Traversal::kIncoherent, 1, {a.t, a.u, a.v, a.primitive, a.shape, a.instance});
-      trace_nearest(still_accelerator->scene(), b.rays(), kWidth, Traversal::kIncoherent, 1, {b.t, b.u, b.v, b.primitive, b.shape, b.instance});
+      trace_nearest(accelerator->scene(), a.rays(), kWidth, Traversal::kIncoherent, 1,
+                    {a.t, a.u, a.v, a.primitive, a.shape, a.instance});
+      trace_nearest(still_accelerator->scene(), b.rays(), kWidth, Traversal::kIncoherent, 1,
+                    {b.t, b.u, b.v, b.primitive, b.shape, b.instance});
       const Mask both = (Int::load(a.shape) >= 0) & (Int::load(b.shape) >= 0);
       // Rays that graze the rim may fall on either side of it.
       EXPECT_LE(count((Int::load(a.shape) >= 0) ^ (Int::load(b.shape) >= 0)), 1);

@@ -31,7 +31,7 @@ TEST(UnitLedger, WhatDoesNotSuitStaysPending) {
 TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
   UnitLedger units(4);
   units.finish(0, {.fingerprint = 10, .sequence = 1, .host = 0});  // by a late result: never taken
-  units.take(2);        // taken up out of turn
+  units.take(2);                                                   // taken up out of turn
   EXPECT_EQ(units.take_pending(kAny), 1u);
   units.put_back(1);
   units.finish(1, {.fingerprint = 11, .sequence = 1, .host = 0});  // while it waits to be given out again

@@ -11,8 +11,8 @@
 
 namespace tessera::render {
 
-/// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through Embree, one ray
-/// at a time; it gives what packets give but for rounding, and is there to check them.
+/// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through Embree, one
+/// ray at a time; it gives what packets give but for rounding, and is there to check them.
 enum class Traversal { kCoherent, kIncoherent, kSingle };
 
 /// What one trace call needs besides the rays.
@@ -31,20 +31,20 @@ class TraceContext {
   }
 
 #if TESSERA_EMBREE == 3
-#define TESSERA_TRACE(width)                                                                        \
-  void intersect(const int* valid, RTCScene scene, RTCRayHit##width& packet) {                      \
-    rtcIntersect##width(valid, scene, &context_, &packet);                                          \
-  }                                                                                                 \
-  void occluded(const int* valid, RTCScene scene, RTCRay##width& packet) {                          \
-    rtcOccluded##width(valid, scene, &context_, &packet);                                           \
+#define TESSERA_TRACE(width)                                                   \
+  void intersect(const int* valid, RTCScene scene, RTCRayHit##width& packet) { \
+    rtcIntersect##width(valid, scene, &context_, &packet);                     \
+  }                                                                            \
+  void occluded(const int* valid, RTCScene scene, RTCRay##width& packet) {     \
+    rtcOccluded##width(valid, scene, &context_, &packet);                      \
   }
 #else
-#define TESSERA_TRACE(width)                                                                        \
-  void intersect(const int* valid, RTCScene scene, RTCRayHit##width& packet) {                      \
-    rtcIntersect##width(valid, scene, &packet, &intersect_);                                        \
-  }                                                                                                 \
-  void occluded(const int* valid, RTCScene scene, RTCRay##width& packet) {                          \
-    rtcOccluded##width(valid, scene, &packet, &occluded_);                                          \
+#define TESSERA_TRACE(width)                                                   \
+  void intersect(const int* valid, RTCScene scene, RTCRayHit##width& packet) { \
+    rtcIntersect##width(valid, scene, &packet, &intersect_);                   \
+  }                                                                            \
+  void occluded(const int* valid, RTCScene scene, RTCRay##width& packet) {     \
+    rtcOccluded##width(valid, scene, &packet, &occluded_);                     \
   }
 #endif
   TESSERA_TRACE(16)

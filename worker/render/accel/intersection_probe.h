@@ -7,15 +7,18 @@ namespace tessera::render {
 
 struct ShapeTable;
 
-/// What a sample of the scene's surfaces shows; the same wherever it is taken. Shares are of the solid angles that surfaces would fill seen
-/// from the camera, each for itself.
+/// What a sample of the scene's surfaces shows; the same wherever it is taken. Shares are of the solid angles that
+/// surfaces would fill seen from the camera, each for itself.
 struct IntersectionProbe {
-  /// Part of the rays to a surface that fast tests are expected to let through, by rounding, at edges and where boxes are missed.
+  /// Part of the rays to a surface that fast tests are expected to let through, by rounding, at edges and where boxes
+  /// are missed.
   double leak = 0;
-  /// The same of the shape that leaks most, and of the border of media that does. Indices in ShapeTable::shapes; -1: nothing leaks.
+  /// The same of the shape that leaks most, and of the border of media that does. Indices in ShapeTable::shapes; -1:
+  /// nothing leaks.
   double shape_leak = 0, border_leak = 0;
   std::int32_t leaking_shape = -1, leaking_border = -1;
-  /// Part of the surfaces that are too fine for floats: features smaller than kFinest of their distance. And the shape with most of them.
+  /// Part of the surfaces that are too fine for floats: features smaller than kFinest of their distance. And the shape
+  /// with most of them.
   double too_fine = 0;
   std::int32_t finest_shape = -1;
 
@@ -30,7 +33,8 @@ struct IntersectionProbe {
   bool wants_robust() const { return leak > kSafeLeak || shape_leak > kSafeShapeLeak || border_leak > kSafeBorderLeak; }
 };
 
-/// Looks at up to 2^16 triangles, evenly over shapes and then over triangles. Degenerate ones, which no ray meets, do not count.
+/// Looks at up to 2^16 triangles, evenly over shapes and then over triangles. Degenerate ones, which no ray meets, do
+/// not count.
 IntersectionProbe probe_intersection(const ShapeTable& shapes);
 
 }  // namespace tessera::render

@@ -23,7 +23,8 @@ TESSERA_INLINE Exact two_sum(Float a, Float b) {
 }
 /// a . b + c [Ogita, Rump & Oishi 2005].
 TESSERA_INLINE Exact exact_dot(const float (&a)[12], int row, Vec3 b, float c) {
-  const Exact x = two_product(Float(a[row]), b.x), y = two_product(Float(a[row + 1]), b.y), z = two_product(Float(a[row + 2]), b.z);
+  const Exact x = two_product(Float(a[row]), b.x), y = two_product(Float(a[row + 1]), b.y),
+              z = two_product(Float(a[row + 2]), b.z);
   const Exact xy = two_sum(x.value, y.value), zc = two_sum(z.value, Float(c)), all = two_sum(xy.value, zc.value);
   return two_sum(all.value, ((x.rest + y.rest) + z.rest) + ((xy.rest + zc.rest) + all.rest));
 }
@@ -36,7 +37,8 @@ struct ObjectRays {
   Float t_near, t_far;
   Mask active;
 
-  ObjectRays(const Affine& object_from_render, const PrimitiveRays& r) : t_near(r.t_near), t_far(r.t_far), active(r.active) {
+  ObjectRays(const Affine& object_from_render, const PrimitiveRays& r)
+      : t_near(r.t_near), t_far(r.t_far), active(r.active) {
     const auto& m = object_from_render.m;
     const auto place = [&](Vec3 v, float with_shift, Vec3& value, Vec3& rest) {
       const Exact x = exact_dot(m, 0, v, with_shift * m[3]), y = exact_dot(m, 4, v, with_shift * m[7]),
@@ -52,14 +54,16 @@ struct ObjectRays {
     const auto along = [t](Float from, Float way, Float from_rest, Float way_rest) {
       return fma(way, t, from) + fma(way_rest, t, from_rest);
     };
-    return {along(o.x, d.x, o_rest.x, d_rest.x), along(o.y, d.y, o_rest.y, d_rest.y), along(o.z, d.z, o_rest.z, d_rest.z)};
+    return {along(o.x, d.x, o_rest.x, d_rest.x), along(o.y, d.y, o_rest.y, d_rest.y),
+            along(o.z, d.z, o_rest.z, d_rest.z)};
   }
 };
 
-/// Nearest root in (t_near, t_far) whose point is inside the limits, or a negative number. The roots are t + rest -+ half_chord, and
-/// `middle` is the point at t + rest.
+/// Nearest root in (t_near, t_far) whose point is inside the limits, or a negative number. The roots are t + rest -+
+/// half_chord, and `middle` is the point at t + rest.
 template <class Inside>
-Float nearest_root(const ObjectRays& r, Mask meets, Float t, Float rest, Float half_chord, Vec3 middle, Inside&& inside) {
+Float nearest_root(const ObjectRays& r, Mask meets, Float t, Float rest, Float half_chord, Vec3 middle,
+                   Inside&& inside) {
   const Float t0 = t + (rest - half_chord), t1 = t + (rest + half_chord);
   const auto usable = [&](Float root, Vec3 p) { return meets & (root > r.t_near) & (root < r.t_far) & inside(p); };
   const Mask first = usable(t0, middle - r.d * half_chord);
@@ -80,8 +84,8 @@ Mask inside_limits(const QuadricRecord& q, ShapeKind kind, Vec3 p) {
   return inside;
 }
 
-/// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019]. The nearest point is found
-/// twice, the second time from the first, so that it does not cancel for far or tiny spheres.
+/// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019]. The nearest
+/// point is found twice, the second time from the first, so that it does not cancel for far or tiny spheres.
 Float intersect_sphere(const QuadricRecord& q, const ObjectRays& r) {
   const Float inv_a = 1.0f / length_squared(r.d);
   const Float t = -dot(r.o, r.d) * inv_a;
@@ -127,9 +131,12 @@ Float intersect_cylinder(const QuadricRecord& q, const ObjectRays& r) {
 
 Float intersect_shape(const QuadricRecord& q, ShapeKind kind, const ObjectRays& r) {
   switch (kind) {
-    case ShapeKind::kSphere: return intersect_sphere(q, r);
-    case ShapeKind::kCylinder: return intersect_cylinder(q, r);
-    default: return intersect_disk(q, r);
+    case ShapeKind::kSphere:
+      return intersect_sphere(q, r);
+    case ShapeKind::kCylinder:
+      return intersect_cylinder(q, r);
+    default:
+      return intersect_disk(q, r);
   }
 }
 
@@ -145,7 +152,11 @@ auto solver(const void* user_pointer) {
 
 }  // namespace
 
-void intersect_quadric(const RTCIntersectFunctionNArguments* args) { intersect_primitive(args, solver(args->geometryUserPtr)); }
-void occluded_quadric(const RTCOccludedFunctionNArguments* args) { occluded_primitive(args, solver(args->geometryUserPtr)); }
+void intersect_quadric(const RTCIntersectFunctionNArguments* args) {
+  intersect_primitive(args, solver(args->geometryUserPtr));
+}
+void occluded_quadric(const RTCOccludedFunctionNArguments* args) {
+  occluded_primitive(args, solver(args->geometryUserPtr));
+}
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -33,7 +33,8 @@ std::uint64_t replay_rays(RTCScene scene, const RayLog& log) {
       trace_shadow(scene, rays, call.count, Traversal::kIncoherent, arrays[6]);
       for (int i = 0; i < call.count; ++i) met += arrays[6][i] < 0;
     } else {
-      trace_nearest(scene, rays, call.count, call.coherent ? Traversal::kCoherent : Traversal::kIncoherent, 0, {t, u, v, primitive, shape, instance});
+      trace_nearest(scene, rays, call.count, call.coherent ? Traversal::kCoherent : Traversal::kIncoherent, 0,
+                    {t, u, v, primitive, shape, instance});
       for (int i = 0; i < call.count; ++i) met += shape[i] >= 0;
     }
   }

@@ -53,8 +53,8 @@ void load_rays(const RayArrays& rays, int first, RayPacket& packet) {
   fill(0u, packet.flags);
 }
 
-/// Largest coordinate of a ray. Embree's own limit is 1.8e18: where its assertions are on, a ray beyond it, or one that is not finite,
-/// ends the program.
+/// Largest coordinate of a ray. Embree's own limit is 1.8e18: where its assertions are on, a ray beyond it, or one that
+/// is not finite, ends the program.
 constexpr float kFarthest = 1.8e18f;
 
 /// Rays of a packet that Embree takes. The others meet nothing and are blocked.
@@ -98,7 +98,8 @@ std::int32_t instance_of(unsigned id, std::int32_t first_instance) {
   return static_cast<std::int32_t>(id) < 0 ? -1 : static_cast<std::int32_t>(id) - first_instance;
 }
 
-void trace_nearest_single(RTCScene scene, const RayArrays& rays, int n, std::int32_t first_instance, const HitArrays& hits) {
+void trace_nearest_single(RTCScene scene, const RayArrays& rays, int n, std::int32_t first_instance,
+                          const HitArrays& hits) {
   TraceContext context(Traversal::kSingle);
   for (int i = 0; i < n; ++i) {
     RTCRayHit one{};
@@ -152,7 +153,8 @@ void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traver
   // Embree leaves rays alone whose distance is negative: they count as blocked.
   for (int i = 0; i < n; i += kPacket) {
     const auto distance = hn::Load(FloatTag(), distance_in_blocked_out + i);
-    hn::Store(hn::IfThenElse(sound_rays(rays, i), distance, hn::Set(FloatTag(), -1.0f)), FloatTag(), distance_in_blocked_out + i);
+    hn::Store(hn::IfThenElse(sound_rays(rays, i), distance, hn::Set(FloatTag(), -1.0f)), FloatTag(),
+              distance_in_blocked_out + i);
   }
   if (traversal == Traversal::kSingle) return trace_shadow_single(scene, rays, n, distance_in_blocked_out);
   TraceContext context(traversal);

@@ -19,13 +19,13 @@ struct HitArrays {
   std::int32_t *primitive, *shape, *instance;
 };
 
-/// Nearest hits along the rays. `first_instance` is the Embree id of instance 0. Rays that are not finite, or have coordinates beyond 1.8e18,
-/// meet nothing.
+/// Nearest hits along the rays. `first_instance` is the Embree id of instance 0. Rays that are not finite, or have
+/// coordinates beyond 1.8e18, meet nothing.
 void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, std::int32_t first_instance,
                    const HitArrays& hits);
 
-/// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves the distance. Rays that are not
-/// finite are blocked.
+/// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves the distance.
+/// Rays that are not finite are blocked.
 void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, float* distance_in_blocked_out);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,6 +1,6 @@
-// Multiple scattering between microfacets, for models with kBalanced: single scattering times s(wo) s(wi), with factors by
-// which nothing is lost [balance_table.h]. Reciprocal as single scattering is, and sampled as that is: the density is the
-// same, and weights stay below the square of the largest factor, which for mirrors is 2.1.
+// Multiple scattering between microfacets, for models with kBalanced: single scattering times s(wo) s(wi), with factors
+// by which nothing is lost [balance_table.h]. Reciprocal as single scattering is, and sampled as that is: the density
+// is the same, and weights stay below the square of the largest factor, which for mirrors is 2.1.
 //
 // Where facets absorb, light that scatters more than once is absorbed more than once: of what the factors add, a
 // conductor keeps F k / (1 - F (1 - k)) with its mean reflectance F and the mean energy k that single scattering keeps,
@@ -71,8 +71,8 @@ class Balance {
   Float alpha2_x_, alpha2_y_;
 };
 
-/// s(wo) s(wi) in lanes that have kBalanced, for directions mirrored so that wo is above; `below` says where it was not.
-/// Inlined, it would cost the materials that have none.
+/// s(wo) s(wi) in lanes that have kBalanced, for directions mirrored so that wo is above; `below` says where it was
+/// not. Inlined, it would cost the materials that have none.
 [[gnu::noinline]] inline Float balance_factor(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask below, Mask lanes) {
   const Balance balance(params, lanes);
   return balance.factor(wo, below) * balance.factor(mirror_if(wi.z < 0.0f, wi), below ^ (wi.z < 0.0f));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kSmallestAlpha = 1e-4f;  // as ggx_of() of microfacet.h
 
-constexpr int kTurnedRows = 13;          // of anisotropic facets, whose rows are computed together
+constexpr int kTurnedRows = 13;  // of anisotropic facets, whose rows are computed together
 
 double sqr(double x) { return x * x; }
 
@@ -23,11 +23,12 @@ struct Place {
   double t;
 
   Place(double position, int nodes)
-      : low(std::clamp(static_cast<int>(position), 0, std::max(nodes - 2, 0))), t(std::clamp(position - low, 0.0, 1.0)) {}
+      : low(std::clamp(static_cast<int>(position), 0, std::max(nodes - 2, 0))),
+        t(std::clamp(position - low, 0.0, 1.0)) {}
 };
 
-/// Anderson's acceleration of the fixed-point iteration x -> x + step(x) [Anderson 1965]: plain iteration takes hundreds of
-/// steps where a boundary hardly spreads light.
+/// Anderson's acceleration of the fixed-point iteration x -> x + step(x) [Anderson 1965]: plain iteration takes
+/// hundreds of steps where a boundary hardly spreads light.
 class Acceleration {
  public:
   /// Moves x on; `step` is that at x.
@@ -88,9 +89,9 @@ class Acceleration {
   std::vector<Change> changes_;
 };
 
-/// What single scattering gives of the light from each node (side, row, column) of a table to the nodes around where it goes,
-/// by their shares in interpolation. What s is at a node follows from the integral there, and from no average over its
-/// surroundings: those would have to be undone again, which has no stable solution.
+/// What single scattering gives of the light from each node (side, row, column) of a table to the nodes around where it
+/// goes, by their shares in interpolation. What s is at a node follows from the integral there, and from no average
+/// over its surroundings: those would have to be undone again, which has no stable solution.
 class Transport {
  public:
   /// Rows lie between the smaller and the larger roughness, evenly in their square roots; one if these are equal.
@@ -227,7 +228,8 @@ void write_rows(const BalancedFacets& facets, int row, int count, float* out) {
 std::int32_t append_balance_table(const BalancedFacets& facets, MaterialTable& table) {
   const std::size_t offset = table.coat_tables.size();
   const int sides = facets.eta > 0 ? 2 : 1;
-  table.coat_tables.resize(offset + kBalanceFactors + static_cast<std::size_t>(sides * kBalanceRows * kBalanceCosines), 1.0f);
+  table.coat_tables.resize(offset + kBalanceFactors + static_cast<std::size_t>(sides * kBalanceRows * kBalanceCosines),
+                           1.0f);
   float* out = table.coat_tables.data() + offset;
   out[kBalanceFirst] = out[kBalancePerRow] = 0;
   if (!facets.textured) {

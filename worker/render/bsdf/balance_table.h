@@ -18,8 +18,9 @@ namespace tessera::render {
 //   [kBalancePerRow]    rows per unit of the square root of roughness; 0 when all rows are alike
 //   [kBalanceKept + r]  mean energy that single scattering keeps of diffuse light from above, for row r
 //   [kBalanceFactors + (side * kBalanceRows + r) * kBalanceCosines + c]  s; side 1: below the surface (dielectrics)
-// Anisotropic facets of constant roughness fill half of the rows. Rows are roughnesses along the direction's azimuth; column c has cos(theta) = (c / (kBalanceCosines - 1))^2, as s changes
-// fastest near 0. Between rows and columns, interpolate linearly.
+// Anisotropic facets of constant roughness fill half of the rows. Rows are roughnesses along the direction's azimuth;
+// column c has cos(theta) = (c / (kBalanceCosines - 1))^2, as s changes fastest near 0. Between rows and columns,
+// interpolate linearly.
 inline constexpr int kBalanceRows = 25;
 inline constexpr int kBalanceCosines = 52;
 inline constexpr int kBalanceFirst = 0;

@@ -94,9 +94,8 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
   const bool any_rough = any(and_not(active, delta));
   wo = mirror_if(below, wo);
-  BsdfSample result = with_microfacets(params, kAlpha, [&](const auto& facets) {
-    return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u);
-  });
+  BsdfSample result = with_microfacets(
+      params, kAlpha, [&](const auto& facets) { return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u); });
   result.valid &= active;
   result.weight = tinted(params, ~result.transmission, result.weight);
   if (params.some_flags & kBalanced) {

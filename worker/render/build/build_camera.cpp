@@ -30,7 +30,8 @@ absl::Status SceneBuilder::build_camera() {
   record.width = static_cast<std::int32_t>(job_.width());
   record.height = static_cast<std::int32_t>(job_.height());
   if (tables_.light_tracing && std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
-    return absl::InvalidArgumentError("integrator 'light' traces a path for every pixel of the film; 2^30 are the most");
+    return absl::InvalidArgumentError(
+        "integrator 'light' traces a path for every pixel of the film; 2^30 are the most");
   }
   if (tables_.light_tracing && camera.has_spherical()) {
     return absl::InvalidArgumentError("camera: integrator 'light' needs a perspective or orthographic camera");
@@ -39,7 +40,8 @@ absl::Status SceneBuilder::build_camera() {
     case v1::Camera::kPerspective: {
       const double fov = camera.perspective().fov_degrees();
       if (!(fov > 0 && fov < 180)) {
-        return absl::InvalidArgumentError(absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+        return absl::InvalidArgumentError(
+            absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
       }
       if (auto s = set_screen(std::tan(fov * 3.14159265358979323846 / 360)); !s.ok()) return s;
       return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance());
@@ -49,12 +51,14 @@ absl::Status SceneBuilder::build_camera() {
       if (auto s = set_screen(1); !s.ok()) return s;
       return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance());
     case v1::Camera::kSpherical:
-      record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL ? CameraKind::kOctahedral
-                                                                                                : CameraKind::kEquirectangular;
+      record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
+                        ? CameraKind::kOctahedral
+                        : CameraKind::kEquirectangular;
       record.scale_x = 1.0f / static_cast<float>(job_.width());
       record.scale_y = 1.0f / static_cast<float>(job_.height());
       return absl::OkStatus();
-    case v1::Camera::KIND_NOT_SET: break;
+    case v1::Camera::KIND_NOT_SET:
+      break;
   }
   return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
 }
@@ -66,7 +70,8 @@ absl::Status SceneBuilder::set_camera_motion(const Transform& start) {
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return absl::OkStatus();
   tables_.any_motion = true;
-  return append_steps([&](double time) { return render_from_world_ * motion->at(time); }, motion->segments(), tables_.camera.steps);
+  return append_steps([&](double time) { return render_from_world_ * motion->at(time); }, motion->segments(),
+                      tables_.camera.steps);
 }
 
 absl::Status SceneBuilder::set_screen(double half_side) {
@@ -100,7 +105,8 @@ absl::Status SceneBuilder::set_screen(double half_side) {
 absl::Status SceneBuilder::set_lens(float radius, float focal_distance) {
   tables_.camera.lens_radius = radius;
   tables_.camera.focal_distance = focal_distance;
-  if (!(radius >= 0) || !std::isfinite(radius) || (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
+  if (!(radius >= 0) || !std::isfinite(radius) ||
+      (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
     return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
   }
   return absl::OkStatus();
@@ -111,11 +117,20 @@ absl::Status SceneBuilder::build_filter() {
   FilterSpec spec;
   float usual_radius = 0.5f;
   switch (filter.kind()) {
-    case v1::PixelFilter::TRIANGLE: spec.kind = FilterKind::kTriangle, usual_radius = 2; break;
-    case v1::PixelFilter::GAUSSIAN: spec.kind = FilterKind::kGaussian, usual_radius = 1.5f; break;
-    case v1::PixelFilter::MITCHELL: spec.kind = FilterKind::kMitchell, usual_radius = 2; break;
-    case v1::PixelFilter::LANCZOS: spec.kind = FilterKind::kLanczos, usual_radius = 4; break;
-    default: break;
+    case v1::PixelFilter::TRIANGLE:
+      spec.kind = FilterKind::kTriangle, usual_radius = 2;
+      break;
+    case v1::PixelFilter::GAUSSIAN:
+      spec.kind = FilterKind::kGaussian, usual_radius = 1.5f;
+      break;
+    case v1::PixelFilter::MITCHELL:
+      spec.kind = FilterKind::kMitchell, usual_radius = 2;
+      break;
+    case v1::PixelFilter::LANCZOS:
+      spec.kind = FilterKind::kLanczos, usual_radius = 4;
+      break;
+    default:
+      break;
   }
   const auto positive_or = [](float x, float otherwise) { return x > 0 && std::isfinite(x) ? x : otherwise; };
   spec.radius_x = positive_or(filter.radius_x(), usual_radius);

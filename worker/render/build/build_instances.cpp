@@ -35,12 +35,13 @@ absl::StatusOr<bool> SceneBuilder::moves(const v1::Shape& shape, bool instanced,
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return false;
   if (instanced || !shape.has_area_light() || shape.has_curves()) return true;
-  warnings_.push_back(absl::StrCat(where, ": shapes that emit light do not move; it stays where it is when the shutter opens"));
+  warnings_.push_back(
+      absl::StrCat(where, ": shapes that emit light do not move; it stays where it is when the shutter opens"));
   return false;
 }
 
 absl::StatusOr<SceneBuilder::MovingShape> SceneBuilder::build_moving_shape(const v1::Shape& shape, bool instanced,
-                                                                            const std::string& where) {
+                                                                           const std::string& where) {
   auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
   // What mirrors is reflected within its object: which side is the front is decided there.
@@ -136,7 +137,8 @@ absl::StatusOr<SceneBuilder::ObjectParts> SceneBuilder::build_object(const v1::O
     }
     const auto instance_from_object = Transform::from_proto(shape.world_from_object());
     if (!instance_from_object.ok()) return located(instance_from_object.status(), where);
-    if (auto s = build_shape(shape, anchored_from_instance * *instance_from_object, true, where); !s.ok()) return located(s, where);
+    if (auto s = build_shape(shape, anchored_from_instance * *instance_from_object, true, where); !s.ok())
+      return located(s, where);
   }
   still.shape_count = static_cast<std::int32_t>(table.shapes.size()) - still.first_shape;
   if (still.shape_count > 0) {
@@ -174,13 +176,15 @@ absl::Status SceneBuilder::check_instances(const float* centre, float radius) co
     const auto& m = tables_.shapes.instances[i].instance_from_render.m;
     for (int row = 0; row < 3; ++row) {
       const double scale = std::hypot(m[4 * row], m[4 * row + 1], m[4 * row + 2]);
-      if (!(scale * reach + std::abs(m[4 * row + 3]) <= kFarthest)) return located(absl::InvalidArgumentError(kBeyondFloats), instance_names_[i]);
+      if (!(scale * reach + std::abs(m[4 * row + 3]) <= kFarthest))
+        return located(absl::InvalidArgumentError(kBeyondFloats), instance_names_[i]);
     }
   }
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where) {
+absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const ObjectParts& parts,
+                                          const std::string& where) {
   const auto motion = motion_of(instance.world_from_instance(), instance.world_from_instance_end());
   if (!motion.ok()) return motion.status();
   Transform unused;
@@ -199,7 +203,8 @@ absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const Ob
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::add_instance(int object, int segments, const std::function<Transform(double)>& world_from_instance) {
+absl::Status SceneBuilder::add_instance(int object, int segments,
+                                        const std::function<Transform(double)>& world_from_instance) {
   ShapeTable& table = tables_.shapes;
   const Transform start = render_from_world_ * world_from_instance(0);
   Transform back;

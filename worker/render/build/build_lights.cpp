@@ -14,7 +14,9 @@ namespace {
 void put(Point p, float (&to)[3]) {
   to[0] = static_cast<float>(p.x), to[1] = static_cast<float>(p.y), to[2] = static_cast<float>(p.z);
 }
-void put(const Rgb& rgb, float scale, float (&to)[3]) { to[0] = rgb.r * scale, to[1] = rgb.g * scale, to[2] = rgb.b * scale; }
+void put(const Rgb& rgb, float scale, float (&to)[3]) {
+  to[0] = rgb.r * scale, to[1] = rgb.g * scale, to[2] = rgb.b * scale;
+}
 
 Point point_of(const v1::Point3& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -90,7 +92,8 @@ absl::Status SceneBuilder::build_lights() {
   tables_.lights.textures = &tables_.textures;
   int index = 0;
   for (const v1::Light& light : scene_.lights()) {
-    const std::string where = light.name().empty() ? absl::StrCat("light ", index) : absl::StrCat("light ", index, " (", light.name(), ")");
+    const std::string where =
+        light.name().empty() ? absl::StrCat("light ", index) : absl::StrCat("light ", index, " (", light.name(), ")");
     ++index;
     const float scale = light.has_scale() ? light.scale() : 1;
     if (!std::isfinite(scale)) return absl::InvalidArgumentError(absl::StrCat(where, ": its scale is not finite"));
@@ -125,7 +128,8 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
       record.cos_inner = static_cast<float>(std::cos(inner * kDegree));
       record.profile = spot.falloff() == v1::SpotLight::LINEAR ? kLinearAngle : kPlainProfile;
       if (status.ok() && !spot.texture().empty()) {
-        if (cone >= 90) return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
+        if (cone >= 90)
+          return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
         record.tan_x = record.tan_y = static_cast<float>(std::tan(cone * kDegree));
         status = put_rotation(cross(point_of(spot.up()), axis), axis, record.vertices);
         if (status.ok()) status = set_light_texture(spot.texture(), record);
@@ -159,8 +163,10 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
       if (status.ok()) status = place_light(light.goniometric().world_from_light(), record);
       if (status.ok()) status = set_light_texture(light.goniometric().texture(), record);
       break;
-    case v1::Light::kInfinite: return add_infinite_light(light.infinite(), scale);
-    case v1::Light::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
+    case v1::Light::kInfinite:
+      return add_infinite_light(light.infinite(), scale);
+    case v1::Light::KIND_NOT_SET:
+      return absl::InvalidArgumentError("its kind is missing or unknown");
   }
   if (status.ok()) tables_.lights.lights.push_back(record);
   return status;

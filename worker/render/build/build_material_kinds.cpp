@@ -122,7 +122,8 @@ absl::Status SceneBuilder::set_coat(const v1::CoatedDiffuseMaterial& coat, const
     return s;
   }
   const float thickness = coat.has_thickness() ? coat.thickness() : 0;
-  if (!(thickness >= 0) || !std::isfinite(thickness)) return absl::InvalidArgumentError("the thickness of its coat is below 0");
+  if (!(thickness >= 0) || !std::isfinite(thickness))
+    return absl::InvalidArgumentError("the thickness of its coat is below 0");
   record.coat_table = append_coat_table(record.scalars[kEta].value, thickness, tables_.materials);
   const Rgb albedo = reflectance(coat.albedo().constant());
   if (coat.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {

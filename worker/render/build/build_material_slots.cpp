@@ -92,7 +92,8 @@ absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise
 absl::Status SceneBuilder::check_eta(float eta) {
   constexpr float kLowest = 1e-4f, kHighest = 1e4f;
   if (eta >= kLowest && eta <= kHighest) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("an index of refraction of ", eta, " is not between ", kLowest, " and ", kHighest));
+  return absl::InvalidArgumentError(
+      absl::StrCat("an index of refraction of ", eta, " is not between ", kLowest, " and ", kHighest));
 }
 
 void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float eta, MaterialRecord& record) {

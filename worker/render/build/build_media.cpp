@@ -12,8 +12,8 @@ namespace {
 /// The kernels gather samples with 32-bit indices.
 constexpr std::size_t kMostSamples = std::size_t{1} << 30;
 
-/// Free flights through a medium with a grid take as many steps as its majorants are thick in the mean: what is denser than
-/// this, corner to corner, would take seconds a path.
+/// Free flights through a medium with a grid take as many steps as its majorants are thick in the mean: what is denser
+/// than this, corner to corner, would take seconds a path.
 constexpr double kLargestOpticalDepth = 1e6;
 
 /// Of the largest majorant along all three edges of the bounds, which no straight way through them is longer than.
@@ -21,7 +21,8 @@ double largest_optical_depth(const MediumRecord& medium) {
   Transform bounds_from_render, render_from_bounds;
   std::copy_n(medium.bounds_from_render.m, 12, bounds_from_render.m.begin());
   if (!bounds_from_render.invert(render_from_bounds)) return HUGE_VAL;
-  const double edges = length(render_from_bounds.apply_vector({1, 0, 0})) + length(render_from_bounds.apply_vector({0, 1, 0})) +
+  const double edges = length(render_from_bounds.apply_vector({1, 0, 0})) +
+                       length(render_from_bounds.apply_vector({0, 1, 0})) +
                        length(render_from_bounds.apply_vector({0, 0, 1}));
   return edges * *std::max_element(medium.majorants.begin(), medium.majorants.end());
 }
@@ -33,8 +34,9 @@ bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 absl::Status SceneBuilder::build_media() {
   if (job_.settings().integrator() != "volpath") {
     if (scene_.media_size() > 0) {
-      warnings_.push_back(absl::StrCat("integrator '", job_.settings().integrator(),
-                                       "' looks at surfaces only: the scene's media are left out; 'volpath' sees them"));
+      warnings_.push_back(
+          absl::StrCat("integrator '", job_.settings().integrator(),
+                       "' looks at surfaces only: the scene's media are left out; 'volpath' sees them"));
     }
     return absl::OkStatus();
   }
@@ -64,7 +66,8 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
   if (!std::isfinite(scale) || scale < 0) return absl::InvalidArgumentError("its scale is negative or not finite");
   if (!(medium.g() > -1 && medium.g() < 1)) return absl::InvalidArgumentError("its asymmetry g is not within (-1, 1)");
   record.g = medium.g();
-  if (auto s = set_medium_value(medium.extinction(), 1, scale, record.sigma_t); !s.ok()) return located(s, "extinction");
+  if (auto s = set_medium_value(medium.extinction(), 1, scale, record.sigma_t); !s.ok())
+    return located(s, "extinction");
   record.scattering_is_sigma_s = medium.has_sigma_s();
   const v1::VolumeValue& scattering = medium.has_sigma_s() ? medium.sigma_s() : medium.albedo();
   if (auto s = set_medium_value(scattering, 0, medium.has_sigma_s() ? scale : 1, record.albedo); !s.ok()) {
@@ -82,7 +85,8 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
     record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
     build_majorants(tables_.media, record);
     if (const double depth = largest_optical_depth(record); !(depth <= kLargestOpticalDepth)) {
-      return absl::InvalidArgumentError(absl::StrCat("its optical depth from corner to corner, ", depth, ", is above ", kLargestOpticalDepth));
+      return absl::InvalidArgumentError(
+          absl::StrCat("its optical depth from corner to corner, ", depth, ", is above ", kLargestOpticalDepth));
     }
     return absl::OkStatus();
   }

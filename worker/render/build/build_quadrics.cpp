@@ -67,14 +67,16 @@ absl::Status SceneBuilder::add_quadric(const v1::Shape& shape, const Transform& 
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record) {
+absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_object,
+                                        ShapeRecord& record) {
   const auto bytes = blobs_(shape.sdf_grid().blob().digest());
   if (!bytes.ok()) return located(bytes.status(), absl::StrCat("volume ", shape.sdf_grid().blob().digest()));
   const auto volume = wire::decode_volume(bytes->bytes);
   if (!volume.ok()) return volume.status();
   if (volume->channels != 1 || std::min({volume->nx, volume->ny, volume->nz}) < 2 ||
       volume->samples.size() > (std::size_t{1} << 30)) {
-    return absl::InvalidArgumentError("a grid of distances has one channel and 2 to 2^30 samples, at least two along each axis");
+    return absl::InvalidArgumentError(
+        "a grid of distances has one channel and 2 to 2^30 samples, at least two along each axis");
   }
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed)) return absl::InvalidArgumentError("its transform is singular");
@@ -95,7 +97,8 @@ absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform&
         const std::int32_t lower = z * slice + y * row + x;
         int inside = 0, outside = 0;
         for (int i = 0; i < 8; ++i) {
-          const float f = grid.samples[static_cast<std::size_t>(lower + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice)];
+          const float f =
+              grid.samples[static_cast<std::size_t>(lower + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice)];
           inside += f <= 0, outside += f >= 0;
         }
         if (inside > 0 && outside > 0) grid.voxels.push_back(lower);

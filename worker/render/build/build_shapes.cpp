@@ -18,7 +18,8 @@ bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_ob
     const float* xyz = mesh.positions.data() + 3 * i;
     const Point p = placed_from_object.apply({xyz[0], xyz[1], xyz[2]});
     Vertex& v = out.emplace_back();
-    v.position[0] = static_cast<float>(p.x), v.position[1] = static_cast<float>(p.y), v.position[2] = static_cast<float>(p.z);
+    v.position[0] = static_cast<float>(p.x), v.position[1] = static_cast<float>(p.y),
+    v.position[2] = static_cast<float>(p.z);
     for (const float x : v.position) sound = sound && finite(x);
     if (!mesh.uvs.empty()) v.u = mesh.uvs[2 * i], v.v = mesh.uvs[2 * i + 1];
   }
@@ -51,8 +52,8 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
     if (with_normals) {
       const Point p = point(vertices[a].position);
       const Point n = cross(point(vertices[b].position) - p, point(vertices[c].position) - p);
-      const double side = dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) +
-                          dot(n, point(vertices[c].normal));
+      const double side =
+          dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) + dot(n, point(vertices[c].normal));
       if (side != 0) swap = side < 0;
     }
     out.insert(out.end(), {a, swap ? c : b, swap ? b : c});
@@ -78,7 +79,8 @@ absl::Status SceneBuilder::build_shapes() {
     }
     const auto world_from_object = Transform::from_proto(shape.world_from_object());
     if (!world_from_object.ok()) return located(world_from_object.status(), where);
-    if (auto s = build_shape(shape, render_from_world_ * *world_from_object, false, where); !s.ok()) return located(s, where);
+    if (auto s = build_shape(shape, render_from_world_ * *world_from_object, false, where); !s.ok())
+      return located(s, where);
   }
   tables_.shapes.world_shape_count = static_cast<std::int32_t>(tables_.shapes.shapes.size());
   if (auto s = build_objects(); !s.ok()) return s;
@@ -114,7 +116,8 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
     case v1::Shape::kCurves:
       if (auto s = add_curves(shape, placed_from_object, record); !s.ok()) return s;
       break;
-    case v1::Shape::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
+    case v1::Shape::KIND_NOT_SET:
+      return absl::InvalidArgumentError("its kind is missing or unknown");
   }
   const auto shape_index = static_cast<std::int32_t>(tables_.shapes.shapes.size());
   tables_.shapes.shapes.push_back(record);
@@ -168,7 +171,8 @@ absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& pla
   ShapeTable& table = tables_.shapes;
   const std::size_t vertices = table.vertices.size() + mesh->vertex_count();
   const std::size_t triangles = table.triangles.size() / 3 + mesh->triangle_count();
-  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
+  constexpr std::size_t kMost =
+      std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
   if (vertices > kMost || triangles > kMost) {
     return absl::ResourceExhaustedError(absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
   }

@@ -27,7 +27,8 @@ class LoadedScene final : public RenderScene {
     auto self = std::unique_ptr<LoadedScene>(new LoadedScene);
     self->kernel_ = find_kernel(options.isa);
     if (!self->kernel_) {
-      return absl::FailedPreconditionError(absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
+      return absl::FailedPreconditionError(
+          absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
     }
     auto channels = wire::channels_for_aovs({job.aovs().begin(), job.aovs().end()});
     if (!channels.ok()) return channels.status();
@@ -43,7 +44,9 @@ class LoadedScene final : public RenderScene {
     self->accelerator_ = *std::move(accelerator);
     self->tables_.accel = self->accelerator_->scene();
     std::copy_n(self->accelerator_->bounding_centre(), 3, self->tables_.lights.scene_centre);
-    if (auto s = builder.check_instances(self->accelerator_->bounding_centre(), self->accelerator_->bounding_radius()); !s.ok()) return s;
+    if (auto s = builder.check_instances(self->accelerator_->bounding_centre(), self->accelerator_->bounding_radius());
+        !s.ok())
+      return s;
     if (auto s = builder.build_light_selection(self->accelerator_->bounding_radius()); !s.ok()) return s;
     return self;
   }
@@ -87,14 +90,14 @@ class LoadedScene final : public RenderScene {
 
   std::size_t memory_bytes() const override {
     const ShapeTable& s = tables_.shapes;
-    std::size_t bytes = accelerator_->memory_bytes() + sizeof(Vertex) * s.vertices.size() +
-                        4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
-                        sizeof(InstanceRecord) * s.instances.size() + sizeof(Affine) * s.motion_steps.size() +
-                        sizeof(LightRecord) * tables_.lights.lights.size();
+    std::size_t bytes = accelerator_->memory_bytes() + sizeof(Vertex) * s.vertices.size() + 4 * s.triangles.size() +
+                        sizeof(ShapeRecord) * s.shapes.size() + sizeof(InstanceRecord) * s.instances.size() +
+                        sizeof(Affine) * s.motion_steps.size() + sizeof(LightRecord) * tables_.lights.lights.size();
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;
     for (const TextureNode& node : tables_.textures.nodes) {
-      if (node.image && node.image.get() != last) bytes += 4 * (node.image->texels8.size() + node.image->texels32.size());
+      if (node.image && node.image.get() != last)
+        bytes += 4 * (node.image->texels8.size() + node.image->texels32.size());
       last = node.image.get();
     }
     return bytes;

@@ -15,9 +15,9 @@
 #include "render/build/load_scene.h"
 #include "render/build/motion.h"
 #include "render/build/transform.h"
-#include "render/light/light_build.h"
 #include "render/color/cie.h"
 #include "render/integrator/scene_tables.h"
+#include "render/light/light_build.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/mesh_blob.h"
@@ -32,9 +32,11 @@ class SceneBuilder {
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
-  /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what the probe found.
+  /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what
+  /// the probe found.
   bool wants_robust_intersection();
-  /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats' range in an instance's own space.
+  /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats' range in an
+  /// instance's own space.
   absl::Status check_instances(const float* centre, float radius) const;
   /// Lights that depend on the scene's size, and the distribution over all lights.
   absl::Status build_light_selection(float scene_radius);
@@ -142,8 +144,8 @@ class SceneBuilder {
   absl::Status build_moving_shapes(const std::vector<int>& shapes);
   absl::Status build_objects();
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
-  /// A point among the shapes where they are all far from the origin of instance space, else that origin: floats hold coordinates about the
-  /// one as well as those about the other if the author had put it there.
+  /// A point among the shapes where they are all far from the origin of instance space, else that origin: floats hold
+  /// coordinates about the one as well as those about the other if the author had put it there.
   absl::StatusOr<Point> anchor_of(const v1::Object& object) const;
   absl::Status build_instances();
   absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where);
@@ -169,15 +171,15 @@ class SceneBuilder {
   Intersection intersection_ = Intersection::kAuto;
   LightSelection light_selection_ = LightSelection::kMixed;
   std::vector<std::string> shape_names_, instance_names_;  // of each of ShapeTable::shapes and instances, for messages
-  Point camera_origin_;  // world space
+  Point camera_origin_;                                    // world space
   Transform render_from_world_;
-  std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
-  std::map<std::string, const v1::Texture*> textures_;  // by name
+  std::map<std::string, int> texture_nodes_;                           // by name; kInProgress while it is made
+  std::map<std::string, const v1::Texture*> textures_;                 // by name
   std::map<std::string, std::shared_ptr<const TextureImage>> images_;  // by digest and encoding
-  std::map<std::string, int> materials_;                // by name
-  std::map<std::string, ObjectParts> objects_;          // by name
-  std::map<std::string, int> attributes_;               // of meshes that textures look up, by name
-  std::map<std::string, int> media_;                    // by name; empty unless the integrator looks for media
+  std::map<std::string, int> materials_;                               // by name
+  std::map<std::string, ObjectParts> objects_;                         // by name
+  std::map<std::string, int> attributes_;                              // of meshes that textures look up, by name
+  std::map<std::string, int> media_;                             // by name; empty unless the integrator looks for media
   std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
   std::map<BalancedFacets, int> balance_tables_;
   int default_material_ = 0;

@@ -32,17 +32,17 @@ struct Spectrum {
   }
 };
 
-#define TESSERA_SPECTRUM_OP(op)                                              \
-  TESSERA_INLINE Spectrum operator op(Spectrum a, Spectrum b) {              \
-    Spectrum r;                                                              \
-    for (int i = 0; i < kSpectrumLanes; ++i) r.c[i] = a.c[i] op b.c[i];      \
-    return r;                                                                \
-  }                                                                          \
-  TESSERA_INLINE Spectrum operator op(Spectrum a, Float b) {                 \
-    Spectrum r;                                                              \
-    for (int i = 0; i < kSpectrumLanes; ++i) r.c[i] = a.c[i] op b;           \
-    return r;                                                                \
-  }                                                                          \
+#define TESSERA_SPECTRUM_OP(op)                                         \
+  TESSERA_INLINE Spectrum operator op(Spectrum a, Spectrum b) {         \
+    Spectrum r;                                                         \
+    for (int i = 0; i < kSpectrumLanes; ++i) r.c[i] = a.c[i] op b.c[i]; \
+    return r;                                                           \
+  }                                                                     \
+  TESSERA_INLINE Spectrum operator op(Spectrum a, Float b) {            \
+    Spectrum r;                                                         \
+    for (int i = 0; i < kSpectrumLanes; ++i) r.c[i] = a.c[i] op b;      \
+    return r;                                                           \
+  }                                                                     \
   TESSERA_INLINE Spectrum operator op(Spectrum a, float b) { return a op Float(b); }
 TESSERA_SPECTRUM_OP(+)
 TESSERA_SPECTRUM_OP(-)

@@ -19,7 +19,9 @@ std::int32_t any_of(Int flags, Mask active) {
 }
 
 /// A texture's value within the range of its slot: files hold whatever they hold. What is no number becomes 0.
-TESSERA_INLINE Float bounded(Float value, float highest) { return select_or_zero(value > 0.0f, min(value, Float(highest))); }
+TESSERA_INLINE Float bounded(Float value, float highest) {
+  return select_or_zero(value > 0.0f, min(value, Float(highest)));
+}
 
 /// Overwrites the textured slots.
 void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured, BsdfParams& params) {

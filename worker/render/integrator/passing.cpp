@@ -12,7 +12,8 @@ constexpr int kTransmissionTint = 1, kEta = 2;  // slots of thin_dielectric.h
 Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const Surface& surface, Mask lanes) {
   if (!(material.flags & kHasOpacity)) return Float(1.0f);
   if (material.opacity.texture < 0) return Float(material.opacity.value);
-  return clamp(eval_texture_scalar(scene.textures, material.opacity.texture, texture_point(surface), lanes), 0.0f, 1.0f);
+  return clamp(eval_texture_scalar(scene.textures, material.opacity.texture, texture_point(surface), lanes), 0.0f,
+               1.0f);
 }
 
 /// All orders of internal reflection of a sheet.
@@ -42,7 +43,8 @@ Int seen_material(const SceneTables& scene, const Surface& surface, Vec3 d, Mask
 Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active) {
   Float result(1.0f);
   for_each_distinct(material, active, [&](std::int32_t m, Mask lanes) {
-    result = select(lanes, opacity_of(scene, scene.materials.materials[static_cast<std::size_t>(m)], surface, lanes), result);
+    result = select(lanes, opacity_of(scene, scene.materials.materials[static_cast<std::size_t>(m)], surface, lanes),
+                    result);
   });
   return result;
 }
@@ -83,7 +85,8 @@ Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mas
 
 Int medium_behind(const ShapeTable& table, const Surface& surface, Vec3 d, Int medium, Mask active) {
   const ShapeRecord* shapes = table.shapes.data();
-  const Mask border = active & ((gather_member(shapes, &ShapeRecord::flags, surface.shape, active) & kMediumBorder) != 0);
+  const Mask border =
+      active & ((gather_member(shapes, &ShapeRecord::flags, surface.shape, active) & kMediumBorder) != 0);
   if (none(border)) return medium;
   const Int interior = gather_member(shapes, &ShapeRecord::interior, surface.shape, border);
   const Int exterior = gather_member(shapes, &ShapeRecord::exterior, surface.shape, border);

@@ -32,16 +32,16 @@ struct SceneTables {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
-  bool any_textures = false;   // some material looks a texture up
-  bool any_tangents = false;   // some material needs dp/du: bump, normal map, anisotropy
+  bool any_textures = false;  // some material looks a texture up
+  bool any_tangents = false;  // some material needs dp/du: bump, normal map, anisotropy
   bool any_mix = false;
-  bool any_opacity = false;    // some material lets part of the light straight through
+  bool any_opacity = false;  // some material lets part of the light straight through
   // Paths look for media and for surfaces that light passes without being scattered.
   bool volumetric = false;
   bool light_tracing = false;  // paths start from lights
   bool any_motion = false;     // of the camera or of shapes: paths have times
   RTCScene accel = nullptr;
-  bool single_rays = false;    // rays are traced one by one
+  bool single_rays = false;  // rays are traced one by one
 
   Traversal traversal(bool coherent = false) const {
     return single_rays ? Traversal::kSingle : coherent ? Traversal::kCoherent : Traversal::kIncoherent;

@@ -15,8 +15,8 @@ struct AreaPoint {
   Float extent;        // largest coordinate of the shape about its own origin
 };
 
-/// Density by area of a point that is chosen uniformly by area in object space, `object_area` being all of it. `n` is the
-/// unit normal there, in object space; areas scale by |det M| |M^-T n|.
+/// Density by area of a point that is chosen uniformly by area in object space, `object_area` being all of it. `n` is
+/// the unit normal there, in object space; areas scale by |det M| |M^-T n|.
 TESSERA_INLINE Float stretched_density(Float object_area, const WideAffine& to, const WideAffine& from, Vec3 n) {
   const auto& m = to.m;
   const Float determinant = dot(Vec3{m[0], m[1], m[2]}, cross({m[4], m[5], m[6]}, {m[8], m[9], m[10]}));
@@ -98,8 +98,9 @@ TESSERA_INLINE TrianglePoint sample_triangle_area(const LightLanes& lanes, Vec2 
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
   const Float size = max(max_abs(e1), max_abs(e2));
   const Barycentric b = square_to_triangle(u);
-  return {{p0 * b.b0 + p1 * b.b1 + p2 * b.b2, triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
-          {b.b1, b.b2}};
+  return {
+      {p0 * b.b0 + p1 * b.b1 + p2 * b.b2, triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
+      {b.b1, b.b2}};
 }
 
 }  // namespace tessera::render::TESSERA_ISA

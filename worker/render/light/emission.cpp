@@ -44,7 +44,8 @@ Emission from_point(const LightTable& table, LightKind kind, Int light, Vec2 u, 
 }
 
 /// Parallel light through a disk that covers the scene.
-Emission from_infinity(const LightTable& table, LightKind kind, Int light, Vec2 u_place, Vec2 u_direction, Mask active) {
+Emission from_infinity(const LightTable& table, LightKind kind, Int light, Vec2 u_place, Vec2 u_direction,
+                       Mask active) {
   const Vec3 centre{Float(table.scene_centre[0]), Float(table.scene_centre[1]), Float(table.scene_centre[2])};
   const LightSample seen = light_model(kind).sample(table, light, centre, u_direction, active);
   const float radius = table.scene_radius;
@@ -52,15 +53,20 @@ Emission from_infinity(const LightTable& table, LightKind kind, Int light, Vec2 
   const Frame frame = Frame::from_normal(seen.wi);
   const Vec3 origin = centre + (frame.x * disk.x + frame.y * disk.y + seen.wi) * Float(radius);
   const Float area(kPi * radius * radius);
-  return {origin, no_offset(), -seen.wi, seen.radiance * (area / select(seen.valid, seen.pdf, 1.0f)), active & seen.valid};
+  return {origin, no_offset(), -seen.wi, seen.radiance * (area / select(seen.valid, seen.pdf, 1.0f)),
+          active & seen.valid};
 }
 
 AreaPoint sample_area(LightKind kind, const LightLanes& lanes, Vec2 u, Vec2& barycentric) {
   switch (kind) {
-    case LightKind::kSphere: return sample_sphere_area(lanes, u);
-    case LightKind::kDisk: return sample_disk_area(lanes, u);
-    case LightKind::kCylinder: return sample_cylinder_area(lanes, u);
-    default: break;
+    case LightKind::kSphere:
+      return sample_sphere_area(lanes, u);
+    case LightKind::kDisk:
+      return sample_disk_area(lanes, u);
+    case LightKind::kCylinder:
+      return sample_cylinder_area(lanes, u);
+    default:
+      break;
   }
   const TrianglePoint point = sample_triangle_area(lanes, u);
   barycentric = point.barycentric;
@@ -96,10 +102,16 @@ Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 
       case LightKind::kPoint:
       case LightKind::kSpot:
       case LightKind::kProjection:
-      case LightKind::kGoniometric: one = from_point(table, kind, light, u_direction, lanes); break;
+      case LightKind::kGoniometric:
+        one = from_point(table, kind, light, u_direction, lanes);
+        break;
       case LightKind::kDistant:
-      case LightKind::kInfinite: one = from_infinity(table, kind, light, u_place, u_direction, lanes); break;
-      default: one = from_surface(table, kind, light, u_place, u_direction, lanes); break;
+      case LightKind::kInfinite:
+        one = from_infinity(table, kind, light, u_place, u_direction, lanes);
+        break;
+      default:
+        one = from_surface(table, kind, light, u_place, u_direction, lanes);
+        break;
     }
     result.origin = select(lanes, one.origin, result.origin);
     result.offset = select(lanes, one.offset, result.offset);

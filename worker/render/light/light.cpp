@@ -27,8 +27,8 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
 
 const LightModel& light_model(LightKind kind) {
   static const std::array<const LightModel*, static_cast<std::size_t>(LightKind::kCount)> models = {
-      &point_light(),    &spot_light(),   &distant_light(), &infinite_light(),
-      &triangle_light(), &sphere_light(), &disk_light(), &cylinder_light(), &projection_light(), &goniometric_light()};
+      &point_light(),  &spot_light(), &distant_light(),  &infinite_light(),   &triangle_light(),
+      &sphere_light(), &disk_light(), &cylinder_light(), &projection_light(), &goniometric_light()};
   return *models[static_cast<std::size_t>(kind)];
 }
 
@@ -41,20 +41,24 @@ LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec
   if (table.any_textures) {
     const Vec3 point = reference + result.wi * result.distance;
     const Mask lit = result.valid & active;
-    result.radiance = select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);
+    result.radiance =
+        select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);
   }
   return result;
 }
 
 Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active) {
-  const auto field = [&](std::int32_t LightRecord::*member) { return gather_member(table.lights.data(), member, light, active); };
+  const auto field = [&](std::int32_t LightRecord::*member) {
+    return gather_member(table.lights.data(), member, light, active);
+  };
   const Int shape = field(&LightRecord::shape);
   const Mask textured = active & (shape >= 0) & (field(&LightRecord::texture) >= 0);
   if (none(textured)) return Spectrum(1.0f);
   // Quadrics are found again from a point near them.
   const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive), shape, Int(-1)};
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-  return texture_factor(table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)), textured);
+  return texture_factor(table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)),
+                        textured);
 }
 
 Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {

@@ -54,8 +54,12 @@ struct LightLanes {
 };
 
 TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSample& b) {
-  return {select(m, a.wi, b.wi),   select(m, a.distance, b.distance),   select(m, a.radiance, b.radiance),
-          select(m, a.pdf, b.pdf), (m & a.valid) | and_not(b.valid, m), (m & a.delta) | and_not(b.delta, m),
+  return {select(m, a.wi, b.wi),
+          select(m, a.distance, b.distance),
+          select(m, a.radiance, b.radiance),
+          select(m, a.pdf, b.pdf),
+          (m & a.valid) | and_not(b.valid, m),
+          (m & a.delta) | and_not(b.delta, m),
           {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)}};
 }
 

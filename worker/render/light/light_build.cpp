@@ -38,7 +38,8 @@ void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightR
 
 /// Area of a cylinder's wall under any affine map.
 double cylinder_area(const QuadricRecord& q) {
-  const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1), z = column(q.render_from_object, 2);
+  const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1),
+            z = column(q.render_from_object, 2);
   constexpr int kSteps = 1024;
   double around = 0;
   for (int i = 0; i < kSteps; ++i) {
@@ -191,7 +192,8 @@ AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
       std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
   std::vector<double> weights(power.size(), 0);
   for (std::size_t i = 0; i < power.size(); ++i) {
-    if (power[i] > 0) weights[i] = by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
+    if (power[i] > 0)
+      weights[i] = by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
   }
   return AliasTable::build(weights);
 }

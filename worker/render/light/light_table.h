@@ -12,37 +12,48 @@
 namespace tessera::render {
 
 enum class LightKind : std::int32_t {
-  kPoint, kSpot, kDistant, kInfinite, kTriangle, kSphere, kDisk, kCylinder, kProjection, kGoniometric, kCount
+  kPoint,
+  kSpot,
+  kDistant,
+  kInfinite,
+  kTriangle,
+  kSphere,
+  kDisk,
+  kCylinder,
+  kProjection,
+  kGoniometric,
+  kCount
 };
 
 /// One light: a delta light, an environment, or one emitting primitive (a triangle, a sphere, a disk). Render space.
 struct LightRecord {
   LightKind kind = LightKind::kPoint;
-  std::int32_t shape = -1;      // kTriangle, kSphere, kDisk
-  std::int32_t primitive = 0;   // kTriangle: within the shape
+  std::int32_t shape = -1;     // kTriangle, kSphere, kDisk
+  std::int32_t primitive = 0;  // kTriangle: within the shape
   std::int32_t two_sided = 0;
-  float radiance[3] = {0, 0, 0};  // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
-  float area = 0;                 // kTriangle, kSphere, kDisk: render-space units squared
-  float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere: the centre
-  float radius = 0;               // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
+  float radiance[3] = {0, 0, 0};   // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
+  float area = 0;                  // kTriangle, kSphere, kDisk: render-space units squared
+  float position[3] = {0, 0, 0};   // kPoint, kSpot; kSphere: the centre
+  float radius = 0;                // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
   float direction[3] = {0, 0, 1};  // kSpot: axis; kDistant: in which the light travels; unit length
-  float cos_outer = 0;            // kSpot: of the whole cone
-  float cos_inner = 0;            // kSpot: where the falloff begins
-  std::int32_t environment = -1;  // kInfinite: index into LightTable::environments
-  // kTriangle: its corners. kSpot, kProjection, kGoniometric: rows of the rotation of directions from render to light space.
+  float cos_outer = 0;             // kSpot: of the whole cone
+  float cos_inner = 0;             // kSpot: where the falloff begins
+  std::int32_t environment = -1;   // kInfinite: index into LightTable::environments
+  // kTriangle: its corners. kSpot, kProjection, kGoniometric: rows of the rotation of directions from render to light
+  // space.
   float vertices[9] = {};
-  std::int32_t texture = -1;      // factor of the radiance, a node of LightTable::textures; -1: none
-  std::int32_t profile = 0;       // LightProfile
-  float tan_x = 0, tan_y = 0;     // kProjection, kSpot with a texture: half of the picture's sides at distance 1
+  std::int32_t texture = -1;   // factor of the radiance, a node of LightTable::textures; -1: none
+  std::int32_t profile = 0;    // LightProfile
+  float tan_x = 0, tan_y = 0;  // kProjection, kSpot with a texture: half of the picture's sides at distance 1
   std::int32_t padding[1] = {};
 };
 static_assert(sizeof(LightRecord) == 128);
 
 /// LightRecord::profile: how intensity varies off the axis.
 enum LightProfile : std::int32_t {
-  kPlainProfile = 0,   // kSpot: a smoothstep of the cosine [pbrt-v4]; kProjection: the same for all directions
-  kLinearAngle = 1,    // kSpot: linear in the angle [Mitsuba 3]
-  kEvenScreen = 2,     // kProjection: 1 / cos^3, so that a screen across the axis is lit evenly [Mitsuba 3]
+  kPlainProfile = 0,  // kSpot: a smoothstep of the cosine [pbrt-v4]; kProjection: the same for all directions
+  kLinearAngle = 1,   // kSpot: linear in the angle [Mitsuba 3]
+  kEvenScreen = 2,    // kProjection: 1 / cos^3, so that a screen across the axis is lit evenly [Mitsuba 3]
 };
 
 enum class EnvironmentMapping : std::int32_t { kUniform, kEqualAreaOctahedral, kLatitudeLongitude };
@@ -55,8 +66,8 @@ struct Environment {
   std::int32_t width = 0, height = 0;
   std::vector<float> texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;   // over the unit square of the map, density proportional to luminance x Jacobian
-  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space. It travels to
-  // the side that the cross product of the sides points to.
+  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space. It travels
+  // to the side that the cross product of the sides points to.
   float portal[9] = {};
   float portal_area = 0;
 };
@@ -68,9 +79,9 @@ struct LightTable {
   AliasTable selection;                       // over lights; only zeros in pmf when light is found by chance alone
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
-  bool any_textures = false;                  // some light has one
+  bool any_textures = false;          // some light has one
   float scene_centre[3] = {0, 0, 0};  // render space
-  float scene_radius = 1;  // of a sphere about the scene's bounds, render-space units
+  float scene_radius = 1;             // of a sphere about the scene's bounds, render-space units
 };
 
 }  // namespace tessera::render

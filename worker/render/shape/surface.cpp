@@ -5,8 +5,8 @@
 #include "render/core/affine.h"
 #include "render/core/constants.h"
 #include "render/core/motion.h"
-#include "render/shape/error_bound.h"
 #include "render/shape/curve_surface.h"
+#include "render/shape/error_bound.h"
 #include "render/shape/sdf_surface.h"
 #include "render/shape/triangle_normal.h"
 
@@ -18,7 +18,9 @@ namespace {
 class VertexLanes {
  public:
   TESSERA_INLINE VertexLanes(const ShapeTable& table, Int index, Mask active)
-      : base_(table.vertices.data()->position), at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)), active_(active) {
+      : base_(table.vertices.data()->position),
+        at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)),
+        active_(active) {
     position_u_ = gather4(base_, at_, active);
   }
   TESSERA_INLINE Vec3 position() const { return {position_u_.c[0], position_u_.c[1], position_u_.c[2]}; }
@@ -44,8 +46,7 @@ void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dp
   dpdv = select(usable, (e2 * duv1.x - e1 * duv2.x) * inv, fallback.y);
 }
 
-void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active, bool want_tangents,
-                      Surface& s) {
+void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active, bool want_tangents, Surface& s) {
   const ShapeRecord* shapes = table.shapes.data();
   const Int first_triangle = gather_member(shapes, &ShapeRecord::first_triangle, hit.shape, active);
   const Int first_vertex = gather_member(shapes, &ShapeRecord::first_vertex, hit.shape, active);
@@ -55,7 +56,8 @@ void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask a
   const Int i1 = gather(indices + 1, corner, active);
   const Int i2 = gather(indices + 2, corner, active);
 
-  VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active), v2(table, first_vertex + i2, active);
+  VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active),
+      v2(table, first_vertex + i2, active);
   if (any(active & ((flags & (kHasNormals | kHasUvs)) != 0))) {
     for (VertexLanes* v : {&v0, &v1, &v2}) v->read_rest();
   }
@@ -161,9 +163,12 @@ ObjectPoint cylinder_point(const QuadricRecord& q, Vec3 p) {
 
 ObjectPoint object_point(const QuadricRecord& q, ShapeKind kind, Vec3 p) {
   switch (kind) {
-    case ShapeKind::kSphere: return sphere_point(q, p);
-    case ShapeKind::kCylinder: return cylinder_point(q, p);
-    default: return disk_point(q, p);
+    case ShapeKind::kSphere:
+      return sphere_point(q, p);
+    case ShapeKind::kCylinder:
+      return cylinder_point(q, p);
+    default:
+      return disk_point(q, p);
   }
 }
 
@@ -242,7 +247,7 @@ void place_instances(const Placement& at, Mask placed, bool want_tangents, Surfa
   const WideAffine &to = at.to, &from = at.from;
   const Vec3 p = transform_point(to, s.p);
   const Float growth = largest_coordinate(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
-                               abs(Vec3{to.m[2], to.m[6], to.m[10]}));
+                                          abs(Vec3{to.m[2], to.m[6], to.m[10]}));
   const Vec3 ng = normalize(transform_normal(from, s.ng));
   const Float extent = largest_coordinate(p) + largest_coordinate(s.p) * growth + at.shift;
   s.error = select(placed, s.error * growth + along_normal(ng, extent * kPositionError), s.error);
@@ -265,8 +270,8 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   const Int flags = gather_member(shapes, &ShapeRecord::flags, hit.shape, active);
 
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-  Surface s{zero, Float(0.0f), zero, zero, {Float(0.0f), Float(0.0f)}, zero, zero, Int(0), Int(-1),
-            hit.shape, hit.primitive, {hit.u, hit.v}};
+  Surface s{zero,    Float(0.0f), zero,          zero,          {Float(0.0f), Float(0.0f)}, zero, zero, Int(0),
+            Int(-1), hit.shape,   hit.primitive, {hit.u, hit.v}};
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
   if (any(triangles)) triangle_surface(table, hit, flags, triangles, want_tangents, s);
 

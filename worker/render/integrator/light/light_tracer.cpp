@@ -20,7 +20,8 @@ namespace {
 
 /// Dimensions of light paths have pairs of their own, apart from those of the camera rays of the same pixel.
 constexpr int kLightPath = 3 << 20;
-constexpr int kChooseLight = kLightPath, kPlace = kLightPath + 1, kDirection = kLightPath + 2, kFirstEvent = kLightPath + 3;
+constexpr int kChooseLight = kLightPath, kPlace = kLightPath + 1, kDirection = kLightPath + 2,
+              kFirstEvent = kLightPath + 3;
 enum Event { kLens, kScatter, kLobe, kRoulette, kPairsPerEvent };
 
 /// Paths end at random only once they carry less than the inverse of this part of what they began with.
@@ -107,7 +108,8 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     const DiscreteSample choice = sample_discrete(scene_.lights.selection, sampler.get_2d(kChooseLight).x, active);
-    const Emission ray = sample_emission(scene_.lights, choice.index, sampler.get_2d(kPlace), sampler.get_2d(kDirection), active);
+    const Emission ray =
+        sample_emission(scene_.lights, choice.index, sampler.get_2d(kPlace), sampler.get_2d(kDirection), active);
     const Mask alive = active & ray.valid & (choice.pmf > 0.0f);
     const Float scale = 1.0f / (select(alive, choice.pmf, 1.0f) * static_cast<float>(scene_.camera.width) *
                                 static_cast<float>(scene_.camera.height));
@@ -123,13 +125,17 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 
 void LightTracer::advance(int depth) {
   stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, scene_.traversal(),
-                static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
+  trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_,
+                scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
   int kept = 0;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
-    const Hit found{Float::load(hits_.t + i),       Float::load(hits_.u + i),   Float::load(hits_.v + i),
-                    Int::load(hits_.primitive + i), Int::load(hits_.shape + i), Int::load(hits_.instance + i),
+    const Hit found{Float::load(hits_.t + i),
+                    Float::load(hits_.u + i),
+                    Float::load(hits_.v + i),
+                    Int::load(hits_.primitive + i),
+                    Int::load(hits_.shape + i),
+                    Int::load(hits_.instance + i),
                     scene_.any_motion ? Float::load(paths_.time + i) : Float(0.0f)};
     const Mask hit = active & (found.shape >= 0);
     if (none(hit)) continue;

@@ -47,8 +47,8 @@ struct alignas(64) SpectrumLanes {
 /// One entry a path that is still alive, in no order that matters: `slot` says which sample it belongs to.
 struct PathState {
   Vec3Lanes origin, direction;
-  SpectrumLanes beta;              // throughput
-  alignas(64) Lanes<float> pdf;    // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
+  SpectrumLanes beta;            // throughput
+  alignas(64) Lanes<float> pdf;  // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
   alignas(64) Lanes<float> eta_scale;  // undoes the 1/eta^2 of refraction, for Russian roulette
   alignas(64) Lanes<std::int32_t> slot;
   // Scenes with motion only: from 0 (the shutter opens) to 1, the same along a path

@@ -13,8 +13,8 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen paths at the end of their latest segment.
 struct Wavefront::Vertex {
   Vec3 origin, direction;
-  Vec3 reference;  // where the path was last scattered
-  Int medium = Int(-1);  // that the path came through; only in volumetric scenes
+  Vec3 reference;                 // where the path was last scattered
+  Int medium = Int(-1);           // that the path came through; only in volumetric scenes
   Mask in_medium = Mask::none();  // scattered by it
   Spectrum beta;
   Float pdf, eta_scale;
@@ -45,8 +45,8 @@ struct Wavefront::Vertex {
 
 namespace {
 
-/// Paths end at random only after this many further events, and once their throughput is below the inverse of kRouletteCaution.
-/// Measured: docs/decisions/0006-media-and-passing.md.
+/// Paths end at random only after this many further events, and once their throughput is below the inverse of
+/// kRouletteCaution. Measured: docs/decisions/0006-media-and-passing.md.
 constexpr int kRouletteStart = 3;
 constexpr float kRouletteCaution = 2;
 
@@ -107,8 +107,9 @@ void Wavefront::add_environment(const Vertex& v, Mask missed) {
     Float weight(1.0f);
     const Mask weighed = missed & (v.pdf > 0.0f);
     if (any(weighed)) {
-      const Float pdf = light_pdf(scene_.lights, Int(light), v.reference, v.direction, v.reference, v.direction, weighed) *
-                        scene_.lights.selection.pmf[light];
+      const Float pdf =
+          light_pdf(scene_.lights, Int(light), v.reference, v.direction, v.reference, v.direction, weighed) *
+          scene_.lights.selection.pmf[light];
       weight = select(weighed, power_heuristic(v.pdf, pdf), weight);
     }
     sum += radiance * weight;
@@ -122,8 +123,9 @@ void Wavefront::add_emission(const Vertex& v, Mask hit) {
   Spectrum radiance = emitted_radiance(scene_.lights, v.surface.light, v.surface, -v.direction, lit);
   const Mask weighed = lit & (v.pdf > 0.0f);
   if (any(weighed)) {
-    const Float pdf = light_pdf(scene_.lights, v.surface.light, v.reference, v.direction, v.surface.p, v.surface.ng, weighed) *
-                      gather(scene_.lights.selection.pmf.data(), v.surface.light, weighed);
+    const Float pdf =
+        light_pdf(scene_.lights, v.surface.light, v.reference, v.direction, v.surface.p, v.surface.ng, weighed) *
+        gather(scene_.lights.selection.pmf.data(), v.surface.light, weighed);
     radiance *= select(weighed, power_heuristic(v.pdf, pdf), 1.0f);
   }
   add_radiance(radiance * v.beta, v.slot, lit);
@@ -189,7 +191,8 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   if (scene_.any_motion) compress_store(v.hit.time, shines, shadows_.time + at);
   if (scene_.volumetric) {
     const Mask on_surface = and_not(shines, v.in_medium);
-    compress_store(medium_behind(scene_.shapes, v.surface, light.wi, v.medium, on_surface), shines, shadows_.medium + at);
+    compress_store(medium_behind(scene_.shapes, v.surface, light.wi, v.medium, on_surface), shines,
+                   shadows_.medium + at);
   }
   shadows_.size += count(shines);
 }

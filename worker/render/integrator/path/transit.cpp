@@ -1,5 +1,5 @@
-// What happens to light between two scattering events in volumetric scenes: media that it flies through, surfaces that it
-// passes without being scattered.
+// What happens to light between two scattering events in volumetric scenes: media that it flies through, surfaces that
+// it passes without being scattered.
 #include "render/accel/replay.h"
 #include "render/accel/trace.h"
 #include "render/integrator/passing.h"
@@ -33,8 +33,9 @@ void scatter_spectrum(Spectrum s, SpectrumLanes& to, Int index, Mask active) {
   for (int c = 0; c < kSpectrumLanes; ++c) scatter(s.c[c], to.c[c], index, active);
 }
 Hit gather_hit(const HitState& hits, Int index, Mask active) {
-  return {gather(hits.t, index, active),         gather(hits.u, index, active),     gather(hits.v, index, active),
-          gather(hits.primitive, index, active), gather(hits.shape, index, active), gather(hits.instance, index, active)};
+  return {gather(hits.t, index, active),     gather(hits.u, index, active),
+          gather(hits.v, index, active),     gather(hits.primitive, index, active),
+          gather(hits.shape, index, active), gather(hits.instance, index, active)};
 }
 void scatter_hit(const Hit& hit, HitState& hits, Int index, Mask active) {
   scatter(hit.t, hits.t, index, active);
@@ -127,7 +128,8 @@ void Wavefront::retrace(int count) {
   }
   const RayArrays rays = arrays_of(transit_.origin, transit_.direction, times_of(transit_.time));
   if (log_) record_rays(rays, nullptr, count, RayLog::Kind::kBounce, false, *log_);
-  trace_nearest(scene_.accel, rays, count, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(transit_.hits));
+  trace_nearest(scene_.accel, rays, count, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()),
+                arrays_of(transit_.hits));
   stats_.bounce_rays += static_cast<std::uint64_t>(count);
   for (int i = 0; i < count; i += kWidth) {
     const Mask active = Mask::first(count - i);
@@ -150,7 +152,8 @@ void Wavefront::march_shadow_rays(int depth) {
   for (int round = 0; n > 0 && round <= kMostCrossings; ++round) {
     const RayArrays rays = arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time));
     if (log_) record_rays(rays, nullptr, n, RayLog::Kind::kBounce, false, *log_);
-    trace_nearest(scene_.accel, rays, n, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
+    trace_nearest(scene_.accel, rays, n, scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()),
+                  arrays_of(hits_));
     stats_.shadow_rays += static_cast<std::uint64_t>(n);
     int kept = 0;
     for (int i = 0; i < n; i += kWidth) kept = march(depth, round, i, Mask::first(n - i), kept);
@@ -173,7 +176,8 @@ int Wavefront::march(int depth, int round, int i, Mask active, int kept) {
   if (any(inside)) {
     NumberStream numbers = stream_of(samples_, slot, StreamUse::kShadow, depth, round, active);
     const MediumRays rays{medium, o, d, select(met, hit.t, distance)};
-    contribution = select(inside, contribution * sample_transmittance(scene_.media, rays, numbers, inside), contribution);
+    contribution =
+        select(inside, contribution * sample_transmittance(scene_.media, rays, numbers, inside), contribution);
   }
   const Mask arrived = and_not(active, met);
   if (any(arrived)) add_radiance(contribution, slot, arrived);

@@ -30,8 +30,8 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
   return order;
 }
 
-Wavefront::Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats,
-                     RayLog* log, std::int32_t max_depth)
+Wavefront::Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log,
+                     std::int32_t max_depth)
     : scene_(scene),
       tile_(tile),
       film_(film),
@@ -132,12 +132,14 @@ void Wavefront::advance(int depth) {
 }
 
 void Wavefront::intersect(int depth) {
-  const RayArrays rays{paths_.origin.x,    paths_.origin.y,    paths_.origin.z,
-                       paths_.direction.x, paths_.direction.y, paths_.direction.z, times_of(paths_.time)};
+  const RayArrays rays{paths_.origin.x,    paths_.origin.y,    paths_.origin.z,      paths_.direction.x,
+                       paths_.direction.y, paths_.direction.z, times_of(paths_.time)};
   const HitArrays hits{hits_.t, hits_.u, hits_.v, hits_.primitive, hits_.shape, hits_.instance};
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
-  if (log_) record_rays(rays, nullptr, alive_, depth == 0 ? RayLog::Kind::kCamera : RayLog::Kind::kBounce, coherent, *log_);
-  trace_nearest(scene_.accel, rays, alive_, scene_.traversal(coherent), static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
+  if (log_)
+    record_rays(rays, nullptr, alive_, depth == 0 ? RayLog::Kind::kCamera : RayLog::Kind::kBounce, coherent, *log_);
+  trace_nearest(scene_.accel, rays, alive_, scene_.traversal(coherent),
+                static_cast<std::int32_t>(scene_.shapes.shapes.size()), hits);
   if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
 }
 
@@ -150,8 +152,8 @@ void Wavefront::clip_far() {
 }
 
 void Wavefront::trace_shadow_rays() {
-  const RayArrays rays{shadows_.origin.x,    shadows_.origin.y,    shadows_.origin.z,
-                       shadows_.direction.x, shadows_.direction.y, shadows_.direction.z, times_of(shadows_.time)};
+  const RayArrays rays{shadows_.origin.x,    shadows_.origin.y,    shadows_.origin.z,      shadows_.direction.x,
+                       shadows_.direction.y, shadows_.direction.z, times_of(shadows_.time)};
   if (log_) record_rays(rays, shadows_.distance, shadows_.size, RayLog::Kind::kShadow, false, *log_);
   trace_shadow(scene_.accel, rays, shadows_.size, scene_.traversal(), shadows_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
