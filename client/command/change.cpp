@@ -1,6 +1,4 @@
 // tessera cancel, retry, pause, resume and priority: what changes a job, and tells what became of it.
-#include <CLI/CLI.hpp>
-
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -36,17 +34,15 @@ int run(const Options& options, const Change& change, Interrupt& interrupt) {
   return kDone;
 }
 
-std::shared_ptr<Options> add_change(CLI::App& app, Action& action, const char* name, const char* description,
-                                    const Change& change) {
-  auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand(name, description);
-  command.add_option("ID", options->job_id)->required();
+/// A subcommand about one job. The options are for those that have more of them.
+Command add_change(CommandLine& line, const char* name, const char* description, const Change& change,
+                   std::shared_ptr<Options> options = std::make_shared<Options>()) {
+  Command command = line.add_command(name, description);
+  command.add("ID", options->job_id).required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "as JSON");
-  command.callback([options, change, &action] {
-    action = [options, change](Interrupt& interrupt) { return run(*options, change, interrupt); };
-  });
-  return options;
+  command.does([options, change](Interrupt& interrupt) { return run(*options, change, interrupt); });
+  return command;
 }
 
 Change set_paused(bool paused) {
@@ -60,35 +56,37 @@ Change set_paused(bool paused) {
 
 }  // namespace
 
-void add_cancel_command(CLI::App& app, Action& action) {
+void add_cancel_command(CommandLine& line) {
   add_change(
-      app, action, "cancel", "Stops a job; a finished one stays as it is",
+      line, "cancel", "Stops a job; a finished one stays as it is",
       [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.cancel(options.job_id, stop); });
 }
 
-void add_retry_command(CLI::App& app, Action& action) {
+void add_retry_command(CommandLine& line) {
   add_change(
-      app, action, "retry", "Tries again what was set aside of a job, with a clean record",
+      line, "retry", "Tries again what was set aside of a job, with a clean record",
       [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.retry(options.job_id, stop); });
 }
 
-void add_pause_command(CLI::App& app, Action& action) {
-  add_change(app, action, "pause", "Begins no more units of a job; those begun are finished", set_paused(true));
+void add_pause_command(CommandLine& line) {
+  add_change(line, "pause", "Begins no more units of a job; those begun are finished", set_paused(true));
 }
 
-void add_resume_command(CLI::App& app, Action& action) {
-  add_change(app, action, "resume", "Goes on with a paused job", set_paused(false));
+void add_resume_command(CommandLine& line) {
+  add_change(line, "resume", "Goes on with a paused job", set_paused(false));
 }
 
-void add_priority_command(CLI::App& app, Action& action) {
-  const auto options = add_change(app, action, "priority", "Changes the priority of a job; higher goes first",
-                                  [](FarmClient& farm, const Options& chosen, std::stop_token stop) {
-                                    v1::AdjustJobRequest request;
-                                    request.set_job_id(chosen.job_id);
-                                    request.set_priority(chosen.priority);
-                                    return farm.adjust(request, stop);
-                                  });
-  app.get_subcommand("priority")->add_option("PRIORITY", options->priority)->required();
+void add_priority_command(CommandLine& line) {
+  const auto options = std::make_shared<Options>();
+  const Change change = [](FarmClient& farm, const Options& chosen, std::stop_token stop) {
+    v1::AdjustJobRequest request;
+    request.set_job_id(chosen.job_id);
+    request.set_priority(chosen.priority);
+    return farm.adjust(request, stop);
+  };
+  add_change(line, "priority", "Changes the priority of a job; higher goes first", change, options)
+      .add("PRIORITY", options->priority)
+      .required();
 }
 
 }  // namespace tessera::client

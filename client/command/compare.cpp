@@ -1,6 +1,4 @@
 // tessera compare REF TEST
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <memory>
 
@@ -32,13 +30,13 @@ int run(const Options& options) {
 
 }  // namespace
 
-void add_compare_command(CLI::App& app, Action& action) {
+void add_compare_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("compare", "Measures the error of an EXR image against a reference");
-  command.add_option("REF", options->reference)->required();
-  command.add_option("TEST", options->test)->required();
+  Command command = line.add_command("compare", "Measures the error of an EXR image against a reference");
+  command.add("REF", options->reference).required();
+  command.add("TEST", options->test).required();
   command.add_flag("--json", options->json, "as JSON");
-  command.callback([options, &action] { action = [options](Interrupt&) { return run(*options); }; });
+  command.does([options](Interrupt&) { return run(*options); });
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,4 @@
 // tessera convert IN OUT: a scene to Tessera's own forms, or an image to another format.
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -46,18 +44,16 @@ int convert_scene(const Options& options) {
 
 }  // namespace
 
-void add_convert_command(CLI::App& app, Action& action) {
+void add_convert_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("convert", "Scene to .textproto or .tsb; .exr to .png or .exr");
-  command.add_option("IN", options->input)->required();
-  command.add_option("OUT", options->output)->required();
+  Command command = line.add_command("convert", "Scene to .textproto or .tsb; .exr to .png or .exr");
+  command.add("IN", options->input).required();
+  command.add("OUT", options->output).required();
   command.add_flag("--half", options->half, "16-bit EXR");
   command.add_flag("--quiet", options->quiet, "no warnings");
-  command.callback([options, &action] {
-    action = [options](Interrupt&) {
-      const bool is_image = std::filesystem::path{options->input}.extension() == ".exr";
-      return is_image ? convert_image(*options) : convert_scene(*options);
-    };
+  command.does([options](Interrupt&) {
+    const bool is_image = std::filesystem::path{options->input}.extension() == ".exr";
+    return is_image ? convert_image(*options) : convert_scene(*options);
   });
 }
 

@@ -1,6 +1,4 @@
 // tessera fetch ID -o OUT
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 #include "command/command.h"
@@ -37,15 +35,15 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_fetch_command(CLI::App& app, Action& action) {
+void add_fetch_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("fetch", "Writes the image of a job, waiting for its end where needed");
-  command.add_option("ID", options->job_id)->required();
-  command.add_option("-o,--output", options->output, "the image, .exr or .png")->required();
+  Command command = line.add_command("fetch", "Writes the image of a job, waiting for its end where needed");
+  command.add("ID", options->job_id).required();
+  command.add("-o,--output", options->output, "the image, .exr or .png").required();
   command.add_flag("--half", options->half, "16-bit EXR");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

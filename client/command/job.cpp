@@ -1,6 +1,4 @@
 // tessera job ID
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <memory>
 
@@ -30,13 +28,13 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_job_command(CLI::App& app, Action& action) {
+void add_job_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("job", "Shows one job");
-  command.add_option("ID", options->job_id)->required();
+  Command command = line.add_command("job", "Shows one job");
+  command.add("ID", options->job_id).required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "as JSON");
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,4 @@
 // tessera render SCENE -o OUT: everything in this process.
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -37,7 +35,8 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
   v1::JobSpec& spec = loaded->job->spec;
-  if (const std::vector<std::string> isas = local_isas(); spec.isa().empty() && !isas.empty()) spec.set_isa(isas.front());
+  if (const std::vector<std::string> isas = local_isas(); spec.isa().empty() && !isas.empty())
+    spec.set_isa(isas.front());
 
   const std::stop_token stop = interrupt.token();
   const absl::StatusOr<std::unique_ptr<LocalFarm>> farm =
@@ -66,17 +65,15 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_render_command(CLI::App& app, Action& action) {
+void add_render_command(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App& command = *app.add_subcommand("render", "Renders a scene in this process");
+  Command command = line.add_command("render", "Renders a scene in this process");
   define_render_options(command, *options);
-  command.get_option("--output")->required();
+  command.option("--output").required();
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  command.add_option("--threads", options->threads, "tiles rendered at once")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  command.get_option("--isa")->check(CLI::IsMember(local_isas()));
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.option("--isa").one_of(local_isas());
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

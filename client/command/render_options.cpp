@@ -1,7 +1,5 @@
 #include "command/render_options.h"
 
-#include <CLI/CLI.hpp>
-
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -15,16 +13,16 @@
 namespace tessera::client {
 namespace {
 
-/// An option whose text `parse` turns into a value; what is wrong with the text becomes the parser's error.
+/// An option whose text `parse` turns into a value.
 template <class Value, class Parse>
-CLI::Option* add_parsed_option(CLI::App& command, const char* name, std::optional<Value>& value, Parse parse,
-                               const char* description) {
-  const auto set = [&value, parse, name](const std::string& text) {
+Option add_parsed(Command& command, const char* name, std::optional<Value>& value, Parse parse,
+                  const char* description) {
+  const auto read = [&value, parse](const std::string& text) {
     absl::StatusOr<Value> parsed = parse(text);
-    if (!parsed.ok()) throw CLI::ValidationError{name, std::string{parsed.status().message()}};
-    value = *std::move(parsed);
+    if (parsed.ok()) value = *std::move(parsed);
+    return parsed.status();
   };
-  return command.add_option_function<std::string>(name, set, description);
+  return command.add_read_by(name, read, description);
 }
 
 std::string check_define(const std::string& text) {
@@ -52,39 +50,35 @@ ImportOptions import_options(const RenderOptions& options) {
 
 }  // namespace
 
-void define_render_options(CLI::App& command, RenderOptions& options) {
+void define_render_options(Command& command, RenderOptions& options) {
   JobRequest& job = options.job;
-  command.add_option("SCENE", options.scene, "the scene file")->required();
-  command.add_option("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)");
-  command.add_option("--spp", job.spp, "samples a pixel")->check(CLI::Range(1U, wire::kMaxSamplesPerPixel));
-  add_parsed_option(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT")
-      ->type_name("WxH");
-  add_parsed_option(command, "--crop", job.crop, parse_crop, "pixels to render")->type_name("x0,y0,x1,y1");
-  add_parsed_option(command, "--seed", job.seed, parse_seed, "seed of the sampler")->type_name("UINT");
-  command.add_option("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
-      ->check(CLI::Range(0U, 65535U));
-  command.add_option("--tile", job.tile_size, "side of a tile, pixels")
-      ->check(CLI::Range(1U, wire::kMaxTileSize))
-      ->capture_default_str();
-  command.add_option("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
-  command.add_option("--sampler", job.sampler, "sobol or independent");
-  command.add_option("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
-  command.add_option("--intersection", job.intersection,
-                     "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
-  command.add_option("--direct-light", job.direct_light,
-                     "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
-  command.add_option("--light-selection", job.light_selection, "how a light is picked: mixed, power or uniform");
-  command.add_option("--traversal", job.traversal, "rays are traced as packet or single");
-  command.add_option("-D", options.defines, "a parameter of the scene")
-      ->type_name("NAME=VALUE")
-      ->check(check_define)
-      ->allow_extra_args(false);
-  command.add_option("--aov", job.aovs, "further channels: variance, samples, albedo, normal, depth")
-      ->delimiter(',')
-      ->type_name("NAME,...");
-  command.add_option("--isa", job.isa, "kernels to use, on every worker");
+  command.add("SCENE", options.scene, "the scene file").required();
+  command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)");
+  command.add("--spp", job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
+  add_parsed(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT").type_name("WxH");
+  add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
+  add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("UINT");
+  command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only").in_range(0, 65535);
+  command.add("--tile", job.tile_size, "side of a tile, pixels").in_range(1, wire::kMaxTileSize).with_default();
+  command.add("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
+  command.add("--sampler", job.sampler, "sobol or independent");
+  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
+  command.add("--intersection", job.intersection,
+              "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
+  command.add("--direct-light", job.direct_light,
+              "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
+  command.add("--light-selection", job.light_selection, "how a light is picked: mixed, power or uniform");
+  command.add("--traversal", job.traversal, "rays are traced as packet or single");
+  command.add("-D", options.defines, "a parameter of the scene")
+      .type_name("NAME=VALUE")
+      .checked_by(check_define)
+      .one_value_each();
+  command.add("--aov", job.aovs, "further channels: variance, samples, albedo, normal, depth")
+      .separated_by_commas()
+      .type_name("NAME,...");
+  command.add("--isa", job.isa, "kernels to use, on every worker");
   command.add_flag("--half", options.half, "16-bit EXR");
-  command.add_option("--stats", options.stats, "write what it cost to this file")->type_name("FILE.json");
+  command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 

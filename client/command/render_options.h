@@ -6,11 +6,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "command/command_line.h"
 #include "command/job_request.h"
-
-namespace CLI {
-class App;
-}
 
 namespace tessera::client {
 
@@ -19,14 +16,14 @@ struct RenderOptions {
   std::string output;  // .exr or .png
   JobRequest job;
   std::vector<std::string> defines;  // NAME=VALUE
-  int threads = 0;    // of this process
-  bool half = false;  // 16-bit EXR
-  std::string stats;  // a JSON file; empty: none
+  int threads = 0;                   // of this process
+  bool half = false;                 // 16-bit EXR
+  std::string stats;                 // a JSON file; empty: none
   bool quiet = false;
 };
 
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
-void define_render_options(CLI::App& command, RenderOptions& options);
+void define_render_options(Command& command, RenderOptions& options);
 
 /// An imported scene and the job made of it.
 struct LoadedJob {
@@ -38,8 +35,8 @@ struct LoadedJob {
   std::vector<std::string> warning_lines() const;
 };
 
-/// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed and the exit
-/// code set, when that cannot be done.
+/// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed and the
+/// exit code set, when that cannot be done.
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code);
 
 }  // namespace tessera::client

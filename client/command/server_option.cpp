@@ -1,7 +1,5 @@
 #include "command/server_option.h"
 
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <utility>
 
@@ -9,10 +7,10 @@
 
 namespace tessera::client {
 
-void define_server_option(CLI::App& command, ServerOption& option) {
-  command.add_option("--server", option.address, "HOST:PORT of the coordinator")
-      ->envname("TESSERA_SERVER")
-      ->capture_default_str();
+void define_server_option(Command& command, ServerOption& option) {
+  command.add("--server", option.address, "HOST:PORT of the coordinator")
+      .from_environment("TESSERA_SERVER")
+      .with_default();
   command.add_flag("--allow-insecure", option.allow_insecure, "talk without encryption to another machine");
 }
 

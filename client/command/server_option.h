@@ -5,11 +5,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "command/command_line.h"
 #include "farm/farm_client.h"
-
-namespace CLI {
-class App;
-}
 
 namespace tessera::client {
 
@@ -19,10 +16,10 @@ struct ServerOption {
 };
 
 /// Defines --server (else $TESSERA_SERVER, else 127.0.0.1:7070) and --allow-insecure.
-void define_server_option(CLI::App& command, ServerOption& option);
+void define_server_option(Command& command, ServerOption& option);
 
-/// A client that tells about breaks of the connection on stderr, unless `quiet`. InvalidArgument for a malformed address,
-/// PermissionDenied for one that would need encryption.
+/// A client that tells about breaks of the connection on stderr, unless `quiet`. InvalidArgument for a malformed
+/// address, PermissionDenied for one that would need encryption.
 absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet = false);
 
 }  // namespace tessera::client

@@ -12,7 +12,7 @@
 namespace tessera::client {
 
 struct RenderStatistics {
-  double load_seconds = 0;  // import and digests
+  double load_seconds = 0;              // import and digests
   std::optional<double> build_seconds;  // of the scene in this process's worker
   double render_wall_seconds = 0;
   std::uint64_t uploaded_bytes = 0;
@@ -21,9 +21,10 @@ struct RenderStatistics {
   v1::JobStatus status;
 };
 
-/// An object with "load_seconds", "build_seconds" (in-process only), "render_wall_seconds", "render_cpu_seconds" (summed over
-/// workers), "rays" {"camera", "bounce", "shadow", "total"}, "samples", "dropped_samples", "peak_memory_bytes" (of this
-/// process), "spp", "width", "height", "isa", "scene_digest", "uploaded_bytes", "warnings".
+/// An object with "load_seconds", "build_seconds" (in-process only), "render_wall_seconds", "render_cpu_seconds"
+/// (summed over workers), "rays" {"camera", "bounce", "shadow", "total"}, "samples", "dropped_samples",
+/// "peak_memory_bytes" (of this process), "spp", "width", "height", "isa", "scene_digest", "uploaded_bytes",
+/// "warnings".
 absl::Status write_statistics(const RenderStatistics& statistics, const std::string& path);
 
 }  // namespace tessera::client

@@ -1,6 +1,4 @@
 // tessera submit SCENE -o OUT: renders on the farm.
-#include <CLI/CLI.hpp>
-
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
@@ -89,24 +87,22 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_submit_command(CLI::App& app, Action& action) {
+void add_submit_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("submit", "Renders a scene on the farm");
+  Command command = line.add_command("submit", "Renders a scene on the farm");
   define_render_options(command, options->render);
   define_server_option(command, options->server);
-  command.add_option("--threads", options->render.threads, "ignored: the workers have their own")
-      ->check(CLI::Range(1, 1024));
+  command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);
   JobRequest& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
-  command.add_option("--user", job.user, "whose share of the farm it counts against")->capture_default_str();
-  command.add_option("--priority", job.priority, "higher goes first")->capture_default_str();
-  command.add_option("--require", job.required_tags, "tags that a worker must have")
-      ->delimiter(',')
-      ->type_name("TAG,...");
-  command.add_option("--max-workers", job.max_workers, "workers at a time; 0: any number")->capture_default_str();
+  command.add("--user", job.user, "whose share of the farm it counts against").with_default();
+  command.add("--priority", job.priority, "higher goes first").with_default();
+  command.add("--require", job.required_tags, "tags that a worker must have")
+      .separated_by_commas()
+      .type_name("TAG,...");
+  command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
-  command.callback(
-      [options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,4 @@
 // tessera trust HOST
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <memory>
 
@@ -28,12 +26,12 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_trust_command(CLI::App& app, Action& action) {
+void add_trust_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("trust", "Lets a host work again that had returned wrong pixels");
-  command.add_option("HOST", options->host)->required();
+  Command command = line.add_command("trust", "Lets a host work again that had returned wrong pixels");
+  command.add("HOST", options->host).required();
   define_server_option(command, options->server);
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

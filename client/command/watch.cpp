@@ -1,6 +1,4 @@
 // tessera watch ID
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <memory>
 
@@ -34,13 +32,13 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_watch_command(CLI::App& app, Action& action) {
+void add_watch_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("watch", "Shows a job's progress until it ends");
-  command.add_option("ID", options->job_id)->required();
+  Command command = line.add_command("watch", "Shows a job's progress until it ends");
+  command.add("ID", options->job_id).required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "the final status as JSON");
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,4 @@
 // tessera workers
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <memory>
 
@@ -35,12 +33,12 @@ int run(const Options& options, Interrupt& interrupt) {
 
 }  // namespace
 
-void add_workers_command(CLI::App& app, Action& action) {
+void add_workers_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("workers", "Lists the coordinator's workers");
+  Command command = line.add_command("workers", "Lists the coordinator's workers");
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "as JSON");
-  command.callback([options, &action] { action = [options](Interrupt& interrupt) { return run(*options, interrupt); }; });
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 
 }  // namespace tessera::client
