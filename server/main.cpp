@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "service/coordinator.h"
+#include "tls/authority.h"
 #include "wire/version.h"
 
 namespace {
@@ -83,6 +84,17 @@ int main(int argc, char** argv) {
   app.add_option("--max-results", max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
       ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
+  app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
+      ->type_name("DIR");
+  app.add_flag("--share-jobs", options.share_jobs, "Clients may see and change each other's jobs");
+  std::string new_certificates;
+  std::vector<std::string> hosts, users;
+  CLI::Option* const init = app.add_option("--init-tls", new_certificates,
+                                           "Make the farm's certificates in this folder, or renew them, and leave");
+  init->type_name("DIR");
+  app.add_option("--tls-host", hosts, "With --init-tls: a name or an address that this server is called by")
+      ->needs(init);
+  app.add_option("--tls-user", users, "With --init-tls: a user to make a client's certificate for")->needs(init);
   app.add_flag("--allow-insecure", options.allow_insecure,
                "Serve without encryption on an address that is not loopback");
   try {
@@ -95,6 +107,11 @@ int main(int argc, char** argv) {
   options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
   spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-server"));
   spdlog::set_level(spdlog::level::from_str(log_level));
+  if (!new_certificates.empty()) {
+    const absl::Status status = tessera::server::write_farm_certificates(new_certificates, hosts, users);
+    if (!status.ok()) spdlog::error("{}", std::string(status.message()));
+    return exit_code(status);
+  }
   if (options.data_dir.empty()) {
     spdlog::error("neither XDG_STATE_HOME nor HOME is set; say with --data where to keep the state");
     return kUsage;

@@ -11,11 +11,15 @@ void define_server_option(Command& command, ServerOption& option) {
   command.add("--server", option.address, "HOST:PORT of the coordinator")
       .from_environment("TESSERA_SERVER")
       .with_default();
+  command.add("--tls", option.certificates, "folder with a client's certificates")
+      .from_environment("TESSERA_TLS")
+      .type_name("DIR");
   command.add_flag("--allow-insecure", option.allow_insecure, "talk without encryption to another machine");
 }
 
 absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet) {
-  auto channel = wire::make_channel(option.address, {.allow_insecure = option.allow_insecure});
+  auto channel = wire::make_channel(option.address,
+                                    {.allow_insecure = option.allow_insecure, .certificates = option.certificates});
   if (!channel.ok()) return channel.status();
   FarmClientOptions options;
   options.address = option.address;

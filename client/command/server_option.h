@@ -12,10 +12,11 @@ namespace tessera::client {
 
 struct ServerOption {
   std::string address = "127.0.0.1:7070";
+  std::string certificates;  // a folder; empty: no encryption
   bool allow_insecure = false;
 };
 
-/// Defines --server (else $TESSERA_SERVER, else 127.0.0.1:7070) and --allow-insecure.
+/// Defines --server (else $TESSERA_SERVER, else 127.0.0.1:7070) --tls (else $TESSERA_TLS) and --allow-insecure.
 void define_server_option(Command& command, ServerOption& option);
 
 /// A client that tells about breaks of the connection on stderr, unless `quiet`. InvalidArgument for a malformed

@@ -53,7 +53,8 @@ absl::Status check_unencrypted_allowed(const HostPort& address, bool allow_insec
   if (allow_insecure || is_loopback(address.host)) return absl::OkStatus();
   return absl::PermissionDeniedError(absl::StrCat(address.to_string(),
                                                   " is not a loopback address and the connection is not encrypted; "
-                                                  "pass --allow-insecure on a network that you trust"));
+                                                  "name certificates with --tls (tessera-server --init-tls makes "
+                                                  "them), or pass --allow-insecure on a network that you trust"));
 }
 
 }  // namespace tessera::wire

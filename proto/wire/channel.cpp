@@ -6,6 +6,7 @@
 
 #include "wire/address.h"
 #include "wire/limits.h"
+#include "wire/tls.h"
 
 namespace tessera::wire {
 
@@ -26,6 +27,11 @@ grpc::ChannelArguments channel_arguments() {
 absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address, const ChannelOptions& options) {
   const absl::StatusOr<HostPort> host_port = parse_host_port(address);
   if (!host_port.ok()) return host_port.status();
+  if (!options.certificates.empty()) {
+    if (absl::Status status = check_certificates(options.certificates); !status.ok()) return status;
+    return grpc::CreateCustomChannel(host_port->to_string(), channel_credentials(options.certificates),
+                                     channel_arguments());
+  }
   if (absl::Status status = check_unencrypted_allowed(*host_port, options.allow_insecure); !status.ok()) return status;
   return grpc::CreateCustomChannel(host_port->to_string(), grpc::InsecureChannelCredentials(), channel_arguments());
 }

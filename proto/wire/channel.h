@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "absl/status/statusor.h"
@@ -15,11 +16,12 @@ namespace tessera::wire {
 
 struct ChannelOptions {
   bool allow_insecure = false;  // talk without encryption to an address that is not loopback
+  std::string certificates;     // folder of wire/tls.h; empty: no encryption
 };
 
 /// A channel to `address` (HOST:PORT). Nothing is connected yet: the first call does that, and a lost connection is
 /// made anew, with a back-off of at most 2 s. InvalidArgument for a malformed address; PermissionDenied for one that is
-/// not loopback, unless allowed.
+/// not loopback, unless allowed, without certificates; what check_certificates() says of those.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address,
                                                             const ChannelOptions& options = {});
 

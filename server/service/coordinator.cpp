@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "service/access.h"
 #include "service/coordinator_impl.h"
 #include "wire/address.h"
 #include "wire/limits.h"
+#include "wire/tls.h"
 
 namespace tessera::server {
 namespace {
@@ -15,6 +17,20 @@ namespace {
 // How long calls may take to end after a shutdown was requested.
 constexpr std::chrono::seconds kGrace{2};
 constexpr int kMaxStreamsPerConnection = 512;
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
+                                                                         const CoordinatorOptions& options) {
+  if (options.certificates.empty()) {
+    if (absl::Status s = wire::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
+    return grpc::InsecureServerCredentials();
+  }
+  if (absl::Status s = wire::check_certificates(options.certificates); !s.ok()) {
+    return absl::InvalidArgumentError(s.message());
+  }
+  auto credentials = wire::server_credentials(options.certificates, options.certificate_interval);
+  credentials->SetAuthMetadataProcessor(access_by_role());
+  return credentials;
+}
 
 }  // namespace
 
@@ -54,7 +70,7 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
 }
 
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
-  farm_service.emplace(*farm);
+  farm_service.emplace(*farm, options.share_jobs);
   work_service.emplace(*farm);
   blob_service.emplace(*blobs,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
@@ -76,10 +92,10 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (!options.listen.empty()) {
     const absl::StatusOr<wire::HostPort> parsed = wire::parse_host_port(options.listen);
     if (!parsed.ok()) return parsed.status();
-    if (absl::Status status = wire::check_unencrypted_allowed(*parsed, options.allow_insecure); !status.ok())
-      return status;
+    const absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = credentials_for(*parsed, options);
+    if (!credentials.ok()) return credentials.status();
     address = parsed->to_string();
-    builder.AddListeningPort(address, grpc::InsecureServerCredentials(), &port);
+    builder.AddListeningPort(address, *credentials, &port);
   }
   server = builder.BuildAndStart();
   if (server == nullptr || (!address.empty() && port == 0)) {

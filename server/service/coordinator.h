@@ -22,6 +22,12 @@ struct CoordinatorOptions {
   /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data directory, or
   /// in memory.
   std::shared_ptr<BlobStore> blobs;
+  /// Certificates of a server (wire/tls.h), whose renewal is noticed; empty: no encryption, and everybody may do
+  /// everything.
+  std::string certificates;
+  std::chrono::seconds certificate_interval{10};
+  /// Clients may see and change each other's jobs.
+  bool share_jobs = false;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
   /// What workers are told at registration.
@@ -39,8 +45,9 @@ struct CoordinatorOptions {
 class Coordinator {
  public:
   /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address), PermissionDenied
-  /// (not loopback, and not allowed to be), Unavailable (cannot listen there), FailedPrecondition (another coordinator
-  /// uses the data directory, or its format is not known), DataLoss and Internal (data directory damaged, disk).
+  /// (not loopback, and neither encrypted nor allowed to be), Unavailable (cannot listen there), FailedPrecondition
+  /// (another coordinator uses the data directory, or its format is not known), DataLoss and Internal (data directory
+  /// damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
 
   /// Shuts down and waits for it.

@@ -67,6 +67,8 @@ class Farm {
   void submit(const v1::SubmitJobRequest& request, Done<std::string> done);
   absl::StatusOr<v1::GetJobResponse> get_job(const std::string& id);
   v1::ListJobsResponse list_jobs();
+  /// Who submitted a job.
+  absl::StatusOr<std::string> owner_of(const std::string& id);
   void cancel(const std::string& id, Done<v1::JobStatus> done);
   void retry(const std::string& id, Done<v1::JobStatus> done);
   void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done);

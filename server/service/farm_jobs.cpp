@@ -38,6 +38,13 @@ v1::ListJobsResponse Farm::list_jobs() {
   return response;
 }
 
+absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return entry.status();
+  return (*entry)->shape->spec.user();
+}
+
 v1::JobStatus Farm::describe(const JobEntry& entry) const {
   v1::JobStatus status = status_of(entry, view_of(entry));
   if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));

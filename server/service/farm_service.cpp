@@ -1,14 +1,44 @@
 #include "service/farm_service.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "service/access.h"
 #include "service/answer.h"
 #include "service/watch_reactor.h"
 
 namespace tessera::server {
+namespace {
+
+Caller caller(const grpc::CallbackServerContext& context) { return caller_of(context.auth_context().get()); }
+
+/// The answer to a watcher that may not watch.
+class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
+ public:
+  explicit RefusedWatch(const absl::Status& why) { Finish(wire::to_grpc(why)); }
+  void OnDone() override { delete this; }
+};
+
+}  // namespace
+
+absl::Status FarmService::check_access(const grpc::CallbackServerContext& context, const std::string& job) const {
+  const Caller who = caller(context);
+  if (!who.role || share_jobs_) return absl::OkStatus();
+  const absl::StatusOr<std::string> owner = farm_.owner_of(job);
+  if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
+  spdlog::warn("refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
+  return absl::PermissionDeniedError(absl::StrCat("job ", job, " belongs to another user"));
+}
 
 grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* context,
                                                  const v1::SubmitJobRequest* request, v1::SubmitJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.submit(*request, [reactor, response](const absl::StatusOr<std::string>& id) {
+  v1::SubmitJobRequest own = *request;
+  // Who submits is who the certificate says.
+  if (const Caller who = caller(*context); who.role == Role::kClient) own.mutable_spec()->set_user(who.user);
+  farm_.submit(own, [reactor, response](const absl::StatusOr<std::string>& id) {
     if (id.ok()) response->set_job_id(*id);
     answer(reactor, id.status());
   });
@@ -17,18 +47,26 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
 
 grpc::ServerUnaryReactor* FarmService::GetJob(grpc::CallbackServerContext* context, const v1::GetJobRequest* request,
                                               v1::GetJobResponse* response) {
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(context->DefaultReactor(), s);
   return answer(context->DefaultReactor(), farm_.get_job(request->job_id()), response);
 }
 
 grpc::ServerUnaryReactor* FarmService::ListJobs(grpc::CallbackServerContext* context,
                                                 const v1::ListJobsRequest* request, v1::ListJobsResponse* response) {
   *response = farm_.list_jobs();
+  if (const Caller who = caller(*context); !share_jobs_) {
+    auto& jobs = *response->mutable_jobs();
+    jobs.erase(std::remove_if(jobs.begin(), jobs.end(),
+                              [&](const v1::JobStatus& job) { return !who.may_act_for(job.user()); }),
+               jobs.end());
+  }
   return answer(context->DefaultReactor(), absl::OkStatus());
 }
 
 grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* context,
                                                  const v1::CancelJobRequest* request, v1::CancelJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.cancel(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
     if (status.ok()) *response->mutable_status() = *status;
     answer(reactor, status.status());
@@ -39,6 +77,7 @@ grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* context,
                                                 const v1::RetryJobRequest* request, v1::RetryJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.retry(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
     if (status.ok()) *response->mutable_status() = *status;
     answer(reactor, status.status());
@@ -49,6 +88,7 @@ grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* con
 grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* context,
                                                  const v1::AdjustJobRequest* request, v1::AdjustJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.adjust(*request, [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
     if (status.ok()) *response->mutable_status() = *status;
     answer(reactor, status.status());
@@ -65,6 +105,7 @@ grpc::ServerUnaryReactor* FarmService::TrustHost(grpc::CallbackServerContext* co
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,
                                                                       const v1::WatchJobRequest* request) {
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return new RefusedWatch{s};
   return watch_job(farm_, *request);
 }
 

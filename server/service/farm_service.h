@@ -8,10 +8,11 @@
 
 namespace tessera::server {
 
-/// The farm must outlive the service.
+/// The farm must outlive the service. Where callers are known by their certificates, each sees and changes its own
+/// jobs, administrators all; `share_jobs`: everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
-  explicit FarmService(Farm& farm) : farm_(farm) {}
+  FarmService(Farm& farm, bool share_jobs) : farm_(farm), share_jobs_(share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
@@ -33,7 +34,11 @@ class FarmService final : public v1::FarmService::CallbackService {
                                         v1::ListWorkersResponse* response) override;
 
  private:
+  /// NotFound for a job that is not there, PermissionDenied for one that is not the caller's.
+  absl::Status check_access(const grpc::CallbackServerContext& context, const std::string& job) const;
+
   Farm& farm_;
+  const bool share_jobs_;
 };
 
 }  // namespace tessera::server

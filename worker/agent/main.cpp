@@ -32,6 +32,7 @@ struct Options {
   std::vector<std::string> tags;
   std::string log_level = "info";
   int grace_seconds = 10;
+  std::string certificates;
   bool allow_insecure = false;
 };
 
@@ -55,6 +56,9 @@ void define_options(CLI::App& app, Options& options) {
   app.add_option("--log-level", options.log_level)
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
       ->capture_default_str();
+  app.add_option("--tls", options.certificates, "folder with a worker's certificates")
+      ->envname("TESSERA_TLS")
+      ->type_name("DIR");
   app.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
   app.set_version_flag("--version", wire::build_version());
 }
@@ -103,7 +107,8 @@ void wait_for_signal(std::stop_token done, std::stop_source stop) {
 }
 
 int run_worker(const Options& options) {
-  const auto channel = wire::make_channel(options.server, {.allow_insecure = options.allow_insecure});
+  const auto channel = wire::make_channel(
+      options.server, {.allow_insecure = options.allow_insecure, .certificates = options.certificates});
   if (!channel.ok()) {
     std::cerr << "tessera-worker: " << channel.status().message() << '\n';
     return absl::IsInvalidArgument(channel.status()) ? kUsage : kUnreachable;

@@ -21,7 +21,8 @@ const std::map<std::string, Rooms>& rules() {
       {"proto/wire", {"wire", "tessera/v1"}},
       {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
       {"server/store", {"store", "wire", "tessera/v1"}},
-      {"server/service", {"service", "scheduler", "store", "wire", "tessera/v1"}},
+      {"server/tls", {"tls", "wire"}},
+      {"server/service", {"service", "scheduler", "store", "tls", "wire", "tessera/v1"}},
       {"worker/agent", {"agent", "render", "render/build", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
@@ -52,7 +53,7 @@ const std::map<std::string, Rooms>& rules() {
 
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",  "scheduler", "store", "service", "agent", "farm",
+  static const Rooms tops = {"wire",  "scheduler", "store", "tls", "service", "agent", "farm",
                              "image", "import",    "command", "local", "render", "tessera"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);

@@ -1,0 +1,60 @@
+#include "service/access.h"
+
+#include <grpc/grpc_security_constants.h>
+#include <grpcpp/security/auth_metadata_processor.h>
+#include <spdlog/spdlog.h>
+
+#include <string_view>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+
+namespace tessera::server {
+namespace {
+
+std::string text_of(grpc::string_ref text) { return {text.data(), text.size()}; }
+
+bool is_allowed(Role role, std::string_view method) {
+  const auto is_of = [&](const char* prefix) { return absl::StartsWith({method.data(), method.size()}, prefix); };
+  if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
+  if (is_of("/tessera.v1.BlobService/Download") && role == Role::kWorker) return true;
+  if (is_of("/tessera.v1.FarmService/TrustHost")) return role == Role::kAdmin;
+  if (is_of("/tessera.v1.FarmService/") || is_of("/tessera.v1.BlobService/")) {
+    return role == Role::kClient || role == Role::kAdmin;
+  }
+  return false;
+}
+
+class AccessByRole final : public grpc::AuthMetadataProcessor {
+ public:
+  bool IsBlocking() const override { return false; }
+
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata*,
+                       OutputMetadata*) override {
+    const auto path = metadata.find(":path");
+    const std::string method = path == metadata.end() ? "" : text_of(path->second);
+    const Caller caller = caller_of(context);
+    if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
+    const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
+                                        : absl::StrCat("'", caller.user, "' (a certificate without a role)");
+    spdlog::warn("refused: {} called {}", who, method);
+    return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not for ", who)};
+  }
+};
+
+}  // namespace
+
+Caller caller_of(const grpc::AuthContext* context) {
+  Caller caller;
+  if (context == nullptr) return caller;
+  for (const grpc::string_ref uri : context->FindPropertyValues(GRPC_PEER_URI_PROPERTY_NAME)) {
+    if (const auto role = role_of_uri({uri.data(), uri.size()})) caller.role = role;
+  }
+  for (const grpc::string_ref name : context->FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME))
+    caller.user = text_of(name);
+  return caller;
+}
+
+std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role() { return std::make_shared<AccessByRole>(); }
+
+}  // namespace tessera::server

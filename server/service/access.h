@@ -1,0 +1,34 @@
+// Who calls, and what their certificate allows them to do.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tls/role.h"
+
+namespace grpc {
+class AuthMetadataProcessor;
+}
+
+namespace tessera::server {
+
+/// The other end of a call, by its certificate.
+struct Caller {
+  std::optional<Role> role;  // absent: the connection is not encrypted, and everything is allowed
+  std::string user;          // the certificate's common name
+
+  /// Whether this caller may see and change what belongs to `owner`.
+  bool may_act_for(const std::string& owner) const { return !role || role == Role::kAdmin || user == owner; }
+};
+
+Caller caller_of(const grpc::AuthContext* context);
+
+/// Refuses, and logs, every call that the caller's role is not for, before it reaches a service: workers call
+/// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do and trust
+/// hosts again.
+std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role();
+
+}  // namespace tessera::server

@@ -1,0 +1,285 @@
+// A coordinator that speaks TLS: who gets in, and what they may do.
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "service/coordinator.h"
+#include "support/temp_dir.h"
+#include "tessera/v1/blob.grpc.pb.h"
+#include "tessera/v1/farm.grpc.pb.h"
+#include "tessera/v1/work.grpc.pb.h"
+#include "tls/authority.h"
+#include "wire/channel.h"
+#include "wire/digest.h"
+#include "wire/tls.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::system_clock;
+using std::chrono::hours;
+
+class Tls : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(write_farm_certificates(farm_certificates(), {}, {"alice", "bob"}).ok());
+    CoordinatorOptions options;
+    options.listen = "127.0.0.1:0";
+    options.certificates = farm_certificates() / "server";
+    options.certificate_interval = std::chrono::seconds{1};
+    auto started = Coordinator::start(options);
+    ASSERT_TRUE(started.ok()) << started.status();
+    coordinator_ = *std::move(started);
+  }
+
+  fs::path farm_certificates() const { return folder_.path() / "farm"; }
+
+  std::shared_ptr<grpc::Channel> channel(const fs::path& certificates) const {
+    auto made = wire::make_channel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),
+                                   {.certificates = certificates.string()});
+    EXPECT_TRUE(made.ok()) << made.status();
+    return made.ok() ? *made : nullptr;
+  }
+  std::shared_ptr<grpc::Channel> channel_of(const std::string& program) const {
+    return channel(farm_certificates() / program);
+  }
+
+  static grpc::Status list(const std::shared_ptr<grpc::Channel>& channel, v1::ListJobsResponse& jobs) {
+    grpc::ClientContext context;
+    context.set_deadline(Clock::now() + std::chrono::seconds{5});
+    return v1::FarmService::NewStub(channel)->ListJobs(&context, {}, &jobs);
+  }
+  static grpc::StatusCode list_code(const std::shared_ptr<grpc::Channel>& channel) {
+    v1::ListJobsResponse jobs;
+    return list(channel, jobs).error_code();
+  }
+
+  static grpc::StatusCode register_code(const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::RegisterRequest request;
+    request.set_name("w");
+    request.set_host("h");
+    request.set_protocol(wire::kProtocolVersion);
+    request.set_build(wire::build_version());
+    request.set_isa("avx2");
+    request.add_supported_isas("avx2");
+    request.set_threads(1);
+    v1::RegisterResponse response;
+    return v1::WorkService::NewStub(channel)->Register(&context, request, &response).error_code();
+  }
+
+  static grpc::StatusCode find_missing_code(const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::FindMissingResponse response;
+    return v1::BlobService::NewStub(channel)->FindMissing(&context, {}, &response).error_code();
+  }
+
+  static grpc::StatusCode download_code(const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::DownloadRequest request;
+    request.mutable_blob()->set_digest(wire::sha256_hex("not there"));
+    const auto stream = v1::BlobService::NewStub(channel)->Download(&context, request);
+    v1::DownloadResponse response;
+    while (stream->Read(&response)) {
+    }
+    return stream->Finish().error_code();
+  }
+
+  /// The id of a job of a scene that is one blob; empty when it is refused.
+  static std::string submit(const std::shared_ptr<grpc::Channel>& channel, const std::string& user) {
+    const std::string scene = "a scene";
+    {
+      grpc::ClientContext context;
+      v1::UploadResponse response;
+      const auto stream = v1::BlobService::NewStub(channel)->Upload(&context, &response);
+      v1::UploadRequest chunk;
+      chunk.mutable_blob()->set_digest(wire::sha256_hex(scene));
+      chunk.mutable_blob()->set_size_bytes(scene.size());
+      chunk.set_data(scene);
+      stream->Write(chunk);
+      stream->WritesDone();
+      EXPECT_TRUE(stream->Finish().ok());
+    }
+    v1::SubmitJobRequest request;
+    request.set_request_id("of " + user);
+    v1::JobSpec& spec = *request.mutable_spec();
+    spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
+    spec.set_user(user);
+    spec.set_width(16);
+    spec.set_height(16);
+    spec.mutable_crop()->set_x1(16);
+    spec.mutable_crop()->set_y1(16);
+    spec.set_tile_size(16);
+    spec.set_samples_per_unit(4);
+    spec.mutable_settings()->set_spp(4);
+    grpc::ClientContext context;
+    v1::SubmitJobResponse response;
+    const grpc::Status status = v1::FarmService::NewStub(channel)->SubmitJob(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.job_id();
+  }
+
+  /// What a caller hears who asks for a job in every way there is.
+  static std::vector<grpc::StatusCode> codes_about(const std::string& job,
+                                                   const std::shared_ptr<grpc::Channel>& channel) {
+    const auto farm = v1::FarmService::NewStub(channel);
+    std::vector<grpc::StatusCode> codes;
+    const auto call = [&](auto method, auto request, auto response) {
+      grpc::ClientContext context;
+      request.set_job_id(job);
+      codes.push_back((farm.get()->*method)(&context, request, &response).error_code());
+    };
+    call(&v1::FarmService::Stub::GetJob, v1::GetJobRequest{}, v1::GetJobResponse{});
+    call(&v1::FarmService::Stub::AdjustJob, v1::AdjustJobRequest{}, v1::AdjustJobResponse{});
+    call(&v1::FarmService::Stub::RetryJob, v1::RetryJobRequest{}, v1::RetryJobResponse{});
+    call(&v1::FarmService::Stub::CancelJob, v1::CancelJobRequest{}, v1::CancelJobResponse{});
+    grpc::ClientContext context;
+    v1::WatchJobRequest request;
+    request.set_job_id(job);
+    const auto stream = farm->WatchJob(&context, request);
+    v1::WatchJobResponse response;
+    while (stream->Read(&response)) {
+    }
+    codes.push_back(stream->Finish().error_code());
+    return codes;
+  }
+
+  support::TempDir folder_;
+  std::unique_ptr<Coordinator> coordinator_;
+};
+
+TEST_F(Tls, EveryRoleCallsWhatIsItsOwnOnly) {
+  using enum grpc::StatusCode;
+  const auto worker = channel_of("worker"), client = channel_of("client-alice"), admin = channel_of("admin");
+  EXPECT_EQ(list_code(worker), PERMISSION_DENIED);
+  EXPECT_EQ(list_code(client), OK);
+  EXPECT_EQ(list_code(admin), OK);
+  EXPECT_EQ(register_code(worker), OK);
+  EXPECT_EQ(register_code(client), PERMISSION_DENIED);
+  EXPECT_EQ(register_code(admin), PERMISSION_DENIED);
+  EXPECT_EQ(find_missing_code(worker), PERMISSION_DENIED);
+  EXPECT_EQ(find_missing_code(client), OK);
+  EXPECT_EQ(download_code(worker), NOT_FOUND);
+  EXPECT_EQ(download_code(client), NOT_FOUND);
+
+  const auto trust = [](const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::TrustHostRequest request;
+    request.set_host("h");
+    v1::TrustHostResponse response;
+    return v1::FarmService::NewStub(channel)->TrustHost(&context, request, &response).error_code();
+  };
+  EXPECT_EQ(trust(client), PERMISSION_DENIED);
+  EXPECT_EQ(trust(admin), OK);
+  // A server's certificate is no key to another's door.
+  EXPECT_NE(list_code(channel_of("server")), OK);
+}
+
+TEST_F(Tls, JobsBelongToWhoeverSubmittedThem) {
+  using enum grpc::StatusCode;
+  const auto alice = channel_of("client-alice"), bob = channel_of("client-bob"), admin = channel_of("admin");
+  const std::string job = submit(alice, "bob");  // it does not help to say that one is somebody else
+  ASSERT_FALSE(job.empty());
+  const std::vector<grpc::StatusCode> refused(5, PERMISSION_DENIED);
+  EXPECT_EQ(codes_about(job, bob), refused);
+  v1::ListJobsResponse jobs;
+  ASSERT_TRUE(list(bob, jobs).ok());
+  EXPECT_EQ(jobs.jobs_size(), 0);
+  ASSERT_TRUE(list(admin, jobs).ok());
+  ASSERT_EQ(jobs.jobs_size(), 1);
+  EXPECT_EQ(jobs.jobs(0).user(), "alice");
+  ASSERT_TRUE(list(alice, jobs).ok());
+  EXPECT_EQ(jobs.jobs_size(), 1);
+  // A job of one unit: adjusting changes nothing, retrying finds nothing to retry, and it ends cancelled.
+  for (const grpc::StatusCode code : codes_about(job, alice)) EXPECT_NE(code, PERMISSION_DENIED);
+  for (const grpc::StatusCode code : codes_about(job, admin)) EXPECT_NE(code, PERMISSION_DENIED);
+}
+
+TEST_F(Tls, StrangersDoNotGetIn) {
+  // Of another authority; expired; not valid yet; without a certificate; a server's for another host.
+  ASSERT_TRUE(write_farm_certificates(folder_.path() / "other", {}, {"alice"}).ok());
+  EXPECT_EQ(list_code(channel(folder_.path() / "other" / "client-alice")), grpc::StatusCode::UNAVAILABLE);
+
+  const auto authority = Authority::open(farm_certificates() / "authority");
+  ASSERT_TRUE(authority.ok());
+  const Identity alice{.role = Role::kClient, .name = "alice", .hosts = {}};
+  const auto now = Clock::now();
+  const fs::path expired = folder_.path() / "expired", early = folder_.path() / "early";
+  ASSERT_TRUE(authority->issue(alice, expired, now - hours{48}, now - hours{24}).ok());
+  ASSERT_TRUE(authority->issue(alice, early, now + hours{24}, now + hours{48}).ok());
+  for (const fs::path& untimely : {expired, early}) {
+    EXPECT_TRUE(absl::IsFailedPrecondition(wire::check_certificates(untimely.string()))) << untimely;
+    // The client's own check set aside, the coordinator refuses as well.
+    const auto direct = grpc::CreateChannel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),
+                                            wire::channel_credentials(untimely));
+    EXPECT_EQ(list_code(direct), grpc::StatusCode::UNAVAILABLE);
+  }
+  const auto plain = wire::make_channel("127.0.0.1:" + std::to_string(coordinator_->bound_port()));
+  EXPECT_EQ(list_code(*plain), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
+  coordinator_.reset();
+  const auto authority = Authority::open(farm_certificates() / "authority");
+  ASSERT_TRUE(authority.ok());
+  const fs::path elsewhere = folder_.path() / "elsewhere";
+  const auto now = Clock::now();
+  ASSERT_TRUE(authority
+                  ->issue({.role = Role::kServer, .name = "tessera-server", .hosts = {"elsewhere.example"}}, elsewhere,
+                          now - hours{1}, now + hours{24})
+                  .ok());
+  auto started = Coordinator::start({.listen = "127.0.0.1:0", .certificates = elsewhere.string()});
+  ASSERT_TRUE(started.ok()) << started.status();
+  coordinator_ = *std::move(started);
+  EXPECT_EQ(list_code(channel_of("client-alice")), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(Tls, RenewedCertificatesAreTakenUpWithoutARestart) {
+  ASSERT_EQ(list_code(channel_of("client-alice")), grpc::StatusCode::OK);
+  // The farm moves to a new authority: files are replaced under the running coordinator.
+  fs::remove_all(farm_certificates() / "authority");
+  const fs::path old_alice = folder_.path() / "old-alice";
+  fs::copy(farm_certificates() / "client-alice", old_alice);
+  ASSERT_TRUE(write_farm_certificates(farm_certificates(), {}, {"alice"}).ok());
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+  while (list_code(channel_of("client-alice")) != grpc::StatusCode::OK) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the new certificates were not taken up";
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  EXPECT_EQ(list_code(channel(old_alice)), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(Authority, KeepsItsKeysToItself) {
+  const support::TempDir folder;
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {"render1"}, {"alice"}).ok());
+  int keys = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    if (entry.path().filename() != wire::kKeyFile) continue;
+    ++keys;
+    EXPECT_EQ(entry.status().permissions(), fs::perms::owner_read | fs::perms::owner_write) << entry.path();
+  }
+  EXPECT_EQ(keys, 5);
+}
+
+TEST(Authority, SaysWhatIsWrongWithCertificates) {
+  const support::TempDir folder;
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice", "bob"}).ok());
+  const fs::path alice = folder.path() / "client-alice", bob = folder.path() / "client-bob";
+  EXPECT_TRUE(wire::check_certificates(alice.string()).ok());
+  EXPECT_TRUE(absl::IsNotFound(wire::check_certificates((folder.path() / "nobody").string())));
+  fs::copy_file(bob / wire::kKeyFile, alice / wire::kKeyFile, fs::copy_options::overwrite_existing);
+  EXPECT_TRUE(absl::IsInvalidArgument(wire::check_certificates(alice.string())));  // a key of another
+  std::error_code ignored;
+  fs::resize_file(bob / wire::kCertificateFile, 100, ignored);
+  EXPECT_TRUE(absl::IsInvalidArgument(wire::check_certificates(bob.string())));
+  EXPECT_TRUE(absl::IsInvalidArgument(write_farm_certificates(folder.path(), {}, {"../evil"})));
+  EXPECT_TRUE(absl::IsInvalidArgument(write_farm_certificates(folder.path(), {"a,DNS:b"}, {})));
+}
+
+}  // namespace
+}  // namespace tessera::server
