@@ -84,6 +84,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-results", max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
       ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
+  app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
   app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
       ->type_name("DIR");
   app.add_flag("--share-jobs", options.share_jobs, "Clients may see and change each other's jobs");
@@ -137,6 +138,7 @@ int main(int argc, char** argv) {
   const std::string host = options.listen.substr(0, options.listen.rfind(':'));
   std::printf("listening on %s:%d\n", host.c_str(), (*coordinator)->bound_port());
   std::fflush(stdout);
+  if (const int port = (*coordinator)->metrics_port(); port != 0) spdlog::info("metrics on port {}", port);
   spdlog::info("data directory {}", options.data_dir.string());
 
   const absl::Status status = serve(**coordinator, signals);

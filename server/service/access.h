@@ -29,6 +29,7 @@ Caller caller_of(const grpc::AuthContext* context);
 /// Refuses, and logs, every call that the caller's role is not for, before it reaches a service: workers call
 /// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do and trust
 /// hosts again.
+/// Everybody may ask for health.
 std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role();
 
 }  // namespace tessera::server

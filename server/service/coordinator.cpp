@@ -1,5 +1,7 @@
 #include "service/coordinator.h"
 
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
 
 #include <utility>
@@ -75,6 +77,9 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   blob_service.emplace(*blobs,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
 
+  // grpc.health.v1 tells balancers and probes that calls are served; reflection tells tools what may be called.
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   builder.RegisterService(&*farm_service);
   builder.RegisterService(&*work_service);
@@ -102,7 +107,10 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
     return absl::UnavailableError(
         absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
   }
-  return absl::OkStatus();
+  if (options.metrics.empty()) return absl::OkStatus();
+  absl::StatusOr<std::unique_ptr<MetricsServer>> serving = MetricsServer::start(options.metrics, *farm);
+  if (serving.ok()) metrics = *std::move(serving);
+  return serving.status();
 }
 
 void Coordinator::Impl::request_shutdown(const absl::Status& why) {
@@ -142,6 +150,7 @@ Coordinator::~Coordinator() {
 }
 
 int Coordinator::bound_port() const { return impl_->port; }
+int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
 void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }
 absl::Status Coordinator::wait() { return impl_->wait(); }
 

@@ -34,6 +34,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};
+  /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
+  std::string metrics;
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
   std::chrono::seconds keep_unfetched{std::chrono::hours{24 * 30}};
@@ -49,6 +51,9 @@ class Coordinator {
   /// (another coordinator uses the data directory, or its format is not known), DataLoss and Internal (data directory
   /// damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
+
+  /// Of the metrics; 0 when they are not served.
+  int metrics_port() const;
 
   /// Shuts down and waits for it.
   ~Coordinator();

@@ -12,6 +12,7 @@
 #include "service/coordinator.h"
 #include "service/farm.h"
 #include "service/farm_service.h"
+#include "service/metrics.h"
 #include "service/work_service.h"
 #include "store/blob_store.h"
 #include "store/data_dir.h"
@@ -35,6 +36,7 @@ struct Coordinator::Impl {
   std::optional<WorkService> work_service;
   std::optional<BlobService> blob_service;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<MetricsServer> metrics;
   int port = 0;
 
   std::mutex mutex;

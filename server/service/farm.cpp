@@ -122,28 +122,31 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     append_to_journal(event, unix_milliseconds(), entries);
   }
   if (entries.empty() && !wait) return done(absl::OkStatus());
-  commits_.push(
-      std::move(entries), [this, shown = std::move(shown), done = std::move(done)](const absl::Status& status) {
-        if (!status.ok()) {
-          if (!failed_.exchange(true)) {
-            spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}", status.ToString());
-            on_failure_(status);
-          }
-          done(absl::UnavailableError("the coordinator cannot write its journal"));
-          return;
-        }
-        if (!shown.empty()) {
-          const std::lock_guard lock(mutex_);
-          for (const Shown& news : shown) {
-            JobEntry* const entry = jobs_.find(news.job);
-            if (entry == nullptr) continue;
-            entry->durable_results = std::max(entry->durable_results, news.results);
-            entry->durable_end |= news.end;
-          }
-        }
-        dispatcher_.notify_news();
-        done(absl::OkStatus());
-      });
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t count = entries.size();
+  commits_.push(std::move(entries), [this, start, count, shown = std::move(shown),
+                                     done = std::move(done)](const absl::Status& status) {
+    metrics_.committed(std::chrono::steady_clock::now() - start, count);
+    if (!status.ok()) {
+      if (!failed_.exchange(true)) {
+        spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}", status.ToString());
+        on_failure_(status);
+      }
+      done(absl::UnavailableError("the coordinator cannot write its journal"));
+      return;
+    }
+    if (!shown.empty()) {
+      const std::lock_guard lock(mutex_);
+      for (const Shown& news : shown) {
+        JobEntry* const entry = jobs_.find(news.job);
+        if (entry == nullptr) continue;
+        entry->durable_results = std::max(entry->durable_results, news.results);
+        entry->durable_end |= news.end;
+      }
+    }
+    dispatcher_.notify_news();
+    done(absl::OkStatus());
+  });
 }
 
 // ---------------------------------------------------------------- submission
@@ -176,6 +179,7 @@ std::uint64_t Farm::claim_uploads(const v1::JobSpec& spec) {
 }
 
 void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
+  metrics_.uploaded(bytes);
   const std::lock_guard lock(mutex_);
   unclaimed_uploads_[digest] += bytes;
 }

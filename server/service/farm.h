@@ -15,6 +15,7 @@
 #include "scheduler/scheduler.h"
 #include "service/dispatcher.h"
 #include "service/job_table.h"
+#include "service/metrics.h"
 #include "store/blob_store.h"
 #include "store/commit_queue.h"
 #include "store/journal.h"
@@ -97,6 +98,8 @@ class Farm {
   void fail(const v1::FailRequest& request, DoneEmpty done);
   absl::Status deregister(const std::string& worker);
 
+  const FarmMetrics& metrics() const { return metrics_; }
+
  private:
   Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure);
 
@@ -142,6 +145,7 @@ class Farm {
   absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
   std::uint64_t ticks_ = 0;
 
+  FarmMetrics metrics_;
   // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.
   Dispatcher dispatcher_;
   CommitQueue commits_;

@@ -49,6 +49,20 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   return absl::OkStatus();
 }
 
+/// Measures how long a call takes, its wait for the lock included.
+class Served {
+ public:
+  Served(FarmMetrics& metrics, FarmMetrics::Call call) : metrics_(metrics), call_(call) {}
+  ~Served() { metrics_.served(call_, std::chrono::steady_clock::now() - start_); }
+  Served(const Served&) = delete;
+  Served& operator=(const Served&) = delete;
+
+ private:
+  FarmMetrics& metrics_;
+  const FarmMetrics::Call call_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
 
 }  // namespace
@@ -101,6 +115,7 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     done(std::move(status));
     return true;
   }
+  const Served served(metrics_, FarmMetrics::Call::kLease);
   std::unique_lock lock(mutex_);
   absl::StatusOr<LeaseDecision> decision = scheduler_.lease(
       {.worker = request.worker_id(),
@@ -114,6 +129,7 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
   }
   if (decision->leases.empty() && !last) return false;
 
+  metrics_.leased(decision->leases.size());
   v1::LeaseResponse response;
   const auto& known = request.known_job_ids();
   for (v1::Lease& lease : decision->leases) {
@@ -140,6 +156,7 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
 
 absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
+  const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
   const std::lock_guard lock(mutex_);
   absl::StatusOr<HeartbeatDecision> decision =
       scheduler_.heartbeat(request.worker_id(), {request.leases().begin(), request.leases().end()}, now());
@@ -163,9 +180,11 @@ absl::Status Farm::deregister(const std::string& worker) {
 }
 
 void Farm::tick() {
+  const Served served(metrics_, FarmMetrics::Call::kTick);
   const std::lock_guard lock(mutex_);
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) spdlog::warn("worker {} ({}) was lost", worker.name, worker.id);
+  metrics_.lost(expiry.lost_leases);
   if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   if (++ticks_ % kTicksBetweenPrunings == 0) prune();
@@ -199,6 +218,7 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
                    shape->channels);
   if (!digest.ok()) {
     spdlog::warn("worker {}: {}", request.worker_id(), std::string(digest.status().message()));
+    metrics_.refused();
     return done(digest.status());
   }
   accept_result(request, *digest, std::move(done));
@@ -206,6 +226,7 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
 
 void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done) {
   const v1::LeaseToken& token = request.token();
+  const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
   const absl::StatusOr<CompleteDecision> decision =
       scheduler_.complete(request.worker_id(), token,
@@ -213,6 +234,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
                            .cost = Time(TimeUtil::DurationToMilliseconds(request.stats().wall_time()))},
                           now());
   if (!decision.ok()) {
+    metrics_.refused();
     // A result that is refused may still decide who is at fault.
     commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
     if (absl::IsAlreadyExists(decision.status())) {
@@ -221,7 +243,12 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
     return done(decision.status());
   }
   // The first one may still be on its way to the disk: both are answered when it is there.
-  if (decision->duplicate) return commit({}, {}, /*wait=*/true, std::move(done));
+  if (decision->duplicate) {
+    metrics_.repeated();
+    return commit({}, {}, /*wait=*/true, std::move(done));
+  }
+  metrics_.completed(std::chrono::nanoseconds(TimeUtil::DurationToNanoseconds(request.stats().wall_time())),
+                     request.payload().size());
 
   JobEntry& entry = *jobs_.find(token.job_id());
   const v1::UnitStats stats = bounded(request.stats());
@@ -246,6 +273,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
 void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   const v1::LeaseToken& token = request.token();
+  const Served served(metrics_, FarmMetrics::Call::kFail);
   std::unique_lock lock(mutex_);
   if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
   const std::string message = shortened(request.message());
@@ -253,6 +281,7 @@ void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
                                   ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
                                   : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
+  metrics_.failed();
   spdlog::warn("worker {} failed at unit {} of job {}: {}", request.worker_id(), token.unit_index(), token.job_id(),
                message);
   commit({}, {}, /*wait=*/true, std::move(done));

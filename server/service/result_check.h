@@ -13,7 +13,8 @@
 namespace tessera::server {
 
 /// The SHA-256 of the decoded contents, which is the same whatever version of zstd compressed them. InvalidArgument,
-/// with what is wrong, when the bytes are damaged or do not have the rectangle, sample range (`extent`) and channels of unit `index`.
+/// with what is wrong, when the bytes are damaged or do not have the rectangle, sample range (`extent`) and channels of
+/// unit `index`.
 absl::StatusOr<std::string> check_result(std::string_view payload, std::uint32_t index, const v1::TileUnit& extent,
                                          const std::vector<wire::ChannelDesc>& channels);
 

@@ -25,10 +25,14 @@ std::string payload_for(const v1::WorkUnit& unit, int seed) {
 }
 
 void CoordinatorTest::start(const std::filesystem::path& data_dir) {
-  stop();
   CoordinatorOptions options;
   options.data_dir = data_dir;
-  auto started = Coordinator::start(options);
+  start(std::move(options));
+}
+
+void CoordinatorTest::start(CoordinatorOptions options) {
+  stop();
+  auto started = Coordinator::start(std::move(options));
   ASSERT_TRUE(started.ok()) << started.status();
   coordinator_ = *std::move(started);
   const auto channel = in_process_channel(*coordinator_);

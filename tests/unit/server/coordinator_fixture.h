@@ -24,6 +24,7 @@ class CoordinatorTest : public testing::Test {
  protected:
   /// Stops the one that runs, and starts another; an empty path keeps everything in memory.
   void start(const std::filesystem::path& data_dir = {});
+  void start(CoordinatorOptions options);
   void stop();
 
   grpc::Status upload(const std::string& bytes);

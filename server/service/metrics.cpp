@@ -1,0 +1,173 @@
+#include "service/metrics.h"
+
+#include <prometheus/collectable.h>
+#include <prometheus/counter.h>
+#include <prometheus/exposer.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+
+#include <array>
+#include <exception>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/farm.h"
+
+namespace tessera::server {
+namespace {
+
+constexpr std::array kCallNames{"lease", "heartbeat", "complete", "fail", "tick"};
+
+double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+
+prometheus::Histogram::BucketBoundaries short_times() {
+  return {1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1};
+}
+prometheus::Histogram::BucketBoundaries unit_times() { return {0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000}; }
+
+prometheus::Counter& counter(prometheus::Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add({});
+}
+
+/// A gauge whose values are counted anew at each call.
+class Gauge {
+ public:
+  Gauge(const char* name, const char* help, const char* label) : label_(label) {
+    family_.name = name;
+    family_.help = help;
+    family_.type = prometheus::MetricType::Gauge;
+  }
+  double& operator[](const std::string& value) { return values_[value]; }
+
+  prometheus::MetricFamily family() && {
+    for (const auto& [name, value] : values_) {
+      prometheus::ClientMetric& metric = family_.metric.emplace_back();
+      metric.label = {{label_, name}};
+      metric.gauge.value = value;
+    }
+    return std::move(family_);
+  }
+
+ private:
+  const char* label_;
+  prometheus::MetricFamily family_;
+  std::map<std::string, double> values_;
+};
+
+class FarmGauges final : public prometheus::Collectable {
+ public:
+  explicit FarmGauges(Farm& farm) : farm_(farm) {}
+
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    Gauge jobs{"tessera_jobs", "Jobs, by state", "state"};
+    Gauge units{"tessera_units", "Units of jobs that are not over, by state", "state"};
+    units["waiting"] = units["leased"] = units["done"] = units["set_aside"] = 0;
+    const v1::ListJobsResponse all_jobs = farm_.list_jobs();
+    for (const v1::JobStatus& job : all_jobs.jobs()) {
+      ++jobs[v1::JobState_Name(job.state())];
+      if (job.state() != v1::QUEUED && job.state() != v1::RUNNING) continue;
+      units["leased"] += job.units_leased();
+      units["done"] += job.units_done();
+      units["set_aside"] += job.units_set_aside();
+      units["waiting"] += job.units_total() - job.units_leased() - job.units_done() - job.units_set_aside();
+    }
+    Gauge workers{"tessera_workers", "Workers that are connected, by state", "state"};
+    workers["working"] = workers["idle"] = workers["draining"] = workers["quarantine"] = 0;
+    Gauge threads{"tessera_worker_threads", "Threads of the workers that are connected, by kernel ISA", "isa"};
+    const v1::ListWorkersResponse all_workers = farm_.list_workers();
+    for (const v1::WorkerStatus& worker : all_workers.workers()) {
+      ++workers[!worker.quarantine().empty() ? "quarantine"
+                : worker.draining()          ? "draining"
+                : worker.leases() > 0        ? "working"
+                                             : "idle"];
+      threads[worker.isa()] += worker.threads();
+    }
+    std::vector<prometheus::MetricFamily> families;
+    for (Gauge* gauge : {&jobs, &units, &workers, &threads}) families.push_back(std::move(*gauge).family());
+    return families;
+  }
+
+ private:
+  Farm& farm_;
+};
+
+}  // namespace
+
+struct FarmMetrics::Series {
+  std::shared_ptr<prometheus::Registry> registry = std::make_shared<prometheus::Registry>();
+  prometheus::Counter& leases = counter(*registry, "tessera_leases_total", "Units handed out");
+  prometheus::Counter& lost = counter(*registry, "tessera_lost_leases_total", "Leases that ran out with no result");
+  prometheus::Counter& repeated =
+      counter(*registry, "tessera_repeated_results_total", "Results that were there already");
+  prometheus::Counter& refused = counter(*registry, "tessera_refused_results_total", "Results that were not accepted");
+  prometheus::Counter& failures = counter(*registry, "tessera_failures_total", "Units that a worker could not render");
+  prometheus::Counter& result_bytes = counter(*registry, "tessera_result_bytes_total", "Bytes of accepted results");
+  prometheus::Counter& blob_bytes = counter(*registry, "tessera_uploaded_bytes_total", "Bytes of blobs from clients");
+  prometheus::Counter& entries =
+      counter(*registry, "tessera_journal_entries_total", "Entries committed to the journal");
+  // Its count is that of completions.
+  prometheus::Histogram& unit_seconds = prometheus::BuildHistogram()
+                                            .Name("tessera_unit_seconds")
+                                            .Help("Time that workers took for the units whose results were accepted")
+                                            .Register(*registry)
+                                            .Add({}, unit_times());
+  prometheus::Histogram& commit_seconds = prometheus::BuildHistogram()
+                                              .Name("tessera_commit_seconds")
+                                              .Help("Time from a change to its being durable")
+                                              .Register(*registry)
+                                              .Add({}, short_times());
+  std::array<prometheus::Histogram*, kCallNames.size()> calls = [this] {
+    auto& family = prometheus::BuildHistogram()
+                       .Name("tessera_scheduler_seconds")
+                       .Help("Time that calls spent in the scheduler, waiting for it included")
+                       .Register(*registry);
+    std::array<prometheus::Histogram*, kCallNames.size()> result{};
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = &family.Add({{"call", kCallNames[i]}}, short_times());
+    return result;
+  }();
+};
+
+static_assert(kCallNames.size() == static_cast<std::size_t>(FarmMetrics::Call::kCount));
+
+FarmMetrics::FarmMetrics() : series_(std::make_unique<Series>()) {}
+FarmMetrics::~FarmMetrics() = default;
+
+void FarmMetrics::served(Call call, std::chrono::nanoseconds taken) {
+  series_->calls[static_cast<std::size_t>(call)]->Observe(seconds(taken));
+}
+void FarmMetrics::leased(std::uint64_t units) { series_->leases.Increment(static_cast<double>(units)); }
+void FarmMetrics::completed(std::chrono::nanoseconds unit_time, std::uint64_t bytes) {
+  series_->unit_seconds.Observe(seconds(unit_time));
+  series_->result_bytes.Increment(static_cast<double>(bytes));
+}
+void FarmMetrics::repeated() { series_->repeated.Increment(); }
+void FarmMetrics::refused() { series_->refused.Increment(); }
+void FarmMetrics::failed() { series_->failures.Increment(); }
+void FarmMetrics::lost(std::uint64_t leases) { series_->lost.Increment(static_cast<double>(leases)); }
+void FarmMetrics::committed(std::chrono::nanoseconds taken, std::uint64_t entries) {
+  series_->commit_seconds.Observe(seconds(taken));
+  series_->entries.Increment(static_cast<double>(entries));
+}
+void FarmMetrics::uploaded(std::uint64_t bytes) { series_->blob_bytes.Increment(static_cast<double>(bytes)); }
+
+std::shared_ptr<prometheus::Collectable> FarmMetrics::collectable() const { return series_->registry; }
+
+absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::start(const std::string& address, Farm& farm) {
+  std::unique_ptr<MetricsServer> server{new MetricsServer};
+  try {
+    server->exposer_ = std::make_unique<prometheus::Exposer>(address, /*num_threads=*/1);
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address, ": ", error.what()));
+  }
+  server->gauges_ = std::make_shared<FarmGauges>(farm);
+  server->exposer_->RegisterCollectable(farm.metrics().collectable());
+  server->exposer_->RegisterCollectable(server->gauges_);
+  return server;
+}
+
+MetricsServer::~MetricsServer() = default;
+
+int MetricsServer::port() const { return exposer_->GetListeningPorts().front(); }
+
+}  // namespace tessera::server

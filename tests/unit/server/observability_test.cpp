@@ -1,0 +1,112 @@
+// What a coordinator shows of itself: metrics and health.
+#include <arpa/inet.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "coordinator_fixture.h"
+#include "service/in_process.h"
+
+namespace tessera::server {
+namespace {
+
+/// What a server on loopback answers to GET; empty when there is none.
+std::string get(int port, const std::string& path) {
+  const int connection = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string answer;
+  if (::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    EXPECT_EQ(::send(connection, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+    char buffer[4096];
+    for (ssize_t n; (n = ::recv(connection, buffer, sizeof buffer, 0)) > 0;)
+      answer.append(buffer, static_cast<std::size_t>(n));
+  }
+  ::close(connection);
+  return answer;
+}
+
+class Observability : public CoordinatorTest {
+ protected:
+  /// The value of a series; -1 when it is not there.
+  double metric(const std::string& series) const {
+    const std::string text = get(coordinator_->metrics_port(), "/metrics");
+    const std::size_t at = text.find("\n" + series + " ");
+    return at == std::string::npos ? -1 : std::stod(text.substr(at + series.size() + 2));
+  }
+};
+
+TEST_F(Observability, MetricsFollowAJob) {
+  CoordinatorOptions options;
+  options.metrics = "127.0.0.1:0";
+  start(options);
+  ASSERT_GT(coordinator_->metrics_port(), 0);
+  EXPECT_EQ(metric("tessera_workers{state=\"idle\"}"), 0);
+
+  const std::string job = submit(job_spec());  // four units
+  const std::string worker = register_worker();
+  EXPECT_EQ(metric("tessera_jobs{state=\"QUEUED\"}"), 1);
+  EXPECT_EQ(metric("tessera_units{state=\"waiting\"}"), 4);
+  EXPECT_GT(metric("tessera_uploaded_bytes_total"), 0);
+
+  const v1::LeaseResponse leases = lease(worker, 3);
+  ASSERT_EQ(leases.leases_size(), 3);
+  EXPECT_EQ(metric("tessera_units{state=\"leased\"}"), 3);
+  EXPECT_EQ(metric("tessera_leases_total"), 3);
+  EXPECT_EQ(metric("tessera_workers{state=\"working\"}"), 1);
+
+  const std::string payload = payload_for(leases.leases(0).unit());
+  ASSERT_TRUE(complete(worker, leases.leases(0), payload).ok());
+  ASSERT_TRUE(complete(worker, leases.leases(0), payload).ok());  // as after a lost answer
+  EXPECT_FALSE(complete(worker, leases.leases(1), "no result").ok());
+  EXPECT_EQ(metric("tessera_units{state=\"done\"}"), 1);
+  EXPECT_EQ(metric("tessera_unit_seconds_count"), 1);
+  EXPECT_EQ(metric("tessera_repeated_results_total"), 1);
+  EXPECT_EQ(metric("tessera_refused_results_total"), 1);
+  EXPECT_EQ(metric("tessera_result_bytes_total"), static_cast<double>(payload.size()));
+  EXPECT_GE(metric("tessera_scheduler_seconds_count{call=\"lease\"}"), 1);
+  EXPECT_GE(metric("tessera_commit_seconds_count"), 1);
+}
+
+TEST_F(Observability, MetricsThatCannotBeServedAreAnError) {
+  CoordinatorOptions options;
+  options.metrics = "127.0.0.1:0";
+  start(options);
+  CoordinatorOptions same;
+  same.metrics = "127.0.0.1:" + std::to_string(coordinator_->metrics_port());
+  EXPECT_TRUE(absl::IsUnavailable(Coordinator::start(same).status()));
+}
+
+TEST_F(Observability, HealthIsServing) {
+  start();
+  grpc::GenericStub stub{in_process_channel(*coordinator_)};
+  grpc::ClientContext context;
+  grpc::CompletionQueue queue;
+  const grpc::ByteBuffer empty_request{nullptr, 0};
+  const auto call = stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", empty_request, &queue);
+  call->StartCall();
+  grpc::ByteBuffer answer;
+  grpc::Status status;
+  call->Finish(&answer, &status, nullptr);
+  void* tag = nullptr;
+  bool ok = false;
+  ASSERT_TRUE(queue.Next(&tag, &ok));
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  grpc::Slice bytes;
+  ASSERT_TRUE(answer.DumpToSingleSlice(&bytes).ok());
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.begin()), bytes.size()), "\x08\x01");  // status: SERVING
+  queue.Shutdown();
+  while (queue.Next(&tag, &ok)) {
+  }
+}
+
+}  // namespace
+}  // namespace tessera::server
