@@ -1,4 +1,4 @@
-// Decoded pixels of the images on lights, for what an importer must know of them: size and brightness.
+// The images on lights, for what an importer must know of them: size and brightness.
 #pragma once
 
 #include <cstddef>
@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "wire/image_blob.h"
 
 namespace tessera::client {
 
-/// Linear RGB, rows from the top. Files of 8 bits a channel are taken as sRGB; a grey image has three equal components.
+/// Decoded pixels: linear RGB, rows from the top. Files of 8 bits a channel are taken as sRGB; a grey image has three
+/// equal components.
 struct LightImage {
   int width = 0, height = 0;
   std::vector<float> rgb;
@@ -21,5 +23,8 @@ struct LightImage {
 
 /// InvalidArgument for what is no image, or for values that are not finite; NotFound.
 absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path);
+
+/// Reads no more than the header. InvalidArgument with the path for what is not an image; NotFound.
+absl::StatusOr<wire::ImageSize> read_image_size(const std::filesystem::path& path);
 
 }  // namespace tessera::client

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "import/input/concat.h"
+#include "import/input/light_image.h"
 #include "import/mitsuba/field_of_view.h"
-#include "import/mitsuba/image_size.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -98,7 +98,7 @@ double aspect_of(Context& context, Object* texture) {
   PropertyReader nested(context, *texture);
   const std::optional<std::filesystem::path> path = nested.file("filename");
   if (!path) return 1;
-  const absl::StatusOr<ImageSize> size = read_image_size(*path);
+  const absl::StatusOr<wire::ImageSize> size = read_image_size(*path);
   if (size.ok()) return static_cast<double>(size->width) / size->height;
   nested.error(std::string(size.status().message()));
   return 1;

@@ -31,7 +31,7 @@ const std::map<std::string, Rooms>& rules() {
       {"client/local", {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
-      {"worker/render/color", {"render/color", "render/core"}},
+      {"worker/render/color", {"render/color", "render/core", "wire"}},
       {"worker/render/shape", {"render/shape", "render/core"}},
       {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
       {"worker/render/accel",
