@@ -1,6 +1,6 @@
-// The bytes of a texture: an image file as it is. They are decoded by OpenImageIO, which lives in a module of its own
-// that is opened at the first call (docs/decisions/0014-scene-loading.md): programs that meet no image start without
-// it.
+// The bytes of a texture: an image file as it is. What is plain is decoded by this program's own readers, all else by
+// OpenImageIO, which lives in a module of its own that is opened at the first need
+// (docs/decisions/0014-scene-loading.md).
 #pragma once
 
 #include <cstdint>

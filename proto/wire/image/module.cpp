@@ -1,5 +1,5 @@
 // The module with OpenImageIO: the only file that includes it.
-#include "wire/image_module.h"
+#include "wire/image/module.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
