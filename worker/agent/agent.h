@@ -36,7 +36,9 @@ struct AgentOptions {
   render::BlobSource blobs;
   std::filesystem::path cache_dir;
   std::uint64_t cache_cap_bytes = std::uint64_t{64} << 30;
-  std::size_t scenes_kept = 3;
+  // Scenes stay loaded for jobs to come, those used last.
+  std::size_t scenes_kept = 16;
+  std::size_t scene_memory_cap_bytes = 0;  // beside the last; 0: half of the machine's memory
   // After a request to stop: how long units may take to finish and results to arrive.
   std::chrono::milliseconds grace{10'000};
 };
@@ -46,9 +48,12 @@ struct AgentReport {
   std::uint64_t units_rendered = 0;
   std::uint64_t results_acknowledged = 0;
   std::uint64_t downloaded_bytes = 0;
-  double load_seconds = 0;      // fetching blobs and building scenes
-  double build_seconds = 0;     // of that, building
-  std::size_t scene_bytes = 0;  // held by the largest scene
+  std::uint64_t referenced_bytes = 0;  // blobs of all scenes loaded, those included that were there or were not needed
+  std::uint64_t scenes_loaded = 0;
+  std::uint64_t scenes_shared = 0;  // of those: upon the geometry, the BVH and the textures of another
+  double load_seconds = 0;          // fetching blobs and building scenes
+  double build_seconds = 0;         // of that, building, beside which most blobs are fetched
+  std::size_t scene_bytes = 0;      // held by the largest scene
 };
 
 class Agent {

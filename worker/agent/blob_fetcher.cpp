@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -14,7 +13,7 @@ namespace tessera::agent {
 namespace {
 
 constexpr int kMaxCorruptDownloads = 3;
-constexpr std::size_t kParallelDownloads = 4;
+constexpr int kParallelDownloads = 4;
 
 }  // namespace
 
@@ -42,33 +41,17 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
   }
 }
 
-absl::Status BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
-  std::vector<std::string> digests{spec.scene().digest()};
-  for (const v1::BlobRef& blob : spec.blobs()) digests.push_back(blob.digest());
-
-  std::mutex mutex;
-  absl::Status first_error;
-  std::size_t next = 0;
+void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
+  std::atomic<int> next{0};
+  std::atomic<bool> failed{false};
   const auto take_and_fetch = [&] {
-    while (true) {
-      std::string digest;
-      {
-        std::lock_guard lock{mutex};
-        if (next == digests.size() || !first_error.ok()) return;
-        digest = digests[next++];
-      }
-      const absl::StatusOr<render::BlobBytes> bytes = get(digest, stop);
-      std::lock_guard lock{mutex};
-      if (!bytes.ok()) first_error.Update(bytes.status());
+    for (int i = next++; i < spec.blobs_size() && !failed && !stop.stop_requested(); i = next++) {
+      if (!get(spec.blobs(i).digest(), stop).ok()) failed = true;
     }
   };
-  {
-    std::vector<std::jthread> helpers;
-    const std::size_t threads = std::min(kParallelDownloads, digests.size());
-    for (std::size_t i = 1; i < threads; ++i) helpers.emplace_back(take_and_fetch);
-    take_and_fetch();
-  }
-  return first_error;
+  std::vector<std::jthread> helpers;
+  for (int i = 1; i < std::min(kParallelDownloads, spec.blobs_size()); ++i) helpers.emplace_back(take_and_fetch);
+  take_and_fetch();
 }
 
 }  // namespace tessera::agent

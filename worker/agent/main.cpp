@@ -125,8 +125,11 @@ int run_worker(const Options& options) {
                worker.threads, absl::StrJoin(worker.isas, " "), options.cache, options.server);
   const absl::Status status = (*agent)->run(stop.get_token());
   const agent::AgentReport report = (*agent)->report();
-  spdlog::info("{} units rendered, {} results delivered, {} bytes downloaded", report.units_rendered,
-               report.results_acknowledged, report.downloaded_bytes);
+  spdlog::info(
+      "{} units rendered, {} results delivered; {} scenes loaded, {} of them upon another's geometry; {} of {} "
+      "bytes downloaded",
+      report.units_rendered, report.results_acknowledged, report.scenes_loaded, report.scenes_shared,
+      report.downloaded_bytes, report.referenced_bytes);
   if (!status.ok()) {
     spdlog::error("{}", status.ToString());
     return kUnreachable;

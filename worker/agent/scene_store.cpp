@@ -1,6 +1,7 @@
 #include "agent/scene_store.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -29,7 +30,8 @@ struct SceneStore::Slot {
   std::stop_source abandoned;
 };
 
-SceneStore::SceneStore(Loader loader, std::size_t keep) : loader_(std::move(loader)), keep_(keep) {}
+SceneStore::SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes)
+    : loader_(std::move(loader)), keep_(keep), cap_bytes_(cap_bytes) {}
 
 absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec, std::stop_token stop) {
   std::unique_lock lock{mutex_};
@@ -38,8 +40,8 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::Job
 
   ++slot->waiting;
   lock.unlock();
-  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be held where
-  // this object begins or ends.
+  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be held
+  // where this object begins or ends.
   std::stop_callback lost_interest{stop, [this, slot] {
                                      std::lock_guard guard{mutex_};
                                      if (--slot->waiting == 0) slot->abandoned.request_stop();
@@ -63,6 +65,7 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   lock.lock();
   if (loaded.ok()) {
     slot->result = std::make_shared<const LoadedScene>(*std::move(loaded));
+    forget_oldest();
   } else {
     slot->result = loaded.status();
     slots_.remove(slot);
@@ -90,7 +93,19 @@ std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) 
 
 void SceneStore::forget_oldest() {
   // Units that still render hold their scene themselves. A scene that loads now is not the oldest for long.
-  while (slots_.size() > keep_ && slots_.back()->result) slots_.pop_back();
+  while (slots_.size() > 1 && slots_.back()->result && (slots_.size() > keep_ || bytes_held() > cap_bytes_)) {
+    slots_.pop_back();
+  }
+}
+
+std::size_t SceneStore::bytes_held() const {
+  std::map<const void*, std::size_t> bytes;  // by content: what scenes share counts once
+  for (const auto& slot : slots_) {
+    if (slot->result) bytes[(**slot->result)->content] = (**slot->result)->bytes;
+  }
+  std::size_t sum = 0;
+  for (const auto& [content, size] : bytes) sum += size;
+  return sum;
 }
 
 std::vector<std::string> SceneStore::digests() const {

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <memory>
@@ -22,6 +23,8 @@ struct LoadedScene {
   std::unique_ptr<render::RenderScene> scene;
   double load_seconds = 0;  // fetching blobs and building
   double build_seconds = 0;
+  std::size_t bytes = 0;          // held
+  const void* content = nullptr;  // equal for scenes that share those bytes
 };
 
 /// Thread-safe.
@@ -30,11 +33,11 @@ class SceneStore {
   /// Fetches and builds; gives up, with Cancelled, when `stop` is requested.
   using Loader = std::function<absl::StatusOr<LoadedScene>(const v1::JobSpec& spec, std::stop_token stop)>;
 
-  /// Keeps the `keep` scenes used last.
-  SceneStore(Loader loader, std::size_t keep);
+  /// Keeps the scenes used last: at most `keep`, and no more than `cap_bytes` beside the very last.
+  SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
 
-  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose callers have
-  /// all been stopped is stopped too. A failed load is not remembered: whoever comes next tries again.
+  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose callers
+  /// have all been stopped is stopped too. A failed load is not remembered: whoever comes next tries again.
   absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
 
   /// Digests of the scenes held.
@@ -46,9 +49,10 @@ class SceneStore {
   absl::StatusOr<std::shared_ptr<const LoadedScene>> load_or_wait(const std::shared_ptr<Slot>& slot,
                                                                   const v1::JobSpec& spec, std::stop_token stop);
   void forget_oldest();
+  std::size_t bytes_held() const;
 
   const Loader loader_;
-  const std::size_t keep_;
+  const std::size_t keep_, cap_bytes_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::list<std::shared_ptr<Slot>> slots_;  // the last used first

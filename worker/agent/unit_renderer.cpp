@@ -2,9 +2,13 @@
 
 #include <spdlog/spdlog.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -32,6 +36,39 @@ void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration&
   message.set_nanos(static_cast<std::int32_t>(duration.count() % 1'000'000'000));
 }
 
+std::size_t half_of_memory() {
+  const long pages = ::sysconf(_SC_PHYS_PAGES), page_bytes = ::sysconf(_SC_PAGESIZE);
+  return pages > 0 && page_bytes > 0 ? static_cast<std::size_t>(pages) * static_cast<std::size_t>(page_bytes) / 2
+                                     : SIZE_MAX;
+}
+
+/// Blobs as the builder asks for them. The first that it asks for starts the fetching of all others, beside the
+/// building.
+class BlobsOnDemand {
+ public:
+  BlobsOnDemand(BlobFetcher& fetcher, const v1::JobSpec& spec, std::stop_token stop)
+      : fetcher_(fetcher), spec_(spec), stop_(std::move(stop)) {}
+
+  absl::StatusOr<render::BlobBytes> get(const std::string& digest) {
+    std::call_once(begun_, [this] {
+      ahead_ = std::jthread{[this](std::stop_token no_longer_needed) {
+        std::stop_source either;
+        const auto stop = [&] { either.request_stop(); };
+        const std::stop_callback on_end{no_longer_needed, stop}, on_stop{stop_, stop};
+        fetcher_.prefetch(spec_, either.get_token());
+      }};
+    });
+    return fetcher_.get(digest, stop_);
+  }
+
+ private:
+  BlobFetcher& fetcher_;
+  const v1::JobSpec& spec_;
+  const std::stop_token stop_;
+  std::once_flag begun_;
+  std::jthread ahead_;
+};
+
 void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats) {
   for (const std::string& warning : warnings) {
     if (stats.warnings_size() == kMaxWarningsPerUnit) return;
@@ -44,7 +81,8 @@ void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats
 UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
-      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept) {}
+      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept,
+              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()) {}
 
 Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   Outcome outcome;
@@ -75,8 +113,7 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   // A pass covers the whole crop.
   const v1::PixelRect& pixels = unit.unit.has_pass() ? unit.spec->crop() : unit.unit.tile().pixels();
   const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
-  const render::TileRequest request{pixels.x0(), pixels.y0(),     pixels.x1(),
-                                    pixels.y1(), samples.begin(), samples.end()};
+  const render::TileRequest request{pixels.x0(), pixels.y0(), pixels.x1(), pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;
   const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, stop, counts);
   if (!result.ok()) return result.status();
@@ -103,12 +140,13 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
 absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
   const Clock::time_point start = Clock::now();
   const std::string& digest = spec.scene().digest();
+  std::optional<BlobsOnDemand> on_demand;
   render::BlobSource blobs = options_.blobs;
   if (!blobs) {
-    if (absl::Status status = fetcher_->prefetch(spec, stop); !status.ok()) return status;
-    blobs = [this, stop](const std::string& name) { return fetcher_->get(name, stop); };
+    on_demand.emplace(*fetcher_, spec, stop);
+    blobs = [&on_demand](const std::string& name) { return on_demand->get(name); };
   }
-  const absl::StatusOr<render::BlobBytes> bytes = blobs(digest);
+  const absl::StatusOr<render::BlobBytes> bytes = fetcher_ != nullptr ? fetcher_->get(digest, stop) : blobs(digest);
   if (!bytes.ok()) return bytes.status();
   v1::Scene scene;
   if (!scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
@@ -118,29 +156,35 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
   const Clock::time_point build_start = Clock::now();
   const std::string isa = spec.isa().empty() ? options_.isas.front() : spec.isa();
   if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
-    return absl::FailedPreconditionError(absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
   }
   absl::StatusOr<std::unique_ptr<render::RenderScene>> built =
-      options_.load_scene(scene, spec, blobs, {.isa = isa, .threads = options_.threads});
+      options_.load_scene(scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_});
   if (!built.ok()) return built.status();
 
   LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};
-  const std::size_t held_bytes = loaded.scene->memory_bytes();
+  loaded.bytes = loaded.scene->memory_bytes();
+  loaded.content = loaded.scene->content();
   spdlog::info("scene {} ({}): loaded in {:.2f} s, {:.1f} MB", digest.substr(0, 12), scene.name(), loaded.load_seconds,
-               static_cast<double>(held_bytes) * 1e-6);
+               static_cast<double>(loaded.bytes) * 1e-6);
   for (const std::string& warning : loaded.scene->warnings()) {
     spdlog::warn("scene {}: {}", digest.substr(0, 12), warning);
   }
   std::lock_guard lock{mutex_};
   report_.load_seconds += loaded.load_seconds;
   report_.build_seconds += loaded.build_seconds;
-  report_.scene_bytes = std::max(report_.scene_bytes, held_bytes);
+  report_.scene_bytes = std::max(report_.scene_bytes, loaded.bytes);
+  report_.referenced_bytes += spec.scene().size_bytes();
+  for (const v1::BlobRef& blob : spec.blobs()) report_.referenced_bytes += blob.size_bytes();
+  ++report_.scenes_loaded;
   return loaded;
 }
 
 AgentReport UnitRenderer::report() const {
   std::lock_guard lock{mutex_};
   AgentReport report = report_;
+  report.scenes_shared = contents_.shared();
   if (fetcher_ != nullptr) report.downloaded_bytes = fetcher_->downloaded_bytes();
   return report;
 }

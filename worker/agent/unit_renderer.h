@@ -31,6 +31,7 @@ class UnitRenderer {
 
   const AgentOptions& options_;
   BlobFetcher* const fetcher_;
+  render::SharedContents contents_;
   SceneStore scenes_;
   mutable std::mutex mutex_;
   AgentReport report_;

@@ -37,6 +37,9 @@ class RenderScene {
 
   /// Bytes held, acceleration structure included.
   virtual std::size_t memory_bytes() const = 0;
+
+  /// Equal for scenes that share these bytes.
+  virtual const void* content() const { return this; }
 };
 
 }  // namespace tessera::render

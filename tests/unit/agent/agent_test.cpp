@@ -27,6 +27,7 @@ struct FakeRenderer {
   std::atomic<int> hanging{0};
   std::atomic<bool> gate_open{false};  // lets hanging tiles finish
   absl::Status load_error;
+  bool needs_blobs = true;  // loading asks for all of the job
 };
 
 class FakeScene final : public render::RenderScene {
@@ -76,10 +77,14 @@ class AgentTest : public ::testing::Test {
     options.isas = {"avx2"};
     options.cache_dir = cache_.path();
     options.grace = grace;
-    options.load_scene = [this](const v1::Scene& scene, const v1::JobSpec&, const render::BlobSource&,
+    options.load_scene = [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
                                 const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
       ++renderer_.loads;
       if (!renderer_.load_error.ok()) return renderer_.load_error;
+      for (const v1::BlobRef& blob : job.blobs()) {
+        if (!renderer_.needs_blobs) break;
+        if (const auto bytes = blobs(blob.digest()); !bytes.ok()) return bytes.status();
+      }
       EXPECT_EQ(scene.name().size(), 5000);
       return std::make_unique<FakeScene>(renderer_);
     };
@@ -194,6 +199,17 @@ TEST_F(AgentTest, AMissingBlobFailsTheUnit) {
   EXPECT_TRUE(stop_and_join().ok());
   EXPECT_FALSE(coordinator_.failures()[0].scene_fault());
   EXPECT_THAT(coordinator_.failures()[0].message(), HasSubstr("no such blob"));
+}
+
+TEST_F(AgentTest, WhatTheBuilderDoesNotAskForIsNotFetched) {
+  v1::JobSpec spec = spec_for_scene();
+  spec.add_blobs()->set_digest(std::string(64, 'a'));
+  renderer_.needs_blobs = false;
+  coordinator_.offer("job", spec, 0, 1);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_results(1));
+  EXPECT_TRUE(stop_and_join().ok());
+  EXPECT_TRUE(coordinator_.failures().empty());
 }
 
 TEST_F(AgentTest, StoppingFinishesWhatWasBegunAndGivesTheRestBack) {

@@ -49,6 +49,25 @@ TEST(SceneStore, KeepsTheScenesUsedLast) {
   EXPECT_EQ(store.digests(), (std::vector<std::string>{"c", "a"}));
 }
 
+TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
+  const int contents[3] = {};
+  SceneStore store{[&](const v1::JobSpec& job, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     LoadedScene loaded;
+                     loaded.bytes = job.scene().digest() == "huge" ? 1000 : 40;
+                     loaded.content = job.scene().digest() == "a twin" ? &contents[0]
+                                      : loaded.bytes > 40              ? &contents[2]
+                                                                       : &contents[job.scene().digest()[0] - 'a'];
+                     return loaded;
+                   },
+                   10, 100};
+  for (const char* digest : {"a", "b", "a twin"}) ASSERT_TRUE(store.get(spec(digest), {}).ok());
+  EXPECT_EQ(store.digests(), (std::vector<std::string>{"a twin", "b", "a"})) << "two share their 40 bytes";
+  ASSERT_TRUE(store.get(spec("huge"), {}).ok());
+  EXPECT_EQ(store.digests(), (std::vector<std::string>{"huge"}));
+  ASSERT_TRUE(store.get(spec("b"), {}).ok());
+  EXPECT_EQ(store.digests(), (std::vector<std::string>{"b"}));
+}
+
 TEST(SceneStore, HowTheWorkIsCutMakesNoOtherScene) {
   int loads = 0;
   SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {

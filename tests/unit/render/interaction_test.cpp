@@ -48,7 +48,8 @@ class InteractionTest : public testing::Test {
     return eval_bsdf(at, wo, wi, Mask::all()).f_cos.c[0].lane(0);
   }
 
-  SceneTables scene_;
+  SceneArrays arrays_;
+  SceneTables scene_{arrays_};
   const Vec3 above_ = unit(0.3f, 0, 1), above2_ = unit(-0.2f, 0.4f, 1), below_ = unit(0.3f, 0, -1),
              below2_ = unit(-0.2f, 0.4f, -1);
   const float cos_over_pi_ = above2_.z.lane(0) / 3.14159265f;

@@ -1,13 +1,16 @@
 #include "render/build/load_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <ctime>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/accelerator.h"
 #include "render/build/scene_builder.h"
 #include "render/film/tile_accumulator.h"
 #include "render/integrator/kernel.h"
+#include "wire/digest.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -20,35 +23,71 @@ double thread_cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+/// All of a scene that does not depend on how it is looked at. `tables` has the view of the job that it was built for.
+struct SceneContent {
+  SceneArrays arrays;
+  SceneTables tables{arrays};
+  std::vector<std::string> warnings;
+  std::unique_ptr<Accelerator> accelerator;  // reads the arrays: goes first
+};
+
+/// Of jobs with the same key all is the same but what SceneBuilder::rebuild_view() sets. Positions are relative to the
+/// camera's origin, so that stays; settings that are not named here are taken to matter.
+std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa) {
+  v1::Scene relevant = scene;
+  relevant.clear_name();
+  relevant.clear_film();
+  v1::Camera& camera = *relevant.mutable_camera();
+  camera.clear_kind();
+  camera.clear_screen_window();
+  camera.clear_near_clip();
+  camera.clear_far_clip();
+  const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
+  std::string key = absl::StrCat(isa, " ");
+  if (camera.world_from_camera_end().elements().empty() && world_from_camera.ok()) {
+    const Point origin = world_from_camera->apply({0, 0, 0});
+    absl::StrAppend(&key, absl::Hex(std::bit_cast<std::uint64_t>(origin.x)), " ",
+                    absl::Hex(std::bit_cast<std::uint64_t>(origin.y)), " ",
+                    absl::Hex(std::bit_cast<std::uint64_t>(origin.z)), " ");
+    camera.clear_world_from_camera();
+  }
+  v1::RenderSettings settings = job.settings();
+  settings.clear_sampler();
+  settings.clear_spp();
+  settings.clear_max_depth();
+  settings.clear_seed();
+  return absl::StrCat(key, wire::sha256_hex(settings.SerializeAsString()),
+                      wire::sha256_hex(relevant.SerializeAsString()));
+}
+
 class LoadedScene final : public RenderScene {
  public:
   static absl::StatusOr<std::unique_ptr<RenderScene>> load(const v1::Scene& scene, const v1::JobSpec& job,
                                                            const BlobSource& blobs, const LoadOptions& options) {
-    auto self = std::unique_ptr<LoadedScene>(new LoadedScene);
-    self->kernel_ = find_kernel(options.isa);
-    if (!self->kernel_) {
+    const Kernel* const kernel = find_kernel(options.isa);
+    if (!kernel) {
       return absl::FailedPreconditionError(
           absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
     }
     auto channels = wire::channels_for_aovs({job.aovs().begin(), job.aovs().end()});
     if (!channels.ok()) return channels.status();
-    self->channels_ = *std::move(channels);
     if (job.width() == 0 || job.height() == 0) return absl::InvalidArgumentError("the film has no pixels");
-
     if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
-    SceneBuilder builder(scene, job, blobs, options.threads, self->tables_, self->warnings_);
-    if (auto s = builder.build_tables(); !s.ok()) return s;
-    auto accelerator = Accelerator::build(self->tables_.shapes, self->tables_.textures, self->kernel_->callbacks,
-                                          {options.threads, options.isa, builder.wants_robust_intersection()});
-    if (!accelerator.ok()) return accelerator.status();
-    self->accelerator_ = *std::move(accelerator);
-    self->tables_.accel = self->accelerator_->scene();
-    std::copy_n(self->accelerator_->bounding_centre(), 3, self->tables_.lights.scene_centre);
-    if (auto s = builder.check_instances(self->accelerator_->bounding_centre(), self->accelerator_->bounding_radius());
-        !s.ok())
-      return s;
-    if (auto s = builder.build_light_selection(self->accelerator_->bounding_radius()); !s.ok()) return s;
-    return self;
+
+    const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
+    if (options.contents) {
+      if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
+        auto self = std::unique_ptr<LoadedScene>(new LoadedScene(kernel, *std::move(channels), std::move(known)));
+        std::vector<std::string> warnings;  // of the content: known
+        SceneBuilder builder(scene, job, blobs, options.threads, self->tables_, warnings);
+        if (auto s = builder.rebuild_view(); !s.ok()) return s;
+        return self;
+      }
+    }
+    auto content = build_content(scene, job, blobs, options, *kernel);
+    if (!content.ok()) return content.status();
+    if (options.contents) options.contents->add(key, *content);
+    return std::unique_ptr<LoadedScene>(new LoadedScene(kernel, *std::move(channels), *std::move(content)));
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -86,13 +125,14 @@ class LoadedScene final : public RenderScene {
     return ceiling;
   }
 
-  const std::vector<std::string>& warnings() const override { return warnings_; }
+  const std::vector<std::string>& warnings() const override { return content_->warnings; }
 
   std::size_t memory_bytes() const override {
     const ShapeTable& s = tables_.shapes;
-    std::size_t bytes = accelerator_->memory_bytes() + sizeof(Vertex) * s.vertices.size() + 4 * s.triangles.size() +
-                        sizeof(ShapeRecord) * s.shapes.size() + sizeof(InstanceRecord) * s.instances.size() +
-                        sizeof(Affine) * s.motion_steps.size() + sizeof(LightRecord) * tables_.lights.lights.size();
+    std::size_t bytes = content_->accelerator->memory_bytes() + sizeof(Vertex) * s.vertices.size() +
+                        4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
+                        sizeof(InstanceRecord) * s.instances.size() + sizeof(Affine) * s.motion_steps.size() +
+                        sizeof(LightRecord) * tables_.lights.lights.size();
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;
     for (const TextureNode& node : tables_.textures.nodes) {
@@ -103,14 +143,38 @@ class LoadedScene final : public RenderScene {
     return bytes;
   }
 
- private:
-  LoadedScene() = default;
+  const void* content() const override { return content_.get(); }
 
-  const Kernel* kernel_ = nullptr;
+ private:
+  LoadedScene(const Kernel* kernel, std::vector<wire::ChannelDesc> channels,
+              std::shared_ptr<const SceneContent> content)
+      : kernel_(kernel), channels_(std::move(channels)), content_(std::move(content)), tables_(content_->tables) {}
+
+  static absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
+                                                                           const v1::JobSpec& job,
+                                                                           const BlobSource& blobs,
+                                                                           const LoadOptions& options,
+                                                                           const Kernel& kernel) {
+    auto content = std::make_shared<SceneContent>();
+    SceneTables& tables = content->tables;
+    SceneBuilder builder(scene, job, blobs, options.threads, tables, content->warnings);
+    if (auto s = builder.build_tables(); !s.ok()) return s;
+    auto built = Accelerator::build(tables.shapes, tables.textures, kernel.callbacks,
+                                    {options.threads, options.isa, builder.wants_robust_intersection()});
+    if (!built.ok()) return built.status();
+    const Accelerator& accelerator = *(content->accelerator = *std::move(built));
+    tables.accel = accelerator.scene();
+    std::copy_n(accelerator.bounding_centre(), 3, tables.lights.scene_centre);
+    if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok())
+      return s;
+    if (auto s = builder.build_light_selection(accelerator.bounding_radius()); !s.ok()) return s;
+    return content;
+  }
+
+  const Kernel* const kernel_;
+  const std::vector<wire::ChannelDesc> channels_;
+  const std::shared_ptr<const SceneContent> content_;
   SceneTables tables_;
-  std::vector<wire::ChannelDesc> channels_;
-  std::vector<std::string> warnings_;
-  std::unique_ptr<Accelerator> accelerator_;  // reads tables_: goes first
 };
 
 }  // namespace
@@ -122,6 +186,17 @@ absl::Status SceneBuilder::build_tables() {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
   decide_volumetric();
+  return absl::OkStatus();
+}
+
+absl::Status SceneBuilder::rebuild_view() {
+  const std::int32_t medium = tables_.camera.medium;
+  tables_.camera = {};
+  tables_.camera.medium = medium;
+  tables_.aovs = {};
+  for (const auto step : {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter}) {
+    if (auto s = (this->*step)(); !s.ok()) return s;
+  }
   return absl::OkStatus();
 }
 

@@ -1,8 +1,11 @@
 // Scene message -> RenderScene. The only place in the renderer that reads protobuf.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -25,12 +28,44 @@ struct BlobBytes {
 /// Where the scene's blobs come from, by digest. May block; called from several threads.
 using BlobSource = std::function<absl::StatusOr<BlobBytes>(const std::string& digest)>;
 
-struct LoadOptions {
-  std::string isa;  // one of supported_isas()
-  int threads = 1;  // for building
+/// What the scenes that are loaded at a time have in common, for load_scene(): it finds there what it need not build
+/// again. Holds nothing alive. Thread-safe.
+class SharedContents {
+ public:
+  /// Null when there is nothing with that key.
+  std::shared_ptr<const void> find(const std::string& key) {
+    std::lock_guard lock{mutex_};
+    const auto found = contents_.find(key);
+    std::shared_ptr<const void> content = found == contents_.end() ? nullptr : found->second.lock();
+    if (content) ++shared_;
+    return content;
+  }
+  void add(const std::string& key, const std::shared_ptr<const void>& content) {
+    std::lock_guard lock{mutex_};
+    std::erase_if(contents_, [](const auto& entry) { return entry.second.expired(); });
+    contents_[key] = content;
+  }
+  /// How often find() found something.
+  std::uint64_t shared() const {
+    std::lock_guard lock{mutex_};
+    return shared_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::string, std::weak_ptr<const void>> contents_;
+  std::uint64_t shared_ = 0;
 };
 
-/// Builds everything that `job` needs of `scene`. InvalidArgument names the element that is at fault ("shape 12
+struct LoadOptions {
+  std::string isa;                     // one of supported_isas()
+  int threads = 1;                     // for building
+  SharedContents* contents = nullptr;  // of the scenes loaded before, where there may be any
+};
+
+/// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but the film,
+/// the sampler, the depth of paths and, where it stands still, the camera's direction and lens) is shared with that.
+/// InvalidArgument names the element that is at fault ("shape 12
 /// (lamp): material 'x' does not exist"); errors of the blob source pass through.
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options);

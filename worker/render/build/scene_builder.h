@@ -32,6 +32,8 @@ class SceneBuilder {
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
+  /// Camera, film and sampler alone, over the tables of a scene with the same content_key().
+  absl::Status rebuild_view();
   /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what
   /// the probe found.
   bool wants_robust_intersection();

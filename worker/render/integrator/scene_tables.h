@@ -20,12 +20,29 @@ struct AovRequest {
   bool albedo = false, normal = false, depth = false;
 };
 
-struct SceneTables {
+/// The arrays of a scene, which do not depend on how it is looked at.
+struct SceneArrays {
   ShapeTable shapes;
   MaterialTable materials;
   TextureTable textures;
   LightTable lights;
   MediumTable media;
+};
+
+/// Copies share the arrays, which must outlive them, and may be given another camera, film and sampler.
+struct SceneTables {
+  explicit SceneTables(SceneArrays& arrays)
+      : shapes(arrays.shapes),
+        materials(arrays.materials),
+        textures(arrays.textures),
+        lights(arrays.lights),
+        media(arrays.media) {}
+
+  ShapeTable& shapes;
+  MaterialTable& materials;
+  TextureTable& textures;
+  LightTable& lights;
+  MediumTable& media;
   CameraRecord camera;
   PixelFilterRecord filter;
   float exposure = 1;

@@ -1,0 +1,123 @@
+// Scenes loaded one after the other share what they have in common, and give the same bits as if they did not.
+#include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
+
+#include <functional>
+#include <memory>
+
+#include "render/build/load_scene.h"
+#include "tessera/v1/job.pb.h"
+#include "tessera/v1/scene.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::render {
+namespace {
+
+constexpr const char* kScene = R"(
+  camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
+  film { width: 16 height: 12 }
+  textures { name: 'tiles' checkerboard { mapping { scale_u: 8 scale_v: 8 } } }
+  materials { name: 'm' diffuse { reflectance { texture: 'tiles' } } }
+  lights { infinite { radiance { constant: 0.5 } } }
+  lights { point { position { x: 3 y: 2 z: -3 } intensity { constant: 20 } } }
+  shapes { sphere { radius: 1 } material: 'm' }
+  shapes { disk { radius: 4 height: 1.5 } material: 'm' }
+)";
+
+class SharedContent : public testing::Test {
+ protected:
+  SharedContent() {
+    EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(kScene, &scene_));
+    job_.set_width(16), job_.set_height(12);
+    job_.mutable_settings()->set_integrator("path");
+    job_.mutable_settings()->set_spp(4);
+    job_.mutable_settings()->set_max_depth(3);
+  }
+
+  static std::unique_ptr<RenderScene> load(const v1::Scene& scene, const v1::JobSpec& job, SharedContents* contents) {
+    const BlobSource no_blobs = [](const std::string& digest) -> absl::StatusOr<BlobBytes> {
+      return absl::NotFoundError(digest);
+    };
+    auto loaded = load_scene(scene, job, no_blobs, {supported_isas().front(), 1, contents});
+    EXPECT_TRUE(loaded.ok()) << loaded.status();
+    return loaded.ok() ? *std::move(loaded) : nullptr;
+  }
+
+  static wire::TileResult picture(const RenderScene& scene, const v1::JobSpec& job) {
+    RenderStats stats;
+    const auto tile = scene.render_tile({0, 0, job.width(), job.height(), 0, job.settings().spp()}, {}, stats);
+    EXPECT_TRUE(tile.ok()) << tile.status();
+    return tile.ok() ? *tile : wire::TileResult{};
+  }
+
+  /// What becomes of a scene that differs from the first as `edit` says.
+  void expect_shared(bool shared, const std::function<void(v1::Scene&, v1::JobSpec&)>& edit) {
+    SharedContents contents;
+    const auto first = load(scene_, job_, &contents);
+    v1::Scene scene = scene_;
+    v1::JobSpec job = job_;
+    edit(scene, job);
+    const auto second = load(scene, job, &contents), alone = load(scene, job, nullptr);
+    ASSERT_TRUE(first && second && alone);
+    EXPECT_EQ(second->content() == first->content(), shared);
+    EXPECT_EQ(contents.shared(), shared ? 1u : 0u);
+    EXPECT_EQ(picture(*second, job).values, picture(*alone, job).values);
+  }
+
+  v1::Scene scene_;
+  v1::JobSpec job_;
+};
+
+TEST_F(SharedContent, WhateverLooksAtTheSceneInAnotherWay) {
+  expect_shared(true, [](v1::Scene&, v1::JobSpec&) {});
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_spp(16); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_seed(7); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_max_depth(1); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_sampler("independent"); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.set_width(20), job.set_height(20); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.add_aovs("normal"), job.add_aovs("albedo"); });
+  expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
+    scene.mutable_film()->mutable_filter()->set_kind(v1::PixelFilter::GAUSSIAN);
+    scene.mutable_film()->set_exposure(2);
+  });
+  // Turned about its own place, and with another lens.
+  expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
+    auto& elements = *scene.mutable_camera()->mutable_world_from_camera()->mutable_elements();
+    elements[0] = 0.8f, elements[2] = 0.6f, elements[8] = -0.6f, elements[10] = 0.8f;
+    scene.mutable_camera()->mutable_perspective()->set_lens_radius(0.1f);
+    scene.mutable_camera()->mutable_perspective()->set_focal_distance(3);
+  });
+}
+
+TEST_F(SharedContent, NothingThatMakesAnotherScene) {
+  expect_shared(false,
+                [](v1::Scene& scene, v1::JobSpec&) { scene.mutable_shapes(0)->mutable_sphere()->set_radius(2); });
+  expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
+    scene.mutable_camera()->mutable_world_from_camera()->set_elements(3, 0);  // positions are relative to it
+  });
+  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_light_selection("uniform"); });
+  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_integrator("light"); });
+  expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
+    *scene.mutable_camera()->mutable_world_from_camera_end() = scene.camera().world_from_camera();
+    scene.mutable_camera()->mutable_world_from_camera_end()->set_elements(7, 0.5f);
+  });
+}
+
+TEST_F(SharedContent, OutlivesTheSceneThatItWasBuiltFor) {
+  SharedContents contents;
+  auto first = load(scene_, job_, &contents);
+  const auto second = load(scene_, job_, &contents);
+  const wire::TileResult before = picture(*second, job_);
+  first.reset();
+  EXPECT_EQ(picture(*second, job_).values, before.values);
+}
+
+TEST_F(SharedContent, IsGoneWithTheLastSceneThatHasIt) {
+  SharedContents contents;
+  load(scene_, job_, &contents).reset();
+  load(scene_, job_, &contents).reset();
+  EXPECT_EQ(contents.shared(), 0u);
+}
+
+}  // namespace
+}  // namespace tessera::render
