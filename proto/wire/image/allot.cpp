@@ -1,4 +1,5 @@
 #include <limits>
+#include <new>
 
 #include "wire/image/readers.h"
 
@@ -11,10 +12,14 @@ bool allot(std::int64_t width, std::int64_t height, bool floats, std::uint64_t m
   if (count > max_pixels) return false;
   pixels.size = {static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)};
   pixels.floating_point = floats;
-  if (floats) {
-    pixels.floats.resize(4 * count);
-  } else {
-    pixels.bytes.resize(count);
+  try {
+    if (floats) {
+      pixels.floats.resize(4 * count);
+    } else {
+      pixels.bytes.resize(count);
+    }
+  } catch (const std::bad_alloc&) {
+    return false;
   }
   return true;
 }

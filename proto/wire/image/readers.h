@@ -25,7 +25,7 @@ bool read_pfm(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixe
 bool read_exr(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels);
 
 /// Gives `pixels` a size, and room for bytes (or for floats). False, and nothing is allocated, when the size is not
-/// positive or beyond `max_pixels`.
+/// positive or beyond `max_pixels`, or when memory is short.
 bool allot(std::int64_t width, std::int64_t height, bool floats, std::uint64_t max_pixels, ImagePixels& pixels);
 
 }  // namespace tessera::wire

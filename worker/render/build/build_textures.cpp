@@ -1,5 +1,4 @@
 #include <cmath>
-#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "render/build/scene_builder.h"
@@ -37,31 +36,39 @@ TextureNode constant_node(const Rgb& value) {
 
 }  // namespace
 
-std::shared_ptr<const TextureImage>& SceneBuilder::image_slot(const v1::ImageTexture& image) {
-  return images_[absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/", image.gamma())];
+std::shared_ptr<const TextureImage> SceneBuilder::image_slot(const v1::ImageTexture& image) {
+  // Every file once for each way of decoding it.
+  const std::string key =
+      absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/", image.gamma());
+  PendingImage& pending = images_[key];
+  if (!pending.image) pending = {&image, std::make_shared<TextureImage>()};
+  return pending.image;
 }
 
-absl::Status SceneBuilder::load_images() {
-  // Every file once for each way of decoding it, in parallel.
-  std::vector<std::pair<const v1::ImageTexture*, std::shared_ptr<const TextureImage>*>> wanted;
-  std::set<const void*> seen;
-  const auto want = [&](const v1::ImageTexture& image) {
-    auto& slot = image_slot(image);
-    if (seen.insert(&slot).second) wanted.emplace_back(&image, &slot);
-  };
-  for (const v1::Texture& texture : scene_.textures()) {
-    if (texture.has_image()) want(texture.image());
+void SceneBuilder::need_images(int node) {
+  const auto index = static_cast<std::size_t>(node);
+  needed_nodes_.resize(tables_.textures.nodes.size());
+  if (needed_nodes_[index]) return;
+  needed_nodes_[index] = true;
+  const TextureNode& used = tables_.textures.nodes[index];
+  for (auto& [key, pending] : images_) pending.needed |= pending.image == used.image;
+  for (const std::int32_t input : used.inputs) {
+    if (input >= 0) need_images(input);
   }
-  for (const v1::Material& material : scene_.materials()) {
-    if (material.has_normal_map()) want(material.normal_map());
+}
+
+absl::Status SceneBuilder::decode_images() {
+  std::vector<const PendingImage*> wanted;
+  for (const auto& [key, pending] : images_) {
+    if (pending.needed) wanted.push_back(&pending);
   }
   return parallel_for(wanted.size(), threads_, [&](std::size_t i) -> absl::Status {
-    const v1::ImageTexture& image = *wanted[i].first;
+    const v1::ImageTexture& image = *wanted[i]->source;
     auto bytes = blobs_(image.image().digest());
     if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", image.image().path(), "'"));
     auto loaded = load_texture_image(bytes->bytes, image.image().path(), {encoding_of(image), image.gamma()});
     if (!loaded.ok()) return loaded.status();
-    *wanted[i].second = std::make_shared<TextureImage>(*std::move(loaded));
+    *wanted[i]->image = *std::move(loaded);
     return absl::OkStatus();
   });
 }
@@ -73,12 +80,18 @@ absl::Status SceneBuilder::build_textures() {
     }
   }
   for (const v1::Texture& texture : scene_.textures()) {
-    if (auto node = texture_node(texture.name()); !node.ok()) return node.status();
+    if (auto node = named_node(texture.name()); !node.ok()) return node.status();
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<int> SceneBuilder::texture_node(const std::string& name) {
+  auto node = named_node(name);
+  if (node.ok()) need_images(*node);
+  return node;
+}
+
+absl::StatusOr<int> SceneBuilder::named_node(const std::string& name) {
   if (auto it = texture_nodes_.find(name); it != texture_nodes_.end()) {
     if (it->second == kInProgress) {
       return absl::InvalidArgumentError(absl::StrCat("texture '", name, "': it refers to itself"));
@@ -95,7 +108,7 @@ absl::StatusOr<int> SceneBuilder::texture_node(const std::string& name) {
 }
 
 absl::StatusOr<int> SceneBuilder::texture_input(const v1::SpectrumValue& value, const Rgb& otherwise) {
-  if (value.has_texture()) return texture_node(value.texture());
+  if (value.has_texture()) return named_node(value.texture());
   if (auto s = check_spectrum(value.constant(), "input"); !s.ok()) return s;
   tables_.textures.nodes.push_back(constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
   return static_cast<int>(tables_.textures.nodes.size()) - 1;
@@ -259,7 +272,9 @@ absl::StatusOr<int> SceneBuilder::normal_map_node(const v1::ImageTexture& image)
   auto node = image_node(image);
   if (!node.ok()) return node.status();
   tables_.textures.nodes.push_back(*std::move(node));
-  return static_cast<int>(tables_.textures.nodes.size()) - 1;
+  const int index = static_cast<int>(tables_.textures.nodes.size()) - 1;
+  need_images(index);
+  return index;
 }
 
 }  // namespace tessera::render

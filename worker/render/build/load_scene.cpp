@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <ctime>
+#include <future>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -159,8 +160,12 @@ class LoadedScene final : public RenderScene {
     SceneTables& tables = content->tables;
     SceneBuilder builder(scene, job, blobs, options.threads, tables, content->warnings);
     if (auto s = builder.build_tables(); !s.ok()) return s;
+    // Images have nothing to do with the BVH. A worker of one thread uses one.
+    std::future<absl::Status> images = std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
+                                                  [&] { return builder.decode_images(); });
     auto built = Accelerator::build(tables.shapes, tables.textures, kernel.callbacks,
                                     {options.threads, options.isa, builder.wants_robust_intersection()});
+    if (auto s = images.get(); !s.ok()) return s;
     if (!built.ok()) return built.status();
     const Accelerator& accelerator = *(content->accelerator = *std::move(built));
     tables.accel = accelerator.scene();
@@ -181,8 +186,8 @@ class LoadedScene final : public RenderScene {
 
 absl::Status SceneBuilder::build_tables() {
   for (const auto step : {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter,
-                          &SceneBuilder::load_images, &SceneBuilder::build_textures, &SceneBuilder::build_media,
-                          &SceneBuilder::build_materials, &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
+                          &SceneBuilder::build_textures, &SceneBuilder::build_media, &SceneBuilder::build_materials,
+                          &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
   decide_volumetric();

@@ -32,6 +32,9 @@ class SceneBuilder {
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
+  /// Fills the images that rays may look up, on all threads; the others stay empty. May run beside all that comes after
+  /// build_tables().
+  absl::Status decode_images();
   /// Camera, film and sampler alone, over the tables of a scene with the same content_key().
   absl::Status rebuild_view();
   /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what
@@ -57,9 +60,11 @@ class SceneBuilder {
   absl::Status build_filter();
 
   // build_textures.cpp
-  absl::Status load_images();
   absl::Status build_textures();
+  /// The node of a texture that is of use: its images will be decoded.
   absl::StatusOr<int> texture_node(const std::string& name);
+  absl::StatusOr<int> named_node(const std::string& name);
+  void need_images(int node);
   absl::StatusOr<int> texture_input(const v1::SpectrumValue& value, const Rgb& otherwise);
   absl::StatusOr<TextureNode> make_node(const v1::Texture& texture);
   absl::StatusOr<TextureNode> image_node(const v1::ImageTexture& image);
@@ -70,7 +75,7 @@ class SceneBuilder {
   /// Replaces a node whose inputs are constants by its value.
   void fold(TextureNode& node) const;
   absl::StatusOr<int> normal_map_node(const v1::ImageTexture& image);
-  std::shared_ptr<const TextureImage>& image_slot(const v1::ImageTexture& image);
+  std::shared_ptr<const TextureImage> image_slot(const v1::ImageTexture& image);
 
   // build_media.cpp
   absl::Status build_media();
@@ -177,7 +182,13 @@ class SceneBuilder {
   Transform render_from_world_;
   std::map<std::string, int> texture_nodes_;                           // by name; kInProgress while it is made
   std::map<std::string, const v1::Texture*> textures_;                 // by name
-  std::map<std::string, std::shared_ptr<const TextureImage>> images_;  // by digest and encoding
+  struct PendingImage {
+    const v1::ImageTexture* source;
+    std::shared_ptr<TextureImage> image;
+    bool needed = false;
+  };
+  std::map<std::string, PendingImage> images_;  // by digest and encoding
+  std::vector<bool> needed_nodes_;              // texture nodes that need_images() has seen
   std::map<std::string, int> materials_;                               // by name
   std::map<std::string, ObjectParts> objects_;                         // by name
   std::map<std::string, int> attributes_;                              // of meshes that textures look up, by name
