@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kMaxWarningsPerUnit = 8;
 constexpr int kMaxWarningsPerJob = 64;
+constexpr std::size_t kMaxTimesPerJob = 4096;  // names of materials, above all
 
 }  // namespace
 
@@ -150,6 +151,26 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   return status;
 }
 
+namespace {
+
+using TimeMap = google::protobuf::Map<std::string, google::protobuf::uint64>;
+
+void add_times(TimeMap& total, const TimeMap& unit) {
+  for (const auto& [name, nanoseconds] : unit) {
+    if (total.size() < kMaxTimesPerJob || total.contains(name)) total[name] += nanoseconds;
+  }
+}
+
+/// Names from a broken worker must not fill the memory, nor its clock spoil the sum.
+void bound_times(TimeMap& times, std::uint64_t most) {
+  bool sound = times.size() <= kMaxTimesPerJob;
+  for (const auto& [name, nanoseconds] : times)
+    sound = sound && name.size() <= wire::kMaxTextBytes && nanoseconds <= most;
+  if (!sound) times.clear();
+}
+
+}  // namespace
+
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   total.set_samples(total.samples() + unit.samples());
   total.set_camera_rays(total.camera_rays() + unit.camera_rays());
@@ -162,6 +183,10 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   };
   *total.mutable_cpu_time() = add(total.cpu_time(), unit.cpu_time());
   *total.mutable_wall_time() = add(total.wall_time(), unit.wall_time());
+  total.set_blob_bytes_fetched(total.blob_bytes_fetched() + unit.blob_bytes_fetched());
+  add_times(*total.mutable_stage_ns(), unit.stage_ns());
+  add_times(*total.mutable_shading_part_ns(), unit.shading_part_ns());
+  add_times(*total.mutable_material_ns(), unit.material_ns());
   for (const std::string& warning : unit.warnings()) {
     const auto& known = total.warnings();
     if (known.size() >= kMaxWarningsPerJob) break;
@@ -177,11 +202,14 @@ v1::UnitStats bounded(v1::UnitStats stats) {
     if (warning.size() > wire::kMaxTextBytes) warning.resize(wire::kMaxTextBytes);
   }
   // Durations from a broken clock must not spoil the sum.
+  constexpr std::int64_t kLongest = 30 * 24 * 3600;  // seconds
   for (google::protobuf::Duration* time : {stats.mutable_cpu_time(), stats.mutable_wall_time()}) {
-    constexpr std::int64_t kLongest = 30 * 24 * 3600;  // seconds
     if (time->seconds() < 0 || time->seconds() > kLongest || time->nanos() < 0 || time->nanos() > 999'999'999) {
       time->Clear();
     }
+  }
+  for (TimeMap* times : {stats.mutable_stage_ns(), stats.mutable_shading_part_ns(), stats.mutable_material_ns()}) {
+    bound_times(*times, static_cast<std::uint64_t>(kLongest) * 1'000'000'000);
   }
   return stats;
 }

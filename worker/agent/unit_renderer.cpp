@@ -1,10 +1,10 @@
 #include "agent/unit_renderer.h"
 
 #include <spdlog/spdlog.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/cpu_time.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -23,13 +24,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int kMaxWarningsPerUnit = 8;  // job.proto
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// CPU time of the calling thread.
-std::chrono::nanoseconds thread_cpu_time() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return std::chrono::seconds{now.tv_sec} + std::chrono::nanoseconds{now.tv_nsec};
-}
 
 void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration& message) {
   message.set_seconds(duration.count() / 1'000'000'000);
@@ -68,6 +62,21 @@ class BlobsOnDemand {
   std::once_flag begun_;
   std::jthread ahead_;
 };
+std::uint64_t count_of(std::chrono::nanoseconds time) {
+  return static_cast<std::uint64_t>(std::max(time.count(), std::chrono::nanoseconds::rep{0}));
+}
+
+void add_times(const render::StageTimes& times, const std::vector<std::string>& materials, v1::UnitStats& stats) {
+  for (std::size_t i = 0; i < times.stages.size(); ++i) {
+    (*stats.mutable_stage_ns())[render::kStageNames[i]] = times.stages[i];
+  }
+  for (std::size_t i = 0; i < times.shading_parts.size(); ++i) {
+    (*stats.mutable_shading_part_ns())[render::kShadingPartNames[i]] = times.shading_parts[i];
+  }
+  for (std::size_t i = 0; i < std::min(times.materials.size(), materials.size()); ++i) {
+    if (times.materials[i] > 0) (*stats.mutable_material_ns())[materials[i]] += times.materials[i];
+  }
+}
 
 void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats) {
   for (const std::string& warning : warnings) {
@@ -109,7 +118,7 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   }
 
   const Clock::time_point start = Clock::now();
-  const std::chrono::nanoseconds cpu_start = thread_cpu_time();
+  const std::chrono::nanoseconds cpu_start = wire::thread_cpu_time();
   // A pass covers the whole crop.
   const v1::PixelRect& pixels = unit.unit.has_pass() ? unit.spec->crop() : unit.unit.tile().pixels();
   const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
@@ -117,28 +126,37 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   render::RenderStats counts;
   const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, stop, counts);
   if (!result.ok()) return result.status();
+  const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
   outcome.payload = wire::encode_tile_result(*result);
+  (*outcome.stats.mutable_stage_ns())["encode"] = count_of(wire::thread_cpu_time() - encode_start);
 
   outcome.stats.set_samples(counts.samples);
   outcome.stats.set_camera_rays(counts.camera_rays);
   outcome.stats.set_bounce_rays(counts.bounce_rays);
   outcome.stats.set_shadow_rays(counts.shadow_rays);
   outcome.stats.set_dropped_samples(counts.dropped_samples);
+  add_times(counts.times, (*loaded)->scene->material_names(), outcome.stats);
   add_warnings(counts.warnings, outcome.stats);
   // Every job hears once what its scene asked for in vain.
   if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);
-  set_duration(thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
+  set_duration(wire::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
   set_duration(Clock::now() - start, *outcome.stats.mutable_wall_time());
 
   spdlog::debug("unit {} of job {} rendered", unit.unit.index(), unit.job_id);
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
+  if (const auto cost = untold_costs_.extract((*loaded)->scene.get())) {
+    (*outcome.stats.mutable_stage_ns())["fetch"] = count_of(cost.mapped().fetch_cpu);
+    (*outcome.stats.mutable_stage_ns())["build"] = count_of(cost.mapped().build_cpu);
+    outcome.stats.set_blob_bytes_fetched(cost.mapped().blob_bytes);
+  }
   return absl::OkStatus();
 }
 
 absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
   const Clock::time_point start = Clock::now();
+  const std::chrono::nanoseconds cpu_start = wire::process_cpu_time();
   const std::string& digest = spec.scene().digest();
   std::optional<BlobsOnDemand> on_demand;
   render::BlobSource blobs = options_.blobs;
@@ -146,14 +164,23 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
     on_demand.emplace(*fetcher_, spec, stop);
     blobs = [&on_demand](const std::string& name) { return on_demand->get(name); };
   }
+  const auto blob_bytes = std::make_shared<std::atomic<std::uint64_t>>(0);  // asked for from several threads
+  blobs = [blob_bytes, source = std::move(blobs)](const std::string& name) {
+    absl::StatusOr<render::BlobBytes> found = source(name);
+    if (found.ok()) *blob_bytes += found->bytes.size();
+    return found;
+  };
+  // Not through `on_demand`: whether anything else is needed is known once the scene has been read.
   const absl::StatusOr<render::BlobBytes> bytes = fetcher_ != nullptr ? fetcher_->get(digest, stop) : blobs(digest);
   if (!bytes.ok()) return bytes.status();
+  if (fetcher_ != nullptr) *blob_bytes += bytes->bytes.size();
   v1::Scene scene;
   if (!scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
     return absl::InvalidArgumentError(absl::StrCat("blob ", digest, " is not a scene"));
   }
 
   const Clock::time_point build_start = Clock::now();
+  const std::chrono::nanoseconds cpu_build_start = wire::process_cpu_time();
   const std::string isa = spec.isa().empty() ? options_.isas.front() : spec.isa();
   if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
     return absl::FailedPreconditionError(
@@ -172,6 +199,8 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
     spdlog::warn("scene {}: {}", digest.substr(0, 12), warning);
   }
   std::lock_guard lock{mutex_};
+  untold_costs_[loaded.scene.get()] = {cpu_build_start - cpu_start, wire::process_cpu_time() - cpu_build_start,
+                                       *blob_bytes};
   report_.load_seconds += loaded.load_seconds;
   report_.build_seconds += loaded.build_seconds;
   report_.scene_bytes = std::max(report_.scene_bytes, loaded.bytes);

@@ -1,7 +1,9 @@
 // One unit of work: from the lease to the encoded result.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <stop_token>
 
@@ -35,6 +37,12 @@ class UnitRenderer {
   SceneStore scenes_;
   mutable std::mutex mutex_;
   AgentReport report_;
+  /// What loading cost, until a unit of that scene tells the coordinator. CPU time is the whole process's meanwhile.
+  struct LoadCost {
+    std::chrono::nanoseconds fetch_cpu{0}, build_cpu{0};
+    std::uint64_t blob_bytes = 0;
+  };
+  std::map<const render::RenderScene*, LoadCost> untold_costs_;
 };
 
 }  // namespace tessera::agent

@@ -35,6 +35,9 @@ class RenderScene {
   /// What the scene asked for that was approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
+  /// Of the indices in StageTimes::materials.
+  virtual const std::vector<std::string>& material_names() const = 0;
+
   /// Bytes held, acceleration structure included.
   virtual std::size_t memory_bytes() const = 0;
 

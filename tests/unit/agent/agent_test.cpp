@@ -49,6 +49,7 @@ class FakeScene final : public render::RenderScene {
     stats.samples += result.pixel_count();
     return result;
   }
+  const std::vector<std::string>& material_names() const override { return warnings_; }
   Ceiling measure_ceiling(const render::TileRequest&) const override { return {}; }
   const std::vector<std::string>& warnings() const override { return warnings_; }
   std::size_t memory_bytes() const override { return 1; }
@@ -64,8 +65,7 @@ class AgentTest : public ::testing::Test {
     v1::Scene scene;
     scene.set_name(std::string(5000, 'x'));  // several chunks of the fake's download
     v1::JobSpec spec;
-    spec.mutable_scene()->set_digest(
-        coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
+    spec.mutable_scene()->set_digest(coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
     return spec;
   }
 

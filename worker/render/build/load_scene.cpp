@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <ctime>
 #include <future>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "render/build/scene_builder.h"
 #include "render/film/tile_accumulator.h"
 #include "render/integrator/kernel.h"
+#include "wire/cpu_time.h"
 #include "wire/digest.h"
 #include "wire/scene_numbers.h"
 
@@ -18,17 +18,13 @@ namespace tessera::render {
 
 namespace {
 
-double thread_cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
+double thread_cpu_seconds() { return wire::in_seconds(wire::thread_cpu_time()); }
 
 /// All of a scene that does not depend on how it is looked at. `tables` has the view of the job that it was built for.
 struct SceneContent {
   SceneArrays arrays;
   SceneTables tables{arrays};
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings, material_names;
   std::unique_ptr<Accelerator> accelerator;  // reads the arrays: goes first
 };
 
@@ -101,8 +97,15 @@ class LoadedScene final : public RenderScene {
     result.sample_begin = tile.sample_begin, result.sample_end = tile.sample_end;
     result.channels = channels_;
     TileAccumulator film(result);
-    const bool finished = tables_.light_tracing ? kernel_->render_light(tables_, tile, stop, film, stats)
-                                                : kernel_->render_path(tables_, tile, stop, film, stats, nullptr);
+    RenderStats own;
+    const std::uint64_t ticks = kernel_->clock_ticks();
+    const double start = thread_cpu_seconds();
+    const bool finished = tables_.light_tracing ? kernel_->render_light(tables_, tile, stop, film, own)
+                                                : kernel_->render_path(tables_, tile, stop, film, own, nullptr);
+    // The counter runs on while the thread waits for a processor, evenly over the stages.
+    const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
+    own.times *= cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_->clock_ticks() - ticks, 1));
+    stats += own;
     if (!finished) return absl::CancelledError("the tile was stopped");
     return result;
   }
@@ -120,6 +123,7 @@ class LoadedScene final : public RenderScene {
       kernel_->render_path(tables_, tile, {}, film, ceiling.stats, recording ? &log : nullptr);
       ceiling.render_cpu_seconds = thread_cpu_seconds() - start;
     }
+    ceiling.stats.times = {};  // in ticks
     const double start = thread_cpu_seconds();
     kernel_->replay_rays(tables_.accel, log);
     ceiling.replay_cpu_seconds = thread_cpu_seconds() - start;
@@ -127,6 +131,8 @@ class LoadedScene final : public RenderScene {
   }
 
   const std::vector<std::string>& warnings() const override { return content_->warnings; }
+
+  const std::vector<std::string>& material_names() const override { return content_->material_names; }
 
   std::size_t memory_bytes() const override {
     const ShapeTable& s = tables_.shapes;
@@ -169,6 +175,8 @@ class LoadedScene final : public RenderScene {
     if (!built.ok()) return built.status();
     const Accelerator& accelerator = *(content->accelerator = *std::move(built));
     tables.accel = accelerator.scene();
+    for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
+    content->material_names.resize(tables.materials.materials.size(), "(default)");
     std::copy_n(accelerator.bounding_centre(), 3, tables.lights.scene_centre);
     if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok())
       return s;

@@ -5,12 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "render/film/stage_times.h"
+
 namespace tessera::render {
 
 /// Pixels [x0, x1) x [y0, y1) of the film, sample indices [sample_begin, sample_end) of each.
 struct TileRequest {
   std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   std::uint32_t sample_begin = 0, sample_end = 0;
+  /// Added to the job's seed: independent images of one scene, for measuring.
+  std::uint64_t seed_offset = 0;
 };
 
 /// Counts of one or more tiles; all add up.
@@ -21,6 +25,7 @@ struct RenderStats {
   std::uint64_t shadow_rays = 0;
   std::uint64_t dropped_samples = 0;  // not finite or beyond what a pixel can sum (film/summable.h); counted as black
   std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample
+  StageTimes times;
 
   RenderStats& operator+=(const RenderStats& other);
 };

@@ -15,7 +15,8 @@ bool processor_has(const std::string& isa) {
 #if defined(__x86_64__)
   if (isa == "avx512") {
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512cd");
+           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+           __builtin_cpu_supports("avx512cd");
   }
   if (isa == "avx2") {
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
@@ -57,6 +58,7 @@ RenderStats& RenderStats::operator+=(const RenderStats& other) {
   bounce_rays += other.bounce_rays;
   shadow_rays += other.shadow_rays;
   dropped_samples += other.dropped_samples;
+  times += other.times;
   for (const std::string& warning : other.warnings) {
     if (warnings.size() < 8) warnings.push_back(warning);
   }

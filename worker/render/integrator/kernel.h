@@ -12,7 +12,6 @@
 
 namespace tessera::render {
 
-
 struct Kernel {
   const char* isa;
   GeometryCallbacks callbacks;
@@ -24,6 +23,8 @@ struct Kernel {
                        RenderStats& stats);
   /// Traces the rays of a log again, with no shading; returns how many met something.
   std::uint64_t (*replay_rays)(RTCScene scene, const RayLog& log);
+  /// The counter that RenderStats::times are read from, in its own unit.
+  std::uint64_t (*clock_ticks)();
 };
 
 /// The one symbol that a kernel module exports.

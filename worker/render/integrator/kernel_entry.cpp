@@ -27,8 +27,14 @@ bool render_light(const SceneTables& scene, const TileRequest& tile, std::stop_t
   return tracer->render(stop);
 }
 
-constexpr Kernel kKernel{
-    TESSERA_STRING(TESSERA_ISA), {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha}, &render_path, &render_light, &replay_rays};
+std::uint64_t read_clock() { return clock_ticks(); }
+
+constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA),
+                         {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+                         &render_path,
+                         &render_light,
+                         &replay_rays,
+                         &read_clock};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

@@ -82,6 +82,7 @@ bool LightTracer::render(std::stop_token stop) {
       start_paths(first, std::min<std::int32_t>(kBatch, paths - first), pass);
       for (int depth = 0; alive_ > 0; ++depth) advance(depth);
     }
+    const StageTimer timer(stats_.times, Stage::kFilm);
     film_.add_sample(planes_.data(), stride_);
   }
   film_.end_pixels();
@@ -90,19 +91,21 @@ bool LightTracer::render(std::stop_token stop) {
 
 bool LightTracer::add_visible_lights(std::uint32_t pass, std::stop_token stop) {
   PlaneSink sink(planes_, stride_);
-  const TileRequest sample{tile_.x0, tile_.y0, tile_.x1, tile_.y1, pass, pass + 1};
+  const TileRequest sample{tile_.x0, tile_.y0, tile_.x1, tile_.y1, pass, pass + 1, tile_.seed_offset};
   const auto eye = std::make_unique<Wavefront>(scene_, sample, sink, stats_, nullptr, 0);
   return eye->render(stop);
 }
 
 void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass) {
+  const StageTimer timer(stats_.times, Stage::kCamera);
   alive_ = 0;
   const UInt reversed = reverse_bits(UInt(pass));
   for (std::int32_t slot = 0; slot < count; slot += kWidth) {
     const Mask active = Mask::first(count - slot);
     // A path belongs to a pixel, if only by its random numbers.
     const Int index = Int::iota(first + slot);
-    const UInt hash = Sampler::pixel_hash(scene_.sampler.seed, bit_cast<std::uint32_t>(index), UInt(0x4c696768u));
+    const UInt hash =
+        Sampler::pixel_hash(scene_.sampler.seed + tile_.seed_offset, bit_cast<std::uint32_t>(index), UInt(0x4c696768u));
     hash.store(pixel_hash_ + slot);
     reversed.store(reversed_sample_ + slot);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
@@ -124,9 +127,20 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 }
 
 void LightTracer::advance(int depth) {
+  intersect();
+  shade(depth);
+  trace_connections();
+}
+
+void LightTracer::intersect() {
+  const StageTimer timer(stats_.times, Stage::kIntersection);
   stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   trace_nearest(scene_.accel, arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_,
                 scene_.traversal(), static_cast<std::int32_t>(scene_.shapes.shapes.size()), arrays_of(hits_));
+}
+
+void LightTracer::shade(int depth) {
+  const StageTimer timer(stats_.times, Stage::kShading);
   int kept = 0;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
@@ -155,7 +169,6 @@ void LightTracer::advance(int depth) {
     if (depth + 1 < scene_.max_depth) scatter_paths(v, hit, i, kept);
   }
   alive_ = kept;
-  trace_connections();
 }
 
 void LightTracer::make_partly_opaque(Vertex& v, Mask hit) {
@@ -231,6 +244,7 @@ void LightTracer::scatter_paths(const Vertex& v, Mask hit, int i, int& kept) {
 }
 
 void LightTracer::trace_connections() {
+  const StageTimer timer(stats_.times, Stage::kShadow);
   trace_shadow(scene_.accel, arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)),
                connections_.size, scene_.traversal(), connections_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);

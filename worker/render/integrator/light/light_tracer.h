@@ -13,6 +13,7 @@
 #include "render/film/tile_request.h"
 #include "render/integrator/path/path_state.h"
 #include "render/integrator/scene_tables.h"
+#include "render/integrator/stage_timer.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -30,6 +31,8 @@ class LightTracer {
   bool add_visible_lights(std::uint32_t pass, std::stop_token stop);
   void start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass);
   void advance(int depth);
+  void intersect();
+  void shade(int depth);
   struct Vertex;
   void make_partly_opaque(Vertex& v, Mask hit);
   /// Whether what is seen at this place of the film touches a pixel of the unit.

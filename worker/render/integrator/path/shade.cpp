@@ -60,6 +60,8 @@ Float power_heuristic(Float pdf, Float other) {
 }  // namespace
 
 void Wavefront::shade(int depth) {
+  const StageTimer timer(stats_.times, Stage::kShading);
+  shading_timer_.start();
   int kept = 0;
   const int first_pair = dimension::kFirstBounce + depth * dimension::kPairsPerBounce;
   for (int i = 0; i < alive_; i += kWidth) {
@@ -80,6 +82,7 @@ void Wavefront::shade(int depth) {
 
     v.surface = surface_at(scene_.shapes, v.hit, v.origin, v.direction, hit, scene_.any_tangents);
     add_emission(v, hit);
+    shading_timer_.lap(ShadingPart::kSurfaces);
     const bool last = depth == max_depth_;
     if (last && depth > 0) continue;
     v.roulette = v.sampler.get_2d(first_pair + dimension::kRoulette);
@@ -94,8 +97,12 @@ void Wavefront::shade(int depth) {
     if (depth == 0) record_first_hit(v, events);
     if (last) continue;
 
+    shading_timer_.lap(ShadingPart::kMaterials);
     sample_one_light(v, events);
+    shading_timer_.lap(ShadingPart::kPaths);
     scatter_path(v, events, depth, kept);
+    shading_timer_.lap(ShadingPart::kPaths);
+    shading_timer_.share(v.surface.material, hit);
   }
   alive_ = kept;
 }
@@ -162,6 +169,7 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   const DiscreteSample choice = sample_discrete(scene_.lights.selection, v.choice.x, wanted);
   const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p,
                                          v.sampler.get_2d(v.first_pair + dimension::kLightPoint), wanted);
+  shading_timer_.lap(ShadingPart::kLights);
   const Mask reachable = wanted & light.valid;
   if (none(reachable)) return;
   BsdfEval bsdf = eval_bsdf(v.at, -v.direction, light.wi, and_not(reachable, v.in_medium));
@@ -172,6 +180,7 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events) {
     bsdf.pdf = select(in_medium, phase, bsdf.pdf);
   }
 
+  shading_timer_.lap(ShadingPart::kMaterials);
   const Float pdf = light.pdf * choice.pmf;
   const Float weight = select(light.delta, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
   const Spectrum contribution = v.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
@@ -217,6 +226,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept)
     bsdf.specular = and_not(bsdf.specular, v.in_medium);
     bsdf.transmission = and_not(bsdf.transmission, v.in_medium);
   }
+  shading_timer_.lap(ShadingPart::kMaterials);
   if (scene_.volumetric) medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, hit);
   Spectrum beta = v.beta * bsdf.weight;
   const Float eta_scale = select(bsdf.transmission, v.eta_scale * sqr(bsdf.eta), v.eta_scale);

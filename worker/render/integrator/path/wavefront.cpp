@@ -48,6 +48,7 @@ bool Wavefront::render(std::stop_token stop) {
     const auto pixels = std::span(order_).subspan(first, std::min(step, order_.size() - first));
     film_.begin_pixels(pixels);
     if (!render_pixels(pixels, stop)) return false;
+    const StageTimer timer(stats_.times, Stage::kFilm);
     film_.end_pixels();
   }
   return true;
@@ -67,6 +68,8 @@ bool Wavefront::render_pixels(std::span<const std::uint32_t> pixels, std::stop_t
 }
 
 void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples) {
+  const StageTimer timer(stats_.times, Stage::kCamera);
+  shading_timer_.begin_batch(scene_.materials.materials.size());
   const int count = static_cast<int>(pixels.size()) * samples;
   const std::uint32_t width = tile_.x1 - tile_.x0;
   std::size_t pixel = 0;
@@ -80,7 +83,7 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
       if (++pixel == pixels.size()) pixel = 0, ++index;
     }
     const UInt px = UInt::load(x), py = UInt::load(y), reversed = reverse_bits(UInt::load(sample));
-    const UInt hash = Sampler::pixel_hash(scene_.sampler.seed, px, py);
+    const UInt hash = Sampler::pixel_hash(scene_.sampler.seed + tile_.seed_offset, px, py);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     // Where on the film, and where on the lens.
@@ -122,8 +125,12 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
 void Wavefront::advance(int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   intersect(depth);
-  if (scene_.volumetric) transit(depth);
+  if (scene_.volumetric) {
+    const StageTimer timer(stats_.times, Stage::kTransit);
+    transit(depth);
+  }
   shade(depth);
+  const StageTimer timer(stats_.times, Stage::kShadow);
   if (scene_.volumetric) {
     march_shadow_rays(depth);
   } else {
@@ -132,6 +139,7 @@ void Wavefront::advance(int depth) {
 }
 
 void Wavefront::intersect(int depth) {
+  const StageTimer timer(stats_.times, Stage::kIntersection);
   const RayArrays rays{paths_.origin.x,    paths_.origin.y,    paths_.origin.z,      paths_.direction.x,
                        paths_.direction.y, paths_.direction.z, times_of(paths_.time)};
   const HitArrays hits{hits_.t, hits_.u, hits_.v, hits_.primitive, hits_.shape, hits_.instance};
@@ -195,6 +203,7 @@ void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uin
 }
 
 void Wavefront::finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples) {
+  const StageTimer timer(stats_.times, Stage::kFilm);
   const std::size_t n = pixels.size();
   const int count = static_cast<int>(n) * samples;
   drop_bad_samples(pixels, first_sample, count);

@@ -1,5 +1,5 @@
-// The path tracer as a wavefront: a batch of paths advances one scattering event at a time, 16 paths wide [Laine, Karras
-// & Aila 2013].
+// The path tracer as a wavefront: a batch of paths advances one scattering event at a time, 16 paths wide [Laine,
+// Karras & Aila 2013].
 #pragma once
 
 #include <span>
@@ -11,6 +11,7 @@
 #include "render/film/tile_request.h"
 #include "render/integrator/path/path_state.h"
 #include "render/integrator/scene_tables.h"
+#include "render/integrator/stage_timer.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -59,15 +60,16 @@ class Wavefront {
   const TileRequest& tile_;
   FilmSink& film_;
   RenderStats& stats_;
-  RayLog* const log_;  // null: nothing is recorded
-  const std::int32_t max_depth_;  // scattering events on a path
+  ShadingTimer shading_timer_{stats_.times};
+  RayLog* const log_;                 // null: nothing is recorded
+  const std::int32_t max_depth_;      // scattering events on a path
   std::vector<std::uint32_t> order_;  // the tile's pixels along a Z-order curve
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
   SampleState samples_;
   ShadowQueue shadows_;
-  TransitState transit_;  // volumetric scenes only
+  TransitState transit_;       // volumetric scenes only
   std::vector<float> planes_;  // what the film takes
 };
 

@@ -1,0 +1,70 @@
+// Where the time of rendering goes, and images of other seeds on one scene.
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "support/scene_file.h"
+#include "wire/cpu_time.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr const char* kScene = "scenes/cornell-box/scene.pbrt";
+
+absl::StatusOr<LoadedFile> load(std::uint64_t seed, const std::string& integrator = "path") {
+  v1::JobSpec job;
+  job.set_width(64), job.set_height(64);
+  job.mutable_settings()->set_seed(seed);
+  job.mutable_settings()->set_integrator(integrator);
+  return load_scene_file(kScene, job, render::supported_isas().front(), 1);
+}
+
+TEST(StageTimes, AddUpToTheCpuTime) {
+  for (const char* integrator : {"path", "volpath", "light"}) {
+    const auto file = load(1, integrator);
+    ASSERT_TRUE(file.ok()) << file.status();
+    render::RenderStats stats;
+    const auto start = wire::thread_cpu_time();
+    ASSERT_TRUE(file->scene->render_tile({0, 0, 64, 64, 0, 64}, {}, stats).ok());
+    const auto spent = static_cast<double>((wire::thread_cpu_time() - start).count());
+    const auto sum =
+        static_cast<double>(std::accumulate(stats.times.stages.begin(), stats.times.stages.end(), std::uint64_t{0}));
+    // Where the thread waits for a processor, the counter goes on in one stage and is scaled back over all of them, so
+    // that only the sum is sure. What is left out is a few instructions a batch, and preparing the tile.
+    EXPECT_LE(sum, 1.001 * spent) << integrator;
+    EXPECT_GE(sum, 0.9 * spent) << integrator;
+  }
+}
+
+TEST(StageTimes, PartsOfShadingNameMaterials) {
+  const auto file = load(1);
+  ASSERT_TRUE(file.ok()) << file.status();
+  render::RenderStats stats;
+  ASSERT_TRUE(file->scene->render_tile({0, 0, 64, 64, 0, 64}, {}, stats).ok());  // 256 batches
+  const auto& parts = stats.times.shading_parts;
+  const auto looked_into = std::accumulate(parts.begin(), parts.end(), std::uint64_t{0});
+  EXPECT_GT(looked_into, 0u);
+  EXPECT_LT(looked_into, stats.times.stages[static_cast<std::size_t>(render::Stage::kShading)] / 4)
+      << "one batch in 17";
+  const std::uint64_t materials =
+      std::accumulate(stats.times.materials.begin(), stats.times.materials.end(), std::uint64_t{0});
+  const std::uint64_t part = parts[static_cast<std::size_t>(render::ShadingPart::kMaterials)];
+  EXPECT_LE(materials, part);
+  EXPECT_GE(materials, part / 2);
+  EXPECT_EQ(file->scene->material_names().size(), stats.times.materials.size());
+}
+
+TEST(SeedOffset, GivesTheImageOfThatSeed) {
+  const auto file = load(5), other = load(12);
+  ASSERT_TRUE(file.ok() && other.ok());
+  render::RenderStats stats;
+  const auto shifted = file->scene->render_tile({0, 0, 64, 64, 0, 4, 7}, {}, stats);
+  const auto direct = other->scene->render_tile({0, 0, 64, 64, 0, 4}, {}, stats);
+  const auto own = file->scene->render_tile({0, 0, 64, 64, 0, 4}, {}, stats);
+  ASSERT_TRUE(shifted.ok() && direct.ok() && own.ok());
+  EXPECT_EQ(shifted->values, direct->values);
+  EXPECT_NE(shifted->values, own->values);
+}
+
+}  // namespace
+}  // namespace tessera::test
