@@ -16,7 +16,7 @@ packages=(
   # journal, digests, compression
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
   # renderer and images
-  libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev libjpeg-dev
+  libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev
   # tests

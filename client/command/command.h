@@ -20,5 +20,6 @@ void add_workers_command(CommandLine& line);
 void add_trust_command(CommandLine& line);
 void add_convert_command(CommandLine& line);
 void add_compare_command(CommandLine& line);
+void add_bench_command(CommandLine& line);
 
 }  // namespace tessera::client

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -70,6 +71,10 @@ Option Command::add(const char* name, std::optional<std::uint32_t>& value, const
   return Option{*app_->add_option(name, value, description)};
 }
 
+Option Command::add(const char* name, std::vector<std::uint32_t>& value, const char* description) {
+  return Option{*app_->add_option(name, value, description)};
+}
+
 Option Command::add(const char* name, std::vector<std::string>& value, const char* description) {
   return Option{*app_->add_option(name, value, description)};
 }
@@ -92,6 +97,20 @@ Option Command::option(const char* name) { return Option{*app_->get_option(name)
 
 void Command::does(Action action) {
   app_->callback([action = std::move(action), chosen = chosen_] { *chosen = action; });
+}
+
+absl::Status parse_options(const std::function<void(Command&)>& define, std::vector<std::string> arguments) {
+  CLI::App parser;
+  Action none;
+  Command command{parser, none};
+  define(command);
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes a vector from its end
+  try {
+    parser.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    return absl::InvalidArgumentError(error.what());
+  }
+  return absl::OkStatus();
 }
 
 CommandLine::CommandLine(const char* program, const char* description, const char* footer, const std::string& version)

@@ -59,6 +59,7 @@ class Command {
   Option add(const char* name, std::int32_t& value, const char* description = "");
   Option add(const char* name, std::uint32_t& value, const char* description = "");
   Option add(const char* name, std::optional<std::uint32_t>& value, const char* description = "");
+  Option add(const char* name, std::vector<std::uint32_t>& value, const char* description = "");
   Option add(const char* name, std::vector<std::string>& value, const char* description = "");
   /// A text that `take` reads; its error is the user's.
   Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take, const char* description);
@@ -73,6 +74,10 @@ class Command {
   CLI::App* app_;
   Action* chosen_;
 };
+
+/// Takes `arguments` ("--name", "value" ...) as a command line with the options that `define` defines. InvalidArgument
+/// says what is wrong with them.
+absl::Status parse_options(const std::function<void(Command&)>& define, std::vector<std::string> arguments);
 
 class CommandLine {
  public:

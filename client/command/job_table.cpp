@@ -4,6 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
+#include "command/time_spent.h"
 
 namespace tessera::client {
 
@@ -93,6 +95,9 @@ std::string job_text(const v1::GetJobResponse& job) {
     for (const v1::UnitFailure& failure : aside.failures()) {
       absl::StrAppend(&text, "            on ", failure.host(), ": ", failure.message(), "\n");
     }
+  }
+  if (const std::string spent = to_text(time_spent(status.stats())); !spent.empty()) {
+    absl::StrAppend(&text, "time        ", absl::StrReplaceAll(spent, {{"\n", "\n            "}}), "\n");
   }
   for (const std::string& note : status.notes()) absl::StrAppend(&text, "note        ", note, "\n");
   for (const std::string& warning : status.stats().warnings()) absl::StrAppend(&text, "warning     ", warning, "\n");

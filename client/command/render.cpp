@@ -1,6 +1,7 @@
 // tessera render SCENE -o OUT: everything in this process.
 #include <algorithm>
 #include <chrono>
+#include <iostream>
 #include <memory>
 #include <thread>
 
@@ -11,8 +12,10 @@
 #include "command/output.h"
 #include "command/render_options.h"
 #include "command/stats_file.h"
+#include "command/time_spent.h"
 #include "farm/farm_client.h"
 #include "local/local_farm.h"
+#include "wire/cpu_time.h"
 
 namespace tessera::client {
 namespace {
@@ -48,6 +51,10 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   exit_code = deliver(*followed, spec, options.output, options.half, options.quiet);
+  const TimeSpent spent =
+      time_spent(followed->status.stats(), ProcessTime{.import_seconds = loaded->import_cpu_seconds,
+                                                       .total_seconds = wire::in_seconds(wire::process_cpu_time())});
+  if (const std::string text = to_text(spent); !options.quiet && !text.empty()) std::cerr << text << '\n';
   if (options.stats.empty()) return exit_code;
 
   RenderStatistics statistics;
@@ -57,6 +64,7 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   statistics.import_warnings = loaded->warning_lines();
   statistics.spec = spec;
   statistics.status = followed->status;
+  statistics.time = spent;
   if (const absl::Status status = write_statistics(statistics, options.stats); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }

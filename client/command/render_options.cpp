@@ -8,6 +8,7 @@
 
 #include "command/exit_code.h"
 #include "import/import.h"
+#include "wire/cpu_time.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -30,12 +31,12 @@ std::string check_define(const std::string& text) {
   return equals == std::string::npos || equals == 0 ? "expected NAME=VALUE" : "";
 }
 
-/// What people call the job: the scene's own name, else its file's; of "kitchen/scene.pbrt", the usual form, the
-/// folder's.
+/// What people call the job: the scene's own name, which is the file's where it has none; of "kitchen/scene.pbrt" or
+/// "kitchen/scene-small.pbrt", the usual forms, the folder's.
 std::string name_of(const std::string& file, const ImportedScene& imported) {
-  if (!imported.scene.name().empty()) return imported.scene.name();
   const std::filesystem::path path = std::filesystem::absolute(file);
-  return (path.stem() == "scene" ? path.parent_path().filename() : path.stem()).string();
+  if (!imported.scene.name().empty() && imported.scene.name() != path.stem()) return imported.scene.name();
+  return (path.stem().string().starts_with("scene") ? path.parent_path().filename() : path.stem()).string();
 }
 
 ImportOptions import_options(const RenderOptions& options) {
@@ -51,10 +52,17 @@ ImportOptions import_options(const RenderOptions& options) {
 }  // namespace
 
 void define_render_options(Command& command, RenderOptions& options) {
-  JobRequest& job = options.job;
   command.add("SCENE", options.scene, "the scene file").required();
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)");
-  command.add("--spp", job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
+  command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
+  define_job_options(command, options);
+  command.add_flag("--half", options.half, "16-bit EXR");
+  command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
+  command.add_flag("--quiet", options.quiet, "no progress, no warnings");
+}
+
+void define_job_options(Command& command, RenderOptions& options) {
+  JobRequest& job = options.job;
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("UINT");
@@ -77,9 +85,6 @@ void define_render_options(Command& command, RenderOptions& options) {
       .separated_by_commas()
       .type_name("NAME,...");
   command.add("--isa", job.isa, "kernels to use, on every worker");
-  command.add_flag("--half", options.half, "16-bit EXR");
-  command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
-  command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 
 std::vector<std::string> LoadedJob::warning_lines() const {
@@ -94,6 +99,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   const auto start = std::chrono::steady_clock::now();
+  const std::chrono::nanoseconds cpu_start = wire::process_cpu_time();
   auto loaded = std::make_unique<LoadedJob>();
   absl::StatusOr<ImportedScene> imported = import_scene(options.scene, import_options(options));
   if (!imported.ok()) {
@@ -112,6 +118,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   }
   loaded->job = *std::move(job);
   loaded->import_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  loaded->import_cpu_seconds = wire::in_seconds(wire::process_cpu_time() - cpu_start);
   return loaded;
 }
 

@@ -25,11 +25,15 @@ struct RenderOptions {
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
 void define_render_options(Command& command, RenderOptions& options);
 
+/// Those of them that say how a scene is rendered, but for the sample count; `bench` has them too.
+void define_job_options(Command& command, RenderOptions& options);
+
 /// An imported scene and the job made of it.
 struct LoadedJob {
   ImportedScene imported;
   std::unique_ptr<PreparedJob> job;
   double import_seconds = 0;  // digests included
+  double import_cpu_seconds = 0;
 
   /// "file:line:column: message", one a warning.
   std::vector<std::string> warning_lines() const;

@@ -16,6 +16,19 @@ std::uint64_t peak_memory_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+nlohmann::ordered_json json_of(const std::vector<TimePart>& parts) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const TimePart& part : parts) json[part.name] = part.seconds;
+  return json;
+}
+
+/// Of everything that the job refers to.
+std::uint64_t scene_bytes(const v1::JobSpec& spec) {
+  std::uint64_t bytes = spec.scene().size_bytes();
+  for (const v1::BlobRef& blob : spec.blobs()) bytes += blob.size_bytes();
+  return bytes;
+}
+
 }  // namespace
 
 absl::Status write_statistics(const RenderStatistics& statistics, const std::string& path) {
@@ -35,6 +48,12 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
                   {"total", counts.camera_rays() + counts.bounce_rays() + counts.shadow_rays()}};
   json["samples"] = counts.samples();
   json["dropped_samples"] = counts.dropped_samples();
+  json["cpu_seconds"] = json_of(statistics.time.stages);
+  json["cpu_seconds"]["total"] = statistics.time.seconds;
+  json["shading_seconds"] = json_of(statistics.time.shading);
+  json["material_seconds"] = json_of(statistics.time.materials);
+  json["scene_bytes"] = scene_bytes(statistics.spec);
+  json["blob_bytes_fetched"] = counts.blob_bytes_fetched();
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["spp"] = statistics.spec.settings().spp();
   json["width"] = statistics.spec.width();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "command/time_spent.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::client {
@@ -19,12 +20,13 @@ struct RenderStatistics {
   std::vector<std::string> import_warnings;
   v1::JobSpec spec;
   v1::JobStatus status;
+  TimeSpent time;
 };
 
 /// An object with "load_seconds", "build_seconds" (in-process only), "render_wall_seconds", "render_cpu_seconds"
-/// (summed over workers), "rays" {"camera", "bounce", "shadow", "total"}, "samples", "dropped_samples",
-/// "peak_memory_bytes" (of this process), "spp", "width", "height", "isa", "scene_digest", "uploaded_bytes",
-/// "warnings".
+/// (summed over workers), "rays" {"camera", "bounce", "shadow", "total"}, "samples", "dropped_samples", "cpu_seconds"
+/// (by stage), "shading_seconds", "material_seconds", "scene_bytes", "blob_bytes_fetched", "peak_memory_bytes" (of this
+/// process), "spp", "width", "height", "isa", "scene_digest", "uploaded_bytes", "warnings".
 absl::Status write_statistics(const RenderStatistics& statistics, const std::string& path);
 
 }  // namespace tessera::client

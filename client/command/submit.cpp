@@ -55,6 +55,7 @@ int wait_for_image(const Options& options, FarmClient& farm, const std::string& 
   statistics.import_warnings = loaded.warning_lines();
   statistics.spec = spec;
   statistics.status = followed->status;
+  statistics.time = time_spent(followed->status.stats());
   if (const absl::Status status = write_statistics(statistics, options.render.stats); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }

@@ -165,6 +165,16 @@ double student_t_p_value(double t, double dof) {
   return std::isfinite(t) ? incomplete_beta(dof / 2, 0.5, dof / (dof + t * t)) : 0;
 }
 
+double student_t_quantile(double p, double dof) {
+  double low = 0, high = 1;
+  while (student_t_p_value(high, dof) > p && high < 1e12) high *= 2;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = (low + high) / 2;
+    (student_t_p_value(middle, dof) > p ? low : high) = middle;
+  }
+  return high;
+}
+
 absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& test, const CompareOptions& options) {
   const auto size = [](const Image& image) { return absl::StrCat(image.data.width(), "x", image.data.height()); };
   if (reference.channels.empty() || test.channels.empty())

@@ -56,4 +56,8 @@ std::string to_json(const Comparison& comparison);
 /// Two-sided p-value of Student's t with `dof` degrees of freedom; 0 for an infinite t.
 double student_t_p_value(double t, double dof);
 
+/// The t beyond which, either side, Student's distribution has this probability: 0.05 gives the factor of 95 %
+/// intervals.
+double student_t_quantile(double p, double dof);
+
 }  // namespace tessera::client

@@ -27,7 +27,9 @@ const std::map<std::string, Rooms>& rules() {
       {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
       {"client/import", {"import", "wire", "tessera/v1"}},
-      {"client/command", {"command", "farm", "image", "import", "local", "wire", "tessera/v1"}},
+      {"client/plot", {"plot", "image"}},
+      {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
+      {"client/command", {"command", "bench", "farm", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/local", {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
@@ -51,10 +53,11 @@ const std::map<std::string, Rooms>& rules() {
   return rules;
 }
 
-/// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in image.
+/// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in
+/// image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",  "scheduler", "store", "tls", "service", "agent", "farm",
-                             "image", "import",    "command", "local", "render", "tessera"};
+  static const Rooms tops = {"wire",   "scheduler", "store", "tls", "service", "agent",   "farm", "image",
+                             "import", "command",   "local", "render",  "tessera", "plot", "bench"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

@@ -1,0 +1,77 @@
+// Renders a scene again and again, and holds every image against a reference.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "bench/reference.h"
+#include "image/metrics.h"
+#include "local/bench_scene.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::client {
+
+/// One way to render a scene, ready to be measured.
+struct BenchVariant {
+  std::string name;  // "sampler=sobol"; empty where there is nothing to compare
+  v1::JobSpec spec;
+  std::unique_ptr<BenchScene> scene;
+  double import_cpu_seconds = 0;
+};
+
+/// One image. Errors are against the reference as it is, noise included.
+struct BenchRun {
+  std::uint32_t spp = 0;
+  std::uint64_t seed_offset = 0;
+  BenchCost cost;
+  double mse = 0, relmse = 0;                  // of metrics.h
+  double mse_trimmed = 0, relmse_trimmed = 0;  // without the worst 0.1 % of the pixels
+  double flip = 0;
+};
+
+/// The mean image over the seeds of one sample count against the reference: its channel of largest t.
+struct BenchBias {
+  std::uint32_t spp = 0;
+  std::string channel;
+  double percent = 0, t = 0;
+};
+
+struct BenchVariantResult {
+  std::string name;
+  v1::JobSpec spec;
+  double import_cpu_seconds = 0, build_cpu_seconds = 0;
+  std::vector<BenchRun> runs;  // by sample count, then seed
+  std::vector<BenchBias> biases;
+  std::optional<BenchCeiling> ceiling;  // the one of median share
+};
+
+struct BenchSceneResult {
+  std::string name;
+  std::string reference;  // where it comes from
+  ReferenceNoise noise;
+  std::vector<BenchVariantResult> variants;
+};
+
+struct BenchPlan {
+  std::vector<std::uint32_t> spp;  // rising
+  std::uint32_t seeds = 1;
+  int threads = 1;
+};
+
+/// Renders every variant with every sample count and seed, the variants taking turns, seed after seed. `progress` is
+/// told what comes next. InvalidArgument where the reference's size is another; Cancelled when stopped.
+absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
+    std::span<const BenchVariant> variants, const BenchReference& reference, const BenchPlan& plan,
+    const std::function<void(const std::string&)>& progress, std::stop_token stop);
+
+/// R, G, B and the other channels of a render.
+absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp, std::vector<wire::TileResult> tiles);
+
+}  // namespace tessera::client

@@ -1,0 +1,160 @@
+#include "bench/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "bench/analysis.h"
+
+namespace tessera::client {
+namespace {
+
+/// "1.23 to 1.45", or a dash where it is not known.
+std::string ends_of(const Interval& interval) {
+  return interval.has_ends() ? absl::StrFormat("%.4g to %.4g", interval.low, interval.high) : "-";
+}
+
+std::vector<std::uint32_t> sample_counts(const BenchVariantResult& variant) {
+  std::vector<std::uint32_t> counts;
+  for (const BenchBias& bias : variant.biases) counts.push_back(bias.spp);
+  return counts;
+}
+
+/// One line a sample count, errors and times being geometric means over the seeds.
+std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& noise) {
+  std::string text =
+      absl::StrFormat("  %6s %9s %10s %10s %11s %8s %10s %7s %11s  %-22s %7s\n", "spp", "CPU s", "MSE", "relMSE",
+                      "less 0.1 %", "FLIP", "bias %", "t", "efficiency", "95 % interval", "Mray/s");
+  for (const BenchBias& bias : variant.biases) {
+    const auto value = [&](auto property) { return interval_over(variant, bias.spp, property).value; };
+    const Interval efficient =
+        interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
+    absl::StrAppendFormat(&text, "  %6d %9.3f %10.4g %10.4g %11.4g %8.4f %+7.3f %s %+7.2f %11.4g  %-22s %7.2f\n",
+                          bias.spp, value([](const BenchRun& run) { return run.cost.cpu_seconds; }),
+                          value([&](const BenchRun& run) { return without_noise(run.mse, noise.mse); }),
+                          value([&](const BenchRun& run) { return without_noise(run.relmse, noise.relmse); }),
+                          value([](const BenchRun& run) { return run.relmse_trimmed; }),
+                          value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel, bias.t,
+                          efficient.value, ends_of(efficient), value([](const BenchRun& run) {
+                            return 1e-6 * static_cast<double>(run.cost.rays()) / run.cost.cpu_seconds;
+                          }));
+  }
+  return text;
+}
+
+/// "camera 12 %, intersection 40 % ...", of the time that all runs took.
+std::string stages_line(const BenchCost& cost) {
+  std::vector<std::string> parts;
+  double rest = cost.cpu_seconds;
+  for (const auto& [stage, seconds] : cost.stage_seconds) {
+    rest -= seconds;
+    if (seconds > 0) parts.push_back(absl::StrFormat("%s %.1f %%", stage, 100 * seconds / cost.cpu_seconds));
+  }
+  parts.push_back(absl::StrFormat("rest %.1f %%", 100 * rest / cost.cpu_seconds));
+  return absl::StrJoin(parts, ", ");
+}
+
+std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise& noise) {
+  BenchCost all;
+  for (const BenchRun& run : variant.runs) all += run.cost;
+  std::string text;
+  if (!variant.name.empty()) absl::StrAppend(&text, variant.name, "\n");
+  absl::StrAppend(&text, runs_table(variant, noise));
+  if (const std::optional<Slope> slope = slope_of(variant, noise)) {
+    absl::StrAppendFormat(&text, "  slope of MSE over time  %.3f", slope->value);
+    if (std::isfinite(slope->standard_error)) {
+      absl::StrAppendFormat(&text, " (standard error %.3f)", slope->standard_error);
+    }
+    text += "\n";
+  }
+  const double samples = static_cast<double>(all.samples);
+  absl::StrAppendFormat(&text, "  rays a sample           %.2f camera, %.2f bounce, %.2f shadow\n",
+                        static_cast<double>(all.camera_rays) / samples, static_cast<double>(all.bounce_rays) / samples,
+                        static_cast<double>(all.shadow_rays) / samples);
+  if (variant.ceiling) {
+    const BenchCeiling& c = *variant.ceiling;
+    const double rays = 1e-6 * static_cast<double>(c.rays);
+    absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n", 100 * c.share(),
+                          rays / c.render_cpu_seconds, rays / c.replay_cpu_seconds);
+  }
+  absl::StrAppendFormat(&text, "  rendering               %s\n", stages_line(all));
+  absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n", variant.import_cpu_seconds,
+                        variant.build_cpu_seconds);
+  if (all.dropped_samples > 0) absl::StrAppendFormat(&text, "  samples dropped         %d\n", all.dropped_samples);
+  return text;
+}
+
+std::string verdict(const std::string& a, const std::string& b, const Interval& ratio) {
+  if (!ratio.has_ends()) return "one seed shows no significance";
+  if (ratio.low > 1) return absl::StrCat(b, " wins");
+  if (ratio.high < 1) return absl::StrCat(a, " wins");
+  return "the difference is not significant";
+}
+
+std::string comparison_text(const BenchVariantResult& a, const BenchVariantResult& b, const ReferenceNoise& noise) {
+  std::string text = absl::StrCat("efficiency of ", b.name, " over ", a.name, "\n");
+  for (const std::uint32_t spp : sample_counts(a)) {
+    const Interval ratio = efficiency_ratio(a, b, noise, spp);
+    absl::StrAppendFormat(&text, "  %6d spp  x %.3f  (95 %%: %s)  %s\n", spp, ratio.value, ends_of(ratio),
+                          verdict(a.name, b.name, ratio));
+  }
+  const Interval ratio = efficiency_ratio(a, b, noise, std::nullopt);
+  absl::StrAppendFormat(&text, "  %10s  x %.3f  (95 %%: %s)  %s\n", "all", ratio.value, ends_of(ratio),
+                        verdict(a.name, b.name, ratio));
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const BenchSceneResult& scene) {
+  const v1::JobSpec& spec = scene.variants.front().spec;
+  const v1::PixelRect& crop = spec.crop();
+  std::string text =
+      absl::StrFormat("%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
+                      crop.y1() - crop.y0(), spec.settings().integrator(), spec.settings().max_depth(),
+                      spec.settings().sampler(), spec.isa(), scene.reference);
+  if (scene.noise.mse > 0) {
+    absl::StrAppendFormat(&text, "; its own MSE %.3g, relMSE %.3g taken off MSE and relMSE", scene.noise.mse,
+                          scene.noise.relmse);
+  }
+  text += "\n";
+  for (const BenchVariantResult& variant : scene.variants) absl::StrAppend(&text, variant_text(variant, scene.noise));
+  for (std::size_t i = 1; i < scene.variants.size(); ++i) {
+    absl::StrAppend(&text, comparison_text(scene.variants.front(), scene.variants[i], scene.noise));
+  }
+  return text;
+}
+
+LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
+  LogLogPlot plot;
+  plot.title = scenes.size() == 1 ? absl::StrCat("Error over time: ", scenes.front().name) : "Error over time";
+  plot.subtitle = absl::StrCat(plan.spp.front(), " to ", plan.spp.back(), " samples a pixel, ", plan.seeds,
+                               plan.seeds == 1 ? " seed" : " seeds", plan.seeds > 1 ? "; bars: 95 % interval" : "",
+                               "; in brackets: slope of MSE over time");
+  plot.x_label = "CPU time of rendering [s]";
+  plot.y_label = "relative mean squared error";
+  for (const BenchSceneResult& scene : scenes) {
+    for (const BenchVariantResult& variant : scene.variants) {
+      PlotSeries series;
+      series.name = scenes.size() == 1 && !variant.name.empty() ? variant.name
+                    : variant.name.empty()                      ? scene.name
+                                                                : absl::StrCat(scene.name, ", ", variant.name);
+      if (const auto slope = slope_of(variant, scene.noise))
+        absl::StrAppendFormat(&series.name, "  (%.2f)", slope->value);
+      for (const std::uint32_t spp : sample_counts(variant)) {
+        const Interval time = interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; });
+        const Interval error = interval_over(
+            variant, spp, [&](const BenchRun& run) { return without_noise(run.relmse, scene.noise.relmse); });
+        series.points.push_back(
+            {time.value, error.value, error.has_ends() ? error.low : 0, error.has_ends() ? error.high : 0});
+      }
+      plot.series.push_back(std::move(series));
+    }
+  }
+  return plot;
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,91 @@
+#include <nlohmann/json.hpp>
+
+#include "bench/analysis.h"
+#include "bench/report.h"
+#include "wire/version.h"
+
+namespace tessera::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Interval& interval) {
+  return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
+}
+
+Json json_of(const BenchRun& run, const ReferenceNoise& noise) {
+  return {{"spp", run.spp},
+          {"seed_offset", run.seed_offset},
+          {"cpu_seconds", run.cost.cpu_seconds},
+          {"mse", without_noise(run.mse, noise.mse)},
+          {"relmse", without_noise(run.relmse, noise.relmse)},
+          {"mse_trimmed", run.mse_trimmed},
+          {"relmse_trimmed", run.relmse_trimmed},
+          {"flip", run.flip},
+          {"efficiency", efficiency(run, noise)},
+          {"rays",
+           {{"camera", run.cost.camera_rays},
+            {"bounce", run.cost.bounce_rays},
+            {"shadow", run.cost.shadow_rays},
+            {"total", run.cost.rays()}}},
+          {"samples", run.cost.samples},
+          {"dropped_samples", run.cost.dropped_samples},
+          {"stages", run.cost.stage_seconds}};
+}
+
+Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
+  Json json{{"name", variant.name},
+            {"integrator", variant.spec.settings().integrator()},
+            {"sampler", variant.spec.settings().sampler()},
+            {"isa", variant.spec.isa()},
+            {"import_cpu_seconds", variant.import_cpu_seconds},
+            {"build_cpu_seconds", variant.build_cpu_seconds}};
+  for (const BenchBias& bias : variant.biases) {
+    const Interval efficient =
+        interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
+    json["efficiency"].push_back({{"spp", bias.spp}, {"interval", json_of(efficient)}});
+    json["bias"].push_back({{"spp", bias.spp}, {"channel", bias.channel}, {"percent", bias.percent}, {"t", bias.t}});
+  }
+  if (const auto slope = slope_of(variant, noise)) {
+    json["slope"] = {{"value", slope->value}, {"standard_error", slope->standard_error}};
+  }
+  if (variant.ceiling) {
+    json["ceiling"] = {{"share", variant.ceiling->share()},
+                       {"rays", variant.ceiling->rays},
+                       {"render_cpu_seconds", variant.ceiling->render_cpu_seconds},
+                       {"replay_cpu_seconds", variant.ceiling->replay_cpu_seconds}};
+  }
+  for (const BenchRun& run : variant.runs) json["runs"].push_back(json_of(run, noise));
+  return json;
+}
+
+Json json_of(const BenchSceneResult& scene) {
+  const v1::PixelRect& crop = scene.variants.front().spec.crop();
+  Json json{{"name", scene.name},
+            {"width", crop.x1() - crop.x0()},
+            {"height", crop.y1() - crop.y0()},
+            {"reference", {{"source", scene.reference}, {"mse", scene.noise.mse}, {"relmse", scene.noise.relmse}}}};
+  for (const BenchVariantResult& variant : scene.variants) json["variants"].push_back(json_of(variant, scene.noise));
+  for (std::size_t i = 1; i < scene.variants.size(); ++i) {
+    const BenchVariantResult &a = scene.variants.front(), &b = scene.variants[i];
+    Json comparison{{"a", a.name}, {"b", b.name}};
+    comparison["all"] = json_of(efficiency_ratio(a, b, scene.noise, std::nullopt));
+    for (const BenchBias& bias : a.biases) {
+      comparison["by_spp"].push_back(
+          {{"spp", bias.spp}, {"interval", json_of(efficiency_ratio(a, b, scene.noise, bias.spp))}});
+    }
+    json["efficiency_ratios"].push_back(std::move(comparison));
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
+  Json json{{"version", wire::build_version()}, {"seeds", plan.seeds}, {"threads", plan.threads}, {"spp", plan.spp}};
+  for (const BenchSceneResult& scene : scenes) json["scenes"].push_back(json_of(scene));
+  // Names may hold bytes that are not UTF-8.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,236 @@
+// tessera bench SCENE...: run time against error.
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "bench/analysis.h"
+#include "bench/report.h"
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "command/render_options.h"
+#include "image/atomic_file.h"
+#include "local/local_farm.h"
+#include "wire/limits.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  RenderOptions render;
+  std::vector<std::string> scenes;
+  std::vector<std::string> references;
+  std::uint32_t reference_spp = 0;  // 0: none is made
+  std::string compare;              // OPTION=A,B
+  std::string json, plot;
+  BenchPlan plan{.spp = {4, 16, 64, 256}, .seeds = 4, .threads = 1};
+};
+
+/// A reference should have this many times the samples of the images that are held against it.
+constexpr std::uint32_t kReferenceFactor = 16;
+
+/// An error that has been printed.
+struct Failed {
+  int exit_code;
+};
+
+int report_measuring(const absl::Status& status) {
+  const std::string message{status.message()};
+  if (absl::IsCancelled(status)) return report(kInterrupted, message);
+  return report(absl::IsInvalidArgument(status) || absl::IsNotFound(status) ? kUsage : kJobFailed, message);
+}
+
+/// "OPTION=A,B" as the options of one variant each; one without any where there is nothing to compare.
+struct VariantOption {
+  std::string option, value;  // empty: none
+  std::string name() const { return option.empty() ? "" : absl::StrCat(option, "=", value); }
+};
+
+absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
+  if (text.empty()) return std::vector<VariantOption>(1);
+  const std::vector<std::string> sides = absl::StrSplit(text, absl::MaxSplits('=', 1));
+  if (sides.size() != 2 || sides[0].empty()) return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
+  std::vector<VariantOption> variants;
+  for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
+    variants.push_back({sides[0], value});
+  }
+  if (variants.size() < 2) return absl::InvalidArgumentError("--compare: expected two values or more, OPTION=A,B");
+  return variants;
+}
+
+/// The options with one more, as if the command line had ended in --OPTION VALUE.
+absl::StatusOr<RenderOptions> with_option(RenderOptions options, const VariantOption& variant) {
+  if (variant.option.empty()) return options;
+  const absl::Status status = parse_options([&](Command& command) { define_job_options(command, options); },
+                                            {absl::StrCat("--", variant.option), variant.value});
+  if (!status.ok())
+    return absl::InvalidArgumentError(absl::StrCat("--compare ", variant.name(), ": ", status.message()));
+  return options;
+}
+
+/// A variant and what it refers to.
+struct LoadedVariant {
+  std::unique_ptr<LoadedJob> job;
+  BenchVariant variant;
+};
+
+std::optional<Failed> load_variant(const RenderOptions& options, const std::string& name, LoadedVariant& loaded) {
+  int exit_code = kDone;
+  loaded.job = load_job(options, exit_code);
+  if (loaded.job == nullptr) return Failed{exit_code};
+  v1::JobSpec& spec = loaded.job->job->spec;
+  if (spec.isa().empty()) spec.set_isa(local_isas().empty() ? "" : local_isas().front());
+  absl::StatusOr<std::unique_ptr<BenchScene>> scene = BenchScene::load(spec, loaded.job->job->blobs, options.threads);
+  if (!scene.ok()) {
+    return Failed{report(absl::IsInvalidArgument(scene.status()) ? kBadScene : kJobFailed,
+                         std::string{scene.status().message()})};
+  }
+  if (!options.quiet) {
+    for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
+  }
+  loaded.variant = {name, spec, *std::move(scene), loaded.job->import_cpu_seconds};
+  return std::nullopt;
+}
+
+/// Tells what is being done: on a terminal in one line, else a line each.
+class Steps {
+ public:
+  Steps(std::string scene, bool quiet) : scene_(std::move(scene)), quiet_(quiet), terminal_(::isatty(STDERR_FILENO)) {}
+  ~Steps() { say(""); }
+  void operator()(const std::string& what) const { say(absl::StrCat(scene_, ": ", what)); }
+
+ private:
+  void say(const std::string& line) const {
+    if (quiet_ || (line.empty() && !terminal_)) return;
+    if (terminal_) {
+      std::cerr << "\r\x1b[K" << line << std::flush;
+    } else {
+      std::cerr << line << '\n';
+    }
+  }
+
+  std::string scene_;
+  bool quiet_, terminal_;
+};
+
+/// The one given for scene number `index`, or one that is made, and kept where a file is named.
+absl::StatusOr<BenchReference> find_reference(const Options& options, std::size_t index, const BenchVariant& variant,
+                                              const Steps& steps, std::stop_token stop) {
+  const std::string file = index < options.references.size() ? options.references[index] : "";
+  if (options.reference_spp == 0) return read_reference(file);
+  steps(absl::StrCat("reference, ", options.reference_spp, " samples a pixel"));
+  absl::StatusOr<BenchReference> made = make_reference(variant, options.reference_spp, options.plan.threads, stop);
+  if (!made.ok() || file.empty()) return made;
+  if (absl::Status status = write_reference(*made, file); !status.ok()) return status;
+  made->source += absl::StrCat(", ", file);
+  return made;
+}
+
+absl::StatusOr<BenchSceneResult> measure_scene(const Options& options, std::size_t index,
+                                               std::vector<LoadedVariant>& loaded, std::stop_token stop) {
+  std::vector<BenchVariant> variants;
+  for (LoadedVariant& one : loaded) variants.push_back(std::move(one.variant));
+  BenchSceneResult result;
+  result.name = variants.front().spec.name();
+  const Steps steps(result.name, options.render.quiet);
+  absl::StatusOr<BenchReference> reference = find_reference(options, index, variants.front(), steps, stop);
+  if (!reference.ok()) return reference.status();
+  result.reference = reference->source;
+  result.noise = reference->noise;
+  absl::StatusOr<std::vector<BenchVariantResult>> measured = measure_variants(
+      variants, *reference, options.plan, [&](const std::string& what) { steps(what); }, stop);
+  if (!measured.ok()) return measured.status();
+  result.variants = *std::move(measured);
+  return result;
+}
+
+absl::Status check(Options& options) {
+  std::ranges::sort(options.plan.spp);
+  options.plan.spp.erase(std::ranges::unique(options.plan.spp).begin(), options.plan.spp.end());
+  if (options.reference_spp == 0 && options.references.empty()) {
+    return absl::InvalidArgumentError("errors need a reference: --reference FILE.exr, or --make-reference N");
+  }
+  if (!options.references.empty() && options.references.size() != options.scenes.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("there are ", options.scenes.size(), " scenes and ",
+                                                   options.references.size(), " references; one for each is needed"));
+  }
+  return options.plot.empty() ? absl::OkStatus() : check_plot_path(options.plot);
+}
+
+int write_files(const Options& options, const std::vector<BenchSceneResult>& results) {
+  absl::Status status;
+  if (!options.json.empty()) status = replace_file_with(options.json, to_json(results, options.plan));
+  if (status.ok() && !options.plot.empty()) status = write_plot(to_plot(results, options.plan), options.plot);
+  return status.ok() ? kDone : report(kIncomplete, std::string{status.message()});
+}
+
+int run(Options options, Interrupt& interrupt) {
+  if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
+  const absl::StatusOr<std::vector<VariantOption>> variants = parse_compare(options.compare);
+  if (!variants.ok()) return report(kUsage, std::string{variants.status().message()});
+  if (options.reference_spp > 0 && options.reference_spp / kReferenceFactor < options.plan.spp.back()) {
+    std::cerr << "warning: a reference should have " << kReferenceFactor << " times the samples of the images, "
+              << kReferenceFactor * std::uint64_t{options.plan.spp.back()} << " here\n";
+  }
+
+  const std::stop_token stop = interrupt.token();
+  std::vector<BenchSceneResult> results;
+  for (std::size_t i = 0; i < options.scenes.size(); ++i) {
+    std::vector<LoadedVariant> loaded;
+    for (const VariantOption& variant : *variants) {
+      absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
+      if (!render.ok()) return report(kUsage, std::string{render.status().message()});
+      render->scene = options.scenes[i];
+      render->threads = options.plan.threads;
+      render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
+      const std::optional<Failed> failed = load_variant(*render, variant.name(), loaded.emplace_back());
+      if (failed) return failed->exit_code;
+    }
+    absl::StatusOr<BenchSceneResult> result = measure_scene(options, i, loaded, stop);
+    if (!result.ok()) return report_measuring(result.status());
+    std::cout << (i > 0 ? "\n" : "") << to_text(*result) << std::flush;
+    if (reference_too_noisy(*result)) {
+      std::cerr << "warning: " << result->name << ": the reference has more than half of the error; more samples in it "
+                << "would make the figures true\n";
+    }
+    results.push_back(*std::move(result));
+  }
+  return write_files(options, results);
+}
+
+}  // namespace
+
+void add_bench_command(CommandLine& line) {
+  auto options = std::make_shared<Options>();
+  Command command = line.add_command("bench", "Measures run time against error, in this process");
+  command.add("SCENE", options->scenes, "scene files").required();
+  command.add("--reference", options->references, "what the images are held against, one for each scene")
+      .separated_by_commas()
+      .type_name("FILE.exr,...");
+  command.add("--make-reference", options->reference_spp, "render it first, with N samples a pixel, to --reference")
+      .in_range(2, wire::kMaxSamplesPerPixel);
+  command.add("--spp", options->plan.spp, "samples a pixel")
+      .separated_by_commas()
+      .in_range(1, wire::kMaxSamplesPerPixel)
+      .with_default();
+  command.add("--seeds", options->plan.seeds, "images for each number of samples").in_range(1, 1000).with_default();
+  command.add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
+      .type_name("OPTION=A,B");
+  command.add("--json", options->json, "write all figures").type_name("FILE.json");
+  command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
+  command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");
+  define_job_options(command, options->render);
+  command.option("--isa").one_of(local_isas());
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,171 @@
+#include "local/bench_scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "local/scene_blobs.h"
+#include "render/build/load_scene.h"
+#include "tessera/v1/scene.pb.h"
+#include "wire/cpu_time.h"
+
+namespace tessera::client {
+namespace {
+
+BenchCost cost_of(const render::RenderStats& stats, double cpu_seconds) {
+  BenchCost cost{.cpu_seconds = cpu_seconds,
+                 .samples = stats.samples,
+                 .dropped_samples = stats.dropped_samples,
+                 .camera_rays = stats.camera_rays,
+                 .bounce_rays = stats.bounce_rays,
+                 .shadow_rays = stats.shadow_rays,
+                 .stage_seconds = {}};
+  for (std::size_t i = 0; i < stats.times.stages.size(); ++i) {
+    cost.stage_seconds[render::kStageNames[i]] = 1e-9 * static_cast<double>(stats.times.stages[i]);
+  }
+  return cost;
+}
+
+/// Squares of `side` pixels that cover the crop.
+std::vector<render::TileRequest> tiles_of(const v1::PixelRect& crop, std::uint32_t side) {
+  std::vector<render::TileRequest> tiles;
+  for (std::uint32_t y = crop.y0() / side * side; y < crop.y1(); y += side) {
+    for (std::uint32_t x = crop.x0() / side * side; x < crop.x1(); x += side) {
+      tiles.push_back({std::max(x, crop.x0()), std::max(y, crop.y0()), std::min(x + side, crop.x1()),
+                       std::min(y + side, crop.y1()), 0, 0});
+    }
+  }
+  return tiles;
+}
+
+}  // namespace
+
+BenchCost& BenchCost::operator+=(const BenchCost& other) {
+  cpu_seconds += other.cpu_seconds;
+  samples += other.samples;
+  dropped_samples += other.dropped_samples;
+  camera_rays += other.camera_rays;
+  bounce_rays += other.bounce_rays;
+  shadow_rays += other.shadow_rays;
+  for (const auto& [stage, seconds] : other.stage_seconds) stage_seconds[stage] += seconds;
+  return *this;
+}
+
+struct BenchScene::Parts {
+  std::unique_ptr<render::RenderScene> scene;
+  std::vector<render::TileRequest> tiles;
+  bool light_tracing = false;
+};
+
+BenchScene::BenchScene(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+BenchScene::~BenchScene() = default;
+
+const std::vector<std::string>& BenchScene::warnings() const { return parts_->scene->warnings(); }
+
+absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
+                                                             const std::vector<const SceneBlob*>& blobs, int threads) {
+  const std::chrono::nanoseconds start = wire::process_cpu_time();
+  const SceneBlobs source(blobs);
+  const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.scene().digest());
+  if (!bytes.ok()) return bytes.status();
+  v1::Scene message;
+  if (!message.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
+    return absl::InternalError("the scene's own message cannot be read");
+  }
+  absl::StatusOr<std::unique_ptr<render::RenderScene>> scene =
+      render::load_scene(message, spec, [&](const std::string& digest) { return source.bytes(digest); },
+                         {.isa = spec.isa(), .threads = threads});
+  if (!scene.ok()) return scene.status();
+
+  auto parts = std::make_unique<Parts>();
+  parts->scene = *std::move(scene);
+  parts->light_tracing = spec.settings().integrator() == "light";
+  // A pass of light tracing goes over the whole film.
+  parts->tiles = tiles_of(spec.crop(), parts->light_tracing ? std::max(spec.width(), spec.height()) : spec.tile_size());
+  std::unique_ptr<BenchScene> self{new BenchScene{std::move(parts)}};
+  self->build_cpu_seconds_ = wire::in_seconds(wire::process_cpu_time() - start);
+  return self;
+}
+
+absl::StatusOr<std::optional<BenchCeiling>> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {
+  if (parts_->light_tracing) return std::nullopt;
+  BenchCeiling total;
+  for (render::TileRequest tile : parts_->tiles) {
+    if (stop.stop_requested()) return absl::CancelledError("interrupted");
+    tile.sample_end = spp;
+    const render::RenderScene::Ceiling ceiling = parts_->scene->measure_ceiling(tile);
+    total.render_cpu_seconds += ceiling.render_cpu_seconds;
+    total.replay_cpu_seconds += ceiling.replay_cpu_seconds;
+    total.rays += ceiling.stats.camera_rays + ceiling.stats.bounce_rays + ceiling.stats.shadow_rays;
+  }
+  return total;
+}
+
+/// The threads of render_in_turn, which take a tile of every scene at a time.
+class BenchTurns {
+ public:
+  BenchTurns(std::span<const BenchScene* const> scenes, std::uint32_t spp, std::uint64_t seed_offset,
+             std::stop_token stop)
+      : scenes_(scenes), spp_(spp), seed_offset_(seed_offset), stop_(std::move(stop)), renders_(scenes.size()) {}
+
+  absl::StatusOr<std::vector<BenchRender>> run(int threads) {
+    {
+      std::vector<std::jthread> helpers;
+      for (int i = 1; i < threads; ++i) helpers.emplace_back([this] { work(); });
+      work();
+    }
+    if (!status_.ok()) return status_;
+    return std::move(renders_);
+  }
+
+ private:
+  void work() {
+    std::size_t most = 0;
+    for (const BenchScene* scene : scenes_) most = std::max(most, scene->parts_->tiles.size());
+    for (std::size_t tile = next_++; tile < most; tile = next_++) {
+      for (std::size_t i = 0; i < scenes_.size(); ++i) {
+        const std::size_t scene = tile % 2 == 0 ? i : scenes_.size() - 1 - i;
+        if (tile < scenes_[scene]->parts_->tiles.size() && !render(scene, tile)) return;
+      }
+    }
+  }
+
+  bool render(std::size_t scene, std::size_t index) {
+    render::TileRequest tile = scenes_[scene]->parts_->tiles[index];
+    tile.sample_end = spp_;
+    tile.seed_offset = seed_offset_;
+    render::RenderStats stats;
+    const std::chrono::nanoseconds start = wire::thread_cpu_time();
+    absl::StatusOr<wire::TileResult> result = scenes_[scene]->parts_->scene->render_tile(tile, stop_, stats);
+    const double seconds = wire::in_seconds(wire::thread_cpu_time() - start);
+
+    const std::lock_guard lock{mutex_};
+    if (!result.ok()) {
+      status_ = result.status();
+      next_ = SIZE_MAX / 2;  // the others stop at their next tile
+      return false;
+    }
+    renders_[scene].tiles.push_back(*std::move(result));
+    renders_[scene].cost += cost_of(stats, seconds);
+    return true;
+  }
+
+  const std::span<const BenchScene* const> scenes_;
+  const std::uint32_t spp_;
+  const std::uint64_t seed_offset_;
+  const std::stop_token stop_;
+  std::atomic<std::size_t> next_ = 0;
+  std::mutex mutex_;
+  std::vector<BenchRender> renders_;
+  absl::Status status_;
+};
+
+absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes, std::uint32_t spp,
+                                                        std::uint64_t seed_offset, int threads, std::stop_token stop) {
+  return BenchTurns(scenes, spp, seed_offset, std::move(stop)).run(threads);
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,77 @@
+// A scene in a renderer of this process, without a farm around it: what `tessera bench` measures.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "import/input/imported_scene.h"
+#include "tessera/v1/job.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::client {
+
+/// What rendering cost; counts and times of tiles add up.
+struct BenchCost {
+  double cpu_seconds = 0;
+  std::uint64_t samples = 0, dropped_samples = 0;
+  std::uint64_t camera_rays = 0, bounce_rays = 0, shadow_rays = 0;
+  std::map<std::string, double> stage_seconds;  // CPU time by stage (UnitStats.stage_ns)
+
+  std::uint64_t rays() const { return camera_rays + bounce_rays + shadow_rays; }
+  BenchCost& operator+=(const BenchCost& other);
+};
+
+struct BenchRender {
+  std::vector<wire::TileResult> tiles;  // in no order
+  BenchCost cost;
+};
+
+/// Rendering against Embree tracing the same rays with no shading at all, the two taking turns tile by tile, on one
+/// thread.
+struct BenchCeiling {
+  double render_cpu_seconds = 0, replay_cpu_seconds = 0;
+  std::uint64_t rays = 0;
+
+  /// Share of the ceiling's rays a second that rendering reaches.
+  double share() const { return replay_cpu_seconds / render_cpu_seconds; }
+};
+
+class BenchScene {
+ public:
+  /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is wrong with
+  /// the scene.
+  static absl::StatusOr<std::unique_ptr<BenchScene>> load(const v1::JobSpec& spec,
+                                                          const std::vector<const SceneBlob*>& blobs, int threads);
+  ~BenchScene();
+
+  double build_cpu_seconds() const { return build_cpu_seconds_; }
+  /// What the scene asked for that was approximated or left out.
+  const std::vector<std::string>& warnings() const;
+
+  /// Absent for light tracing, whose rays are not recorded. Cancelled when stopped.
+  absl::StatusOr<std::optional<BenchCeiling>> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;
+
+ private:
+  friend class BenchTurns;
+  struct Parts;
+  explicit BenchScene(std::unique_ptr<Parts> parts);
+
+  std::unique_ptr<Parts> parts_;
+  double build_cpu_seconds_ = 0;
+};
+
+/// Renders one image of every scene, `spp` samples a pixel, with the job's seed plus `seed_offset`. The scenes take
+/// turns tile by tile (A B B A ...), so that a machine whose speed drifts slows all alike. Cancelled when stopped. One
+/// result a scene, in their order.
+absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes, std::uint32_t spp,
+                                                        std::uint64_t seed_offset, int threads, std::stop_token stop);
+
+}  // namespace tessera::client
