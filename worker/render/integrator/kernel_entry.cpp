@@ -1,5 +1,6 @@
 // What a kernel module exports.
 #include <memory>
+#include <utility>
 
 #include "render/accel/alpha_filter.h"
 #include "render/accel/quadric.h"
@@ -15,15 +16,22 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+/// An integrator; its memory, new for every tile, is part of what starting paths costs.
+template <class Integrator, class... Args>
+std::unique_ptr<Integrator> prepare(RenderStats& stats, Args&&... args) {
+  const StageTimer timer(stats.times, Stage::kCamera);
+  return std::make_unique<Integrator>(std::forward<Args>(args)...);
+}
+
 bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                  RenderStats& stats, RayLog* log) {
-  const auto wavefront = std::make_unique<Wavefront>(scene, tile, film, stats, log, scene.max_depth);
+  const auto wavefront = prepare<Wavefront>(stats, scene, tile, film, stats, log, scene.max_depth);
   return wavefront->render(stop);
 }
 
 bool render_light(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                   RenderStats& stats) {
-  const auto tracer = std::make_unique<LightTracer>(scene, tile, film, stats);
+  const auto tracer = prepare<LightTracer>(stats, scene, tile, film, stats);
   return tracer->render(stop);
 }
 

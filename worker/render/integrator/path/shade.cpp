@@ -166,9 +166,14 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   const Mask wanted = events & ((v.at.flags & kAllDelta) == 0);
   if (scene_.lights.selection.threshold.empty() || none(wanted)) return;
 
-  const DiscreteSample choice = sample_discrete(scene_.lights.selection, v.choice.x, wanted);
-  const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p,
-                                         v.sampler.get_2d(v.first_pair + dimension::kLightPoint), wanted);
+  // One pair for the light and the point on it stratifies the points over all lights together (measured:
+  // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
+  constexpr std::size_t kMostTogether = 256;
+  const bool together = scene_.lights.selection.pmf.size() <= kMostTogether;
+  Vec2 point = v.sampler.get_2d(v.first_pair + dimension::kLightPoint);
+  const DiscreteSample choice = sample_discrete(scene_.lights.selection, together ? point.x : v.choice.x, wanted);
+  if (together) point.x = choice.u;
+  const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p, point, wanted);
   shading_timer_.lap(ShadingPart::kLights);
   const Mask reachable = wanted & light.valid;
   if (none(reachable)) return;
