@@ -1,5 +1,7 @@
 #include "command/render_options.h"
 
+#include <malloc.h>
+
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -10,6 +12,7 @@
 #include "import/import.h"
 #include "wire/cpu_time.h"
 #include "wire/limits.h"
+#include "wire/mesh_blob.h"
 
 namespace tessera::client {
 namespace {
@@ -85,6 +88,15 @@ void define_job_options(Command& command, RenderOptions& options) {
       .separated_by_commas()
       .type_name("NAME,...");
   command.add("--isa", job.isa, "kernels to use, on every worker");
+}
+
+void LoadedJob::free_meshes() {
+  for (SceneBlob& blob : imported.blobs) {
+    if (wire::is_mesh(blob.bytes)) std::string().swap(blob.bytes);
+  }
+#ifdef __GLIBC__
+  malloc_trim(0);  // many are small: the allocator would keep them
+#endif
 }
 
 std::vector<std::string> LoadedJob::warning_lines() const {

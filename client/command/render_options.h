@@ -35,6 +35,8 @@ struct LoadedJob {
   double import_seconds = 0;  // digests included
   double import_cpu_seconds = 0;
 
+  /// Frees the bytes of the meshes.
+  void free_meshes();
   /// "file:line:column: message", one a warning.
   std::vector<std::string> warning_lines() const;
 };

@@ -40,7 +40,12 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.address = "this process";
   agent_options.threads = options.threads;
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
-  agent_options.load_scene = render::load_scene;
+  agent_options.load_scene = [geometry_read = std::move(options.geometry_read)](
+                                 const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
+                                 render::LoadOptions load_options) {
+    load_options.geometry_read = geometry_read;
+    return render::load_scene(scene, job, blobs, load_options);
+  };
   agent_options.blobs = [blobs = parts->blobs](const std::string& digest) { return blobs->bytes(digest); };
   agent_options.grace = std::chrono::milliseconds{0};
   absl::StatusOr<std::unique_ptr<agent::Agent>> agent =
@@ -48,7 +53,8 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   if (!agent.ok()) return agent.status();
   parts->agent = *std::move(agent);
   // Its status is of no use here: a worker that cannot register leaves the job waiting only until the farm is stopped.
-  parts->worker = std::jthread{[&worker = *parts->agent](std::stop_token stop) { static_cast<void>(worker.run(stop)); }};
+  parts->worker =
+      std::jthread{[&worker = *parts->agent](std::stop_token stop) { static_cast<void>(worker.run(stop)); }};
   return std::unique_ptr<LocalFarm>{new LocalFarm{std::move(parts)}};
 }
 

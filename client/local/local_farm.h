@@ -1,6 +1,7 @@
 // A farm within this process: the coordinator and the worker of the big one, in memory and without sockets.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ struct LocalFarmOptions {
   int threads = 1;
   std::string isa;                       // empty: the best of this machine
   std::vector<const SceneBlob*> blobs;  // all that the jobs will need; read in place, they must outlive the farm
+  // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then be freed, if
+  // there is one job alone.
+  std::function<void()> geometry_read = {};
 };
 
 /// The kernels that this machine can run, best first.

@@ -32,6 +32,9 @@ absl::StatusOr<render::BlobBytes> SceneBlobs::bytes(const std::string& digest) c
   const auto found = blobs_.find(digest);
   if (found == blobs_.end()) return absl::NotFoundError(absl::StrCat("the scene has no blob ", digest));
   const SceneBlob& blob = *found->second;
+  if (blob.file.empty() && blob.bytes.size() != blob.ref.size_bytes()) {
+    return absl::FailedPreconditionError(absl::StrCat("the bytes of ", digest, " were freed after the first use"));
+  }
   if (blob.file.empty()) return render::BlobBytes{blob.bytes, nullptr};
   absl::StatusOr<render::BlobBytes> mapped = agent::map_file(blob.file);
   if (mapped.ok() && mapped->bytes.size() != blob.ref.size_bytes()) {

@@ -88,6 +88,8 @@ std::string encode_mesh(const MeshData& mesh) {
   return blob;
 }
 
+bool is_mesh(std::string_view blob) { return blob.starts_with(std::string_view(kMagic, 8)); }
+
 absl::StatusOr<MeshView> decode_mesh(std::string_view blob) {
   if (reinterpret_cast<std::uintptr_t>(blob.data()) % 4 != 0) return unsound("the bytes are not 4-byte aligned");
   if (blob.size() < kHeaderBytes) return unsound(absl::StrCat(blob.size(), " bytes are too few for the header"));

@@ -44,6 +44,9 @@ struct MeshView {
 /// The blob of a mesh; the arrays must fit one another.
 std::string encode_mesh(const MeshData& mesh);
 
+/// Whether `blob` has the mark of a mesh.
+bool is_mesh(std::string_view blob);
+
 /// A view into `blob`, whose data must be 4-byte aligned. InvalidArgument, with what is wrong, for a bad magic,
 /// sizes that do not fit the blob, an index out of range, or a position that is not finite.
 absl::StatusOr<MeshView> decode_mesh(std::string_view blob);

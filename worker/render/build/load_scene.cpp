@@ -166,6 +166,7 @@ class LoadedScene final : public RenderScene {
     SceneTables& tables = content->tables;
     SceneBuilder builder(scene, job, blobs, options.threads, tables, content->warnings);
     if (auto s = builder.build_tables(); !s.ok()) return s;
+    if (options.geometry_read) options.geometry_read();
     // Images have nothing to do with the BVH. A worker of one thread uses one.
     std::future<absl::Status> images = std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
                                                   [&] { return builder.decode_images(); });

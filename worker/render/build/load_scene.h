@@ -61,6 +61,9 @@ struct LoadOptions {
   std::string isa;                     // one of supported_isas()
   int threads = 1;                     // for building
   SharedContents* contents = nullptr;  // of the scenes loaded before, where there may be any
+  // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most memory. Of the
+  // blobs only images are read from then on.
+  std::function<void()> geometry_read = {};
 };
 
 /// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but the film,
