@@ -42,11 +42,10 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
     spec.set_isa(isas.front());
 
   const std::stop_token stop = interrupt.token();
-  const absl::StatusOr<std::unique_ptr<LocalFarm>> farm =
-      LocalFarm::start({.threads = options.threads,
-                        .isa = spec.isa(),
-                        .blobs = loaded->job->blobs,
-                        .geometry_read = [&loaded] { loaded->free_meshes(); }});
+  const absl::StatusOr<std::unique_ptr<LocalFarm>> farm = LocalFarm::start(
+      {.threads = options.threads, .isa = spec.isa(), .blobs = loaded->job->blobs, .geometry_read = [&loaded] {
+         loaded->free_meshes();
+       }});
   if (!farm.ok()) return report(kJobFailed, std::string{farm.status().message()});
 
   const Clock::time_point start = Clock::now();

@@ -17,10 +17,10 @@ namespace tessera::client {
 
 struct LocalFarmOptions {
   int threads = 1;
-  std::string isa;                       // empty: the best of this machine
+  std::string isa;                      // empty: the best of this machine
   std::vector<const SceneBlob*> blobs;  // all that the jobs will need; read in place, they must outlive the farm
-  // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then be freed, if
-  // there is one job alone.
+  // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then be freed,
+  // if there is one job alone.
   std::function<void()> geometry_read = {};
 };
 

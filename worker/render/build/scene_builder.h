@@ -180,18 +180,18 @@ class SceneBuilder {
   std::vector<std::string> shape_names_, instance_names_;  // of each of ShapeTable::shapes and instances, for messages
   Point camera_origin_;                                    // world space
   Transform render_from_world_;
-  std::map<std::string, int> texture_nodes_;                           // by name; kInProgress while it is made
-  std::map<std::string, const v1::Texture*> textures_;                 // by name
+  std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
+  std::map<std::string, const v1::Texture*> textures_;  // by name
   struct PendingImage {
     const v1::ImageTexture* source;
     std::shared_ptr<TextureImage> image;
     bool needed = false;
   };
-  std::map<std::string, PendingImage> images_;  // by digest and encoding
-  std::vector<bool> needed_nodes_;              // texture nodes that need_images() has seen
-  std::map<std::string, int> materials_;                               // by name
-  std::map<std::string, ObjectParts> objects_;                         // by name
-  std::map<std::string, int> attributes_;                              // of meshes that textures look up, by name
+  std::map<std::string, PendingImage> images_;                   // by digest and encoding
+  std::vector<bool> needed_nodes_;                               // texture nodes that need_images() has seen
+  std::map<std::string, int> materials_;                         // by name
+  std::map<std::string, ObjectParts> objects_;                   // by name
+  std::map<std::string, int> attributes_;                        // of meshes that textures look up, by name
   std::map<std::string, int> media_;                             // by name; empty unless the integrator looks for media
   std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
   std::map<BalancedFacets, int> balance_tables_;
