@@ -176,7 +176,8 @@ int run(Options options, Interrupt& interrupt) {
   if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
   const absl::StatusOr<std::vector<VariantOption>> variants = parse_compare(options.compare);
   if (!variants.ok()) return report(kUsage, std::string{variants.status().message()});
-  if (options.reference_spp > 0 && options.reference_spp / kReferenceFactor < options.plan.spp.back()) {
+  if (!options.render.quiet && options.reference_spp > 0 &&
+      options.reference_spp / kReferenceFactor < options.plan.spp.back()) {
     std::cerr << "warning: a reference should have " << kReferenceFactor << " times the samples of the images, "
               << kReferenceFactor * std::uint64_t{options.plan.spp.back()} << " here\n";
   }
@@ -197,7 +198,7 @@ int run(Options options, Interrupt& interrupt) {
     absl::StatusOr<BenchSceneResult> result = measure_scene(options, i, loaded, stop);
     if (!result.ok()) return report_measuring(result.status());
     std::cout << (i > 0 ? "\n" : "") << to_text(*result) << std::flush;
-    if (reference_too_noisy(*result)) {
+    if (!options.render.quiet && reference_too_noisy(*result)) {
       std::cerr << "warning: " << result->name << ": the reference has more than half of the error; more samples in it "
                 << "would make the figures true\n";
     }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "integration/farm_under_test.h"
@@ -20,11 +21,13 @@ TEST(CommandLine, AnUnknownIntegratorIsAUsageErrorThatNamesTheKnownOnes) {
 }
 
 TEST(CommandLine, ValuesThatMakeNoSenseAreUsageErrors) {
-  const std::vector<std::vector<std::string>> wrong{
-      {"--spp", "0"},         {"--spp", "-4"},      {"--resolution", "640"},  {"--resolution", "0x480"},
-      {"--crop", "5,5,5,9"},  {"--crop", "1,2,3"},  {"--tile", "0"},          {"--threads", "0"},
-      {"--sampler", "dice"},  {"--aov", "beauty"},  {"--isa", "z80"},         {"-D", "noequals"},
-      {"--no-such-option"},   {"--crop", "0,0,100000,100000"}};
+  const std::vector<std::vector<std::string>> wrong{{"--spp", "0"},          {"--spp", "-4"},
+                                                    {"--resolution", "640"}, {"--resolution", "0x480"},
+                                                    {"--crop", "5,5,5,9"},   {"--crop", "1,2,3"},
+                                                    {"--tile", "0"},         {"--threads", "0"},
+                                                    {"--sampler", "dice"},   {"--aov", "beauty"},
+                                                    {"--isa", "z80"},        {"-D", "noequals"},
+                                                    {"--no-such-option"},    {"--crop", "0,0,100000,100000"}};
   for (const std::vector<std::string>& options : wrong) {
     std::vector<std::string> arguments{"render", kScene, "-o", "x.exr"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -69,12 +72,57 @@ TEST(CommandLine, AJobThatDoesNotExistIsNamed) {
   }
 }
 
+TEST(CommandLine, BenchMeasuresComparesAndKeepsItsReference) {
+  const support::TempDir directory;
+  const std::string reference = (directory.path() / "ref.exr").string(),
+                    json = (directory.path() / "bench.json").string(), plot = (directory.path() / "bench.svg").string();
+  const support::Finished made = tessera({"bench", kScene, "--resolution", "32x32", "--make-reference", "64",
+                                          "--reference", reference, "--spp", "1,4", "--seeds", "2", "--compare",
+                                          "sampler=sobol,independent", "--json", json, "--plot", plot, "--quiet"});
+  ASSERT_EQ(made.status.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("efficiency of sampler=independent over sampler=sobol"));
+  EXPECT_TRUE(std::filesystem::exists(plot));
+  EXPECT_EQ(json_number(json, "seeds"), 2);
+
+  const support::Finished kept = tessera(
+      {"bench", kScene, "--resolution", "32x32", "--reference", reference, "--spp", "4", "--seeds", "1", "--quiet"});
+  ASSERT_EQ(kept.status.code, 0) << kept.err;
+  EXPECT_THAT(kept.out, HasSubstr("its own MSE")) << "the noise is known from the file";
+
+  const support::Finished other =
+      tessera({"bench", kScene, "--resolution", "32x48", "--reference", reference, "--spp", "1"});
+  EXPECT_EQ(other.status.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("32x32"));
+  EXPECT_THAT(other.err, HasSubstr("32x48"));
+}
+
+TEST(CommandLine, BenchRefusesWhatMakesNoSense) {
+  const std::vector<std::vector<std::string>> wrong{{},
+                                                    {"--reference", "no-such-file.exr"},
+                                                    {"--reference", "a.exr,b.exr"},
+                                                    {"--make-reference", "1"},
+                                                    {"--make-reference", "8", "--spp", "0"},
+                                                    {"--make-reference", "8", "--seeds", "0"},
+                                                    {"--make-reference", "8", "--plot", "plot.pdf"},
+                                                    {"--make-reference", "8", "--compare", "sampler"},
+                                                    {"--make-reference", "8", "--compare", "sampler=sobol"},
+                                                    {"--make-reference", "8", "--compare", "no-such=a,b"},
+                                                    {"--make-reference", "8", "--compare", "sampler=dice,sobol"}};
+  for (const std::vector<std::string>& options : wrong) {
+    std::vector<std::string> arguments{"bench", kScene, "--resolution", "16x16", "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const support::Finished done = tessera(arguments);
+    EXPECT_EQ(done.status.code, 2) << testing::PrintToString(options) << ": " << done.err;
+    EXPECT_FALSE(done.err.empty());
+  }
+}
+
 TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
   const support::TempDir directory;
   const std::string image = (directory.path() / "image.exr").string();
   const std::string stats = (directory.path() / "stats.json").string();
-  const support::Finished rendered = tessera(
-      {"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", image, "--stats", stats, "--quiet"});
+  const support::Finished rendered =
+      tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", image, "--stats", stats, "--quiet"});
   ASSERT_EQ(rendered.status.code, 0) << rendered.err;
   EXPECT_EQ(rendered.out + rendered.err, "") << "--quiet is silent";
   EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * 4);
@@ -95,12 +143,14 @@ TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
 TEST(CommandLine, ASceneInTesserasOwnFormGivesTheSameBits) {
   const support::TempDir directory;
   const std::string from_pbrt = (directory.path() / "pbrt.exr").string();
-  ASSERT_EQ(tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", from_pbrt, "--quiet"}).status.code, 0);
+  ASSERT_EQ(tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", from_pbrt, "--quiet"}).status.code,
+            0);
   for (const char* form : {"own.textproto", "own.tsb"}) {
     const std::string own = (directory.path() / form).string();
     ASSERT_EQ(tessera({"convert", kScene, own, "--quiet"}).status.code, 0) << form;
     const std::string from_own = (directory.path() / "own.exr").string();
-    ASSERT_EQ(tessera({"render", own, "--resolution", "32x32", "--spp", "4", "-o", from_own, "--quiet"}).status.code, 0);
+    ASSERT_EQ(tessera({"render", own, "--resolution", "32x32", "--spp", "4", "-o", from_own, "--quiet"}).status.code,
+              0);
     EXPECT_EQ(pixel_sha256(from_own), pixel_sha256(from_pbrt)) << form;
   }
 }
