@@ -200,7 +200,9 @@ class Drawing {
   void draw_legend() {
     const double x = kWidth - kLegendWidth,
                  step = std::min(30.0, (kPlotBottom - kPlotTop) / double(plot_.series.size()));
-    const double size = std::clamp(step * 0.55, 7.0, 15.5);
+    double size = std::clamp(step * 0.55, 7.0, 15.5), widest = 1;
+    for (const PlotSeries& series : plot_.series) widest = std::max(widest, width_of(series.name, size));
+    size *= std::min(1.0, (kLegendWidth - 48 - 16) / widest);  // long names are written smaller
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
       const double y = kPlotTop + 8 + step * static_cast<double>(i);
       set_style(i);
