@@ -12,7 +12,7 @@ namespace {
 bool finite(float x) { return std::isfinite(x); }
 
 /// The vertices of `mesh`, placed by `placed_from_object`, appended. False when one is not finite.
-bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_object, std::vector<Vertex>& out) {
+bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_object, BigArray<Vertex>& out) {
   bool sound = true;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const float* xyz = mesh.positions.data() + 3 * i;
@@ -45,7 +45,7 @@ Point point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
 /// Winds triangles so that cross(p1 - p0, p2 - p0) is the geometric normal: on the side of the shading normals where
 /// there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when asked.
 void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool with_normals, bool turn,
-                      std::vector<std::uint32_t>& out) {
+                      BigArray<std::uint32_t>& out) {
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
     const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
     bool swap = turn;

@@ -200,6 +200,7 @@ absl::Status SceneBuilder::build_tables() {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
   decide_volumetric();
+  build_shading_groups();
   return absl::OkStatus();
 }
 

@@ -158,6 +158,9 @@ class SceneBuilder {
   absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where);
   absl::Status add_instance(int object, int segments, const std::function<Transform(double)>& world_from_instance);
 
+  // build_shading_groups.cpp: after materials, shapes and lights
+  void build_shading_groups();
+
   // build_lights.cpp
   absl::Status build_lights();
   absl::Status add_light(const v1::Light& light, float scale);

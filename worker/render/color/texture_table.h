@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/core/affine_data.h"
+#include "render/core/big_array.h"
 
 namespace tessera::render {
 
@@ -39,8 +40,8 @@ enum class TexelFormat : std::int32_t {
 struct TextureImage {
   std::int32_t width = 0, height = 0;
   TexelFormat format = TexelFormat::kFloat;
-  std::vector<std::uint32_t> texels8;  // R | G << 8 | B << 16 | A << 24
-  std::vector<float> texels32;         // four floats a texel
+  BigArray<std::uint32_t> texels8;  // R | G << 8 | B << 16 | A << 24
+  BigArray<float> texels32;         // four floats a texel
   float decode[256] = {};              // 8-bit value -> linear
 };
 

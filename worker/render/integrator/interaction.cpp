@@ -1,5 +1,7 @@
 #include "render/integrator/interaction.h"
 
+#include <optional>
+
 #include "render/color/texture.h"
 #include "render/core/constants.h"
 #include "render/integrator/material_slots.h"
@@ -135,13 +137,20 @@ void set_frame(const SceneTables& scene, const Surface& surface, Vec3 wo, Int re
 void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const Route& route, Mask active,
                MaterialPart& part) {
   part.material = route.record;
-  part.kind = kind_of(scene, route.record, active);
-  part.flags = flags_of(scene, route.record, active);
+  const MaterialRecord* common = nullptr;
+  if (const std::optional<std::int32_t> same = common_value(route.record, active)) {
+    common = &scene.materials.materials[static_cast<std::size_t>(*same)];
+    part.kind = Int(static_cast<std::int32_t>(common->kind));
+    part.flags = Int(common->flags);
+  } else {
+    part.kind = kind_of(scene, route.record, active);
+    part.flags = flags_of(scene, route.record, active);
+  }
   if (scene.any_mix) {
     part.flags = part.flags | route.inherited;
     part.flags = select(route.mirrored, part.flags & ~std::int32_t{kOneSided}, part.flags);
   }
-  load_parameters(scene, surface, route.record, active, part);
+  load_parameters(scene, surface, route.record, common, active, part);
   set_frame(scene, surface, wo, route.record, active, part);
 }
 

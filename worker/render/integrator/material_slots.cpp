@@ -25,29 +25,57 @@ TESSERA_INLINE Float bounded(Float value, float highest) {
 
 /// Overwrites the textured slots.
 void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured, BsdfParams& params) {
-  const MaterialRecord* records = scene.materials.materials.data();
-  const auto* base = reinterpret_cast<const std::int32_t*>(records);
-  const auto texture_at = [&](const std::int32_t& member) {
-    return select(textured, gather(base + (&member - base), record * kStride, textured), Int(-1));
-  };
-  for (int i = 0; i < kMaterialSpectra; ++i) {
-    const Int texture = texture_at(records->spectra[i].texture);
-    for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
+  for_each_distinct(record, textured, [&](std::int32_t m, Mask lanes) {
+    const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
+    for (int i = 0; i < kMaterialSpectra; ++i) {
       constexpr float kHighest = 1e6f;  // indices of conductors and absorption in hair are above 1
-      Spectrum value = eval_texture(scene.textures, t, at, lanes);
+      if (material.spectra[i].texture < 0) continue;
+      Spectrum value = eval_texture(scene.textures, material.spectra[i].texture, at, lanes);
       for (Float& c : value.c) c = bounded(c, kHighest);
       params.spectra[i] = select(lanes, value, params.spectra[i]);
-    });
-  }
-  for (int i = 0; i < kMaterialScalars; ++i) {
-    const Int texture = texture_at(records->scalars[i].texture);
-    for_each_distinct(texture, texture >= 0, [&](std::int32_t t, Mask lanes) {
-      Float value = eval_texture_scalar(scene.textures, t, at, lanes);
+    }
+    for (int i = 0; i < kMaterialScalars; ++i) {
+      if (material.scalars[i].texture < 0) continue;
+      Float value = eval_texture_scalar(scene.textures, material.scalars[i].texture, at, lanes);
       // Scalars 0 and 1 are alphas, which pbrt's scenes give as roughness.
-      if (i < 2) value = bounded(select(params.with(kRemapAlpha), safe_sqrt(value), value), 1.0f);
+      if (i < 2) value = bounded((material.flags & kRemapAlpha) != 0 ? safe_sqrt(value) : value, 1.0f);
       params.scalars[i] = select(lanes, value, params.scalars[i]);
-    });
+    }
+  });
+}
+
+/// The constant slots that some lane's model looks at; the rest is not even fetched.
+void load_constants(const SceneTables& scene, Int record, Mask active, BsdfParams& params) {
+  const MaterialRecord* records = scene.materials.materials.data();
+  const auto* base = reinterpret_cast<const float*>(records);
+  const auto row_at = [&](const float& first) { return gather4(base + (&first - base), record * kStride, active); };
+  const auto spectrum_at = [&](const SpectrumSlot& slot) {
+    const Float4 row = row_at(slot.value[0]);
+    Spectrum value;
+    for (int c = 0; c < kSpectrumLanes; ++c) value.c[c] = row.c[c];
+    return value;
+  };
+  const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
+  params.spectra[0] = spectrum_at(records->spectra[0]);
+  if (some_use(kUsesSecondSpectrum)) params.spectra[1] = spectrum_at(records->spectra[1]);
+  if (some_use(kUsesAlphas)) {
+    static_assert(sizeof(ScalarSlot) == 8);
+    const Float4 row = row_at(records->scalars[0].value);
+    params.scalars[0] = row.c[0], params.scalars[1] = row.c[2];
   }
+  if (some_use(kUsesEta)) {
+    params.scalars[2] = gather(&records->scalars[2].value, record * kStride, active);
+    params.coat_table = gather(&records->coat_table, record * kStride, active);
+  }
+}
+
+/// The same for lanes that all have one material.
+void load_constants(const MaterialRecord& material, BsdfParams& params) {
+  for (int i = 0; i < kMaterialSpectra; ++i) {
+    for (int c = 0; c < kSpectrumLanes; ++c) params.spectra[i].c[c] = Float(material.spectra[i].value[c]);
+  }
+  for (int i = 0; i < kMaterialScalars; ++i) params.scalars[i] = Float(material.scalars[i].value);
+  params.coat_table = Int(material.coat_table);
 }
 
 /// The slots of the ExtendedRecords of `lanes`.
@@ -105,30 +133,19 @@ void specular_to_eta(Mask lanes, BsdfParams& params) {
 
 }  // namespace
 
-void load_parameters(const SceneTables& scene, const Surface& surface, Int record, Mask active, MaterialPart& part) {
-  const MaterialRecord* records = scene.materials.materials.data();
-  const auto* base = reinterpret_cast<const float*>(records);
-  const Int offset = record * kStride;
+void load_parameters(const SceneTables& scene, const Surface& surface, Int record, const MaterialRecord* common,
+                     Mask active, MaterialPart& part) {
   BsdfParams& params = part.params;
   params.flags = part.flags;
   params.some_flags = any_of(part.flags, active);
-  const auto constant_at = [&](const float& member) { return gather(base + (&member - base), offset, active); };
-
-  // Only what some lane's model looks at.
-  const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
-  for (int c = 0; c < kSpectrumLanes; ++c) params.spectra[0].c[c] = constant_at(records->spectra[0].value[c]);
-  if (some_use(kUsesSecondSpectrum)) {
-    for (int c = 0; c < kSpectrumLanes; ++c) params.spectra[1].c[c] = constant_at(records->spectra[1].value[c]);
-  }
-  if (some_use(kUsesAlphas)) {
-    for (int i = 0; i < 2; ++i) params.scalars[i] = constant_at(records->scalars[i].value);
-  }
-  if (some_use(kUsesEta)) {
-    params.scalars[2] = constant_at(records->scalars[2].value);
-    params.coat_table = gather(&records->coat_table, offset, active);
+  if (common) {
+    load_constants(*common, params);
+  } else {
+    load_constants(scene, record, active, params);
   }
   params.coat_tables = scene.materials.coat_tables.data();
 
+  const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   if (some_use(kHasTextures)) {
     const Mask textured = active & params.with(kHasTextures);
     look_up_textures(scene, texture_point(surface), record, textured, params);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "render/accel/embree.h"
 #include "render/bsdf/material_table.h"
@@ -19,6 +20,9 @@ namespace tessera::render {
 struct AovRequest {
   bool albedo = false, normal = false, depth = false;
 };
+
+/// So that counting those of a batch costs nothing.
+inline constexpr std::int32_t kMostShadingGroups = 255;
 
 /// The arrays of a scene, which do not depend on how it is looked at.
 struct SceneArrays {
@@ -49,6 +53,10 @@ struct SceneTables {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
+  // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that 16 of them
+  // mostly have one material. Empty where all shapes are alike.
+  std::vector<std::uint8_t> shading_group;
+  std::int32_t shading_groups = 0;
   bool any_textures = false;  // some material looks a texture up
   bool any_tangents = false;  // some material needs dp/du: bump, normal map, anisotropy
   bool any_mix = false;

@@ -28,9 +28,10 @@ struct LightLanes {
   /// Elements first, first + 1 and first + 2 of an array.
   template <std::size_t N>
   TESSERA_INLINE Vec3 field3(float (LightRecord::*member)[N], int first = 0) const {
-    const float* base = (table.lights.data()->*member) + first;
-    const Int offset = light * static_cast<std::int32_t>(sizeof(LightRecord) / 4);
-    return {gather(base, offset, active), gather(base + 1, offset, active), gather(base + 2, offset, active)};
+    // A row of four: none of the arrays ends the record.
+    const Float4 row = gather4((table.lights.data()->*member) + first,
+                               light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
+    return {select_or_zero(active, row.c[0]), select_or_zero(active, row.c[1]), select_or_zero(active, row.c[2])};
   }
   TESSERA_INLINE Spectrum radiance() const {
     const Vec3 rgb = field3(&LightRecord::radiance);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "render/color/texture_table.h"
+#include "render/core/big_array.h"
 #include "render/sampling/alias_table.h"
 #include "render/sampling/piecewise2d.h"
 #include "render/shape/shape_table.h"
@@ -64,8 +65,8 @@ struct Environment {
   Affine light_from_render;  // rotation (scale allowed) of directions
   Affine render_from_light;
   std::int32_t width = 0, height = 0;
-  std::vector<float> texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
-  Piecewise2d distribution;   // over the unit square of the map, density proportional to luminance x Jacobian
+  BigArray<float> texels;    // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
+  Piecewise2d distribution;  // over the unit square of the map, density proportional to luminance x Jacobian
   // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space. It travels
   // to the side that the cross product of the sides points to.
   float portal[9] = {};

@@ -28,7 +28,7 @@ std::int32_t guides_for(std::int32_t cells) {
   return static_cast<std::int32_t>(std::bit_ceil(static_cast<std::uint32_t>((cells + 7) / 8))) + 1;
 }
 
-void append_guide(const float* cdf, std::int32_t cells, std::int32_t guides, std::vector<std::int32_t>& out) {
+void append_guide(const float* cdf, std::int32_t cells, std::int32_t guides, BigArray<std::int32_t>& out) {
   std::int32_t cell = 0;
   for (std::int32_t k = 0; k < guides; ++k) {
     const float u = static_cast<float>(k) / static_cast<float>(guides - 1);

@@ -5,18 +5,20 @@
 #include <span>
 #include <vector>
 
+#include "render/core/big_array.h"
+
 namespace tessera::render {
 
 /// Plain arrays that the kernels gather from; see sampling/piecewise2d_sample.h for the wide side.
 struct Piecewise2d {
   std::int32_t width = 0, height = 0;
-  std::vector<float> marginal_cdf;      // height + 1 values from 0 to 1
-  std::vector<float> conditional_cdf;   // height rows of width + 1 values from 0 to 1
-  std::vector<float> density;           // width * height; integrates to 1 over the unit square
+  std::vector<float> marginal_cdf;  // height + 1 values from 0 to 1
+  BigArray<float> conditional_cdf;  // height rows of width + 1 values from 0 to 1
+  BigArray<float> density;          // width * height; integrates to 1 over the unit square
   // Where to look in a CDF: entry k of a row's guide is the cell in which k / (entries - 1) lies [Chen & Asau 1974].
   std::int32_t marginal_guides = 0, conditional_guides = 0;  // entries of a row, a power of two plus one
-  std::vector<std::int32_t> marginal_guide;                  // one row
-  std::vector<std::int32_t> conditional_guide;               // height rows
+  BigArray<std::int32_t> marginal_guide;                     // one row
+  BigArray<std::int32_t> conditional_guide;                  // height rows
 
   /// `weights` are row-major, rows from v = 0 on; not normalised. Negative or non-finite weights count as zero; all zero:
   /// uniform.

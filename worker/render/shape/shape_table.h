@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/core/affine_data.h"
+#include "render/core/big_array.h"
 #include "render/shape/curve_table.h"
 
 namespace tessera::render {
@@ -24,7 +25,8 @@ enum ShapeFlags : std::int32_t {
   kMediumBorder = 16,  // interior and exterior differ
 };
 
-/// One shape; its index is its Embree geometry id, in whichever Embree scene it lies.
+/// One shape; its index is its Embree geometry id, in whichever Embree scene it lies. The kernels read the first two
+/// rows of four members each at once.
 struct ShapeRecord {
   ShapeKind kind = ShapeKind::kTriangles;
   std::int32_t material = 0;
@@ -102,8 +104,8 @@ struct ShapeTable {
   std::vector<CurvesRecord> curves;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
   std::vector<Affine> motion_steps;       // render_from_instance of those that move, see core/motion.h
-  std::vector<std::uint32_t> triangles;   // three vertex indices each, counted from first_vertex
-  std::vector<Vertex> vertices;
+  BigArray<std::uint32_t> triangles;      // three vertex indices each, counted from first_vertex
+  BigArray<Vertex> vertices;
 };
 
 }  // namespace tessera::render

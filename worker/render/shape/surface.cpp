@@ -1,6 +1,7 @@
 #include "render/shape/surface.h"
 
 #include <cmath>
+#include <cstddef>
 
 #include "render/core/affine.h"
 #include "render/core/constants.h"
@@ -46,18 +47,23 @@ void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dp
   dpdv = select(usable, (e2 * duv1.x - e1 * duv2.x) * inv, fallback.y);
 }
 
-void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active, bool want_tangents, Surface& s) {
-  const ShapeRecord* shapes = table.shapes.data();
-  const Int first_triangle = gather_member(shapes, &ShapeRecord::first_triangle, hit.shape, active);
-  const Int first_vertex = gather_member(shapes, &ShapeRecord::first_vertex, hit.shape, active);
-  const auto* indices = reinterpret_cast<const std::int32_t*>(table.triangles.data());
-  const Int corner = (first_triangle + hit.primitive) * 3;
-  const Int i0 = gather(indices, corner, active);
-  const Int i1 = gather(indices + 1, corner, active);
-  const Int i2 = gather(indices + 2, corner, active);
+/// Four neighbouring members of ShapeRecords, from the one at `first` on.
+TESSERA_INLINE Int4 gather_row(const ShapeTable& table, int first, Int shape, Mask active) {
+  constexpr int kStride = sizeof(ShapeRecord) / 4;
+  return gather4(reinterpret_cast<const std::int32_t*>(table.shapes.data()) + first, shape * kStride, active);
+}
 
-  VertexLanes v0(table, first_vertex + i0, active), v1(table, first_vertex + i1, active),
-      v2(table, first_vertex + i2, active);
+TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active,
+                                     bool want_tangents, Surface& s) {
+  const Int4 range = gather_row(table, offsetof(ShapeRecord, first_triangle) / 4, hit.shape, active);
+  static_assert(offsetof(ShapeRecord, first_vertex) == offsetof(ShapeRecord, first_triangle) + 4);
+  const Int first_triangle = range.c[0], first_vertex = range.c[1];
+  // The row of the last triangle ends beyond the array, which may be read.
+  const auto* indices = reinterpret_cast<const std::int32_t*>(table.triangles.data());
+  const Int4 corners = gather4(indices, (first_triangle + hit.primitive) * 3, active);
+
+  VertexLanes v0(table, first_vertex + corners.c[0], active), v1(table, first_vertex + corners.c[1], active),
+      v2(table, first_vertex + corners.c[2], active);
   if (any(active & ((flags & (kHasNormals | kHasUvs)) != 0))) {
     for (VertexLanes* v : {&v0, &v1, &v2}) v->read_rest();
   }
@@ -263,11 +269,10 @@ void place_instances(const Placement& at, Mask placed, bool want_tangents, Surfa
 }  // namespace
 
 Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents) {
-  const ShapeRecord* shapes = table.shapes.data();
-  const auto* kinds = reinterpret_cast<const std::int32_t*>(&shapes->kind);
-  constexpr int kStride = sizeof(ShapeRecord) / 4;
-  const Int kind = gather(kinds, hit.shape * kStride, active);
-  const Int flags = gather_member(shapes, &ShapeRecord::flags, hit.shape, active);
+  static_assert(offsetof(ShapeRecord, kind) == 0 && offsetof(ShapeRecord, material) == 4 &&
+                offsetof(ShapeRecord, flags) == 8 && offsetof(ShapeRecord, first_light) == 12);
+  const Int4 what = gather_row(table, 0, hit.shape, active);
+  const Int kind = what.c[0], flags = what.c[2], first_light = what.c[3];
 
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
   Surface s{zero,    Float(0.0f), zero,          zero,          {Float(0.0f), Float(0.0f)}, zero, zero, Int(0),
@@ -298,8 +303,7 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   }
   if (any(placed)) place_instances(placement, placed, want_tangents, s);
 
-  s.material = gather_member(shapes, &ShapeRecord::material, hit.shape, active);
-  const Int first_light = gather_member(shapes, &ShapeRecord::first_light, hit.shape, active);
+  s.material = select_or_zero(active, what.c[1]);
   s.light = select(active & (first_light >= 0), first_light + hit.primitive, Int(-1));
   return s;
 }

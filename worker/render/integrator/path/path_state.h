@@ -67,6 +67,14 @@ struct HitState {
   alignas(64) Lanes<std::int32_t> primitive, shape, instance;
 };
 
+/// Paths and what they met in the order in which they are shaded.
+struct SortedState {
+  PathState paths;
+  HitState hits;
+  alignas(64) Lanes<std::int32_t> order;  // entries of the unsorted state
+  std::uint8_t group[kPadded];            // of each of those
+};
+
 /// One entry a sample of the batch.
 struct SampleState {
   alignas(64) Lanes<std::uint32_t> pixel_hash, reversed_sample;

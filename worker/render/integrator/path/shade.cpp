@@ -62,19 +62,25 @@ Float power_heuristic(Float pdf, Float other) {
 void Wavefront::shade(int depth) {
   const StageTimer timer(stats_.times, Stage::kShading);
   shading_timer_.start();
+  // Few paths fill few packets, in whatever order.
+  constexpr int kLeastToSort = 4 * kWidth;
+  const bool sort = scene_.shading_groups > 0 && alive_ >= kLeastToSort;
+  if (sort) sort_by_group();
+  const PathState& paths = sort ? sorted_.paths : paths_;
+  const HitState& hits = sort ? sorted_.hits : hits_;
   int kept = 0;
   const int first_pair = dimension::kFirstBounce + depth * dimension::kPairsPerBounce;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
-    Vertex v(paths_, hits_, samples_, scene_.sampler.kind, first_pair, i, active);
+    Vertex v(paths, hits, samples_, scene_.sampler.kind, first_pair, i, active);
 
     const Mask hit = active & (v.hit.shape >= 0);
     if (scene_.volumetric) {
-      v.reference = paths_.reference.load(i);
-      v.medium = Int::load(paths_.medium + i);
+      v.reference = paths.reference.load(i);
+      v.medium = Int::load(paths.medium + i);
       v.in_medium = active & (v.hit.shape == kScatteredByMedium);
     }
-    if (scene_.any_motion) v.hit.time = Float::load(paths_.time + i);
+    if (scene_.any_motion) v.hit.time = Float::load(paths.time + i);
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
@@ -85,7 +91,9 @@ void Wavefront::shade(int depth) {
     shading_timer_.lap(ShadingPart::kSurfaces);
     const bool last = depth == max_depth_;
     if (last && depth > 0) continue;
-    v.roulette = v.sampler.get_2d(first_pair + dimension::kRoulette);
+    if (depth > kRouletteStart || scene_.any_mix) {
+      v.roulette = v.sampler.get_2d(first_pair + dimension::kRoulette);
+    }
     v.choice = v.sampler.get_2d(first_pair + dimension::kChoice);
     interact(scene_, v.surface, -v.direction, v.roulette.y, hit, v.at);
     if (any(v.in_medium)) {
@@ -244,7 +252,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept)
     beta *= 1.0f / survival;
   }
 
-  // Entries are read 16 at a time before they are overwritten, and never move up.
+  // Entries are read 16 at a time, or sorted elsewhere, before they are overwritten, and never move up.
   const Vec3 origin = offset_origin(v.surface, bsdf.wi);
   paths_.origin.append(origin, alive, kept);
   paths_.direction.append(bsdf.wi, alive, kept);

@@ -30,6 +30,8 @@ class Wavefront {
   void intersect(int depth);
   void clip_far();
   void shade(int depth);
+  /// Copies paths and hits into sorted_, those of one shading group together.
+  void sort_by_group();
   void trace_shadow_rays();
   /// Times of rays as the tracer wants them.
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
@@ -67,6 +69,7 @@ class Wavefront {
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
+  SortedState sorted_;  // scenes with shading groups only
   SampleState samples_;
   ShadowQueue shadows_;
   TransitState transit_;       // volumetric scenes only
