@@ -128,6 +128,40 @@ TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
   EXPECT_NEAR(mean, 0.5 * 3 * form_factor, 0.002 * 0.5 * 3 * form_factor);
 }
 
+TEST(Shading, SortingPathsByMaterialDoesNotShow) {
+  // Three kinds of materials. A whole tile has enough paths to be sorted; a single pixel with one sample never has.
+  const std::string scene = absl::StrCat(R"(
+    lights { infinite { radiance { constant: 1 } } }
+    materials { name: 'floor' diffuse { reflectance { constant { constant: 0.5 } } } }
+    materials { name: 'coat' coated_diffuse { reflectance { constant { constant: 0.7 } } eta { constant: 1.5 } } }
+    materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
+    shapes { sphere { radius: 0.4 } material: 'glass' }
+    shapes { sphere { radius: 0.3 } material: 'coat'
+             world_from_object { elements: [1,0,0,0.5, 0,1,0,0.3, 0,0,1,0.4, 0,0,0,1] } }
+    shapes { disk { radius: 3 } material: 'floor'
+             world_from_object { elements: [1,0,0,0, 0,0,-1,-0.5, 0,1,0,0, 0,0,0,1] } }
+  )",
+                                         kCameraAndFilm);
+  v1::JobSpec job;
+  job.mutable_settings()->set_spp(1);
+  job.mutable_settings()->set_max_depth(8);
+  for (const std::string& isa : render::supported_isas()) {
+    const auto file = load_scene_text(scene, job, isa);
+    ASSERT_TRUE(file.ok()) << file.status();
+    render::RenderStats stats;
+    const auto whole = file->scene->render_tile({0, 0, 16, 16, 0, 1}, {}, stats);
+    ASSERT_TRUE(whole.ok());
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      const std::uint32_t x = i % 16, y = i / 16;
+      const auto pixel = file->scene->render_tile({x, y, x + 1, y + 1, 0, 1}, {}, stats);
+      ASSERT_TRUE(pixel.ok());
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        EXPECT_EQ(pixel->values[c], whole->values[c * 256 + i]) << isa << ": pixel (" << x << ", " << y << ")";
+      }
+    }
+  }
+}
+
 absl::Status load(const std::string& scene) {
   return load_scene_text(absl::StrCat(scene, kCameraAndFilm), {}, render::supported_isas().front()).status();
 }

@@ -58,6 +58,32 @@ TEST(Wide, GatherReadsActiveLanesOnly) {
   EXPECT_EQ(values.lane(4), 0.0f);
 }
 
+TEST(Wide, GatherOfRowsIsFourGathers) {
+  std::vector<float> floats(64);
+  std::vector<std::int32_t> ints(64);
+  for (int i = 0; i < 64; ++i)
+    floats[static_cast<std::size_t>(i)] = 0.5f * static_cast<float>(ints[static_cast<std::size_t>(i)] = i);
+  // Rows may begin anywhere; lanes that are not active may have any index.
+  const Mask active = Mask::first(13);
+  const Int index = select(active, (Int::iota() & 7) * 7 + 1, Int(1 << 30));
+  const Float4 of_floats = gather4(floats.data(), index, active);
+  const Int4 of_ints = gather4(ints.data(), index, active);
+  for (int lane = 0; lane < 13; ++lane) {
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_EQ(of_ints.c[c].lane(lane), (lane & 7) * 7 + 1 + c);
+      EXPECT_EQ(of_floats.c[c].lane(lane), 0.5f * static_cast<float>((lane & 7) * 7 + 1 + c));
+    }
+  }
+}
+
+TEST(Wide, CommonValueIsThatOfAllActiveLanes) {
+  const Int values = select(Mask::first(9), Int(5), Int::iota());
+  EXPECT_EQ(common_value(values, Mask::first(9)), 5);
+  EXPECT_EQ(common_value(values, ~Mask::first(15)), 15);
+  EXPECT_EQ(common_value(values, Mask::all()), std::nullopt);
+  EXPECT_EQ(common_value(values, Mask::none()), std::nullopt);
+}
+
 TEST(Wide, EveryDistinctKeyIsVisitedOnceWithItsLanes) {
   const Int keys = Int::iota() & 3;
   std::uint32_t seen = 0;

@@ -19,9 +19,12 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
   order.reserve(std::size_t{width} * height);
   const std::uint32_t side = std::bit_ceil(std::max({width, height, 1u}));
   const auto every_second_bit = [](std::uint64_t code) {
-    std::uint32_t result = 0;
-    for (int i = 0; i < 32; ++i) result |= static_cast<std::uint32_t>(code >> (2 * i) & 1) << i;
-    return result;
+    code &= 0x5555555555555555;
+    code = (code | code >> 1) & 0x3333333333333333;
+    code = (code | code >> 2) & 0x0f0f0f0f0f0f0f0f;
+    code = (code | code >> 4) & 0x00ff00ff00ff00ff;
+    code = (code | code >> 8) & 0x0000ffff0000ffff;
+    return static_cast<std::uint32_t>(code | code >> 16);
   };
   for (std::uint64_t code = 0; code < std::uint64_t{side} * side; ++code) {
     const std::uint32_t x = every_second_bit(code), y = every_second_bit(code >> 1);
@@ -38,7 +41,13 @@ Wavefront::Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink
       stats_(stats),
       log_(log),
       max_depth_(max_depth),
-      order_(z_order(tile.x1 - tile.x0, tile.y1 - tile.y0)) {}
+      order_(z_order(tile.x1 - tile.x0, tile.y1 - tile.y0)) {
+  const std::uint32_t width = tile.x1 - tile.x0;
+  for (const std::uint32_t pixel : order_) {
+    pixel_x_.push_back(tile.x0 + pixel % width);
+    pixel_y_.push_back(tile.y0 + pixel / width);
+  }
+}
 
 bool Wavefront::render(std::stop_token stop) {
   // A batch holds several samples of as many pixels as fit: the pixels of a packet are neighbours.
@@ -71,18 +80,26 @@ void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t
   const StageTimer timer(stats_.times, Stage::kCamera);
   shading_timer_.begin_batch(scene_.materials.materials.size());
   const int count = static_cast<int>(pixels.size()) * samples;
-  const std::uint32_t width = tile_.x1 - tile_.x0;
+  const auto first_pixel = static_cast<std::size_t>(pixels.data() - order_.data());
+  const std::uint32_t *all_x = pixel_x_.data() + first_pixel, *all_y = pixel_y_.data() + first_pixel;
   std::size_t pixel = 0;
   std::uint32_t index = first_sample;
   for (int slot = 0; slot < count; slot += kWidth) {
-    alignas(64) std::uint32_t x[kWidth] = {}, y[kWidth] = {}, sample[kWidth] = {};
-    for (int i = 0; i < kWidth && slot + i < count; ++i) {
-      x[i] = tile_.x0 + pixels[pixel] % width;
-      y[i] = tile_.y0 + pixels[pixel] / width;
-      sample[i] = index;
-      if (++pixel == pixels.size()) pixel = 0, ++index;
+    UInt px, py, sample;
+    if (pixel + kWidth <= pixels.size()) {
+      px = UInt::load_unaligned(all_x + pixel), py = UInt::load_unaligned(all_y + pixel), sample = UInt(index);
+      pixel += kWidth;
+      if (pixel == pixels.size()) pixel = 0, ++index;
+    } else {
+      // The packet holds the last pixels of one sample and the first of the next.
+      alignas(64) std::uint32_t x[kWidth] = {}, y[kWidth] = {}, s[kWidth] = {};
+      for (int i = 0; i < kWidth && slot + i < count; ++i) {
+        x[i] = all_x[pixel], y[i] = all_y[pixel], s[i] = index;
+        if (++pixel == pixels.size()) pixel = 0, ++index;
+      }
+      px = UInt::load(x), py = UInt::load(y), sample = UInt::load(s);
     }
-    const UInt px = UInt::load(x), py = UInt::load(y), reversed = reverse_bits(UInt::load(sample));
+    const UInt reversed = reverse_bits(sample);
     const UInt hash = Sampler::pixel_hash(scene_.sampler.seed + tile_.seed_offset, px, py);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 

@@ -66,6 +66,7 @@ class Wavefront {
   RayLog* const log_;                 // null: nothing is recorded
   const std::int32_t max_depth_;      // scattering events on a path
   std::vector<std::uint32_t> order_;  // the tile's pixels along a Z-order curve
+  std::vector<std::uint32_t> pixel_x_, pixel_y_;  // where each of order_ lies on the film
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
