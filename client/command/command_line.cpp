@@ -71,6 +71,10 @@ Option Command::add(const char* name, std::optional<std::uint32_t>& value, const
   return Option{*app_->add_option(name, value, description)};
 }
 
+Option Command::add(const char* name, std::optional<double>& value, const char* description) {
+  return Option{*app_->add_option(name, value, description)};
+}
+
 Option Command::add(const char* name, std::vector<std::uint32_t>& value, const char* description) {
   return Option{*app_->add_option(name, value, description)};
 }

@@ -59,6 +59,7 @@ class Command {
   Option add(const char* name, std::int32_t& value, const char* description = "");
   Option add(const char* name, std::uint32_t& value, const char* description = "");
   Option add(const char* name, std::optional<std::uint32_t>& value, const char* description = "");
+  Option add(const char* name, std::optional<double>& value, const char* description = "");
   Option add(const char* name, std::vector<std::uint32_t>& value, const char* description = "");
   Option add(const char* name, std::vector<std::string>& value, const char* description = "");
   /// A text that `take` reads; its error is the user's.

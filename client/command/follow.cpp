@@ -119,7 +119,11 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
                                               std::stop_token stop) {
   Progress progress = make_progress(spec, /*quiet=*/false);
   FarmClient::WatchHandlers handlers;
-  handlers.status = [&](const v1::JobStatus& status) { progress.update(status.stats().samples(), Clock::now()); };
+  // By units: the samples that were taken are fewer where noise decides, or where another job had them.
+  handlers.status = [&](const v1::JobStatus& status) {
+    const double done = static_cast<double>(status.units_done()) / std::max(status.units_total(), 1u);
+    progress.update(static_cast<std::uint64_t>(done * static_cast<double>(samples_of(spec))), Clock::now());
+  };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
   progress.finish(Clock::now());
   return status;

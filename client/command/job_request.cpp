@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
+#include "wire/noise.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {
@@ -68,6 +69,7 @@ v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderS
   settings.set_integrator(first_of(request.integrator, scene.integrator(), kIntegrators[0]));
   settings.set_sampler(first_of(request.sampler, scene.sampler(), kSamplers[0]));
   settings.set_spp(request.spp.value_or(scene.spp() != 0 ? scene.spp() : kDefaultSpp));
+  settings.set_noise(request.noise.value_or(scene.noise()));
   settings.set_max_depth(request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth));
   settings.set_seed(request.seed.value_or(scene.seed()));
   settings.set_intersection(first_of(request.intersection, scene.intersection(), kIntersections[0]));
@@ -168,6 +170,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
                                    ? std::uint64_t{film.width} * film.height
                                    : std::uint64_t{request.tile_size} * request.tile_size;
   spec.set_samples_per_unit(samples_per_unit(pixels, spec.settings().spp()));
+  if (spec.settings().noise() != 0) spec.set_samples_per_unit(std::bit_ceil(spec.settings().spp()));
+  if (absl::Status status = wire::check_noise(spec); !status.ok()) {
+    return request.noise ? absl::OutOfRangeError(status.message()) : status;
+  }
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   spec.set_isa(request.isa);
   spec.set_user(request.user);

@@ -23,6 +23,7 @@ struct JobRequest {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
   std::optional<std::uint32_t> spp;
+  std::optional<double> noise;  // relative error at which sampling stops; 0: never
   std::optional<std::uint32_t> max_depth;
   std::optional<std::uint64_t> seed;
   std::string integrator;
@@ -63,7 +64,8 @@ absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 absl::Status check_names(const JobRequest& request);
 
 /// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within
-/// the film; InvalidArgument when the scene itself asks for what does not exist. `scene` must outlive the result.
+/// the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself asks for what does
+/// not exist. `scene` must outlive the result.
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
                                                          const std::string& name);
 

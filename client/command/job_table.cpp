@@ -20,6 +20,10 @@ std::string place_of(const v1::WorkUnit& unit) {
   return absl::StrCat("pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(), ", ", place);
 }
 
+std::string noise_text(const v1::RenderSettings& settings) {
+  return settings.noise() == 0 ? "" : absl::StrCat(" at most, to a noise of ", settings.noise());
+}
+
 }  // namespace
 
 const char* state_name(v1::JobState state) {
@@ -84,9 +88,16 @@ std::string job_text(const v1::GetJobResponse& job) {
                    "user        ", status.user(), ", priority ", status.priority(), "\n",  //
                    "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(),
                    " at work\n", "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(),
-                   " samples a pixel\n", "integrator  ", spec.settings().integrator(), ", depth ",
-                   spec.settings().max_depth(), ", seed ", spec.settings().seed(), "\n",  //
+                   " samples a pixel", noise_text(spec.settings()), "\n", "integrator  ", spec.settings().integrator(),
+                   ", depth ", spec.settings().max_depth(), ", seed ", spec.settings().seed(), "\n",  //
                    "scene       ", spec.scene().digest(), "\n");
+  if (status.units_adopted() > 0) {
+    absl::StrAppend(&text, "taken over  ", status.units_adopted(), " units of job ", status.adopted_from(), "\n");
+  }
+  if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {
+    absl::StrAppend(&text, "fireflies   ", stats.fireflies(), " samples with ",
+                    absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()), " % of the light\n");
+  }
   if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
   if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
   if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");

@@ -66,6 +66,10 @@ void define_render_options(Command& command, RenderOptions& options) {
 
 void define_job_options(Command& command, RenderOptions& options) {
   JobRequest& job = options.job;
+  command
+      .add("--noise", job.noise,
+           "relative error at which a pixel has samples enough, with --spp as the cap; 0: all take --spp")
+      .type_name("ERROR");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("UINT");

@@ -54,8 +54,12 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["material_seconds"] = json_of(statistics.time.materials);
   json["scene_bytes"] = scene_bytes(statistics.spec);
   json["blob_bytes_fetched"] = counts.blob_bytes_fetched();
+  json["fireflies"] = {{"samples", counts.fireflies()},
+                       {"share_of_light", counts.light() > 0 ? counts.firefly_light() / counts.light() : 0.0}};
+  json["units_adopted"] = statistics.status.units_adopted();
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["spp"] = statistics.spec.settings().spp();
+  json["noise"] = statistics.spec.settings().noise();
   json["width"] = statistics.spec.width();
   json["height"] = statistics.spec.height();
   json["isa"] = statistics.status.isa();

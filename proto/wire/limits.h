@@ -27,6 +27,13 @@ inline constexpr std::uint32_t kMaxTileSize = 1024;
 /// Most samples a pixel.
 inline constexpr std::uint32_t kMaxSamplesPerPixel = std::uint32_t{1} << 24;
 
+/// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel as the cap, smallest and
+/// largest error, and the side of the blocks that are decided on together, which tiles are made of.
+inline constexpr std::uint32_t kMinAdaptiveSamples = 16;
+inline constexpr double kMinNoise = 1e-4;
+inline constexpr double kMaxNoise = 1;
+inline constexpr std::uint32_t kNoiseBlock = 8;
+
 /// Most units of one job.
 inline constexpr std::uint64_t kMaxUnitsPerJob = std::uint64_t{1} << 24;
 

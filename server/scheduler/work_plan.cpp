@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
+#include "wire/noise.h"
 #include "wire/tile_result.h"
 
 namespace tessera::server {
@@ -38,6 +39,7 @@ absl::Status check(const v1::JobSpec& spec) {
     return unsound(
         absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ", wire::kMaxSamplesPerPixel, " was expected"));
   }
+  if (absl::Status status = wire::check_noise(spec); !status.ok()) return unsound(std::string(status.message()));
   if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
   for (const v1::BlobRef& blob : spec.blobs()) {
     if (!wire::is_digest(blob.digest()))

@@ -136,6 +136,9 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   outcome.stats.set_shadow_rays(counts.shadow_rays);
   outcome.stats.set_dropped_samples(counts.dropped_samples);
   add_times(counts.times, (*loaded)->scene->material_names(), outcome.stats);
+  outcome.stats.set_fireflies(counts.fireflies);
+  outcome.stats.set_firefly_light(counts.firefly_light);
+  outcome.stats.set_light(counts.light);
   add_warnings(counts.warnings, outcome.stats);
   // Every job hears once what its scene asked for in vain.
   if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);

@@ -32,10 +32,10 @@ struct Estimate {
 class Accumulator {
  public:
   explicit Accumulator(std::size_t values) : sum_(values, 0), squares_(values, 0) {}
-  void add(const wire::TileResult& tile, double samples) {
+  void add(const wire::TileResult& tile) {
     const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < sum_.size(); ++i) {
-      const double value = tile.values[i] / samples;
+      const double value = tile.values[i] / static_cast<double>(tile.counts[i % tile.pixel_count()]);
       sum_[i] += value;
       squares_[i] += value * value;
     }
@@ -73,21 +73,31 @@ class FewSamples : public testing::TestWithParam<const char*> {
  protected:
   static Size size() { return long_form() ? kLong : kShort; }
 
-  static absl::StatusOr<LoadedFile> load(std::uint32_t spp, std::uint64_t seed) {
+  static absl::StatusOr<LoadedFile> load(std::uint32_t spp, std::uint64_t seed, double noise = 0) {
     v1::JobSpec job;
     job.set_width(size().side);
     job.set_height(size().side);
     job.mutable_settings()->set_spp(spp);
     job.mutable_settings()->set_seed(seed);
+    job.mutable_settings()->set_noise(noise);
     return load_scene_file(GetParam(), job, render::supported_isas().front(), 1);
   }
 
-  static void add(const LoadedFile& file, std::uint32_t first, std::uint32_t samples, Accumulator& sum) {
+  /// Returns how many samples were taken.
+  static std::uint64_t add(const LoadedFile& file, std::uint32_t first, std::uint32_t samples, Accumulator& sum) {
     render::RenderStats stats;
     const auto tile = file.scene->render_tile({0, 0, size().side, size().side, first, first + samples}, {}, stats);
-    ASSERT_TRUE(tile.ok()) << tile.status();
+    EXPECT_TRUE(tile.ok()) << tile.status();
     EXPECT_EQ(stats.dropped_samples, 0u);
-    sum.add(*tile, samples);
+    if (tile.ok()) sum.add(*tile);
+    return stats.samples;
+  }
+
+  static void add_many(Accumulator& sum) {
+    const Size s = size();
+    const auto file = load(s.many, 1);
+    ASSERT_TRUE(file.ok()) << file.status();
+    on_all_cores(kBatches, [&](std::uint32_t i) { add(*file, i * (s.many / kBatches), s.many / kBatches, sum); });
   }
 
   static std::size_t values() { return std::size_t{3} * size().side * size().side; }
@@ -108,26 +118,17 @@ Mean mean_of(const Estimate& e, std::size_t first, std::size_t count) {
   return mean;
 }
 
-TEST_P(FewSamples, HaveTheMeanOfMany) {
-  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << "no " << GetParam();
-  const Size s = size();
-  Accumulator few(values()), many(values());
-  on_all_cores(s.renders, [&](std::uint32_t i) {
-    const auto file = load(s.few, 1000 + i);
-    ASSERT_TRUE(file.ok()) << file.status();
-    add(*file, 0, s.few, few);
-  });
-  const auto file = load(s.many, 1);
-  ASSERT_TRUE(file.ok()) << file.status();
-  on_all_cores(kBatches, [&](std::uint32_t i) { add(*file, i * (s.many / kBatches), s.many / kBatches, many); });
+/// The mean of `few`, and every pixel of it, against `many`.
+void expect_the_mean_of(const Accumulator& few, const Accumulator& many, std::size_t values) {
   const Estimate a = few.estimate(), b = many.estimate();
 
-  const std::size_t pixels = values() / 3;
+  const std::size_t pixels = values / 3;
   for (std::size_t c = 0; c < 3; ++c) {
     const Mean of_few = mean_of(a, c * pixels, pixels), of_many = mean_of(b, c * pixels, pixels);
     const double error = std::hypot(of_few.error, of_many.error);
-    RecordProperty("bias_percent_" + std::to_string(c), std::to_string(100 * (of_few.value / of_many.value - 1)));
-    RecordProperty("error_percent_" + std::to_string(c), std::to_string(100 * error / of_many.value));
+    testing::Test::RecordProperty("bias_percent_" + std::to_string(c),
+                                  std::to_string(100 * (of_few.value / of_many.value - 1)));
+    testing::Test::RecordProperty("error_percent_" + std::to_string(c), std::to_string(100 * error / of_many.value));
     // Four standard errors: one channel in 16,000. Beyond 0.1 % only as far as the noise reaches.
     EXPECT_NEAR(of_few.value, of_many.value, std::max(1e-3 * of_many.value, 4 * error))
         << "channel " << c << ", standard error " << error;
@@ -141,7 +142,7 @@ TEST_P(FewSamples, HaveTheMeanOfMany) {
   // sums.
   double sum_of_squares = 0;
   std::size_t tested = 0, wrong = 0;
-  for (std::size_t i = 0; i < values(); ++i) {
+  for (std::size_t i = 0; i < values; ++i) {
     const double difference = a.mean[i] - b.mean[i], variance = a.variance[i] + b.variance[i];
     if (variance <= 1e-12 * b.mean[i] * b.mean[i]) {
       wrong += std::abs(difference) > 1e-5 * std::abs(b.mean[i]);
@@ -151,11 +152,42 @@ TEST_P(FewSamples, HaveTheMeanOfMany) {
     ++tested;
   }
   EXPECT_EQ(wrong, 0u) << "of the pixels that do not vary";
-  ASSERT_GT(tested, values() / 4);
+  ASSERT_GT(tested, values / 4);
   // Squares of normal z have mean 1 and variance 2; channels of a pixel go together, so as if there were a third of
   // them. The variance of many, from ranges of one low-discrepancy sequence, is above the true one: only too large a
   // sum is a fault. Rare bright paths give z longer tails: the bound leaves them a tenth.
   EXPECT_LT(sum_of_squares / static_cast<double>(tested), 1.1 + 5 * std::sqrt(2.0 * 3 / static_cast<double>(tested)));
+}
+
+TEST_P(FewSamples, HaveTheMeanOfMany) {
+  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << "no " << GetParam();
+  const Size s = size();
+  Accumulator few(values()), many(values());
+  on_all_cores(s.renders, [&](std::uint32_t i) {
+    const auto file = load(s.few, 1000 + i);
+    ASSERT_TRUE(file.ok()) << file.status();
+    add(*file, 0, s.few, few);
+  });
+  add_many(many);
+  expect_the_mean_of(few, many, values());
+}
+
+TEST_P(FewSamples, AsManyAsNoiseAsksForHaveTheMeanOfMany) {
+  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << "no " << GetParam();
+  const Size s = size();
+  Accumulator few(values()), many(values());
+  std::atomic<std::uint64_t> taken{0};
+  on_all_cores(s.renders / 2, [&](std::uint32_t i) {
+    const auto file = load(8 * s.few, 2000 + i, 0.2);
+    ASSERT_TRUE(file.ok()) << file.status();
+    taken += add(*file, 0, 8 * s.few, few);
+  });
+  // Some pixels stop early, and some do not.
+  const std::uint64_t all = std::uint64_t{s.side} * s.side * (s.renders / 2) * 8 * s.few;
+  EXPECT_GT(taken, all / 8);
+  EXPECT_LT(taken, all);
+  add_many(many);
+  expect_the_mean_of(few, many, values());
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FewSamples,

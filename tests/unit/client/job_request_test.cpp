@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "wire/digest.h"
 
 namespace tessera::client {
@@ -128,6 +130,36 @@ TEST(JobRequest, UnitsAreAPowerOfTwoOfAQuarterMillionSamplesAtMost) {
   EXPECT_EQ(samples_per_unit(1024, 16), 16U);
   EXPECT_EQ(samples_per_unit(1024, 17), 32U) << "one range may cover more than there is";
   EXPECT_EQ(samples_per_unit(8, 1), 1U);
+}
+
+TEST(JobRequest, WithNoiseAUnitHasAllSamples) {
+  const ImportedScene scene = scene_of(64, 64);
+  JobRequest request;
+  request.spp = 1000;
+  request.noise = 0.05;
+  const auto job = prepare_job(request, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ((*job)->spec.samples_per_unit(), 1024U);
+  EXPECT_EQ((*job)->spec.settings().noise(), 0.05);
+}
+
+TEST(JobRequest, NoiseThatDoesNotGoWithTheRestIsRefused) {
+  const ImportedScene scene = scene_of(64, 64);
+  const auto refusal = [&](auto change) {
+    JobRequest request;
+    request.spp = 64;
+    request.noise = 0.05;
+    change(request);
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
+    return std::string{job.status().message()};
+  };
+  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = 2; }), HasSubstr("settings.noise is 2"));
+  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = -0.1; }), HasSubstr("settings.noise is -0.1"));
+  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = NAN; }), HasSubstr("settings.noise is nan"));
+  EXPECT_THAT(refusal([](JobRequest& r) { r.spp = 15; }), HasSubstr("16 or more"));
+  EXPECT_THAT(refusal([](JobRequest& r) { r.tile_size = 20; }), HasSubstr("a multiple of 8"));
+  EXPECT_THAT(refusal([](JobRequest& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
 }
 
 TEST(JobRequest, ParsesResolutions) {

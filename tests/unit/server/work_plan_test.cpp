@@ -125,6 +125,20 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }), HasSubstr("scene"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_blobs()->set_path("a.ply"); }), HasSubstr("a.ply"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_aovs("shadow"); }), HasSubstr("shadow"));
+  // With noise, a unit has all samples of whole blocks of pixels.
+  const auto noisy = [&](const std::function<void(v1::JobSpec&)>& spoil) {
+    return message([&](v1::JobSpec& s) {
+      s.mutable_settings()->set_noise(0.05);
+      s.set_samples_per_unit(32);
+      spoil(s);
+    });
+  };
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_noise(1.5); }), HasSubstr("settings.noise is 1.5"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_spp(12); }), HasSubstr("16 or more"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_samples_per_unit(16); }), HasSubstr("samples_per_unit"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_tile_size(12); }), HasSubstr("a multiple of 8"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("light"); }),
+              HasSubstr("same samples everywhere"));
   const std::string text(5000, 'x');
   EXPECT_THAT(message([&](v1::JobSpec& s) { s.set_user(text); }), HasSubstr("too long"));
   EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }), HasSubstr("too long"));

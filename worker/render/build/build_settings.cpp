@@ -64,6 +64,9 @@ absl::Status SceneBuilder::build_algorithms() {
     return absl::InvalidArgumentError("integrator 'light' starts at lights: direct light 'bsdf' is not for it");
   }
   if (by_chance) light_selection_ = LightSelection::kNone;
+  if (settings.noise() != 0 && tables_.light_tracing) {
+    return absl::InvalidArgumentError("integrator 'light' takes the same samples everywhere: noise is not for it");
+  }
   return absl::OkStatus();
 }
 

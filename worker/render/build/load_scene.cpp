@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/accel/accelerator.h"
 #include "render/build/scene_builder.h"
+#include "render/film/adaptive_tile.h"
 #include "render/film/tile_accumulator.h"
 #include "render/integrator/kernel.h"
 #include "wire/cpu_time.h"
@@ -51,6 +52,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   v1::RenderSettings settings = job.settings();
   settings.clear_sampler();
   settings.clear_spp();
+  settings.clear_noise();
   settings.clear_max_depth();
   settings.clear_seed();
   return absl::StrCat(key, wire::sha256_hex(settings.SerializeAsString()),
@@ -74,7 +76,8 @@ class LoadedScene final : public RenderScene {
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
-        auto self = std::unique_ptr<LoadedScene>(new LoadedScene(kernel, *std::move(channels), std::move(known)));
+        auto self = std::unique_ptr<LoadedScene>(
+            new LoadedScene(kernel, *std::move(channels), std::move(known), job.settings()));
         std::vector<std::string> warnings;  // of the content: known
         SceneBuilder builder(scene, job, blobs, options.threads, self->tables_, warnings);
         if (auto s = builder.rebuild_view(); !s.ok()) return s;
@@ -84,7 +87,8 @@ class LoadedScene final : public RenderScene {
     auto content = build_content(scene, job, blobs, options, *kernel);
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    return std::unique_ptr<LoadedScene>(new LoadedScene(kernel, *std::move(channels), *std::move(content)));
+    return std::unique_ptr<LoadedScene>(
+        new LoadedScene(kernel, *std::move(channels), *std::move(content), job.settings()));
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -96,12 +100,10 @@ class LoadedScene final : public RenderScene {
     result.x0 = tile.x0, result.y0 = tile.y0, result.x1 = tile.x1, result.y1 = tile.y1;
     result.sample_begin = tile.sample_begin, result.sample_end = tile.sample_end;
     result.channels = channels_;
-    TileAccumulator film(result);
     RenderStats own;
     const std::uint64_t ticks = kernel_->clock_ticks();
     const double start = thread_cpu_seconds();
-    const bool finished = tables_.light_tracing ? kernel_->render_light(tables_, tile, stop, film, own)
-                                                : kernel_->render_path(tables_, tile, stop, film, own, nullptr);
+    const bool finished = fill(result, tile, stop, own);
     // The counter runs on while the thread waits for a processor, evenly over the stages.
     const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
     own.times *= cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_->clock_ticks() - ticks, 1));
@@ -154,8 +156,12 @@ class LoadedScene final : public RenderScene {
 
  private:
   LoadedScene(const Kernel* kernel, std::vector<wire::ChannelDesc> channels,
-              std::shared_ptr<const SceneContent> content)
-      : kernel_(kernel), channels_(std::move(channels)), content_(std::move(content)), tables_(content_->tables) {}
+              std::shared_ptr<const SceneContent> content, const v1::RenderSettings& settings)
+      : kernel_(kernel),
+        channels_(std::move(channels)),
+        content_(std::move(content)),
+        noise_{.noise = settings.noise(), .samples = settings.spp()},
+        tables_(content_->tables) {}
 
   static absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
                                                                            const v1::JobSpec& job,
@@ -185,9 +191,22 @@ class LoadedScene final : public RenderScene {
     return content;
   }
 
+  /// False when stopped.
+  bool fill(wire::TileResult& result, const TileRequest& tile, std::stop_token stop, RenderStats& stats) const {
+    if (noise_.noise > 0) {
+      AdaptiveTile film(result, static_cast<std::uint32_t>(tables_.camera.width),
+                        static_cast<std::uint32_t>(tables_.camera.height), noise_);
+      return kernel_->render_samples(tables_, film, tile.seed_offset, stop, stats);
+    }
+    TileAccumulator film(result);
+    return tables_.light_tracing ? kernel_->render_light(tables_, tile, stop, film, stats)
+                                 : kernel_->render_path(tables_, tile, stop, film, stats, nullptr);
+  }
+
   const Kernel* const kernel_;
   const std::vector<wire::ChannelDesc> channels_;
   const std::shared_ptr<const SceneContent> content_;
+  const NoiseTarget noise_;
   SceneTables tables_;
 };
 

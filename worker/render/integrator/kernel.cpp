@@ -59,6 +59,9 @@ RenderStats& RenderStats::operator+=(const RenderStats& other) {
   shadow_rays += other.shadow_rays;
   dropped_samples += other.dropped_samples;
   times += other.times;
+  fireflies += other.fireflies;
+  firefly_light += other.firefly_light;
+  light += other.light;
   for (const std::string& warning : other.warnings) {
     if (warnings.size() < 8) warnings.push_back(warning);
   }

@@ -7,6 +7,7 @@
 #include "render/accel/geometry_callbacks.h"
 #include "render/accel/ray_log.h"
 #include "render/film/film_sink.h"
+#include "render/film/sample_source.h"
 #include "render/film/tile_request.h"
 #include "render/integrator/scene_tables.h"
 
@@ -18,6 +19,9 @@ struct Kernel {
   /// Renders a tile on the calling thread; false when stopped. Rays are recorded where `log` is not null.
   bool (*render_path)(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                       RenderStats& stats, RayLog* log);
+  /// As render_path, of whatever samples are asked for.
+  bool (*render_samples)(const SceneTables& scene, SampleSource& source, std::uint64_t seed_offset,
+                         std::stop_token stop, RenderStats& stats);
   /// As render_path, by light tracing: the unit's pixels gather what lands on them of paths over the whole film.
   bool (*render_light)(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                        RenderStats& stats);

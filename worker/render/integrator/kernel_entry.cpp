@@ -25,8 +25,14 @@ std::unique_ptr<Integrator> prepare(RenderStats& stats, Args&&... args) {
 
 bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
                  RenderStats& stats, RayLog* log) {
-  const auto wavefront = prepare<Wavefront>(stats, scene, tile, film, stats, log, scene.max_depth);
-  return wavefront->render(stop);
+  const auto wavefront = prepare<Wavefront>(stats, scene, stats, log, scene.max_depth);
+  return wavefront->render(tile, film, stop);
+}
+
+bool render_samples(const SceneTables& scene, SampleSource& source, std::uint64_t seed_offset, std::stop_token stop,
+                    RenderStats& stats) {
+  const auto wavefront = prepare<Wavefront>(stats, scene, stats, nullptr, scene.max_depth);
+  return wavefront->render(source, seed_offset, stop);
 }
 
 bool render_light(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
@@ -40,6 +46,7 @@ std::uint64_t read_clock() { return clock_ticks(); }
 constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA),
                          {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
                          &render_path,
+                         &render_samples,
                          &render_light,
                          &replay_rays,
                          &read_clock};

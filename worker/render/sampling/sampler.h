@@ -40,6 +40,11 @@ class Sampler {
     return hash(hash(x, UInt(static_cast<std::uint32_t>(seed))), hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
   }
 
+  /// Of one of the pixel's sequences: independent of those of other streams; stream 0 is the pixel itself.
+  static TESSERA_INLINE UInt stream_hash(UInt pixel, UInt stream) {
+    return pixel ^ hash(stream);  // hash(0) is 0
+  }
+
   /// Two numbers in [0, 1), jointly stratified over the samples of a pixel.
   TESSERA_INLINE Vec2 get_2d(int pair) const {
     const UInt seed = hash(pixel_ + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);

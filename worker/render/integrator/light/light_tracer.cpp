@@ -92,8 +92,8 @@ bool LightTracer::render(std::stop_token stop) {
 bool LightTracer::add_visible_lights(std::uint32_t pass, std::stop_token stop) {
   PlaneSink sink(planes_, stride_);
   const TileRequest sample{tile_.x0, tile_.y0, tile_.x1, tile_.y1, pass, pass + 1, tile_.seed_offset};
-  const auto eye = std::make_unique<Wavefront>(scene_, sample, sink, stats_, nullptr, 0);
-  return eye->render(stop);
+  const auto eye = std::make_unique<Wavefront>(scene_, stats_, nullptr, 0);
+  return eye->render(sample, sink, stop);
 }
 
 void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass) {

@@ -10,6 +10,7 @@
 #include "render/camera/camera.h"
 #include "render/film/filter_sample.h"
 #include "render/film/summable.h"
+#include "render/integrator/path/fireflies.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -33,74 +34,86 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
   return order;
 }
 
-Wavefront::Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log,
-                     std::int32_t max_depth)
-    : scene_(scene),
-      tile_(tile),
-      film_(film),
-      stats_(stats),
-      log_(log),
-      max_depth_(max_depth),
-      order_(z_order(tile.x1 - tile.x0, tile.y1 - tile.y0)) {
-  const std::uint32_t width = tile.x1 - tile.x0;
-  for (const std::uint32_t pixel : order_) {
-    pixel_x_.push_back(tile.x0 + pixel % width);
-    pixel_y_.push_back(tile.y0 + pixel / width);
-  }
-}
+Wavefront::Wavefront(const SceneTables& scene, RenderStats& stats, RayLog* log, std::int32_t max_depth)
+    : scene_(scene), stats_(stats), log_(log), max_depth_(max_depth) {}
 
-bool Wavefront::render(std::stop_token stop) {
+bool Wavefront::render(const TileRequest& tile, FilmSink& film, std::stop_token stop) {
   // A batch holds several samples of as many pixels as fit: the pixels of a packet are neighbours.
-  const std::uint32_t samples = tile_.sample_end - tile_.sample_begin;
+  const std::vector<std::uint32_t> order = z_order(tile.x1 - tile.x0, tile.y1 - tile.y0);
+  std::vector<SampleName> places;
+  places.reserve(order.size());
+  const std::uint32_t width = tile.x1 - tile.x0;
+  for (const std::uint32_t pixel : order) places.push_back({tile.x0 + pixel % width, tile.y0 + pixel / width, 0, 0});
+  seed_ = scene_.sampler.seed + tile.seed_offset;
+  const std::uint32_t samples = tile.sample_end - tile.sample_begin;
   const std::size_t step = kBatch / std::min<std::uint32_t>(samples, 4);
-  for (std::size_t first = 0; first < order_.size(); first += step) {
-    const auto pixels = std::span(order_).subspan(first, std::min(step, order_.size() - first));
-    film_.begin_pixels(pixels);
-    if (!render_pixels(pixels, stop)) return false;
+  for (std::size_t first = 0; first < order.size(); first += step) {
+    const std::size_t count = std::min(step, order.size() - first);
+    film.begin_pixels(std::span(order).subspan(first, count));
+    if (!render_pixels(std::span(places).subspan(first, count), tile, film, stop)) return false;
     const StageTimer timer(stats_.times, Stage::kFilm);
-    film_.end_pixels();
+    film.end_pixels();
   }
   return true;
 }
 
-bool Wavefront::render_pixels(std::span<const std::uint32_t> pixels, std::stop_token stop) {
-  const auto fit = static_cast<std::uint32_t>(kBatch / pixels.size());
-  for (std::uint32_t s = tile_.sample_begin; s < tile_.sample_end;) {
+bool Wavefront::render_pixels(std::span<const SampleName> places, const TileRequest& tile, FilmSink& film,
+                              std::stop_token stop) {
+  const std::size_t n = places.size();
+  const auto fit = static_cast<std::uint32_t>(kBatch / n);
+  for (std::uint32_t s = tile.sample_begin; s < tile.sample_end;) {
     if (stop.stop_requested()) return false;
-    const auto samples = static_cast<int>(std::min(fit, tile_.sample_end - s));
-    start_paths(pixels, s, samples);
-    for (int depth = 0; alive_ > 0; ++depth) advance(depth);
-    finish_samples(pixels, s, samples);
-    s += static_cast<std::uint32_t>(samples);
+    const std::uint32_t samples = std::min(fit, tile.sample_end - s);
+    name_samples(places, s, samples);
+    const std::size_t stride = trace_samples(static_cast<int>(n * samples));
+    const StageTimer timer(stats_.times, Stage::kFilm);
+    for (std::uint32_t i = 0; i < samples; ++i) film.add_sample(planes_.data() + i * n, stride);
+    s += samples;
   }
   return true;
 }
 
-void Wavefront::start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples) {
+bool Wavefront::render(SampleSource& source, std::uint64_t seed_offset, std::stop_token stop) {
+  seed_ = scene_.sampler.seed + seed_offset;
+  while (const std::size_t count = next_samples(source)) {
+    if (stop.stop_requested()) return false;
+    const std::size_t stride = trace_samples(static_cast<int>(count));
+    const StageTimer timer(stats_.times, Stage::kFilm);
+    source.add(planes_.data(), stride);
+  }
+  return true;
+}
+
+std::size_t Wavefront::next_samples(SampleSource& source) {
+  const StageTimer timer(stats_.times, Stage::kFilm);
+  return source.next(std::span(names_).first(kBatch));
+}
+
+void Wavefront::name_samples(std::span<const SampleName> places, std::uint32_t first_sample, std::uint32_t samples) {
+  const StageTimer timer(stats_.times, Stage::kCamera);
+  SampleName* name = names_;
+  for (std::uint32_t s = 0; s < samples; ++s) {
+    for (const SampleName& place : places) *name++ = {place.x, place.y, first_sample + s, 0};
+  }
+}
+
+/// Leaves the batch's samples in planes_; returns the stride between its planes.
+std::size_t Wavefront::trace_samples(int count) {
+  start_paths(count);
+  for (int depth = 0; alive_ > 0; ++depth) advance(depth);
+  return finish_samples(count);
+}
+
+void Wavefront::start_paths(int count) {
   const StageTimer timer(stats_.times, Stage::kCamera);
   shading_timer_.begin_batch(scene_.materials.materials.size());
-  const int count = static_cast<int>(pixels.size()) * samples;
-  const auto first_pixel = static_cast<std::size_t>(pixels.data() - order_.data());
-  const std::uint32_t *all_x = pixel_x_.data() + first_pixel, *all_y = pixel_y_.data() + first_pixel;
-  std::size_t pixel = 0;
-  std::uint32_t index = first_sample;
+  static_assert(sizeof(SampleName) == 16);
   for (int slot = 0; slot < count; slot += kWidth) {
-    UInt px, py, sample;
-    if (pixel + kWidth <= pixels.size()) {
-      px = UInt::load_unaligned(all_x + pixel), py = UInt::load_unaligned(all_y + pixel), sample = UInt(index);
-      pixel += kWidth;
-      if (pixel == pixels.size()) pixel = 0, ++index;
-    } else {
-      // The packet holds the last pixels of one sample and the first of the next.
-      alignas(64) std::uint32_t x[kWidth] = {}, y[kWidth] = {}, s[kWidth] = {};
-      for (int i = 0; i < kWidth && slot + i < count; ++i) {
-        x[i] = all_x[pixel], y[i] = all_y[pixel], s[i] = index;
-        if (++pixel == pixels.size()) pixel = 0, ++index;
-      }
-      px = UInt::load(x), py = UInt::load(y), sample = UInt::load(s);
-    }
-    const UInt reversed = reverse_bits(sample);
-    const UInt hash = Sampler::pixel_hash(scene_.sampler.seed + tile_.seed_offset, px, py);
+    const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);
+    const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
+    const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
+               reversed = reverse_bits(bit_cast<std::uint32_t>(name.c[2]));
+    const UInt hash = Sampler::stream_hash(Sampler::pixel_hash(seed_, px, py), bit_cast<std::uint32_t>(name.c[3]));
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     // Where on the film, and where on the lens.
@@ -197,7 +210,7 @@ void Wavefront::add_radiance(Spectrum more, Int slot, Mask lanes) {
   }
 }
 
-void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count) {
+void Wavefront::drop_bad_samples(int count) {
   for (int i = 0; i < count; i += kWidth) {
     const Mask valid = Mask::first(count - i);
     const Spectrum radiance = samples_.radiance.load(i);
@@ -209,21 +222,17 @@ void Wavefront::drop_bad_samples(std::span<const std::uint32_t> pixels, std::uin
     for (std::uint32_t bits = bad.bits(); bits != 0; bits &= bits - 1) {
       ++stats_.dropped_samples;
       if (stats_.warnings.size() >= 8) continue;
-      const auto slot = static_cast<std::size_t>(i + std::countr_zero(bits));
-      const std::uint32_t pixel = pixels[slot % pixels.size()], width = tile_.x1 - tile_.x0;
-      const std::size_t sample = first_sample + slot / pixels.size();
-      stats_.warnings.push_back("pixel (" + std::to_string(tile_.x0 + pixel % width) + ", " +
-                                std::to_string(tile_.y0 + pixel / width) + "), sample " + std::to_string(sample) +
+      const SampleName& name = names_[i + std::countr_zero(bits)];
+      stats_.warnings.push_back("pixel (" + std::to_string(name.x) + ", " + std::to_string(name.y) + "), sample " +
+                                std::to_string(name.index) +
                                 ": radiance is not finite or beyond 1e15; counted as black");
     }
   }
 }
 
-void Wavefront::finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples) {
+std::size_t Wavefront::finish_samples(int count) {
   const StageTimer timer(stats_.times, Stage::kFilm);
-  const std::size_t n = pixels.size();
-  const int count = static_cast<int>(n) * samples;
-  drop_bad_samples(pixels, first_sample, count);
+  drop_bad_samples(count);
 
   // Channels in the order of wire::channels_for_aovs.
   const std::size_t stride = (static_cast<std::size_t>(count) + kWidth) / kWidth * kWidth;
@@ -249,7 +258,9 @@ void Wavefront::finish_samples(std::span<const std::uint32_t> pixels, std::uint3
     }
     if (aovs.depth) put_summable(Float::load(samples_.depth + i));
   }
-  for (int s = 0; s < samples; ++s) film_.add_sample(planes_.data() + static_cast<std::size_t>(s) * n, stride);
+  // Where nothing is scattered, what is bright is a lamp.
+  if (max_depth_ > 0) count_fireflies(planes_.data(), stride, count, stats_);
+  return stride;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -8,6 +8,7 @@
 
 #include "render/accel/ray_log.h"
 #include "render/film/film_sink.h"
+#include "render/film/sample_source.h"
 #include "render/film/tile_request.h"
 #include "render/integrator/path/path_state.h"
 #include "render/integrator/scene_tables.h"
@@ -17,15 +18,20 @@ namespace tessera::render::TESSERA_ISA {
 
 class Wavefront {
  public:
-  Wavefront(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats, RayLog* log,
-            std::int32_t max_depth);
+  Wavefront(const SceneTables& scene, RenderStats& stats, RayLog* log, std::int32_t max_depth);
 
   /// All samples of the tile; false when stopped before the end.
-  bool render(std::stop_token stop);
+  bool render(const TileRequest& tile, FilmSink& film, std::stop_token stop);
+  /// Whatever `source` asks for, with a seed that is that much larger; false when stopped before the end.
+  bool render(SampleSource& source, std::uint64_t seed_offset, std::stop_token stop);
 
  private:
-  bool render_pixels(std::span<const std::uint32_t> pixels, std::stop_token stop);
-  void start_paths(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
+  /// The tile's samples of the pixels at `places`.
+  bool render_pixels(std::span<const SampleName> places, const TileRequest& tile, FilmSink& film, std::stop_token stop);
+  void name_samples(std::span<const SampleName> places, std::uint32_t first_sample, std::uint32_t samples);
+  std::size_t next_samples(SampleSource& source);
+  std::size_t trace_samples(int count);
+  void start_paths(int count);
   void advance(int depth);
   void intersect(int depth);
   void clip_far();
@@ -37,8 +43,8 @@ class Wavefront {
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
-  void finish_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int samples);
-  void drop_bad_samples(std::span<const std::uint32_t> pixels, std::uint32_t first_sample, int count);
+  std::size_t finish_samples(int count);
+  void drop_bad_samples(int count);
 
   // Volumetric scenes, see transit.cpp. transit() moves every path on to its next scattering event, march_shadow_rays()
   // shadow rays to their lights.
@@ -59,14 +65,12 @@ class Wavefront {
   void scatter_path(const Vertex& v, Mask events, int depth, int& kept);
 
   const SceneTables& scene_;
-  const TileRequest& tile_;
-  FilmSink& film_;
   RenderStats& stats_;
   ShadingTimer shading_timer_{stats_.times};
-  RayLog* const log_;                 // null: nothing is recorded
-  const std::int32_t max_depth_;      // scattering events on a path
-  std::vector<std::uint32_t> order_;  // the tile's pixels along a Z-order curve
-  std::vector<std::uint32_t> pixel_x_, pixel_y_;  // where each of order_ lies on the film
+  RayLog* const log_;               // null: nothing is recorded
+  const std::int32_t max_depth_;    // scattering events on a path
+  SampleName names_[kPadded] = {};  // of the batch
+  std::uint64_t seed_ = 0;          // of the sampler
   int alive_ = 0;
   PathState paths_;
   HitState hits_;

@@ -1,0 +1,30 @@
+#include "render/film/noise_target.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::render {
+namespace {
+
+/// Relative standard deviation of single samples at which a block ends with exactly the error asked for: that of the
+/// usual pixel, as far as stratification leaves it.
+constexpr double kUsualDeviation = 1.0 / 3;
+
+}  // namespace
+
+std::uint32_t samples_for(const NoiseTarget& target, double pilot_error) {
+  const std::uint32_t most = std::max(target.samples / 2, kPilotSamples);
+  const double deviation = std::sqrt(pilot_error * kPilotSamples) / target.noise;
+  // In proportion to the deviation: the fewest samples for a mean squared error [Neyman 1934]. The same error
+  // everywhere (the square of the deviation) would cost as many samples as no adaptation at all. So a block's error is
+  // the target times the root of its deviation over the usual one.
+  const double both = deviation * kUsualDeviation / target.noise;
+  // Not a number is as bad as infinite.
+  if (!(both / 2 < most)) return most;
+  // Sequences are best cut at powers of two, and next best half way to the next.
+  std::uint32_t count = kPilotSamples;
+  while (count < both / 2) count += count & (count - 1) ? count / 3 : count / 2;
+  return std::min(count, most);
+}
+
+}  // namespace tessera::render
