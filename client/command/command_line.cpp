@@ -50,6 +50,11 @@ Option Option::from_environment(const char* variable) {
   return *this;
 }
 
+Option Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+
 Option Option::checked_by(std::function<std::string(const std::string&)> check) {
   option_->check(std::move(check));
   return *this;
@@ -93,8 +98,8 @@ Option Command::add_read_by(const char* name, std::function<absl::Status(const s
   return Option{*app_->add_option_function<std::string>(name, read, description)};
 }
 
-void Command::add_flag(const char* name, bool& value, const char* description) {
-  app_->add_flag(name, value, description);
+Option Command::add_flag(const char* name, bool& value, const char* description) {
+  return Option{*app_->add_flag(name, value, description)};
 }
 
 Option Command::option(const char* name) { return Option{*app_->get_option(name)}; }

@@ -42,6 +42,8 @@ class Option {
   Option one_value_each();
   /// What to take where the option is not given.
   Option from_environment(const char* variable);
+  /// Both together are refused.
+  Option excludes(const Option& other);
   /// What `check` has to say against a text; nothing when it is well.
   Option checked_by(std::function<std::string(const std::string&)> check);
 
@@ -64,7 +66,7 @@ class Command {
   Option add(const char* name, std::vector<std::string>& value, const char* description = "");
   /// A text that `take` reads; its error is the user's.
   Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take, const char* description);
-  void add_flag(const char* name, bool& value, const char* description);
+  Option add_flag(const char* name, bool& value, const char* description);
   /// One that was added before.
   Option option(const char* name);
 

@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 /// The job from submission to its end.
 absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet, std::stop_token stop) {
   FarmClient client{farm.channel(), {.address = "this process"}};
-  const absl::StatusOr<std::string> job_id = client.submit(spec, stop);
+  const absl::StatusOr<std::string> job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();
   return follow_job(client, *job_id, spec, quiet, stop);
 }

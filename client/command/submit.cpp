@@ -21,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   RenderOptions render;
   ServerOption server;
+  FarmClient::Reuse reuse;
   bool detach = false;
 };
 
@@ -30,6 +31,16 @@ absl::Status check(const Options& options) {
     return absl::InvalidArgumentError("--output is required, unless with --detach");
   }
   return check_output(options.render.output);
+}
+
+/// Cuts the job into the units of the one that it continues: only equal units have equal results.
+absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSpec& spec, std::stop_token stop) {
+  if (continued.empty()) return absl::OkStatus();
+  const absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, stop);
+  if (!job.ok()) return job.status();
+  spec.set_tile_size(job->spec().tile_size());
+  spec.set_samples_per_unit(job->spec().samples_per_unit());
+  return absl::OkStatus();
 }
 
 /// Follows the submitted job to its image.
@@ -79,7 +90,10 @@ int run(const Options& options, Interrupt& interrupt) {
   const std::stop_token stop = interrupt.token();
   const absl::StatusOr<std::uint64_t> uploaded = (*farm)->upload(loaded->job->blobs, stop);
   if (!uploaded.ok()) return report_farm_error(uploaded.status());
-  const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, stop);
+  if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop); !status.ok()) {
+    return report_farm_error(status);
+  }
+  const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
   if (!job_id.ok()) return report_farm_error(job_id.status());
   if (options.detach || !options.render.quiet) std::cout << "job " << *job_id << std::endl;
   if (options.detach) return kDone;
@@ -102,6 +116,12 @@ void add_submit_command(CommandLine& line) {
       .separated_by_commas()
       .type_name("TAG,...");
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
+  const Option continued = command
+                               .add("--continue", options->reuse.continued,
+                                    "a job whose samples are taken over, with its tiles; only --spp may differ")
+                               .type_name("JOB");
+  command.add_flag("--fresh", options->reuse.fresh, "render everything, even what the farm has already")
+      .excludes(continued);
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }

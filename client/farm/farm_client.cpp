@@ -34,10 +34,12 @@ FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions
 
 FarmClient::~FarmClient() = default;
 
-absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, std::stop_token stop) {
+absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop) {
   v1::SubmitJobRequest request;
   request.set_request_id(make_request_id());
   *request.mutable_spec() = spec;
+  request.set_continued(reuse.continued);
+  request.set_fresh(reuse.fresh);
   auto response = contact_.retried(stop, [&] {
     return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob", contact_.address(),
                             kCallTimeout, stop);

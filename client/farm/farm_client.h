@@ -41,8 +41,14 @@ class FarmClient {
   /// gone.
   absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
 
-  /// Returns the job's id. FailedPrecondition when blobs are missing.
-  absl::StatusOr<std::string> submit(const v1::JobSpec& spec, std::stop_token stop);
+  /// Whose results a new job takes over.
+  struct Reuse {
+    std::string continued;  // this job's; empty: those of whichever job has most of them
+    bool fresh = false;     // nobody's
+  };
+  /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with this spec;
+  /// NotFound when there is none.
+  absl::StatusOr<std::string> submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop);
 
   absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
   absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop);

@@ -23,6 +23,7 @@ struct FarmEvent {
     kDistrusted = 10,  // host; text: why. Of the whole farm: no job
     kTrusted = 11,     // host. Of the whole farm
     kNote = 12,        // text, for people
+    kAdopted = 13,     // value: number of results taken over when the job was new; text: the job that they are from
   };
 
   Kind kind = Kind::kNote;

@@ -46,6 +46,8 @@ struct FarmJob {
   Time mean_duration{0};  // from grant to result, moving average; 0 before the first result
   Time mean_cost{0};      // of one unit on one thread of a usual worker, likewise
   std::vector<std::string> notes;
+  std::uint32_t adopted = 0;  // results taken over
+  std::string adopted_from;
 
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers

@@ -58,6 +58,35 @@ absl::Status Scheduler::add_job(JobRequest request) {
   return absl::OkStatus();
 }
 
+absl::Status Scheduler::adopt(std::string_view id, const std::string& from, const std::string& isa,
+                              const std::vector<AdoptedResult>& results) {
+  const absl::StatusOr<Job*> found = find_job(id);
+  if (!found.ok()) return found.status();
+  Job& job = **found;
+  if (job.results > 0 || !(job.request.isa.empty() || job.request.isa == isa)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("job ", job.request.id, " is not new, or is bound to another ISA than job ", from));
+  }
+  if (results.empty()) return absl::OkStatus();
+  if (job.request.isa.empty()) {
+    job.request.isa = isa;
+    record(FarmEvent::Kind::kBound, job.request.id).text = isa;
+  }
+  for (const AdoptedResult& result : results) {
+    job.units.finish(
+        result.unit,
+        {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(result.host)});
+  }
+  job.state = v1::RUNNING;
+  job.adopted = static_cast<std::uint32_t>(results.size());
+  job.adopted_from = from;
+  FarmEvent& event = record(FarmEvent::Kind::kAdopted, job.request.id);
+  event.value = job.adopted;
+  event.text = from;
+  settle(job);
+  return absl::OkStatus();
+}
+
 /// An open job takes its turns, unless it is paused.
 void Scheduler::take_turns(Job& job) {
   turns_.remove(job.number);
@@ -124,7 +153,9 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .paused = job.paused,
                .revision = job.revision,
                .notes = job.notes,
-               .set_aside = {}};
+               .set_aside = {},
+               .units_adopted = job.adopted,
+               .adopted_from = job.adopted_from};
   if (units.set_aside() == 0) return view;
   for (const auto& [unit, failures] : job.failures) {
     if (units.state(unit) == UnitState::kSetAside) view.set_aside.push_back({unit, failures});

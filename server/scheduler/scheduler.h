@@ -51,6 +51,11 @@ class Scheduler {
 
   /// AlreadyExists when the id is taken.
   absl::Status add_job(JobRequest request);
+  /// Units of a new job are done, with results of the job `from`, which is bound to `isa`; they are numbered from 1 in
+  /// that order. Binds the job, and ends it when nothing is left to do. FailedPrecondition when something is done
+  /// already, or the job is bound to another ISA.
+  absl::Status adopt(std::string_view job, const std::string& from, const std::string& isa,
+                     const std::vector<AdoptedResult>& results);
   /// True when this ended the job; a job that has ended stays as it is.
   absl::StatusOr<bool> cancel_job(std::string_view job);
   /// Puts units that were set aside back, with a clean record. FailedPrecondition when the job ended otherwise than
@@ -85,6 +90,7 @@ class Scheduler {
   std::vector<WorkerView> workers() const;
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
+  bool trusts(const std::string& host) const { return !distrusted_.contains(host); }
   /// The host's results count again.
   void trust_host(const std::string& host);
   /// Number by which results name a host. The same for the same name as long as the scheduler lives.

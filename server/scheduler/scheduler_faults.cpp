@@ -255,6 +255,10 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     case Kind::kNote:
       if (job.notes.size() < kMaxListed) job.notes.push_back(event.text);
       break;
+    case Kind::kAdopted:
+      job.adopted = static_cast<std::uint32_t>(event.value);
+      job.adopted_from = event.text;
+      break;
     default:
       break;  // kBound, kEnded and kRevoked are part of the job's own record
   }

@@ -57,6 +57,8 @@ struct JobView {
   std::uint32_t revision = 0;           // how often accepted results were thrown away
   std::vector<std::string> notes;       // what went wrong where, for people
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
+  std::uint32_t units_adopted = 0;      // taken over from another job
+  std::string adopted_from;
 };
 
 struct WorkerInfo {
@@ -98,6 +100,13 @@ struct HeartbeatDecision {
 struct DeliveredResult {
   ResultFingerprint fingerprint = 0;
   Time cost{0};  // wall time that the unit took; 0: not known
+};
+
+/// A result that another job has of the same pixels and samples.
+struct AdoptedResult {
+  std::uint32_t unit = 0;  // of the new job
+  ResultFingerprint fingerprint = 0;
+  std::string host;  // that rendered it
 };
 
 struct CompleteDecision {

@@ -11,6 +11,7 @@
 #include "service/identifier.h"
 #include "service/journal_events.h"
 #include "wire/limits.h"
+#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -184,14 +185,99 @@ void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
   unclaimed_uploads_[digest] += bytes;
 }
 
+absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec) {
+  const auto isa_of = [this](const JobEntry& entry) { return view_of(entry).isa; };
+  if (const std::string& id = request.continued(); !id.empty()) {
+    const absl::StatusOr<JobEntry*> named = find_job(id);
+    if (!named.ok()) return named.status();
+    std::string difference = difference_in_content((*named)->shape->spec, spec);
+    const std::string isa = isa_of(**named);
+    if (difference.empty() && !spec.isa().empty() && !isa.empty() && spec.isa() != isa) {
+      difference = absl::StrCat("modified: isa: \"", isa, "\" -> \"", spec.isa(), "\"");
+    }
+    if (difference.empty()) return *named;
+    return absl::FailedPreconditionError(absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
+  }
+  const JobEntry* best = nullptr;
+  for (const auto& entry : jobs_.all()) {
+    const v1::JobSpec& other = entry->shape->spec;
+    if (entry->durable_results == 0 || other.scene().digest() != spec.scene().digest() ||
+        (best != nullptr && best->durable_results >= entry->durable_results)) {
+      continue;
+    }
+    if (!spec.isa().empty() && spec.isa() != isa_of(*entry)) continue;
+    if (difference_in_content(other, spec).empty()) best = entry.get();
+  }
+  return best;
+}
+
+absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest& request, const JobShape& shape) {
+  if (request.fresh()) return std::nullopt;
+  Donor donor;
+  std::string id;
+  {
+    const std::lock_guard lock(mutex_);
+    if (jobs_.find_request(request.request_id()) != nullptr) return std::nullopt;
+    const absl::StatusOr<const JobEntry*> best = best_donor(request, shape.spec);
+    if (!best.ok()) return best.status();
+    if (*best == nullptr) return std::nullopt;
+    id = (*best)->id;
+    donor.plan = (*best)->shape->plan;
+    donor.isa = view_of(**best).isa;
+  }
+  // Thousands of rows, maybe: not under the lock. What was deleted meanwhile is no donor.
+  absl::StatusOr<JobRecord> record = journal_.read_job(id);
+  if (absl::IsNotFound(record.status())) return std::nullopt;
+  if (!record.ok()) return record.status();
+  donor.record = *std::move(record);
+  return donor;
+}
+
+absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const std::optional<Donor>& donor) {
+  const v1::JobSpec& spec = entry.shape->spec;
+  std::vector<JournalEntry> entries;
+  entries.push_back(JobAdded{.id = entry.id,
+                             .request_id = entry.request_id,
+                             .spec = spec.SerializeAsString(),
+                             .generation = entry.generation,
+                             .submitted_unix_ms = entry.submitted_unix_ms,
+                             .uploaded_bytes = entry.uploaded_bytes});
+  if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
+  spdlog::info("job {} \"{}\": {} x {} pixels, {} samples, {} units", entry.id, spec.name(), spec.width(),
+               spec.height(), spec.settings().spp(), entry.shape->plan->unit_count());
+  // The donor may have been deleted since it was read, and with it what would be copied.
+  if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
+  if (absl::Status status = adopt_results(scheduler_, entry.id, *entry.shape->plan, *donor, entries); !status.ok()) {
+    return status;
+  }
+  for (const JournalEntry& journaled : entries) {
+    const auto* const done = std::get_if<UnitDone>(&journaled);
+    if (done == nullptr) continue;
+    v1::UnitStats stats;
+    static_cast<void>(stats.ParseFromString(done->stats));
+    add_stats(entry.stats, stats);
+    entry.units_by_sequence.push_back(done->unit);
+    entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
+  }
+  if (!entry.units_by_sequence.empty()) {
+    spdlog::info("job {}: {} units are taken over from job {}", entry.id, entry.units_by_sequence.size(),
+                 donor->record.added.id);
+  }
+  return entries;
+}
+
 void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (request.request_id().empty() || request.request_id().size() > wire::kMaxTextBytes) {
     return done(absl::InvalidArgumentError("request_id is empty or too long"));
   }
-  auto shape = JobShape::make(request.spec());
+  v1::JobSpec spec = request.spec();
+  spec.set_build(wire::build_version());
+  auto shape = JobShape::make(std::move(spec));
   if (!shape.ok()) return done(shape.status());
   if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));
+  const absl::StatusOr<std::optional<Donor>> donor = find_donor(request, **shape);
+  if (!donor.ok()) return done(donor.status());
 
   std::unique_lock lock(mutex_);
   if (const JobEntry* const known = jobs_.find_request(request.request_id())) {
@@ -200,29 +286,20 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
       status.ok() ? done(id) : done(status);
     });
   }
-  const v1::JobSpec& spec = (*shape)->spec;
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
   JobEntry& entry = jobs_.add({.id = id,
                                .request_id = request.request_id(),
                                .shape = *shape,
                                .submitted_unix_ms = unix_milliseconds(),
-                               .uploaded_bytes = claim_uploads(spec),
+                               .uploaded_bytes = claim_uploads((*shape)->spec),
                                .past = std::nullopt,
                                .stats = {},
                                .units_by_sequence = {}});
-  absl::Status status = scheduler_.add_job(request_of(entry));
-  if (!status.ok()) return done(std::move(status));
-  spdlog::info("job {} \"{}\": {} x {} pixels, {} samples, {} units", id, spec.name(), spec.width(), spec.height(),
-               spec.settings().spp(), entry.shape->plan->unit_count());
+  absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
+  if (!entries.ok()) return done(entries.status());
   // Workers may begin at once: their results are journaled after the job.
-  commit({JobAdded{.id = id,
-                   .request_id = entry.request_id,
-                   .spec = spec.SerializeAsString(),
-                   .generation = entry.generation,
-                   .submitted_unix_ms = entry.submitted_unix_ms,
-                   .uploaded_bytes = entry.uploaded_bytes}},
-         {}, /*wait=*/true,
+  commit(*std::move(entries), {{.job = id, .results = entry.units_by_sequence.size(), .end = false}}, /*wait=*/true,
          [id, done = std::move(done)](const absl::Status& committed) { committed.ok() ? done(id) : done(committed); });
   lock.unlock();
   dispatcher_.notify_work();

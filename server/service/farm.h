@@ -7,12 +7,14 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
+#include "service/adoption.h"
 #include "service/dispatcher.h"
 #include "service/job_table.h"
 #include "service/metrics.h"
@@ -127,6 +129,11 @@ class Farm {
   void prune();
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
+  /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.
+  absl::StatusOr<std::optional<Donor>> find_donor(const v1::SubmitJobRequest& request, const JobShape& shape);
+  absl::StatusOr<const JobEntry*> best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec);
+  /// A new job, of which the scheduler knows, and what is to be journaled of it. With mutex_ held.
+  absl::StatusOr<std::vector<JournalEntry>> add_job(JobEntry& entry, const std::optional<Donor>& donor);
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
   void accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done);

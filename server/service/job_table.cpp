@@ -109,9 +109,15 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                 .paused = false,
                 .revision = static_cast<std::uint32_t>(revoked_results(record).size()),
                 .notes = {},
-                .set_aside = {}};
+                .set_aside = {},
+                .units_adopted = 0,
+                .adopted_from = ""};
     for (const SchedulerEvent& event : record.events) {
-      if (static_cast<FarmEvent::Kind>(event.kind) == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
+      const auto kind = static_cast<FarmEvent::Kind>(event.kind);
+      if (kind == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
+      if (kind != FarmEvent::Kind::kAdopted) continue;
+      entry.past->units_adopted = static_cast<std::uint32_t>(event.value);
+      entry.past->adopted_from = event.text;
     }
   }
   return entry;
@@ -137,6 +143,8 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_paused(view.paused);
   status.set_units_set_aside(view.units_set_aside);
   status.set_revision(view.revision);
+  status.set_units_adopted(view.units_adopted);
+  status.set_adopted_from(view.adopted_from);
   for (const std::string& note : view.notes) status.add_notes(note);
   for (const SetAsideView& aside : view.set_aside) {
     v1::SetAsideUnit& unit = *status.add_set_aside();
@@ -177,6 +185,9 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   total.set_bounce_rays(total.bounce_rays() + unit.bounce_rays());
   total.set_shadow_rays(total.shadow_rays() + unit.shadow_rays());
   total.set_dropped_samples(total.dropped_samples() + unit.dropped_samples());
+  total.set_fireflies(total.fireflies() + unit.fireflies());
+  total.set_firefly_light(total.firefly_light() + unit.firefly_light());
+  total.set_light(total.light() + unit.light());
   using google::protobuf::util::TimeUtil;
   const auto add = [](const auto& a, const auto& b) {
     return TimeUtil::NanosecondsToDuration(TimeUtil::DurationToNanoseconds(a) + TimeUtil::DurationToNanoseconds(b));

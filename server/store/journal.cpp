@@ -96,6 +96,7 @@ class SqliteJournal final : public Journal {
 
   std::uint64_t epoch() const override { return epoch_; }
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override;
+  absl::StatusOr<JobRecord> read_job(const std::string& job) override;
   absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override;
   absl::Status commit(const std::vector<JournalEntry>& entries) override;
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
@@ -117,6 +118,8 @@ class SqliteJournal final : public Journal {
     SQLite::Statement add, bind, end, done, event, fetched, prune_job, prune_results, prune_events;
   };
 
+  static JobRecord read_row(SQLite::Statement& jobs);
+  absl::StatusOr<std::vector<std::uint64_t>> read_results(JobRecord& record);
   absl::Status recover_job(JobRecord& record);
   std::shared_ptr<ResultFile> results_of(const std::string& job);
   absl::Status write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends);
@@ -168,26 +171,16 @@ absl::Status guarded(const char* what, Function function) {
   }
 }
 
+constexpr char kJobColumns[] =
+    "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, error, finished_unix_ms, "
+    "fetched FROM jobs ";
+
 absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>& visit) {
   const std::lock_guard lock(database_mutex_);
   return guarded("recovery", [&]() -> absl::Status {
-    SQLite::Statement jobs(database_,
-                           "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, "
-                           "error, finished_unix_ms, fetched FROM jobs ORDER BY number");
+    SQLite::Statement jobs(database_, std::string(kJobColumns) + "ORDER BY number");
     while (jobs.executeStep()) {
-      JobRecord record;
-      record.added = {.id = text(jobs.getColumn(0)),
-                      .request_id = text(jobs.getColumn(1)),
-                      .spec = text(jobs.getColumn(2)),
-                      .generation = jobs.getColumn(3).getUInt(),
-                      .submitted_unix_ms = jobs.getColumn(4).getInt64(),
-                      .uploaded_bytes = static_cast<std::uint64_t>(jobs.getColumn(5).getInt64())};
-      record.isa = text(jobs.getColumn(6));
-      record.ended = {.id = record.added.id,
-                      .state = jobs.getColumn(7).getInt(),
-                      .error = text(jobs.getColumn(8)),
-                      .finished_unix_ms = jobs.getColumn(9).getInt64()};
-      record.fetched = jobs.getColumn(10).getInt() != 0;
+      JobRecord record = read_row(jobs);
       if (absl::Status status = recover_job(record); !status.ok()) return status;
       if (absl::Status status = visit(std::move(record)); !status.ok()) return status;
     }
@@ -195,7 +188,40 @@ absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>
   });
 }
 
-absl::Status SqliteJournal::recover_job(JobRecord& record) {
+absl::StatusOr<JobRecord> SqliteJournal::read_job(const std::string& job) {
+  const std::lock_guard lock(database_mutex_);
+  JobRecord record;
+  const absl::Status status = guarded("reading", [&]() -> absl::Status {
+    SQLite::Statement jobs(database_, std::string(kJobColumns) + "WHERE id = ?");
+    jobs.bind(1, job);
+    if (!jobs.executeStep()) return absl::NotFoundError(absl::StrCat("there is no job ", job));
+    record = read_row(jobs);
+    return read_results(record).status();
+  });
+  if (!status.ok()) return status;
+  return record;
+}
+
+/// All but results and events.
+JobRecord SqliteJournal::read_row(SQLite::Statement& jobs) {
+  JobRecord record;
+  record.added = {.id = text(jobs.getColumn(0)),
+                  .request_id = text(jobs.getColumn(1)),
+                  .spec = text(jobs.getColumn(2)),
+                  .generation = jobs.getColumn(3).getUInt(),
+                  .submitted_unix_ms = jobs.getColumn(4).getInt64(),
+                  .uploaded_bytes = static_cast<std::uint64_t>(jobs.getColumn(5).getInt64())};
+  record.isa = text(jobs.getColumn(6));
+  record.ended = {.id = record.added.id,
+                  .state = jobs.getColumn(7).getInt(),
+                  .error = text(jobs.getColumn(8)),
+                  .finished_unix_ms = jobs.getColumn(9).getInt64()};
+  record.fetched = jobs.getColumn(10).getInt() != 0;
+  return record;
+}
+
+/// Results and events; returns where the payloads end.
+absl::StatusOr<std::vector<std::uint64_t>> SqliteJournal::read_results(JobRecord& record) {
   SQLite::Statement rows(
       database_, "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
   rows.bind(1, record.added.id);
@@ -204,19 +230,26 @@ absl::Status SqliteJournal::recover_job(JobRecord& record) {
   while (rows.executeStep()) {
     const std::int64_t sequence = rows.getColumn(0).getInt64();
     const std::int64_t end = rows.getColumn(3).getInt64();
-    if (sequence != static_cast<std::int64_t>(ends.size()) + 1 || end < 0 ||
-        (!ends.empty() && static_cast<std::uint64_t>(end) < ends.back())) {
+    const std::uint64_t begin = ends.empty() ? 0 : ends.back();
+    if (sequence != static_cast<std::int64_t>(ends.size()) + 1 || end < 0 || static_cast<std::uint64_t>(end) < begin) {
       return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
     }
     ends.push_back(static_cast<std::uint64_t>(end));
     record.results.push_back({.unit = rows.getColumn(1).getUInt(),
                               .digest = text(rows.getColumn(2)),
                               .stats = text(rows.getColumn(4)),
-                              .host = text(rows.getColumn(5))});
+                              .host = text(rows.getColumn(5)),
+                              .bytes = ends.back() - begin});
   }
-  if (ends.empty()) return absl::OkStatus();
-  record.result_bytes = ends.back();
-  const auto file = std::make_shared<ResultFile>(disk_, result_path(record.added.id), std::move(ends));
+  record.result_bytes = ends.empty() ? 0 : ends.back();
+  return ends;
+}
+
+absl::Status SqliteJournal::recover_job(JobRecord& record) {
+  absl::StatusOr<std::vector<std::uint64_t>> ends = read_results(record);
+  if (!ends.ok()) return ends.status();
+  if (ends->empty()) return absl::OkStatus();
+  const auto file = std::make_shared<ResultFile>(disk_, result_path(record.added.id), *std::move(ends));
   results_[record.added.id] = file;
   return file->check();
 }
@@ -285,7 +318,10 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
     const auto* const unit = std::get_if<UnitDone>(&entries[i]);
     if (unit == nullptr) continue;
     const std::shared_ptr<ResultFile> file = results_of(unit->job);
-    const absl::StatusOr<std::uint64_t> end = file->append(unit->payload);
+    absl::StatusOr<std::string> copy = std::string();
+    if (!unit->from_job.empty()) copy = results_of(unit->from_job)->read(unit->from_sequence);
+    if (!copy.ok()) return copy.status();
+    const absl::StatusOr<std::uint64_t> end = file->append(unit->from_job.empty() ? unit->payload : *copy);
     if (!end.ok()) return end.status();
     ends[i] = *end;
     made_file |= unit->sequence == 1;

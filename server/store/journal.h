@@ -47,6 +47,9 @@ struct UnitDone {
   std::string payload;  // proto/wire/tile_result.h
   std::string stats;    // serialized UnitStats
   std::string host;     // that rendered it
+  // Where these are set, the payload is a copy of that job's result.
+  std::string from_job = "";
+  std::uint64_t from_sequence = 0;
 };
 
 /// Something of which the scheduler must be told again after a restart; only it knows what the fields mean.
@@ -87,6 +90,7 @@ struct JobRecord {
     std::string digest;
     std::string stats;
     std::string host;
+    std::uint64_t bytes = 0;  // of its payload
   };
   std::vector<Result> results;  // by sequence number - 1
   std::vector<SchedulerEvent> events;
@@ -105,6 +109,9 @@ class Journal {
   /// Every job ever added, in that order. To be called once, before the first commit. DataLoss when the data is
   /// damaged.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
+
+  /// What was committed about one job until now. NotFound when there is no such job.
+  virtual absl::StatusOr<JobRecord> read_job(const std::string& job) = 0;
 
   /// Events of the whole farm, in order.
   virtual absl::StatusOr<std::vector<SchedulerEvent>> farm_events() = 0;

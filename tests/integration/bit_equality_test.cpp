@@ -17,11 +17,11 @@ Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
-// 50 samples a pixel: ranges that are no power of two, so that the sum tree has a ragged edge. The AOVs have channels
-// of every kind. The crop cuts tiles.
-const Arguments kCornellBox{
-    "scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--spp", "50", "--aov",
-    "variance,albedo,normal,depth,samples", "--quiet"};
+// The AOVs have channels of every kind. The crop cuts tiles.
+const Arguments kView{"scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--aov",
+                      "variance,albedo,normal,depth,samples", "--quiet"};
+// Ranges that are no power of two, so that the sum tree has a ragged edge.
+const Arguments kCornellBox = kView + Arguments{"--spp", "50"};
 
 std::string render_hash(const Arguments& arguments) {
   const support::TempDir directory;
@@ -33,7 +33,8 @@ std::string render_hash(const Arguments& arguments) {
 
 std::string submit_hash(const FarmUnderTest& farm, const Arguments& arguments) {
   const std::string image = (farm.directory() / "farm.exr").string();
-  const support::Finished done = tessera(farm.on_farm(Arguments{"submit"} + arguments + Arguments{"-o", image}));
+  const support::Finished done =
+      tessera(farm.on_farm(Arguments{"submit", "--fresh"} + arguments + Arguments{"-o", image}));
   EXPECT_EQ(done.status.code, 0) << done.err;
   return pixel_sha256(image);
 }
@@ -54,6 +55,19 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
     for (const char* tile : {"8", "16", "64"}) {
       EXPECT_EQ(submit_hash(farm, kCornellBox + Arguments{"--tile", tile}), expected) << "with tiles of " << tile;
     }
+  }
+}
+
+TEST(BitEquality, SamplesAsNoiseAsksInProcessAndOnTwoWorkersWhateverTiles) {
+  const Arguments adaptive = kView + Arguments{"--spp", "128", "--noise", "0.2"};
+  const std::string expected = render_hash(adaptive);
+  EXPECT_NE(render_hash(kView + Arguments{"--spp", "128"}), expected);
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  for (const char* tile : {"8", "24", "64"}) {
+    EXPECT_EQ(render_hash(adaptive + Arguments{"--threads", "3", "--tile", tile}), expected) << "tiles of " << tile;
+    EXPECT_EQ(submit_hash(farm, adaptive + Arguments{"--tile", tile}), expected) << "tiles of " << tile;
   }
 }
 

@@ -47,6 +47,12 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<JobRecord> ModelJournal::read_job(const std::string& job) {
+  const JobRecord* const record = find(job);
+  if (record == nullptr) return absl::NotFoundError(absl::StrCat("there is no job ", job));
+  return *record;
+}
+
 absl::StatusOr<std::string> ModelJournal::read_result(const std::string& job, std::uint64_t sequence) {
   return absl::UnimplementedError("the model keeps no payloads");
 }

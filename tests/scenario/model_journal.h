@@ -14,6 +14,7 @@ class ModelJournal final : public Journal {
 
   std::uint64_t epoch() const override { return epoch_; }
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override;
+  absl::StatusOr<JobRecord> read_job(const std::string& job) override;
   absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override { return farm_events_; }
   absl::Status commit(const std::vector<JournalEntry>& entries) override;
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;

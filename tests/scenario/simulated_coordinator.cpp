@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "service/adoption.h"
 #include "service/journal_events.h"
 
 namespace tessera::server {
@@ -58,18 +59,29 @@ void SimulatedCoordinator::answer() {
   }
 }
 
-void SimulatedCoordinator::submit(const JobRequest& job, Reply reply) {
+void SimulatedCoordinator::submit(const JobRequest& job, const JobRequest* donor, Reply reply) {
   // Sent a second time, the answer is the same.
   if (past(job.id) != v1::JOB_STATE_UNSPECIFIED || scheduler_.job(job.id).ok()) return push({}, std::move(reply));
-  const absl::Status status = scheduler_.add_job(job);
-  if (!status.ok()) return reply(status);
-  push({JobAdded{.id = job.id,
-                 .request_id = "request " + job.id,
-                 .spec = job.id,
-                 .generation = job.generation,
-                 .submitted_unix_ms = 1,
-                 .uploaded_bytes = 0}},
-       std::move(reply));
+  if (absl::Status status = scheduler_.add_job(job); !status.ok()) return reply(status);
+  std::vector<JournalEntry> entries;
+  entries.push_back(JobAdded{.id = job.id,
+                             .request_id = "request " + job.id,
+                             .spec = job.id,
+                             .generation = job.generation,
+                             .submitted_unix_ms = 1,
+                             .uploaded_bytes = 0});
+  if (donor != nullptr) {
+    const absl::StatusOr<JobRecord> record = journal_.read_job(donor->id);
+    if (record.ok()) {
+      const std::string isa = record->isa.empty() ? donor->isa : record->isa;
+      const absl::Status status =
+          job.isa.empty() || job.isa == isa
+              ? adopt_results(scheduler_, job.id, *job.plan, {*record, donor->plan, isa}, entries)
+              : absl::OkStatus();
+      if (!status.ok()) return reply(status);
+    }
+  }
+  push(std::move(entries), std::move(reply));
 }
 
 void SimulatedCoordinator::cancel(const std::string& job, Reply reply) {

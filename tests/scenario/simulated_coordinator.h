@@ -27,7 +27,8 @@ class SimulatedCoordinator {
   SimulatedCoordinator(Journal& journal, const Jobs& jobs, SchedulerOptions options);
   const absl::Status& recovery() const { return recovery_; }
 
-  void submit(const JobRequest& job, Reply reply);
+  /// `donor`: a job of equal content, whose results are taken over; null: none.
+  void submit(const JobRequest& job, const JobRequest* donor, Reply reply);
   void cancel(const std::string& job, Reply reply);
   void retry(const std::string& job, Reply reply);
   void pause(const std::string& job, bool paused, Reply reply);

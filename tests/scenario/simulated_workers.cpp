@@ -9,17 +9,16 @@ namespace {
 
 constexpr Time kWorkerTick{2000};
 
-/// What an honest worker returns.
-ResultFingerprint truth_of(const v1::LeaseToken& token) {
-  return std::hash<std::string>{}(token.job_id()) * 31 + token.unit_index();
-}
-
 bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
   return a.unit_index() == b.unit_index() && a.attempt() == b.attempt() && a.epoch() == b.epoch() &&
          a.job_id() == b.job_id();
 }
 
 }  // namespace
+
+ResultFingerprint Simulation::truth_of(const v1::LeaseToken& token) const {
+  return std::hash<std::string>{}(promises_.at(token.job_id()).content) * 31 + token.unit_index();
+}
 
 void Simulation::start_worker(std::size_t index) {
   Worker& worker = workers_[index];

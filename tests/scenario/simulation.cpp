@@ -22,6 +22,13 @@ std::shared_ptr<const WorkPlan> plan_of(std::uint32_t tiles, std::uint32_t range
   return plan;
 }
 
+/// Of one range of samples.
+std::uint32_t tiles_of(const WorkPlan& plan) {
+  std::uint32_t tiles = 0;
+  while (tiles < plan.unit_count() && plan.unit(tiles).tile().samples().begin() == 0) ++tiles;
+  return tiles;
+}
+
 }  // namespace
 
 Simulation::Simulation(const SimulationOptions& options) : options_(options), random_(options.seed) {
@@ -225,6 +232,15 @@ void Simulation::learn(const UnitDone& done) {
   }
   if (promise.ended == v1::CANCELLED) violate(absl::StrCat(done.job, ": merged after it was cancelled"));
   if (promise.ended != v1::JOB_STATE_UNSPECIFIED) violate(absl::StrCat(done.job, ": merged after its end"));
+  if (!done.from_job.empty()) {
+    const Promise& donor = promises_.at(done.from_job);
+    if (donor.content != promise.content || done.from_sequence == 0 || done.from_sequence > donor.journaled.size() ||
+        donor.journaled[done.from_sequence - 1].unit != done.unit ||
+        donor.journaled[done.from_sequence - 1].digest != done.digest) {
+      violate(absl::StrCat(done.job, "/", done.unit, " is taken over from where there is nothing"));
+    }
+    ++counts_.adopted;
+  }
   promise.journaled.push_back({.unit = done.unit, .digest = done.digest, .host = done.host});
   ++counts_.results;
 }
@@ -303,7 +319,11 @@ void Simulation::check_recovery(const std::map<std::string, JobRecord>& records)
 void Simulation::submit_job() {
   const std::string id = absl::StrCat("j", promises_.size());
   const bool many = options_.workers > 0;
-  const auto tiles = static_cast<std::uint32_t>(many ? options_.workers * 3 : 1 + pick(24));
+  // Some continue an earlier job, to more samples or fewer.
+  const std::string donor =
+      !many && !promises_.empty() && pick(2) == 0 ? absl::StrCat("j", pick(promises_.size())) : "";
+  const auto tiles = donor.empty() ? static_cast<std::uint32_t>(many ? options_.workers * 3 : 1 + pick(24))
+                                   : tiles_of(*promises_.at(donor).request.plan);
   JobRequest request{.id = id,
                      .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(3))),
                      .scene_digest = absl::StrCat("s", pick(2)),
@@ -313,7 +333,10 @@ void Simulation::submit_job() {
                      .required_tags = {},
                      .max_workers = !many && pick(4) == 0 ? 2u : 0u};
   jobs_.emplace(id, request);
-  promises_[id].request = std::move(request);
+  Promise& promise = promises_[id];
+  promise.request = std::move(request);
+  promise.donor = donor;
+  promise.content = donor.empty() ? id : promises_.at(donor).content;
   ask_for_job(id);
 }
 
@@ -321,7 +344,9 @@ void Simulation::submit_job() {
 void Simulation::ask_for_job(const std::string& id) {
   if (promises_.at(id).acknowledged) return;
   to_coordinator([this, id] {
-    coordinator_->submit(promises_.at(id).request, [this, id](const absl::Status& status) {
+    const Promise& promise = promises_.at(id);
+    const JobRequest* const donor = promise.donor.empty() ? nullptr : &promises_.at(promise.donor).request;
+    coordinator_->submit(promise.request, donor, [this, id](const absl::Status& status) {
       if (!status.ok()) return violate(status.ToString());
       promises_.at(id).acknowledged = true;
     });

@@ -29,7 +29,7 @@ struct SimulationOptions {
 /// What happened, for tests that want to know that something did.
 struct SimulationCounts {
   std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0, set_aside = 0,
-                quarantines = 0, revoked = 0, disk_full = 0;
+                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0;
 };
 
 class Simulation {
@@ -46,6 +46,8 @@ class Simulation {
   // What has been promised, and to whom.
   struct Promise {
     JobRequest request;
+    std::string donor;          // a job of the same content that it continues; empty: none
+    std::string content;        // what honest results follow from: equal for such jobs
     bool acknowledged = false;  // the submission
     bool cancel_acknowledged = false;
     struct Result {
@@ -110,6 +112,8 @@ class Simulation {
   void forget(Worker& worker, const v1::LeaseToken& token);
   void kill_worker(std::size_t index);
   bool poisonous(const v1::LeaseToken& token) const;
+  /// What an honest worker returns.
+  ResultFingerprint truth_of(const v1::LeaseToken& token) const;
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
 
   // ---- clients

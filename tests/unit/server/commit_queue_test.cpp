@@ -13,6 +13,7 @@ class SlowJournal final : public Journal {
  public:
   std::uint64_t epoch() const override { return 1; }
   absl::Status recover(const std::function<absl::Status(JobRecord)>&) override { return absl::OkStatus(); }
+  absl::StatusOr<JobRecord> read_job(const std::string&) override { return JobRecord{}; }
   absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override { return std::vector<SchedulerEvent>{}; }
   absl::Status commit(const std::vector<JournalEntry>& entries) override {
     begun_.release();

@@ -60,6 +60,41 @@ class JournalTest : public testing::Test {
   support::TempDir directory_;
 };
 
+TEST_F(JournalTest, CopiesResultsOfOtherJobs) {
+  for (int start = 0; start < 2; ++start) {
+    auto journal = open();
+    if (start == 0) {
+      ASSERT_TRUE(
+          journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobEnded{"a", 3, "", 1}}).ok());
+      UnitDone copy = unit_done("b", 1);
+      copy.payload.clear();
+      copy.from_job = "a";
+      copy.from_sequence = 2;
+      ASSERT_TRUE(journal->commit({job_added("b"), copy, unit_done("b", 2)}).ok());
+      ASSERT_TRUE(journal->commit({JobPruned{"a"}}).ok());
+    } else {
+      EXPECT_EQ(recover(*journal).size(), 1u);
+    }
+    EXPECT_EQ(journal->read_result("b", 1).value(), payload_of("a", 2)) << "whatever becomes of the other job";
+    EXPECT_EQ(journal->read_result("b", 2).value(), payload_of("b", 2));
+    EXPECT_EQ(journal->read_job("a").status().code(), absl::StatusCode::kNotFound);
+    const JobRecord record = journal->read_job("b").value();
+    ASSERT_EQ(record.results.size(), 2u);
+    EXPECT_EQ(record.results[0].bytes, payload_of("a", 2).size());
+    EXPECT_EQ(record.results[1].bytes, payload_of("b", 2).size());
+    EXPECT_EQ(record.results[1].digest, unit_done("b", 2).digest);
+    EXPECT_EQ(record.result_bytes, record.results[0].bytes + record.results[1].bytes);
+  }
+}
+
+TEST_F(JournalTest, ACopyOfWhatIsNotThereIsAnError) {
+  auto journal = open();
+  UnitDone copy = unit_done("b", 1);
+  copy.from_job = "a";
+  copy.from_sequence = 1;
+  EXPECT_FALSE(journal->commit({job_added("b"), copy}).ok());
+}
+
 TEST_F(JournalTest, RemembersEverything) {
   {
     auto journal = open();

@@ -1,0 +1,31 @@
+// Results that are there already are not rendered again: a job of equal content gets them from the store.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "scheduler/scheduler.h"
+#include "store/journal.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::server {
+
+/// What differs between two jobs of that on which results depend, besides the number of samples and the ISA: the field
+/// and both values. Empty when units of the same pixels and samples have the same results in both.
+std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b);
+
+/// A job with results, as the journal has it.
+struct Donor {
+  JobRecord record;
+  std::shared_ptr<const WorkPlan> plan;
+  std::string isa;  // that it is bound to
+};
+
+/// Gives the new job all results of the donor that are of its own units and whose hosts are trusted. Both have equal
+/// content. Appends what is to be journaled behind the job itself, besides the scheduler's events: UnitDone entries,
+/// numbered from 1.
+absl::Status adopt_results(Scheduler& scheduler, const std::string& job, const WorkPlan& plan, const Donor& donor,
+                           std::vector<JournalEntry>& entries);
+
+}  // namespace tessera::server
