@@ -81,17 +81,14 @@ void write_orthographic(PropertyReader& reader, const FilmWindow& film, Transfor
 
 void write_sampler(Context& context, Object* sampler) {
   v1::RenderSettings& settings = *context.scene.mutable_settings();
-  settings.set_sampler("independent");
   constexpr std::int64_t kDefaultSamples = 4;
   std::int64_t samples = kDefaultSamples;
   if (sampler != nullptr) {
     PropertyReader reader(context, *sampler);
-    static const std::set<std::string_view> others = {"stratified", "multijitter", "orthogonal", "ldsampler"};
-    if (others.contains(sampler->type)) {
-      settings.set_sampler("sobol");
-    } else if (sampler->type != "independent") {
-      reader.warn(concat("sampler \"", sampler->type, "\" is not known: independent is used"));
-    }
+    // Which sequence Mitsuba would take says nothing about the picture: Tessera takes its own.
+    static const std::set<std::string_view> known = {"independent", "stratified", "multijitter", "orthogonal",
+                                                     "ldsampler"};
+    if (!known.contains(sampler->type)) reader.warn(concat("sampler \"", sampler->type, "\" is not known"));
     samples = reader.integer("sample_count", kDefaultSamples);
     if (samples < 1 || samples > wire::kMaxSamplesPerPixel) {
       reader.error(*reader.find("sample_count"),

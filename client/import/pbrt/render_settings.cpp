@@ -92,10 +92,9 @@ void write_sampler(Context& context, Directive& sampler) {
                                                  "paddedsobol, zsobol, halton, pmj02bn or stratified"));
     return;
   }
-  const bool independent = sampler.type == "independent";
+  // Which sequence pbrt would take says nothing about the picture: Tessera takes its own.
   v1::RenderSettings& settings = *context.scene.mutable_settings();
-  settings.set_sampler(independent ? "independent" : "sobol");
-  std::int64_t spp = parameters.get_integer("pixelsamples", independent ? 4 : 16, diagnostics);
+  std::int64_t spp = parameters.get_integer("pixelsamples", sampler.type == "independent" ? 4 : 16, diagnostics);
   if (sampler.type == "stratified") {
     spp = std::clamp<std::int64_t>(parameters.get_integer("xsamples", 4, diagnostics), 1, 1 << 15) *
           std::clamp<std::int64_t>(parameters.get_integer("ysamples", 4, diagnostics), 1, 1 << 15);

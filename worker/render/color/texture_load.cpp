@@ -54,12 +54,12 @@ absl::StatusOr<TextureImage> load_texture_image(std::string_view bytes, std::str
     if (encoding == TexelEncoding::kAuto) encoding = TexelEncoding::kSrgb;
     image.format = encoding == TexelEncoding::kLinear ? TexelFormat::kLinear8 : TexelFormat::kSrgb8;
     fill_decode_table(image, encoding, options.gamma);
-    image.texels8 = std::move(pixels->bytes);
+    image.texels8.assign(pixels->bytes.begin(), pixels->bytes.end());
   } else {
     if (pixels->floating_point) encoding = TexelEncoding::kLinear;
     image.format = TexelFormat::kFloat;
     decode_floats(pixels->floats, encoding, options.gamma);
-    image.texels32 = std::move(pixels->floats);
+    image.texels32.assign(pixels->floats.begin(), pixels->floats.end());
   }
   return image;
 }

@@ -6,7 +6,10 @@
 // [docs/decisions/0001-simd-library.md].
 //
 // No approximate reciprocals or roots: their bits differ between CPU makers.
-#pragma once
+// No #pragma once here: this file is precompiled, and what a compiler cache brings back was made when the file was of another age,
+// which GCC takes for another file.
+#ifndef TESSERA_RENDER_CORE_WIDE_H
+#define TESSERA_RENDER_CORE_WIDE_H
 
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
@@ -556,3 +559,5 @@ TESSERA_INLINE float reduce_max(Float a) {
 }
 
 }  // namespace tessera::render::TESSERA_ISA
+
+#endif  // TESSERA_RENDER_CORE_WIDE_H
