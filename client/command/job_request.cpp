@@ -22,7 +22,7 @@ constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell",
                               "lanczos"};  // in the order of PixelFilter::Kind
 constexpr std::array kIntersections{"auto", "fast", "robust"};
 constexpr std::array kDirectLights{"mis", "bsdf"};
-constexpr std::array kLightSelections{"mixed", "power", "uniform"};
+constexpr std::array kLightSelections{"auto", "tree", "mixed", "power", "uniform"};
 constexpr std::array kTraversals{"packet", "single"};
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's

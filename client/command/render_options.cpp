@@ -82,7 +82,7 @@ void define_job_options(Command& command, RenderOptions& options) {
               "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   command.add("--direct-light", job.direct_light,
               "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
-  command.add("--light-selection", job.light_selection, "how a light is picked: mixed, power or uniform");
+  command.add("--light-selection", job.light_selection, "how a light is picked: auto, tree, mixed, power or uniform");
   command.add("--traversal", job.traversal, "rays are traced as packet or single");
   command.add("-D", options.defines, "a parameter of the scene")
       .type_name("NAME=VALUE")

@@ -11,6 +11,9 @@ namespace {
 struct View {
   const Lamp* lamp;
   Point reference;
+  Point normal = {};  // of the receiver, if it has one
+
+  Receiver receiver() const { return {wide(reference), wide(normal)}; }
 };
 
 /// Directions around an axis: all within the cosine `z_low` of it are told apart.
@@ -42,7 +45,8 @@ class Focus {
 /// The densities of 16 directions, each over all that it meets of the lamp.
 std::array<double, kWidth> densities(const View& view, const std::array<Point, kWidth>& w) {
   const Lamp& lamp = *view.lamp;
-  const Vec3 reference = wide(view.reference), directions = wide_lanes(w);
+  const Receiver reference = view.receiver();
+  const Vec3 directions = wide_lanes(w);
   std::array<double, kWidth> sum{};
   const auto add = [&](Vec3 points, Vec3 normals, Mask active) {
     const Float pdf = light_pdf(lamp.table, Int(0), reference, directions, points, normals, active);
@@ -99,7 +103,7 @@ double lowest_cosine(const View& view, Point axis) {
   Random random(7);
   double lowest = 1;
   for (int i = 0; i < 200; ++i) {
-    const LightSample s = sample_light(view.lamp->table, Int(0), wide(view.reference), random.next_2d(), Mask::all());
+    const LightSample s = sample_light(view.lamp->table, Int(0), view.receiver(), random.next_2d(), Mask::all());
     for (int l = 0; l < kWidth; ++l) {
       if (s.valid.bits() >> l & 1) lowest = std::min(lowest, dot(unit(lane(s.wi, l)), axis));
     }
@@ -119,7 +123,7 @@ void check(const View& view, int tests) {
 
   Random random(1);
   for (int i = 0; i < kSamples; i += kWidth) {
-    const LightSample s = sample_light(lamp.table, Int(0), wide(view.reference), random.next_2d(), Mask::all());
+    const LightSample s = sample_light(lamp.table, Int(0), view.receiver(), random.next_2d(), Mask::all());
     const std::uint32_t valid = s.valid.bits();
     for (int l = 0; l < kWidth; ++l) ++observed[valid >> l & 1 ? focus.cell(unit(lane(s.wi, l))) : focus.size()];
   }
@@ -148,6 +152,32 @@ TEST(LightChi2, Triangle) {
   const Lamp down = mesh_lamp("one-sided", corners, {0, 2, 1}, false);
   const Lamp both = mesh_lamp("two-sided", corners, {0, 1, 2}, true);
   check_all({{&down, {0, 0, 0}}, {&down, {3, -2, 1}}, {&both, {0.2, 0.5, 2.2}}, {&both, {0.3, 0.2, 30}}});
+}
+
+TEST(LightChi2, TriangleTimesCosine) {
+  const std::vector<Point> corners = {{-1, 0.5, 2}, {1.2, -0.3, 2.5}, {0.1, 1.5, 3}};
+  const Lamp lamp = mesh_lamp("triangle", corners, {0, 2, 1}, true);
+  // Straight on, at grazing angles, partly below the horizon, all but touching, and far away.
+  check_all({{&lamp, {0, 0, 0}, {0, 0, 1}},
+             {&lamp, {0, 0, 0}, unit({1, 0.1, 0.05})},
+             {&lamp, {0.2, 0.5, 2.2}, unit({-0.3, 1, 0.2})},
+             {&lamp, {0.1, 0.5, 2.39}, {0, 0, 1}},
+             {&lamp, {30, -20, 100}, unit({-1, 0.5, 0})}});
+}
+
+TEST(LightChi2, Rectangle) {
+  const Point corner{-1, 0.5, 2}, x{1.6, 0.4, -0.8}, y = cross(Point{0.3, 0.2, 0.7}, x);
+  const std::vector<Point> corners = {corner, corner + x, corner + x + y, corner + y};
+  const Lamp lamp = mesh_lamp("rectangle", corners, {0, 1, 2, 2, 3, 0}, true);
+  ASSERT_EQ(lamp.table.lights[0].kind, LightKind::kRectangle);
+  const Point middle = corner + (x + y) * 0.5, out = unit(cross(x, y));
+  check_all({{&lamp, {0, 0, 0}},
+             {&lamp, {0, 0, 0}, unit(middle)},
+             {&lamp, {1, 3, -1}, unit({-1, 0.1, 0.05})},
+             {&lamp, middle + out * 0.03 + x * 0.1, unit(out * -1 + x)},
+             {&lamp, middle + out * 12 + x, unit(x * -1)},   // small, and sampled by solid angle
+             {&lamp, middle + out * 60 + x * 30, out * -1},  // so small that it is sampled by area
+             {&lamp, corner + x * 1.001 + out * 0.4, unit(x * -1)}});
 }
 
 TEST(LightChi2, SphereFromOutside) {
@@ -210,12 +240,25 @@ TEST(LightChi2, Cylinder) {
 
 TEST(LightChi2, Portals) {
   const Affine turned = placed({0, 0, 0}, {2, 2, 2}).affine();
-  const auto window = [](Environment e) { return through_portal(std::move(e), {-1, 0.5, 2}, {2, 0.5, 0}, {0.3, -1.5, 0.2}); };
+  const auto window = [](Environment e) {
+    return through_portal(std::move(e), {-1, 0.5, 2}, {2, 0.5, 0}, {0.3, -1.5, 0.2});
+  };
   Lamp uniform = environment_lamp("uniform", window(*build_environment({}, EnvironmentMapping::kUniform, 1, turned)));
   Lamp mapped = environment_lamp(
-      "octahedral", window(*build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned)));
+      "octahedral",
+      window(*build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned)));
   uniform.centre = mapped.centre = {0.15, 0, 2.1};
   check_all({{&uniform, {0, 0, 0}}, {&uniform, {3, 1, 1}}, {&mapped, {0.5, -1, 0.5}}});
+}
+
+TEST(LightChi2, CompensatedEnvironments) {
+  const Affine turned = placed({0, 0, 0}, {2, 2, 2}).affine();
+  const auto compensated = [&](EnvironmentMapping mapping) {
+    return *build_environment(noise_image(16, 16, 3), mapping, 1, turned, true);
+  };
+  const Lamp octahedral = environment_lamp("octahedral", compensated(EnvironmentMapping::kEqualAreaOctahedral));
+  const Lamp latlong = environment_lamp("latlong", compensated(EnvironmentMapping::kLatitudeLongitude));
+  check_all({{&octahedral, {0, 0, 0}}, {&latlong, {0, 0, 0}}});
 }
 
 TEST(LightChi2, Environments) {

@@ -12,15 +12,17 @@ struct Estimate {
   double deviation[3] = {0, 0, 0};  // of the mean
 };
 
-/// Irradiance on a surface at `at` with normal `n`, light by light.
-Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 100000) {
+/// Irradiance on a surface at `at` with normal `n`, light by light; with `cosine_known`, lights are
+/// sampled in proportion to the cosine.
+Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 100000, bool cosine_known = false) {
   Estimate e;
+  const Receiver from = cosine_known ? Receiver(wide(at), wide(n)) : Receiver(wide(at));
   for (std::size_t light = 0; light < lamp.table.lights.size(); ++light) {
+    if (lamp.table.lights[light].same_as >= 0) continue;
     Random random(static_cast<unsigned>(11 + light));
     double sum[3] = {}, squares[3] = {};
     for (int i = 0; i < samples_a_light; i += kWidth) {
-      const LightSample s =
-          sample_light(lamp.table, Int(static_cast<int>(light)), wide(at), random.next_2d(), Mask::all());
+      const LightSample s = sample_light(lamp.table, Int(static_cast<int>(light)), from, random.next_2d(), Mask::all());
       for (int l = 0; l < kWidth; ++l) {
         const double cosine = s.valid.bits() >> l & 1 ? std::max(0.0, dot(lane(s.wi, l), n)) : 0;
         for (int c = 0; c < 3; ++c) {
@@ -63,6 +65,29 @@ TEST(LightIrradiance, Quad) {
   expect_irradiance(irradiance(quad, {0, 0, 2 * h}, {0, 0, -1}), 0);
   const Lamp both = mesh_lamp("quad", {{0, 0, h}, {0, b, h}, {a, b, h}, {a, 0, h}}, {0, 1, 2, 0, 2, 3}, true);
   expect_irradiance(irradiance(both, {0, 0, 2 * h}, {0, 0, -1}), kPi64 * factor);
+  // The same with the receiver's cosine, and from its two halves.
+  expect_irradiance(irradiance(quad, {0, 0, 0}, {0, 0, 1}, 100000, true), kPi64 * factor);
+  const Lamp one = mesh_lamp("half", {{0, 0, h}, {0, b, h}, {a, b, h}}, {0, 1, 2}, false);
+  const Lamp other = mesh_lamp("half", {{0, 0, h}, {a, b, h}, {a, 0, h}}, {0, 1, 2}, false);
+  for (const bool cosine_known : {false, true}) {
+    Estimate sum = irradiance(one, {0, 0, 0}, {0, 0, 1}, 100000, cosine_known);
+    const Estimate more = irradiance(other, {0, 0, 0}, {0, 0, 1}, 100000, cosine_known);
+    for (int c = 0; c < 3; ++c) {
+      sum.mean[c] += more.mean[c];
+      sum.deviation[c] = std::hypot(sum.deviation[c], more.deviation[c]);
+    }
+    expect_irradiance(sum, kPi64 * factor);
+  }
+}
+
+TEST(LightIrradiance, SolidAngleAndCosineLeaveLittleNoise) {
+  // A lamp as wide as it is far: one sample's deviation by area is 0.5 of the mean, by solid angle 0.3.
+  const Lamp quad = mesh_lamp("quad", {{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {1, -1, 1}}, {0, 1, 2, 0, 2, 3}, false);
+  const Lamp one = mesh_lamp("triangle", {{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1}}, {0, 1, 2}, false);
+  for (const Lamp* lamp : {&quad, &one}) {
+    const Estimate e = irradiance(*lamp, {0.1, 0.2, 0}, {0, 0, 1}, 100000, true);
+    EXPECT_LT(e.deviation[0] * std::sqrt(1e5), 0.2 * e.mean[0]) << lamp->name;
+  }
 }
 
 TEST(LightIrradiance, Sphere) {
@@ -206,7 +231,9 @@ TEST(LightIrradiance, ThroughAPortal) {
   expect_irradiance(irradiance(down, {0, 0, 0}, {0, 0, 1}), kPi64 * factor);
   expect_irradiance(irradiance(down, {0, 0, 2 * h}, {0, 0, -1}), 0);
   // What a direction sees agrees with what is sampled.
-  const auto seen = [&](Point from, Point w) { return environment_radiance(down.table, 0, wide(from), wide(unit(w)), Mask::all()).c[1].lane(0); };
+  const auto seen = [&](Point from, Point w) {
+    return environment_radiance(down.table, 0, wide(from), wide(unit(w)), Mask::all()).c[1].lane(0);
+  };
   EXPECT_EQ(seen({0, 0, 0}, {0.5, 0.3, h}), kLampRadiance[1]);
   EXPECT_EQ(seen({0, 0, 0}, {-0.01, 0.3, h}), 0);
   EXPECT_EQ(seen({0, 0, 0}, {0.5, 0.71, h}), 0);

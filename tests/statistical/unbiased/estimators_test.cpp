@@ -78,6 +78,8 @@ TEST(Estimators, LightsPickedByPower) { expect_same_as_default("light_selection:
 
 TEST(Estimators, LightsPickedEvenly) { expect_same_as_default("light_selection: 'uniform'"); }
 
+TEST(Estimators, LightsPickedByTree) { expect_same_as_default("light_selection: 'tree'"); }
+
 TEST(Estimators, SingleRays) { expect_same_as_default("traversal: 'single'"); }
 
 TEST(Estimators, RobustIntersection) { expect_same_as_default("intersection: 'robust'"); }

@@ -37,7 +37,7 @@ LightRecord only_light(ShapeTable shapes) {
 
 TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
   ShapeTable shapes;
-  shapes.vertices = {{{0, 0, 0}}, {{2, 0, 0}}, {{2, 3, 0}}, {{0, 3, 0}}};
+  shapes.vertices = {{{0, 0, 0}}, {{2, 0, 0}}, {{3, 3, 0}}, {{1, 3, 0}}};
   shapes.triangles = {0, 1, 2, 0, 2, 3, 0, 0, 1};
   ShapeRecord shape;
   shape.triangle_count = 3;
@@ -55,6 +55,64 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
     EXPECT_EQ(light.radiance[2], 6);
     EXPECT_EQ(light.vertices[5], shapes.vertices[shapes.triangles[static_cast<std::size_t>(3 * i + 1)]].position[2]);
   }
+}
+
+/// The lights of two triangles.
+std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& triangles,
+                                    std::int32_t texture = -1) {
+  ShapeTable shapes;
+  shapes.vertices = vertices;
+  shapes.triangles = triangles;
+  ShapeRecord shape;
+  shape.triangle_count = 2;
+  shapes.shapes = {shape};
+  std::vector<LightRecord> lights(1);
+  append_area_lights(shapes, 0, kRadiance, false, texture, lights);
+  return {lights.begin() + 1, lights.end()};
+}
+
+TEST(AppendAreaLights, TwoTrianglesMakeARectangle) {
+  const std::vector<Vertex> square = {{{0, 0, 1}}, {{2, 0, 1}}, {{2, 3, 1}}, {{0, 3, 1}}};
+  for (const std::vector<std::uint32_t>& triangles :
+       {std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3}, {1, 2, 0, 3, 0, 2}, {0, 1, 3, 1, 2, 3}, {0, 3, 2, 2, 1, 0}}) {
+    const std::vector<LightRecord> lights = two_lights(square, triangles);
+    ASSERT_EQ(lights.size(), 2u);
+    EXPECT_EQ(lights[0].same_as, -1);
+    EXPECT_EQ(lights[1].same_as, 1);
+    for (const LightRecord& light : lights) {
+      EXPECT_EQ(light.kind, LightKind::kRectangle);
+      EXPECT_FLOAT_EQ(light.area, 6);
+      // The front is where it was.
+      const float* x = light.vertices + 3;
+      const float* y = light.vertices + 6;
+      EXPECT_FLOAT_EQ(x[0] * y[1] - x[1] * y[0], triangles[1] == 3 ? -1 : 1);
+      EXPECT_FLOAT_EQ(light.direction[2], triangles[1] == 3 ? -1 : 1);
+      EXPECT_FLOAT_EQ(light.tan_x * light.tan_y, 6);
+    }
+    EXPECT_EQ(lights[0].primitive, 0);
+    EXPECT_EQ(lights[1].primitive, 1);
+    LightTable table;
+    table.lights = lights;
+    table.lights[1].same_as = 0;
+    EXPECT_EQ(sampled_power(table, table.lights[1]), 0);
+    EXPECT_EQ(selection_of_lights(table, LightSelection::kMixed).pmf, (std::vector<float>{1, 1}));
+  }
+}
+
+TEST(AppendAreaLights, OtherPairsOfTrianglesStayApart) {
+  const std::vector<Vertex> square = {{{0, 0, 1}}, {{2, 0, 1}}, {{2, 3, 1}}, {{0, 3, 1}}};
+  const auto apart = [](const std::vector<LightRecord>& lights) {
+    return lights[0].kind == LightKind::kTriangle && lights[1].kind == LightKind::kTriangle && lights[1].same_as < 0;
+  };
+  EXPECT_FALSE(apart(two_lights(square, {0, 1, 2, 0, 2, 3})));
+  EXPECT_TRUE(apart(two_lights(square, {0, 1, 2, 0, 2, 3}, 7)));  // a picture
+  EXPECT_TRUE(apart(two_lights(square, {0, 1, 2, 0, 3, 2})));     // turned the other way
+  EXPECT_TRUE(apart(two_lights(square, {0, 1, 2, 0, 1, 2})));     // twice the same
+  std::vector<Vertex> kite = square, bent = square;
+  kite[3].position[0] = 1e-3f;
+  bent[3].position[2] = 1.001f;
+  EXPECT_TRUE(apart(two_lights(kite, {0, 1, 2, 0, 2, 3})));
+  EXPECT_TRUE(apart(two_lights(bent, {0, 1, 2, 0, 2, 3})));
 }
 
 TEST(AppendAreaLights, DescribesSpheres) {
@@ -174,6 +232,32 @@ TEST(BuildEnvironment, KeepsFluxAndInvertsTheTransform) {
         EXPECT_FLOAT_EQ(product, r == c ? 1 : 0);
       }
     }
+  }
+}
+
+TEST(BuildEnvironment, LeavesTheMeanToBsdfSampling) {
+  TextureImage image = constant_image(4, 4, 1);
+  image.texels32[0] = image.texels32[1] = image.texels32[2] = 17;  // the mean is 2
+  const auto e = build_environment(image, EnvironmentMapping::kEqualAreaOctahedral, 1, {}, true);
+  ASSERT_TRUE(e.ok());
+  EXPECT_FLOAT_EQ(e->sampled_share, 15.0f / 32);
+  EXPECT_FLOAT_EQ(e->distribution.density[0], 16);
+  EXPECT_EQ(e->distribution.density[1], 0);
+  EXPECT_EQ(e->texels[4], 1);  // seen as it is
+
+  // Where all is equal, or the same but for little, nothing is left to sample.
+  image.texels32[0] = image.texels32[1] = image.texels32[2] = 1.1f;
+  for (const TextureImage& even : {constant_image(4, 4, 1), image}) {
+    const auto all = build_environment(even, EnvironmentMapping::kEqualAreaOctahedral, 1, {}, true);
+    ASSERT_TRUE(all.ok());
+    EXPECT_EQ(all->sampled_share, 0);
+    LightTable table;
+    table.environments = {*all};
+    table.lights.emplace_back().kind = LightKind::kInfinite;
+    table.lights[0].environment = 0;
+    const AliasTable selection = selection_of_lights(table, LightSelection::kMixed);
+    EXPECT_TRUE(selection.threshold.empty());
+    EXPECT_EQ(selection.pmf, std::vector<float>{0});
   }
 }
 

@@ -6,6 +6,7 @@
 #include "render/color/texture_load.h"
 #include "render/light/environment.h"
 #include "render/light/light_build.h"
+#include "render/light/light_tree_build.h"
 
 namespace tessera::render {
 
@@ -179,7 +180,10 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world)) return absl::InvalidArgumentError("its transform is singular");
 
+  // Light tracing and portals have no other way to what is not sampled.
+  const bool compensate = !tables_.light_tracing && light.portal().empty();
   Environment environment;
+  environment.sampled_share = compensate ? 0.0f : 1.0f;
   if (light.has_image()) {
     auto bytes = blobs_(light.image().digest());
     if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", light.image().path(), "'"));
@@ -189,7 +193,7 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
                                    light.mapping() == v1::InfiniteLight::LATITUDE_LONGITUDE
                                        ? EnvironmentMapping::kLatitudeLongitude
                                        : EnvironmentMapping::kEqualAreaOctahedral,
-                                   scale, world_from_light->to_affine());
+                                   scale, world_from_light->to_affine(), compensate);
     if (!built.ok()) return located(built.status(), absl::StrCat("image '", light.image().path(), "'"));
     environment = *std::move(built);
   }
@@ -219,8 +223,17 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
 }
 
 absl::Status SceneBuilder::build_light_selection(float scene_radius) {
-  tables_.lights.scene_radius = scene_radius;
-  tables_.lights.selection = selection_of_lights(tables_.lights, light_selection_);
+  LightTable& lights = tables_.lights;
+  lights.scene_radius = scene_radius;
+  lights.selection = selection_of_lights(lights, light_selection_);
+  const bool many = count_bounded_lights(lights) >= kFewestLightsOfATree;
+  if (light_selection_ == LightSelection::kTree || (light_selection_ == LightSelection::kAuto && many)) {
+    lights.tree = build_light_tree(lights);
+  }
+  lights.uses_normals = !lights.tree.empty() ||
+                        std::any_of(lights.lights.begin(), lights.lights.end(), [](const LightRecord& light) {
+                          return light.kind == LightKind::kTriangle || light.kind == LightKind::kRectangle;
+                        });
   return absl::OkStatus();
 }
 

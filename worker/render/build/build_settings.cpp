@@ -52,7 +52,11 @@ absl::Status SceneBuilder::build_algorithms() {
     return s;
   if (auto s = choose(
           "light selection", settings.light_selection(),
-          {{"mixed", LightSelection::kMixed}, {"power", LightSelection::kPower}, {"uniform", LightSelection::kUniform}},
+          {{"auto", LightSelection::kAuto},
+           {"tree", LightSelection::kTree},
+           {"mixed", LightSelection::kMixed},
+           {"power", LightSelection::kPower},
+           {"uniform", LightSelection::kUniform}},
           light_selection_);
       !s.ok()) {
     return s;

@@ -179,7 +179,7 @@ class SceneBuilder {
 
   enum class Intersection { kAuto, kFast, kRobust };
   Intersection intersection_ = Intersection::kAuto;
-  LightSelection light_selection_ = LightSelection::kMixed;
+  LightSelection light_selection_ = LightSelection::kAuto;
   std::vector<std::string> shape_names_, instance_names_;  // of each of ShapeTable::shapes and instances, for messages
   Point camera_origin_;                                    // world space
   Transform render_from_world_;

@@ -30,6 +30,14 @@ struct Interaction : MaterialPart {
 /// Fills `at`. `wo` is where the path came from; `u` picks the parts of mixes of mixes.
 void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at);
 
+/// Where light is scattered back to the side of wo only.
+TESSERA_INLINE Mask reflects_only(const Interaction& at) {
+  const auto is = [&](BsdfKind kind) { return at.kind == static_cast<std::int32_t>(kind); };
+  return and_not(is(BsdfKind::kDiffuse) | is(BsdfKind::kConductor) | is(BsdfKind::kCoatedDiffuse) |
+                     is(BsdfKind::kPlastic) | is(BsdfKind::kCoatedConductor),
+                 (at.flags & kMixed) != 0);
+}
+
 /// f |cos| and pdf in render space, lanes of any kind.
 BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active);
 /// Of mixes, one part is chosen; pdf and weight are of both, unless it was a delta lobe.

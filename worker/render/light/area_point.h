@@ -86,6 +86,26 @@ TESSERA_INLINE AreaPoint sample_disk_area(const LightLanes& lanes, Vec2 u) {
           max_abs(transform_vector(to, {radius, radius, 0.0f}))};
 }
 
+/// A kRectangle's corner, the unit vectors along its sides and across, and the sides' lengths.
+struct RectangleSides {
+  Vec3 corner, x, y, normal;
+  Float width, height;
+
+  TESSERA_INLINE explicit RectangleSides(const LightLanes& lanes)
+      : corner(lanes.field3(&LightRecord::vertices, 0)),
+        x(lanes.field3(&LightRecord::vertices, 3)),
+        y(lanes.field3(&LightRecord::vertices, 6)),
+        normal(lanes.field3(&LightRecord::direction)),
+        width(lanes.field(&LightRecord::tan_x)),
+        height(lanes.field(&LightRecord::tan_y)) {}
+};
+
+/// The point of a rectangle at these parts of its sides.
+TESSERA_INLINE AreaPoint rectangle_point(const LightLanes& lanes, const RectangleSides& r, Vec2 parts) {
+  return {r.corner + r.x * (parts.x * r.width) + r.y * (parts.y * r.height), r.normal,
+          1.0f / lanes.field(&LightRecord::area), max(r.width, r.height)};
+}
+
 /// A triangle light's corners at `u`.
 struct TrianglePoint {
   AreaPoint at;

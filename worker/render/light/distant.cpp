@@ -7,7 +7,7 @@ namespace {
 /// Parallel light from infinitely far away.
 class DistantLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3, Vec2, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver&, Vec2, Mask active) const override {
     const LightLanes lanes{table, light, active};
     LightSample s;
     s.wi = -lanes.field3(&LightRecord::direction);
@@ -19,7 +19,7 @@ class DistantLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, Vec3, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
 };
 
 }  // namespace

@@ -59,6 +59,8 @@ Emission from_infinity(const LightTable& table, LightKind kind, Int light, Vec2 
 
 AreaPoint sample_area(LightKind kind, const LightLanes& lanes, Vec2 u, Vec2& barycentric) {
   switch (kind) {
+    case LightKind::kRectangle:
+      return rectangle_point(lanes, RectangleSides(lanes), u);
     case LightKind::kSphere:
       return sample_sphere_area(lanes, u);
     case LightKind::kDisk:

@@ -77,17 +77,45 @@ double row_weight(const Environment& e, std::int32_t y) {
   return std::cos(step * y) - std::cos(step * (y + 1));
 }
 
+/// Below this share of the light, what is brighter than the mean is not worth a shadow ray.
+constexpr float kSmallestShare = 0.02f;
+
+/// Takes the mean off the weights of all texels, down to zero; returns which part of their sum is left, 0 when all
+/// weights are as before.
+float leave_mean_to_bsdfs(const Environment& e, std::vector<float>& weights) {
+  double sum = 0, solid_angle = 0;
+  for (const float w : weights) sum += w;
+  for (std::int32_t y = 0; y < e.height; ++y) solid_angle += e.width * row_weight(e, y);
+  const double mean = sum / solid_angle;
+  std::vector<float> above(weights.size());
+  double left = 0;
+  std::size_t i = 0;
+  for (std::int32_t y = 0; y < e.height; ++y) {
+    const double low = mean * row_weight(e, y);
+    for (std::int32_t x = 0; x < e.width; ++x, ++i) {
+      above[i] = static_cast<float>(std::max(weights[i] - low, 0.0));
+      left += above[i];
+    }
+  }
+  if (!(left > kSmallestShare * sum)) return 0;
+  weights = std::move(above);
+  return static_cast<float>(left / sum);
+}
+
 }  // namespace
 
 absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping, float scale,
-                                              const Affine& render_from_light) {
+                                              const Affine& render_from_light, bool compensate) {
   Environment e;
   e.mapping = mapping;
   e.render_from_light = render_from_light;
   e.render_from_light.m[3] = e.render_from_light.m[7] = e.render_from_light.m[11] = 0;
   if (!invert_linear(e.render_from_light, e.light_from_render))
     return absl::InvalidArgumentError("the environment's transform is singular");
-  if (mapping == EnvironmentMapping::kUniform) return e;
+  if (mapping == EnvironmentMapping::kUniform) {
+    if (compensate) e.sampled_share = 0;
+    return e;
+  }
 
   if (image.width <= 0 || image.height <= 0) return absl::InvalidArgumentError("the environment image is empty");
   if (mapping == EnvironmentMapping::kEqualAreaOctahedral && image.width != image.height)
@@ -103,6 +131,7 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
     const auto weight = static_cast<float>(row_weight(e, y));
     for (std::int32_t x = 0; x < e.width; ++x) weights[i++] = lookup_mean(e, x, y) * weight;
   }
+  if (compensate) e.sampled_share = leave_mean_to_bsdfs(e, weights);
   e.distribution = Piecewise2d::build(weights, e.width, e.height);
   // Beside the radiance, so that a sample reads one cache line for both.
   for (std::size_t cell = 0; cell < weights.size(); ++cell) e.texels[4 * cell + 3] = e.distribution.density[cell];

@@ -1,8 +1,8 @@
 #include "render/core/affine.h"
-#include "render/sampling/sphere_map.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
 #include "render/sampling/piecewise2d_sample.h"
+#include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -143,13 +143,13 @@ LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 
 /// Light from all directions, sampled in proportion to the radiance of an environment map.
 class InfiniteLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
     LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(),
                        Mask::none()};
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
       if (e.portal_area > 0) {
-        result = select(lanes, sample_portal(e, table.lights[static_cast<std::size_t>(i)], reference, u, lanes), result);
+        result = select(lanes, sample_portal(e, table.lights[static_cast<std::size_t>(i)], from.p, u, lanes), result);
         return;
       }
       const MapSample s = sample_map(e, table.lights[static_cast<std::size_t>(i)], u, lanes);
@@ -161,15 +161,15 @@ class InfiniteLight final : public LightModel {
     return result;
   }
 
-  Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3, Vec3, Mask active) const override {
+  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3, Vec3, Mask active) const override {
     Float result(0.0f);
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
       if (e.portal_area > 0) {
         const PortalPlane plane(e);
         const Float slope = dot(wi, plane.normal);
-        const Float t = dot(plane.corner - reference, plane.normal) / select(slope == 0.0f, 1.0f, slope);
-        const Mask open = through_portal(e, reference, wi, lanes);
+        const Float t = dot(plane.corner - from.p, plane.normal) / select(slope == 0.0f, 1.0f, slope);
+        const Mask open = through_portal(e, from.p, wi, lanes);
         result = select(lanes, select_or_zero(open, portal_pdf(plane, sqr(t), wi)), result);
         return;
       }

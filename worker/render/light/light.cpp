@@ -27,19 +27,19 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
 
 const LightModel& light_model(LightKind kind) {
   static const std::array<const LightModel*, static_cast<std::size_t>(LightKind::kCount)> models = {
-      &point_light(),  &spot_light(), &distant_light(),  &infinite_light(),   &triangle_light(),
+      &point_light(),  &spot_light(), &distant_light(),  &infinite_light(),   &triangle_light(),   &rectangle_light(),
       &sphere_light(), &disk_light(), &cylinder_light(), &projection_light(), &goniometric_light()};
   return *models[static_cast<std::size_t>(kind)];
 }
 
-LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) {
+LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {
   LightSample result = no_sample();
   for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
-    const LightSample one = light_model(static_cast<LightKind>(kind)).sample(table, light, reference, u, lanes);
+    const LightSample one = light_model(static_cast<LightKind>(kind)).sample(table, light, from, u, lanes);
     result = select(lanes, one, result);
   });
   if (table.any_textures) {
-    const Vec3 point = reference + result.wi * result.distance;
+    const Vec3 point = from.p + result.wi * result.distance;
     const Mask lit = result.valid & active;
     result.radiance =
         select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);
@@ -65,11 +65,12 @@ Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {
   return texture_factor(table, light, TexturePoint::at(uv), wanted);
 }
 
-Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal, Mask active) {
+Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
+                Mask active) {
   Float result(0.0f);
   for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
     const LightModel& model = light_model(static_cast<LightKind>(kind));
-    result = select(lanes, model.pdf(table, light, reference, wi, point, normal, lanes), result);
+    result = select(lanes, model.pdf(table, light, from, wi, point, normal, lanes), result);
   });
   return result;
 }

@@ -8,25 +8,38 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// A point that light falls on, in render space.
+struct Receiver {
+  Vec3 p;
+  // Where light is scattered back by a surface only: its unit shading normal, on that side. Lights may be sampled in
+  // proportion to the cosine with it. Zero: not known, or no surface.
+  Vec3 normal;
+
+  TESSERA_INLINE Receiver(Vec3 point) : Receiver(point, {Float(0.0f), Float(0.0f), Float(0.0f)}) {}
+  TESSERA_INLINE Receiver(Vec3 point, Vec3 shading_normal) : p(point), normal(shading_normal) {}
+};
+
 /// A direction towards a light, as seen from a reference point.
 struct LightSample {
-  Vec3 wi;            // unit, from the reference point towards the light
-  Float distance;     // of a shadow ray that ends just before the light (its own error bound taken off); huge for lights at infinity
-  Spectrum radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or irradiance
-  Float pdf;          // of wi, solid angle, given the light; 1 for delta lights
-  Mask valid;         // there is a direction with radiance > 0 and pdf > 0
-  Mask delta;         // no other strategy can find this direction
+  Vec3 wi;         // unit, from the reference point towards the light
+  Float distance;  // of a shadow ray that ends just before the light (its own error bound taken off); huge for lights
+                   // at infinity
+  Spectrum
+      radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or irradiance
+  Float pdf;     // of wi, solid angle, given the light; 1 for delta lights
+  Mask valid;    // there is a direction with radiance > 0 and pdf > 0
+  Mask delta;    // no other strategy can find this direction
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
 };
 
 class LightModel {
  public:
   virtual ~LightModel() = default;
-  /// Samples light `light` (lanes may hold different lights of this kind) as seen from `reference`, a point in render space.
-  virtual LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const = 0;
-  /// Density with which sample() gives the direction `wi`, which from `reference` hits the light's surface at `point`
+  /// Samples light `light` (lanes may hold different lights of this kind) as seen from `from`.
+  virtual LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const = 0;
+  /// Density with which sample() gives the direction `wi`, which from `from` hits the light's surface at `point`
   /// with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
-  virtual Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal,
+  virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
                     Mask active) const = 0;
 };
 
@@ -34,8 +47,9 @@ class LightModel {
 const LightModel& light_model(LightKind kind);
 
 /// As LightModel::sample and pdf, where lanes may hold lights of any kind.
-LightSample sample_light(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active);
-Float light_pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal, Mask active);
+LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active);
+Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
+                Mask active);
 
 /// Radiance that an area light emits towards `wo` from `surface` (zero from the back of a one-sided emitter).
 Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);

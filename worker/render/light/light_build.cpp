@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "render/light/environment.h"
+#include "render/light/rectangle_build.h"
 
 namespace tessera::render {
 namespace {
@@ -115,6 +116,8 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
       for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
         describe_triangle(shapes, record, light);
         lights.push_back(light);
+        if (light.primitive > 0)
+          merge_into_rectangle(lights.end()[-2], static_cast<std::int32_t>(lights.size()) - 2, lights.back());
       }
       return;
     case ShapeKind::kSphere:
@@ -156,6 +159,7 @@ double light_power(const LightTable& table, const LightRecord& light) {
       return scene_disk * flux;
     }
     case LightKind::kTriangle:
+    case LightKind::kRectangle:
     case LightKind::kSphere:
     case LightKind::kDisk:
     case LightKind::kCylinder:
@@ -166,12 +170,18 @@ double light_power(const LightTable& table, const LightRecord& light) {
   return 0;
 }
 
+double sampled_power(const LightTable& table, const LightRecord& light) {
+  if (light.same_as >= 0) return 0;
+  const double share =
+      light.environment >= 0 ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share : 1;
+  const double power = share * light_power(table, light);
+  return std::isfinite(power) && power > 0 ? power : 0;
+}
+
 AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
-  if (kind == LightSelection::kNone) {
-    AliasTable none;
-    none.pmf.assign(table.lights.size(), 0.0f);
-    return none;
-  }
+  AliasTable none;
+  none.pmf.assign(table.lights.size(), 0.0f);
+  if (kind == LightSelection::kNone) return none;
   // Some choices by power, most evenly among emitters: power alone starves a lamp beside a bright sky, whose
   // power grows with the scene's size.
   const double by_power = kind == LightSelection::kPower ? 1 : kind == LightSelection::kUniform ? 0 : 0.25;
@@ -183,11 +193,11 @@ AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
   };
   double total = 0;
   for (std::size_t i = 0; i < table.lights.size(); ++i) {
-    const double own = light_power(table, table.lights[i]);
-    power.push_back(std::isfinite(own) && own > 0 ? own : 0);
+    power.push_back(sampled_power(table, table.lights[i]));
     total += power.back();
     emitters[emitter_of(i)] += power.back();
   }
+  if (total == 0) return none;
   const auto shining = static_cast<double>(
       std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
   std::vector<double> weights(power.size(), 0);
@@ -195,7 +205,12 @@ AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
     if (power[i] > 0)
       weights[i] = by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
   }
-  return AliasTable::build(weights);
+  AliasTable selection = AliasTable::build(weights);
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    if (const std::int32_t other = table.lights[i].same_as; other >= 0)
+      selection.pmf[i] = selection.pmf[static_cast<std::size_t>(other)];
+  }
+  return selection;
 }
 
 }  // namespace tessera::render

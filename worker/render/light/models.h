@@ -10,6 +10,7 @@ const LightModel& spot_light();
 const LightModel& distant_light();
 const LightModel& infinite_light();
 const LightModel& triangle_light();
+const LightModel& rectangle_light();
 const LightModel& sphere_light();
 const LightModel& disk_light();
 const LightModel& cylinder_light();

@@ -7,16 +7,16 @@ namespace {
 /// Shines equally in all directions from one point.
 class PointLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2, Mask active) const override {
     const LightLanes lanes{table, light, active};
     const Vec3 position = lanes.field3(&LightRecord::position);
-    const Vec3 to_light = position - reference;
+    const Vec3 to_light = position - from.p;
     const Float distance_squared = length_squared(to_light);
     const Float distance = sqrt(distance_squared);
     const Mask apart = active & (distance_squared > 0.0f);
     LightSample s;
     s.wi = to_light * (1.0f / select(apart, distance, 1.0f));
-    s.distance = shortened(distance, ray_end_error(reference, position, 0.0f, distance), 1.0f);
+    s.distance = shortened(distance, ray_end_error(from.p, position, 0.0f, distance), 1.0f);
     s.radiance = lanes.radiance() * (1.0f / select(apart, distance_squared, 1.0f));
     s.pdf = Float(1.0f);
     s.valid = and_not(apart, is_black(s.radiance));
@@ -24,7 +24,7 @@ class PointLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, Vec3, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
 };
 
 }  // namespace

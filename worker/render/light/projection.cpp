@@ -8,8 +8,8 @@ namespace {
 /// projector].
 class ProjectionLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
-    LightSample s = point_light().sample(table, light, reference, u, active);
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+    LightSample s = point_light().sample(table, light, from, u, active);
     const LightLanes lanes{table, light, active};
     const Vec3 w = lanes.to_light(-s.wi);
     const Float inverse = 0.5f / max(w.z, 1e-30f);
@@ -22,7 +22,7 @@ class ProjectionLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, Vec3, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
+#include "render/light/area_point.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
-#include "render/light/area_point.h"
 #include "render/sampling/warp.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -69,23 +69,23 @@ Float surface_pdf(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, 
 /// A sphere: its solid angle is sampled uniformly from outside, else its surface.
 class SphereLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
     const LightLanes lanes{table, light, active};
-    const Cone c = cone(lanes, reference);
+    const Cone c = cone(lanes, from.p);
     const Mask by_surface = and_not(active, c.usable);
-    LightSample s = sample_cone({table, light, c.usable}, c, reference, u);
-    if (any(by_surface)) s = select(c.usable, s, sample_surface({table, light, by_surface}, reference, u));
+    LightSample s = sample_cone({table, light, c.usable}, c, from.p, u);
+    if (any(by_surface)) s = select(c.usable, s, sample_surface({table, light, by_surface}, from.p, u));
     return s;
   }
 
-  Float pdf(const LightTable& table, Int light, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal,
+  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
             Mask active) const override {
     const LightLanes lanes{table, light, active};
-    const Cone c = cone(lanes, reference);
+    const Cone c = cone(lanes, from.p);
     const Mask by_surface = and_not(active, c.usable);
     Float density = select_or_zero(lanes.shines_towards(normal, -wi) & c.usable, cone_pdf(c.one_minus_cos_max));
     if (any(by_surface)) {
-      density = select(by_surface, surface_pdf({table, light, by_surface}, reference, wi, point, normal), density);
+      density = select(by_surface, surface_pdf({table, light, by_surface}, from.p, wi, point, normal), density);
     }
     return density;
   }

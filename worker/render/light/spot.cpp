@@ -5,11 +5,12 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// A point light within a cone. The intensity falls from whole at cos_inner to none at cos_outer as a smoothstep of the
-/// cosine [pbrt-v4 SpotLight] or in proportion to the angle [Mitsuba 3 spot]. A texture covers the square about the cone.
+/// cosine [pbrt-v4 SpotLight] or in proportion to the angle [Mitsuba 3 spot]. A texture covers the square about the
+/// cone.
 class SpotLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, Vec3 reference, Vec2 u, Mask active) const override {
-    LightSample s = point_light().sample(table, light, reference, u, active);
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+    LightSample s = point_light().sample(table, light, from, u, active);
     const LightLanes lanes{table, light, active};
     const Float cosine = -dot(lanes.field3(&LightRecord::direction), s.wi);
     const Float outer = lanes.field(&LightRecord::cos_outer), inner = lanes.field(&LightRecord::cos_inner);
@@ -28,13 +29,14 @@ class SpotLight final : public LightModel {
     if (table.any_textures) {
       const Vec3 w = lanes.to_light(-s.wi);
       const Float scale = 0.5f / (lanes.field(&LightRecord::tan_x) * max(w.z, 1e-30f));
-      s.radiance = s.radiance * lanes.texture_at({fma(w.x, scale, 0.5f), fma(w.y, scale, 0.5f)}, active & (falloff > 0.0f));
+      s.radiance =
+          s.radiance * lanes.texture_at({fma(w.x, scale, 0.5f), fma(w.y, scale, 0.5f)}, active & (falloff > 0.0f));
     }
     s.valid &= falloff > 0.0f;
     return s;
   }
 
-  Float pdf(const LightTable&, Int, Vec3, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
 };
 
 }  // namespace

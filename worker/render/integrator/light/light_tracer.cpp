@@ -73,7 +73,7 @@ LightTracer::LightTracer(const SceneTables& scene, const TileRequest& tile, Film
 bool LightTracer::render(std::stop_token stop) {
   film_.begin_pixels(pixels_);
   const std::int32_t paths = scene_.camera.width * scene_.camera.height;
-  const bool lit = !scene_.lights.lights.empty() && scene_.max_depth > 0;
+  const bool lit = !scene_.lights.selection.threshold.empty() && scene_.max_depth > 0;
   for (std::uint32_t pass = tile_.sample_begin; pass < tile_.sample_end; ++pass) {
     planes_.assign(4 * stride_, 0.0f);
     if (!add_visible_lights(pass, stop)) return false;

@@ -51,6 +51,7 @@ struct PathState {
   alignas(64) Lanes<float> pdf;  // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
   alignas(64) Lanes<float> eta_scale;  // undoes the 1/eta^2 of refraction, for Russian roulette
   alignas(64) Lanes<std::int32_t> slot;
+  Vec3Lanes normal;  // where the path was last scattered, as in Receiver; only with LightTable::uses_normals
   // Scenes with motion only: from 0 (the shutter opens) to 1, the same along a path
   alignas(64) Lanes<float> time;
   // Volumetric scenes only

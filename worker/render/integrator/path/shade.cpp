@@ -3,9 +3,8 @@
 #include "render/integrator/interaction.h"
 #include "render/integrator/passing.h"
 #include "render/integrator/path/wavefront.h"
-#include "render/light/light.h"
+#include "render/light/pick.h"
 #include "render/medium/medium.h"
-#include "render/sampling/discrete.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -13,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen paths at the end of their latest segment.
 struct Wavefront::Vertex {
   Vec3 origin, direction;
-  Vec3 reference;                 // where the path was last scattered
+  Receiver reference;             // where the path was last scattered
   Int medium = Int(-1);           // that the path came through; only in volumetric scenes
   Mask in_medium = Mask::none();  // scattered by it
   Spectrum beta;
@@ -76,11 +75,12 @@ void Wavefront::shade(int depth) {
 
     const Mask hit = active & (v.hit.shape >= 0);
     if (scene_.volumetric) {
-      v.reference = paths.reference.load(i);
+      v.reference.p = paths.reference.load(i);
       v.medium = Int::load(paths.medium + i);
       v.in_medium = active & (v.hit.shape == kScatteredByMedium);
     }
     if (scene_.any_motion) v.hit.time = Float::load(paths.time + i);
+    if (scene_.lights.uses_normals) v.reference.normal = paths.normal.load(i);
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
@@ -118,13 +118,13 @@ void Wavefront::shade(int depth) {
 void Wavefront::add_environment(const Vertex& v, Mask missed) {
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
-    const Spectrum radiance = environment_radiance(scene_.lights, light, v.reference, v.direction, missed);
+    const Spectrum radiance = environment_radiance(scene_.lights, light, v.reference.p, v.direction, missed);
     Float weight(1.0f);
     const Mask weighed = missed & (v.pdf > 0.0f);
     if (any(weighed)) {
       const Float pdf =
-          light_pdf(scene_.lights, Int(light), v.reference, v.direction, v.reference, v.direction, weighed) *
-          scene_.lights.selection.pmf[light];
+          light_pdf(scene_.lights, Int(light), v.reference, v.direction, v.reference.p, v.direction, weighed) *
+          pick_pmf(scene_.lights, Int(light), v.reference, weighed);
       weight = select(weighed, power_heuristic(v.pdf, pdf), weight);
     }
     sum += radiance * weight;
@@ -140,7 +140,7 @@ void Wavefront::add_emission(const Vertex& v, Mask hit) {
   if (any(weighed)) {
     const Float pdf =
         light_pdf(scene_.lights, v.surface.light, v.reference, v.direction, v.surface.p, v.surface.ng, weighed) *
-        gather(scene_.lights.selection.pmf.data(), v.surface.light, weighed);
+        pick_pmf(scene_.lights, v.surface.light, v.reference, weighed);
     radiance *= select(weighed, power_heuristic(v.pdf, pdf), 1.0f);
   }
   add_radiance(radiance * v.beta, v.slot, lit);
@@ -170,20 +170,28 @@ void Wavefront::make_partly_opaque(Vertex& v, Mask hit, int depth) {
   v.at.flags = select(open, Int(kAllDelta), v.at.flags);
 }
 
+Receiver Wavefront::receiver(const Vertex& v) const {
+  if (!scene_.lights.uses_normals) return v.surface.p;
+  const Mask one_way = and_not(reflects_only(v.at), v.in_medium);
+  const Vec3 n = face_forward(v.at.frame.z, -v.direction);
+  return {v.surface.p, {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
+}
+
 void Wavefront::sample_one_light(const Vertex& v, Mask events) {
   const Mask wanted = events & ((v.at.flags & kAllDelta) == 0);
-  if (scene_.lights.selection.threshold.empty() || none(wanted)) return;
+  if (!samples_lights(scene_.lights) || none(wanted)) return;
 
+  const Receiver here = receiver(v);
   // One pair for the light and the point on it stratifies the points over all lights together (measured:
   // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
   constexpr std::size_t kMostTogether = 256;
-  const bool together = scene_.lights.selection.pmf.size() <= kMostTogether;
+  const bool together = scene_.lights.lights.size() <= kMostTogether;
   Vec2 point = v.sampler.get_2d(v.first_pair + dimension::kLightPoint);
-  const DiscreteSample choice = sample_discrete(scene_.lights.selection, together ? point.x : v.choice.x, wanted);
+  const LightPick choice = pick_light(scene_.lights, here, together ? point.x : v.choice.x, wanted);
   if (together) point.x = choice.u;
-  const LightSample light = sample_light(scene_.lights, choice.index, v.surface.p, point, wanted);
+  const LightSample light = sample_light(scene_.lights, choice.light, here, point, choice.picked);
   shading_timer_.lap(ShadingPart::kLights);
-  const Mask reachable = wanted & light.valid;
+  const Mask reachable = choice.picked & light.valid;
   if (none(reachable)) return;
   BsdfEval bsdf = eval_bsdf(v.at, -v.direction, light.wi, and_not(reachable, v.in_medium));
   const Mask in_medium = reachable & v.in_medium;
@@ -260,6 +268,7 @@ void Wavefront::scatter_path(const Vertex& v, Mask events, int depth, int& kept)
   compress_store(select(bsdf.specular, Float(0.0f), bsdf.pdf), alive, paths_.pdf + kept);
   compress_store(eta_scale, alive, paths_.eta_scale + kept);
   compress_store(v.slot, alive, paths_.slot + kept);
+  if (scene_.lights.uses_normals) paths_.normal.append(receiver(v).normal, alive, kept);
   if (scene_.any_motion) compress_store(v.hit.time, alive, paths_.time + kept);
   if (scene_.volumetric) {
     paths_.reference.append(origin, alive, kept);

@@ -46,6 +46,7 @@ void Wavefront::sort_by_group() {
     copy(paths_.pdf, entry, to.pdf, i);
     copy(paths_.eta_scale, entry, to.eta_scale, i);
     copy(paths_.slot, entry, to.slot, i);
+    if (scene_.lights.uses_normals) copy(paths_.normal, entry, to.normal, i);
     if (scene_.any_motion) copy(paths_.time, entry, to.time, i);
     if (scene_.volumetric) {
       copy(paths_.reference, entry, to.reference, i);

@@ -13,6 +13,7 @@
 #include "render/integrator/path/path_state.h"
 #include "render/integrator/scene_tables.h"
 #include "render/integrator/stage_timer.h"
+#include "render/light/light.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -61,6 +62,7 @@ class Wavefront {
   void add_emission(const Vertex& v, Mask hit);
   void record_first_hit(const Vertex& v, Mask hit);
   void make_partly_opaque(Vertex& v, Mask hit, int depth);
+  Receiver receiver(const Vertex& v) const;
   void sample_one_light(const Vertex& v, Mask events);
   void scatter_path(const Vertex& v, Mask events, int depth, int& kept);
 
