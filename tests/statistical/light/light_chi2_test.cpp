@@ -154,17 +154,6 @@ TEST(LightChi2, Triangle) {
   check_all({{&down, {0, 0, 0}}, {&down, {3, -2, 1}}, {&both, {0.2, 0.5, 2.2}}, {&both, {0.3, 0.2, 30}}});
 }
 
-TEST(LightChi2, TriangleTimesCosine) {
-  const std::vector<Point> corners = {{-1, 0.5, 2}, {1.2, -0.3, 2.5}, {0.1, 1.5, 3}};
-  const Lamp lamp = mesh_lamp("triangle", corners, {0, 2, 1}, true);
-  // Straight on, at grazing angles, partly below the horizon, all but touching, and far away.
-  check_all({{&lamp, {0, 0, 0}, {0, 0, 1}},
-             {&lamp, {0, 0, 0}, unit({1, 0.1, 0.05})},
-             {&lamp, {0.2, 0.5, 2.2}, unit({-0.3, 1, 0.2})},
-             {&lamp, {0.1, 0.5, 2.39}, {0, 0, 1}},
-             {&lamp, {30, -20, 100}, unit({-1, 0.5, 0})}});
-}
-
 TEST(LightChi2, Rectangle) {
   const Point corner{-1, 0.5, 2}, x{1.6, 0.4, -0.8}, y = cross(Point{0.3, 0.2, 0.7}, x);
   const std::vector<Point> corners = {corner, corner + x, corner + x + y, corner + y};

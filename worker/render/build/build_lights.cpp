@@ -230,10 +230,9 @@ absl::Status SceneBuilder::build_light_selection(float scene_radius) {
   if (light_selection_ == LightSelection::kTree || (light_selection_ == LightSelection::kAuto && many)) {
     lights.tree = build_light_tree(lights);
   }
-  lights.uses_normals = !lights.tree.empty() ||
-                        std::any_of(lights.lights.begin(), lights.lights.end(), [](const LightRecord& light) {
-                          return light.kind == LightKind::kTriangle || light.kind == LightKind::kRectangle;
-                        });
+  lights.uses_normals =
+      !lights.tree.empty() || std::any_of(lights.lights.begin(), lights.lights.end(),
+                                          [](const LightRecord& light) { return light.kind == LightKind::kRectangle; });
   return absl::OkStatus();
 }
 

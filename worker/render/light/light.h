@@ -15,6 +15,9 @@ struct Receiver {
   // proportion to the cosine with it. Zero: not known, or no surface.
   Vec3 normal;
 
+  // In all lanes: so far down a path that sampling a light precisely would cost more than it saves.
+  bool roughly = false;
+
   TESSERA_INLINE Receiver(Vec3 point) : Receiver(point, {Float(0.0f), Float(0.0f), Float(0.0f)}) {}
   TESSERA_INLINE Receiver(Vec3 point, Vec3 shading_normal) : p(point), normal(shading_normal) {}
 };

@@ -42,6 +42,10 @@ class RectangleLight final : public LightModel {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
     const LightLanes lanes{table, light, active};
+    if (from.roughly) {
+      const AreaPoint at = rectangle_point(lanes, RectangleSides(lanes), u);
+      return sample_from_point(lanes, from.p, at.point, at.normal, at.density, at.extent);
+    }
     const View view(lanes, from);
     const Vec2 warped = view.warp.sample(u);
     const Vec2 by_angle = view.seen.sample(warped);
@@ -55,8 +59,9 @@ class RectangleLight final : public LightModel {
   Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
             Mask active) const override {
     const LightLanes lanes{table, light, active};
-    const View view(lanes, from);
     const Float by_area = pdf_from_point(lanes, from.p, wi, point, normal, 1.0f / lanes.field(&LightRecord::area));
+    if (from.roughly) return by_area;
+    const View view(lanes, from);
     const Vec2 u = view.seen.invert(view.parts(point));
     return select(view.by_angle & (by_area > 0.0f), view.warp.density(u) / view.seen.solid_angle(), by_area);
   }

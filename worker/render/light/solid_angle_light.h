@@ -1,4 +1,4 @@
-// What flat lights that are sampled by solid angle share.
+// What sampling a flat light by solid angle needs besides the solid angle.
 #pragma once
 
 #include "render/light/light_access.h"

@@ -49,6 +49,9 @@ namespace {
 constexpr int kRouletteStart = 3;
 constexpr float kRouletteCaution = 2;
 
+/// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md).
+constexpr int kFirstRoughEvent = 2;
+
 /// Power heuristic with exponent 2 [Veach 1997], for one sample of each strategy.
 Float power_heuristic(Float pdf, Float other) {
   const Float a = sqr(pdf), b = sqr(other);
@@ -81,6 +84,7 @@ void Wavefront::shade(int depth) {
     }
     if (scene_.any_motion) v.hit.time = Float::load(paths.time + i);
     if (scene_.lights.uses_normals) v.reference.normal = paths.normal.load(i);
+    v.reference.roughly = depth - 1 >= kFirstRoughEvent;
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
@@ -106,7 +110,7 @@ void Wavefront::shade(int depth) {
     if (last) continue;
 
     shading_timer_.lap(ShadingPart::kMaterials);
-    sample_one_light(v, events);
+    sample_one_light(v, events, depth);
     shading_timer_.lap(ShadingPart::kPaths);
     scatter_path(v, events, depth, kept);
     shading_timer_.lap(ShadingPart::kPaths);
@@ -177,11 +181,12 @@ Receiver Wavefront::receiver(const Vertex& v) const {
   return {v.surface.p, {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
 }
 
-void Wavefront::sample_one_light(const Vertex& v, Mask events) {
+void Wavefront::sample_one_light(const Vertex& v, Mask events, int depth) {
   const Mask wanted = events & ((v.at.flags & kAllDelta) == 0);
   if (!samples_lights(scene_.lights) || none(wanted)) return;
 
-  const Receiver here = receiver(v);
+  Receiver here = receiver(v);
+  here.roughly = depth >= kFirstRoughEvent;
   // One pair for the light and the point on it stratifies the points over all lights together (measured:
   // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
   constexpr std::size_t kMostTogether = 256;

@@ -63,7 +63,7 @@ class Wavefront {
   void record_first_hit(const Vertex& v, Mask hit);
   void make_partly_opaque(Vertex& v, Mask hit, int depth);
   Receiver receiver(const Vertex& v) const;
-  void sample_one_light(const Vertex& v, Mask events);
+  void sample_one_light(const Vertex& v, Mask events, int depth);
   void scatter_path(const Vertex& v, Mask events, int depth, int& kept);
 
   const SceneTables& scene_;
