@@ -61,8 +61,8 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
 std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& triangles,
                                     std::int32_t texture = -1) {
   ShapeTable shapes;
-  shapes.vertices = vertices;
-  shapes.triangles = triangles;
+  shapes.vertices.assign(vertices.begin(), vertices.end());
+  shapes.triangles.assign(triangles.begin(), triangles.end());
   ShapeRecord shape;
   shape.triangle_count = 2;
   shapes.shapes = {shape};
