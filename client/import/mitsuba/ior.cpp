@@ -24,12 +24,16 @@ constexpr NamedIor kNamed[] = {{"vacuum", 1.0},      {"helium", 1.000036},      
                                {"bk7", 1.5046},      {"sodium chloride", 1.544},  {"amber", 1.55},
                                {"pet", 1.5750},      {"diamond", 2.419}};
 
+// What the renderer takes, and more than there is.
+constexpr double kLeastIor = 1e-4, kLargestIor = 1e4;
+
 double read_ior(PropertyReader& reader, std::string_view parameter, const std::string& fallback) {
   const Property* property = reader.find(parameter);
   if (property != nullptr && !std::holds_alternative<String>(property->value)) {
     const double value = reader.number(parameter, 1);
-    if (value > 0) return value;
-    reader.error(*property, "an index of refraction is above 0");
+    if (value >= kLeastIor && value <= kLargestIor) return value;
+    reader.error(*property,
+                 concat("expected an index of refraction from ", kLeastIor, " to ", kLargestIor, ", found ", value));
     return 1;
   }
   const std::string name = reader.keyword(parameter, fallback);

@@ -1,5 +1,6 @@
 #include "render/film/pixel_filter.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tessera::render {
@@ -35,6 +36,11 @@ FilterAxis build_axis(const FilterSpec& spec, double radius) {
     sum += value[i];
     sum_abs += std::abs(value[i]);
   }
+  if (!(sum_abs > 0)) {
+    // Narrower than doubles can tell from its tail: as good as a point, and so as even.
+    std::fill(value.begin(), value.end(), 1.0);
+    sum = sum_abs = kBins;
+  }
   double running = 0;
   axis.cdf.push_back(0);
   for (int i = 0; i < kBins; ++i) {
@@ -51,11 +57,16 @@ FilterAxis build_axis(const FilterSpec& spec, double radius) {
 double evaluate_filter(const FilterSpec& spec, double x, double radius) {
   if (std::abs(x) > radius) return 0;
   switch (spec.kind) {
-    case FilterKind::kBox: return 1;
-    case FilterKind::kTriangle: return radius - std::abs(x);
-    case FilterKind::kGaussian: return std::fmax(0, gaussian(x, spec.sigma) - gaussian(radius, spec.sigma));
-    case FilterKind::kMitchell: return mitchell(2 * x / radius, spec.b, spec.c);
-    case FilterKind::kLanczos: return sinc(x) * sinc(x / spec.tau);
+    case FilterKind::kBox:
+      return 1;
+    case FilterKind::kTriangle:
+      return radius - std::abs(x);
+    case FilterKind::kGaussian:
+      return std::fmax(0, gaussian(x, spec.sigma) - gaussian(radius, spec.sigma));
+    case FilterKind::kMitchell:
+      return mitchell(2 * x / radius, spec.b, spec.c);
+    case FilterKind::kLanczos:
+      return sinc(x) * sinc(x / spec.tau);
   }
   return 0;
 }

@@ -49,7 +49,8 @@ namespace {
 constexpr int kRouletteStart = 3;
 constexpr float kRouletteCaution = 2;
 
-/// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md).
+/// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in media,
+/// whose points come arbitrarily close to lamps.
 constexpr int kFirstRoughEvent = 2;
 
 /// Power heuristic with exponent 2 [Veach 1997], for one sample of each strategy.
@@ -84,7 +85,7 @@ void Wavefront::shade(int depth) {
     }
     if (scene_.any_motion) v.hit.time = Float::load(paths.time + i);
     if (scene_.lights.uses_normals) v.reference.normal = paths.normal.load(i);
-    v.reference.roughly = depth - 1 >= kFirstRoughEvent;
+    v.reference.roughly = depth - 1 >= kFirstRoughEvent && !scene_.volumetric;
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(v, missed);
@@ -186,7 +187,7 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events, int depth) {
   if (!samples_lights(scene_.lights) || none(wanted)) return;
 
   Receiver here = receiver(v);
-  here.roughly = depth >= kFirstRoughEvent;
+  here.roughly = depth >= kFirstRoughEvent && !scene_.volumetric;
   // One pair for the light and the point on it stratifies the points over all lights together (measured:
   // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
   constexpr std::size_t kMostTogether = 256;
