@@ -35,6 +35,9 @@ absl::Status FarmService::check_access(const grpc::CallbackServerContext& contex
 grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* context,
                                                  const v1::SubmitJobRequest* request, v1::SubmitJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (const std::string& job = request->continued(); !job.empty()) {
+    if (absl::Status s = check_access(*context, job); !s.ok()) return answer(reactor, s);
+  }
   v1::SubmitJobRequest own = *request;
   // Who submits is who the certificate says.
   if (const Caller who = caller(*context); who.role == Role::kClient) own.mutable_spec()->set_user(who.user);

@@ -90,8 +90,9 @@ class Tls : public testing::Test {
     return stream->Finish().error_code();
   }
 
-  /// The id of a job of a scene that is one blob; empty when it is refused.
-  static std::string submit(const std::shared_ptr<grpc::Channel>& channel, const std::string& user) {
+  /// Submits a job of a scene that is one blob; `id` is its own, or that of the one to continue.
+  static grpc::StatusCode submit(const std::shared_ptr<grpc::Channel>& channel, const std::string& user,
+                                 std::string& id) {
     const std::string scene = "a scene";
     {
       grpc::ClientContext context;
@@ -106,7 +107,8 @@ class Tls : public testing::Test {
       EXPECT_TRUE(stream->Finish().ok());
     }
     v1::SubmitJobRequest request;
-    request.set_request_id("of " + user);
+    request.set_request_id("of " + user + id);
+    request.set_continued(id);
     v1::JobSpec& spec = *request.mutable_spec();
     spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
     spec.set_user(user);
@@ -120,8 +122,8 @@ class Tls : public testing::Test {
     grpc::ClientContext context;
     v1::SubmitJobResponse response;
     const grpc::Status status = v1::FarmService::NewStub(channel)->SubmitJob(&context, request, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return response.job_id();
+    id = response.job_id();
+    return status.error_code();
   }
 
   /// What a caller hears who asks for a job in every way there is.
@@ -183,10 +185,12 @@ TEST_F(Tls, EveryRoleCallsWhatIsItsOwnOnly) {
 TEST_F(Tls, JobsBelongToWhoeverSubmittedThem) {
   using enum grpc::StatusCode;
   const auto alice = channel_of("client-alice"), bob = channel_of("client-bob"), admin = channel_of("admin");
-  const std::string job = submit(alice, "bob");  // it does not help to say that one is somebody else
-  ASSERT_FALSE(job.empty());
+  std::string job;
+  ASSERT_EQ(submit(alice, "bob", job), OK);  // it does not help to say that one is somebody else
   const std::vector<grpc::StatusCode> refused(5, PERMISSION_DENIED);
   EXPECT_EQ(codes_about(job, bob), refused);
+  std::string continued = job;
+  EXPECT_EQ(submit(bob, "bob", continued), PERMISSION_DENIED);
   v1::ListJobsResponse jobs;
   ASSERT_TRUE(list(bob, jobs).ok());
   EXPECT_EQ(jobs.jobs_size(), 0);
