@@ -15,8 +15,8 @@ class ChannelArguments;
 namespace tessera::wire {
 
 struct ChannelOptions {
-  bool allow_insecure = false;  // talk without encryption to an address that is not loopback
-  std::string certificates;     // folder of wire/tls.h; empty: no encryption
+  bool allow_insecure = false;    // talk without encryption to an address that is not loopback
+  std::string certificates = {};  // folder of wire/tls.h; empty: no encryption
 };
 
 /// A channel to `address` (HOST:PORT). Nothing is connected yet: the first call does that, and a lost connection is

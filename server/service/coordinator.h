@@ -24,7 +24,7 @@ struct CoordinatorOptions {
   std::shared_ptr<BlobStore> blobs;
   /// Certificates of a server (wire/tls.h), whose renewal is noticed; empty: no encryption, and everybody may do
   /// everything.
-  std::string certificates;
+  std::string certificates = {};
   std::chrono::seconds certificate_interval{10};
   /// Clients may see and change each other's jobs.
   bool share_jobs = false;
@@ -35,7 +35,7 @@ struct CoordinatorOptions {
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};
   /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
-  std::string metrics;
+  std::string metrics = {};
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
   std::chrono::seconds keep_unfetched{std::chrono::hours{24 * 30}};

@@ -57,18 +57,19 @@ FarmUnderTest::FarmUnderTest() {
 }
 
 void FarmUnderTest::start_coordinator(const std::string& listen) {
-  coordinator_ = std::make_unique<support::Process>(std::vector<std::string>{
-      server_program(), "--listen", listen, "--data", (directory() / "coordinator").string()});
+  coordinator_ = std::make_unique<support::Process>(
+      std::vector<std::string>{server_program(), "--listen", listen, "--data", (directory() / "coordinator").string()});
   const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
   if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + coordinator_->err()};
   address_ = *address;
 }
 
-support::Process& FarmUnderTest::add_worker(int threads) {
+support::Process& FarmUnderTest::add_worker(int threads, std::string name) {
+  if (name.empty()) name = "worker" + std::to_string(workers_.size());
   const std::string cache = (directory() / ("cache" + std::to_string(workers_.size()))).string();
   workers_.push_back(std::make_unique<support::Process>(
       std::vector<std::string>{worker_program(), "--server", address_, "--threads", std::to_string(threads), "--cache",
-                               cache, "--name", "worker" + std::to_string(workers_.size()), "--log-level", "debug"}));
+                               cache, "--name", std::move(name), "--log-level", "debug"}));
   return *workers_.back();
 }
 

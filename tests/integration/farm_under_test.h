@@ -41,8 +41,8 @@ class FarmUnderTest {
   const std::filesystem::path& directory() const { return directory_.path(); }
   const std::string& address() const { return address_; }
 
-  /// Starts a worker with a cache of its own.
-  support::Process& add_worker(int threads);
+  /// Starts a worker with a cache of its own. Its name is that of its host, too; empty: one that no other has.
+  support::Process& add_worker(int threads, std::string name = {});
   support::Process& worker(std::size_t index) { return *workers_[index]; }
 
   /// kill -9, and the same data directory and port again.

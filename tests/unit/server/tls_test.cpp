@@ -237,7 +237,10 @@ TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
                   ->issue({.role = Role::kServer, .name = "tessera-server", .hosts = {"elsewhere.example"}}, elsewhere,
                           now - hours{1}, now + hours{24})
                   .ok());
-  auto started = Coordinator::start({.listen = "127.0.0.1:0", .certificates = elsewhere.string()});
+  CoordinatorOptions options;
+  options.listen = "127.0.0.1:0";
+  options.certificates = elsewhere.string();
+  auto started = Coordinator::start(options);
   ASSERT_TRUE(started.ok()) << started.status();
   coordinator_ = *std::move(started);
   EXPECT_EQ(list_code(channel_of("client-alice")), grpc::StatusCode::UNAVAILABLE);
