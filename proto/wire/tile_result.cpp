@@ -24,6 +24,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "wire/freer.h"
 
 namespace tessera::wire {
 namespace {
@@ -40,13 +41,6 @@ absl::Status unsound(const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("tile result: ", what));
 }
 
-template <auto kFree>
-struct Freer {
-  template <typename T>
-  void operator()(T* pointer) const {
-    kFree(pointer);
-  }
-};
 using Compressor = std::unique_ptr<ZSTD_CCtx, Freer<ZSTD_freeCCtx>>;
 using Decompressor = std::unique_ptr<ZSTD_DCtx, Freer<ZSTD_freeDCtx>>;
 

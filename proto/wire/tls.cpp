@@ -12,28 +12,22 @@
 #include <cstdio>
 
 #include "absl/strings/str_cat.h"
+#include "wire/freer.h"
 
 namespace tessera::wire {
 namespace {
 
-template <auto Free>
-struct Deleter {
-  template <class T>
-  void operator()(T* object) const {
-    Free(object);
-  }
-};
-using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
-using Store = std::unique_ptr<X509_STORE, Deleter<X509_STORE_free>>;
-using Verification = std::unique_ptr<X509_STORE_CTX, Deleter<X509_STORE_CTX_free>>;
+using Certificate = std::unique_ptr<X509, Freer<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Freer<EVP_PKEY_free>>;
+using Store = std::unique_ptr<X509_STORE, Freer<X509_STORE_free>>;
+using Verification = std::unique_ptr<X509_STORE_CTX, Freer<X509_STORE_CTX_free>>;
 
 std::string path_of(const std::string& folder, const char* file) { return absl::StrCat(folder, "/", file); }
 
 /// What `read` makes of a file, or null; NotFound when there is no such file.
 template <class Read>
 absl::Status read_pem(const std::string& path, Read read) {
-  const std::unique_ptr<std::FILE, Deleter<std::fclose>> file{std::fopen(path.c_str(), "rb")};
+  const std::unique_ptr<std::FILE, Freer<std::fclose>> file{std::fopen(path.c_str(), "rb")};
   if (file == nullptr) return absl::NotFoundError(absl::StrCat(path, " is missing or cannot be read"));
   if (read(file.get())) return absl::OkStatus();
   ERR_clear_error();

@@ -17,7 +17,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "wire/address.h"
+#include "wire/freer.h"
 #include "wire/tls.h"
 
 namespace tessera::server {
@@ -31,16 +31,9 @@ constexpr auto kAuthorityLife = 3650 * kDay;
 constexpr auto kCertificateLife = 397 * kDay;  // what browsers accept at most: a habit worth having
 constexpr auto kClockSlack = std::chrono::hours{1};
 
-template <auto Free>
-struct Deleter {
-  template <class T>
-  void operator()(T* object) const {
-    Free(object);
-  }
-};
-using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
-using File = std::unique_ptr<std::FILE, Deleter<std::fclose>>;
+using Certificate = std::unique_ptr<X509, wire::Freer<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, wire::Freer<EVP_PKEY_free>>;
+using File = std::unique_ptr<std::FILE, wire::Freer<std::fclose>>;
 
 absl::Status openssl_error(const std::string& what) {
   std::array<char, 256> reason{};
@@ -88,13 +81,13 @@ bool add_extension(X509* certificate, X509* issuer, int kind, const std::string&
   X509V3_CTX context;
   X509V3_set_ctx_nodb(&context);
   X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
-  const std::unique_ptr<X509_EXTENSION, Deleter<X509_EXTENSION_free>> extension{
+  const std::unique_ptr<X509_EXTENSION, wire::Freer<X509_EXTENSION_free>> extension{
       X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
   return extension != nullptr && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
 bool set_random_serial(X509* certificate) {
-  const std::unique_ptr<BIGNUM, Deleter<BN_free>> number{BN_new()};
+  const std::unique_ptr<BIGNUM, wire::Freer<BN_free>> number{BN_new()};
   return BN_rand(number.get(), 127, BN_RAND_TOP_ANY, BN_RAND_BOTTOM_ANY) == 1 &&
          BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
 }
@@ -118,7 +111,7 @@ Certificate draft_certificate(EVP_PKEY* key, const std::string& name, Clock::tim
 std::string alternative_names(const Identity& identity) {
   std::vector<std::string> names{"URI:" + role_uri(identity.role)};
   for (const std::string& host : identity.hosts) {
-    const std::unique_ptr<ASN1_OCTET_STRING, Deleter<ASN1_OCTET_STRING_free>> numeric{a2i_IPADDRESS(host.c_str())};
+    const std::unique_ptr<ASN1_OCTET_STRING, wire::Freer<ASN1_OCTET_STRING_free>> numeric{a2i_IPADDRESS(host.c_str())};
     names.push_back((numeric != nullptr ? "IP:" : "DNS:") + host);
     ERR_clear_error();
   }
