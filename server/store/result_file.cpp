@@ -50,11 +50,6 @@ void ResultFile::close() {
   file_.reset();
 }
 
-std::uint64_t ResultFile::bytes() const {
-  const std::lock_guard lock(mutex_);
-  return ends_.empty() ? 0 : ends_.back();
-}
-
 absl::StatusOr<std::string> ResultFile::read(std::uint64_t sequence) const {
   const std::lock_guard lock(mutex_);
   if (sequence == 0 || sequence > ends_.size())

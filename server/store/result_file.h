@@ -33,8 +33,6 @@ class ResultFile {
   void keep(std::uint64_t end);
   /// No more results will come, unless the job is opened again.
   void close();
-  /// Where the last result ends, bytes.
-  std::uint64_t bytes() const;
 
   /// `sequence` from 1 on. OutOfRange when there is no such result.
   absl::StatusOr<std::string> read(std::uint64_t sequence) const;
