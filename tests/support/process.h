@@ -30,6 +30,8 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t id() const { return pid_; }
+
   void send_signal(int signal);
   void kill() { send_signal(SIGKILL); }
 

@@ -1,0 +1,127 @@
+// Loads a coordinator with thousands of workers that render nothing, and prints what it did and what it took:
+//
+//   farm_load --workers 10000 --jobs 100 --units 2000
+//
+// Run by hand (docs/decisions/0015-load.md); tests/load/load_test.cpp asserts what must hold on any machine.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "load/farm_under_load.h"
+
+namespace {
+
+using namespace tessera::load;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+double seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+double mebibytes(std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
+double ms(LatencyHistogram::Duration duration) { return static_cast<double>(duration.count()) / 1e3; }
+
+void print(const char* what, const LatencyHistogram& times) {
+  std::printf("%-10s %9llu calls   p50 %8.2f ms   p99 %8.2f ms   p99.9 %8.2f ms\n", what,
+              static_cast<unsigned long long>(times.count()), ms(times.quantile(0.5)), ms(times.quantile(0.99)),
+              ms(times.quantile(0.999)));
+}
+
+void print(const ProcessUse& use, const char* when) {
+  std::printf("coordinator %s: %.0f MiB resident, %.0f MiB at most\n", when, mebibytes(use.resident_bytes),
+              mebibytes(use.peak_resident_bytes));
+}
+
+template <typename Condition>
+bool wait_for(Condition condition, Clock::duration patience) {
+  const auto end = Clock::now() + patience;
+  while (!condition() && Clock::now() < end) std::this_thread::sleep_for(milliseconds(20));
+  return condition();
+}
+
+/// Until all jobs are done, or time is up; prints what was measured until the first of them was.
+int measure(FarmUnderLoad& farm, const Progress& progress, const StubFleet& fleet, Clock::duration patience) {
+  const ProcessUse before = farm.use();
+  const std::uint64_t done_before = progress.done();
+  const std::uint64_t heartbeats_before = fleet.tally().heartbeats;
+  const auto begin = Clock::now();
+  wait_for([&] { return progress.one_is_done(); }, patience);
+  const double took = seconds(Clock::now() - begin);
+  const ProcessUse after = farm.use();
+  const auto done = static_cast<double>(progress.done() - done_before);
+  const double cpu_us = static_cast<double>((after.cpu - before.cpu).count()) * 1e3;
+
+  std::printf("%.0f durable completions in %.1f s: %.0f a second, with %.0f heartbeats a second\n", done, took,
+              done / took, static_cast<double>(fleet.tally().heartbeats - heartbeats_before) / took);
+  std::printf("coordinator: %.0f us of CPU a completion, %.2f cores\n", cpu_us / done, cpu_us / 1e6 / took);
+  print("lease", fleet.tally().lease);
+  print("complete", fleet.tally().complete);
+  print("heartbeat", fleet.tally().heartbeat);
+  print(after, "under load");
+  const std::vector<std::uint64_t> shares = progress.shares();
+  const auto [least, most] = std::minmax_element(shares.begin(), shares.end());
+  std::printf("shares of %zu jobs: %llu to %llu units\n", shares.size(), static_cast<unsigned long long>(*least),
+              static_cast<unsigned long long>(*most));
+
+  const bool ended = wait_for([&] { return progress.all_done(); }, patience);
+  std::printf("%s: %llu of %llu units, %.1f s; %llu refused, %llu revoked, %llu calls tried again\n",
+              ended ? "all done" : "time is up", static_cast<unsigned long long>(progress.done()),
+              static_cast<unsigned long long>(progress.wanted()), seconds(Clock::now() - begin),
+              static_cast<unsigned long long>(fleet.tally().refused),
+              static_cast<unsigned long long>(fleet.tally().revoked),
+              static_cast<unsigned long long>(fleet.tally().retries));
+  return ended ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  FleetOptions fleet_options{.workers = 1000};
+  JobsOptions jobs{.jobs = 100, .users = 5, .scenes = 100, .units = 1000};
+  std::string server = TESSERA_SERVER_PROGRAM;
+  std::int64_t unit_ms = 0, patience_s = 120;
+  bool restart = false;
+  CLI::App app("Loads a coordinator with workers that render nothing.");
+  app.add_option("--server", server, "The coordinator's program")->capture_default_str();
+  app.add_option("--workers", fleet_options.workers)->capture_default_str();
+  app.add_option("--workers-per-connection", fleet_options.workers_per_connection)->capture_default_str();
+  app.add_option("--threads", fleet_options.threads, "Of each worker")->capture_default_str();
+  app.add_option("--unit-ms", unit_ms, "What a unit takes on a thread, on average")->capture_default_str();
+  app.add_option("--jobs", jobs.jobs)->capture_default_str();
+  app.add_option("--users", jobs.users)->capture_default_str();
+  app.add_option("--scenes", jobs.scenes)->capture_default_str();
+  app.add_option("--units", jobs.units, "Of each job")->capture_default_str();
+  app.add_option("--tile", jobs.tile_size, "Pixels")->capture_default_str();
+  app.add_option("--patience", patience_s, "Seconds after which it gives up")->capture_default_str();
+  app.add_flag("--restart", restart, "At the end, kill the coordinator and start it again");
+  CLI11_PARSE(app, argc, argv);
+  fleet_options.unit_time = milliseconds(unit_ms);
+  const std::chrono::seconds patience(patience_s);
+
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  FarmUnderLoad farm(server, {"--log-level", "warning"});
+  std::printf("coordinator at %s, process %d\n", farm.address().c_str(), static_cast<int>(farm.process_id()));
+  Progress progress;
+  const auto submitting = Clock::now();
+  if (const auto ids = farm.submit(jobs, progress); !ids.ok()) {
+    std::fprintf(stderr, "%s\n", ids.status().ToString().c_str());
+    return 1;
+  }
+  std::printf("%zu jobs of %llu units submitted in %.2f s\n", jobs.jobs,
+              static_cast<unsigned long long>(progress.wanted() / jobs.jobs), seconds(Clock::now() - submitting));
+  print(farm.use(), "with the jobs");
+  int result;
+  {
+    StubFleet fleet(farm.address(), fleet_options,
+                    [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); });
+    const auto registering = Clock::now();
+    fleet.start();
+    wait_for([&] { return fleet.registered() == fleet_options.workers; }, patience);
+    std::printf("%zu workers registered in %.2f s\n", fleet.registered(), seconds(Clock::now() - registering));
+    result = measure(farm, progress, fleet, patience);
+  }
+  print(farm.use(), "at the end");
+  if (!restart) return result;
+  std::printf("ready %.2f s after kill -9\n", seconds(farm.kill_and_restart()));
+  print(farm.use(), "after the restart");
+  return result;
+}

@@ -1,0 +1,143 @@
+#include "load/farm_under_load.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "wire/channel.h"
+#include "wire/digest.h"
+
+namespace tessera::load {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::seconds kPatience{120};
+
+/// A line of /proc/PID/status, in bytes.
+std::uint64_t status_bytes(pid_t process, const std::string& name) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind(name + ":", 0) == 0) return std::stoull(line.substr(name.size() + 1)) * 1024;
+  }
+  return 0;
+}
+
+/// User and system time: the 14th and 15th field of /proc/PID/stat, counted behind the name in parentheses.
+milliseconds cpu_time(pid_t process) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/stat");
+  std::stringstream all;
+  all << in.rdbuf();
+  const std::string text = all.str();
+  std::istringstream fields(text.substr(text.rfind(')') + 1));
+  std::string skipped;
+  for (int field = 3; field < 14; ++field) fields >> skipped;
+  std::int64_t user = 0, system = 0;
+  fields >> user >> system;
+  return milliseconds((user + system) * 1000 / ::sysconf(_SC_CLK_TCK));
+}
+
+v1::JobSpec spec_of(const JobsOptions& options, std::size_t number, const std::string& scene) {
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(options.units))));
+  v1::JobSpec spec;
+  spec.set_name("load " + std::to_string(number));
+  spec.set_user("user " + std::to_string(number % options.users));
+  spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
+  spec.mutable_scene()->set_size_bytes(scene.size());
+  spec.set_width(side * options.tile_size);
+  spec.set_height(side * options.tile_size);
+  spec.mutable_crop()->set_x1(spec.width());
+  spec.mutable_crop()->set_y1(spec.height());
+  spec.set_tile_size(options.tile_size);
+  spec.set_samples_per_unit(64);
+  spec.mutable_settings()->set_spp(64);
+  return spec;
+}
+
+}  // namespace
+
+void Progress::add(const std::string& job, std::uint32_t units) {
+  jobs_[job].units = std::vector<std::atomic<bool>>(units);
+  wanted_ += units;
+}
+
+void Progress::completed(const std::string& id, std::uint32_t unit) {
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return;
+  Job& job = found->second;
+  if (job.units.at(unit).exchange(true)) return;
+  ++done_;
+  if (++job.done != job.units.size()) return;
+  std::vector<std::uint64_t> shares = this->shares();
+  const std::lock_guard lock(mutex_);
+  if (!one_is_done_.exchange(true)) shares_ = std::move(shares);
+}
+
+std::vector<std::uint64_t> Progress::shares() const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!shares_.empty()) return shares_;
+  }
+  std::vector<std::uint64_t> shares;
+  for (const auto& [id, job] : jobs_) shares.push_back(job.done);
+  return shares;
+}
+
+FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string> arguments)
+    : program_(std::move(server_program)), arguments_(std::move(arguments)) {
+  start("127.0.0.1:0");
+  auto channel = wire::make_channel(address_);
+  if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
+  client_ = std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
+}
+
+void FarmUnderLoad::start(const std::string& listen) {
+  std::vector<std::string> command{program_, "--listen", listen, "--data", (directory_.path() / "data").string()};
+  command.insert(command.end(), arguments_.begin(), arguments_.end());
+  process_ = std::make_unique<support::Process>(std::move(command));
+  const std::optional<std::string> address = process_->wait_for_line("listening on ", kPatience);
+  if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + process_->err()};
+  address_ = *address;
+}
+
+milliseconds FarmUnderLoad::kill_and_restart() {
+  process_->kill();
+  if (!process_->wait(kPatience)) throw std::runtime_error{"the coordinator does not die"};
+  const auto begin = std::chrono::steady_clock::now();
+  start(address_);
+  return std::chrono::duration_cast<milliseconds>(std::chrono::steady_clock::now() - begin);
+}
+
+void FarmUnderLoad::stop() {
+  process_->send_signal(SIGTERM);
+  if (!process_->wait(kPatience)) throw std::runtime_error{"the coordinator does not end"};
+}
+
+ProcessUse FarmUnderLoad::use() const {
+  return {.cpu = cpu_time(process_->id()),
+          .resident_bytes = status_bytes(process_->id(), "VmRSS"),
+          .peak_resident_bytes = status_bytes(process_->id(), "VmHWM")};
+}
+
+absl::StatusOr<std::vector<std::string>> FarmUnderLoad::submit(const JobsOptions& options, Progress& progress) {
+  std::vector<std::string> ids;
+  for (std::size_t i = 0; i < options.jobs; ++i) {
+    // A coordinator looks into no scene.
+    client::SceneBlob scene{.ref = {}, .bytes = "scene " + std::to_string(i % options.scenes), .file = ""};
+    scene.ref.set_digest(wire::sha256_hex(scene.bytes));
+    scene.ref.set_size_bytes(scene.bytes.size());
+    if (const auto sent = client_->upload({&scene}, {}); !sent.ok()) return sent.status();
+    const v1::JobSpec spec = spec_of(options, i, scene.bytes);
+    const absl::StatusOr<std::string> id = client_->submit(spec, {.continued = "", .fresh = true}, {});
+    if (!id.ok()) return id.status();
+    const std::uint32_t side = spec.width() / spec.tile_size();
+    progress.add(*id, side * side);
+    ids.push_back(*id);
+  }
+  return ids;
+}
+
+}  // namespace tessera::load
