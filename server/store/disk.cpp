@@ -1,10 +1,19 @@
 #include "store/disk.h"
 
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <thread>
+
 #include "absl/strings/str_cat.h"
 #include "store/file.h"
 
 namespace tessera::server {
 namespace {
+
+// Most syncs under way at a time. A journaling file system writes its log once for all that wait for it, so that
+// sixteen take little longer than one [docs/decisions/0015-load.md].
+constexpr std::size_t kSyncsAtATime = 16;
 
 class MachineFile final : public DiskFile {
  public:
@@ -32,6 +41,23 @@ class MachineDisk final : public Disk {
     std::filesystem::remove(path, error);
     return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove ", path.string())) : absl::OkStatus();
   }
+  absl::Status sync(const std::vector<DiskFile*>& files) override {
+    std::atomic<std::size_t> next = 0;
+    std::mutex mutex;
+    absl::Status status;
+    const auto sync_some = [&] {
+      for (std::size_t i; (i = next++) < files.size();) {
+        const absl::Status synced = files[i]->sync();
+        const std::lock_guard lock(mutex);
+        status.Update(synced);
+      }
+    };
+    std::vector<std::jthread> helpers;
+    while (helpers.size() + 1 < std::min(files.size(), kSyncsAtATime)) helpers.emplace_back(sync_some);
+    sync_some();
+    helpers.clear();
+    return status;
+  }
   absl::Status sync_directory(const std::filesystem::path& directory) override {
     return server::sync_directory(directory);
   }
@@ -39,6 +65,13 @@ class MachineDisk final : public Disk {
 };
 
 }  // namespace
+
+absl::Status Disk::sync(const std::vector<DiskFile*>& files) {
+  for (DiskFile* const file : files) {
+    if (absl::Status status = file->sync(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
 
 Disk& machine_disk() {
   static MachineDisk disk;

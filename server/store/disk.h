@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -30,6 +31,9 @@ class Disk {
   virtual absl::StatusOr<std::unique_ptr<DiskFile>> open(const std::filesystem::path& path, bool create) = 0;
   /// No error when there is no such file.
   virtual absl::Status remove(const std::filesystem::path& path) = 0;
+  /// Returns when the contents of all files are on the disk; the first error. One after another, unless a disk knows
+  /// better.
+  virtual absl::Status sync(const std::vector<DiskFile*>& files);
   /// Makes new entries within `directory` durable.
   virtual absl::Status sync_directory(const std::filesystem::path& directory) = 0;
   /// The name of the SQLite VFS that reads and writes the same disk; empty: SQLite's own.

@@ -327,9 +327,11 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
     made_file |= unit->sequence == 1;
     touched.insert(file);
   }
+  std::vector<DiskFile*> files;
   for (const std::shared_ptr<ResultFile>& file : touched) {
-    if (absl::Status status = file->sync(); !status.ok()) return status;
+    if (DiskFile* const to_sync = file->file_to_sync()) files.push_back(to_sync);
   }
+  if (absl::Status status = disk_.sync(files); !status.ok()) return status;
   return made_file && !data_dir_.empty() ? disk_.sync_directory(data_dir_ / "results") : absl::OkStatus();
 }
 

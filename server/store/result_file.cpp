@@ -35,11 +35,6 @@ absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
   return appended_ += payload.size();
 }
 
-absl::Status ResultFile::sync() {
-  // Only the writer opens and closes the file: readers may go on meanwhile.
-  return in_memory() || !file_ ? absl::OkStatus() : file_->sync();
-}
-
 void ResultFile::keep(std::uint64_t end) {
   const std::lock_guard lock(mutex_);
   ends_.push_back(end);

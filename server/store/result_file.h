@@ -28,8 +28,8 @@ class ResultFile {
   /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
   /// end.
   absl::StatusOr<std::uint64_t> append(std::string_view payload);
-  /// Returns when everything appended is on the disk.
-  absl::Status sync();
+  /// What has to be synced before what was appended may be kept; null when nothing has. For the writer.
+  DiskFile* file_to_sync() const { return file_.get(); }
   void keep(std::uint64_t end);
   /// No more results will come, unless the job is opened again.
   void close();
