@@ -89,8 +89,18 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from, cons
 
 /// An open job takes its turns, unless it is paused.
 void Scheduler::take_turns(Job& job) {
+  leave_turns(job);
+  if (!job.open() || job.paused) return;
+  turns_.add(job.number, job.request.priority, job.request.user, job.load_ms);
+  jobs_by_scene_[job.request.scene_digest].insert(job.number);
+}
+
+void Scheduler::leave_turns(const Job& job) {
   turns_.remove(job.number);
-  if (job.open() && !job.paused) turns_.add(job.number, job.request.priority, job.request.user, job.load_ms);
+  const auto scene = jobs_by_scene_.find(job.request.scene_digest);
+  if (scene == jobs_by_scene_.end()) return;
+  scene->second.erase(job.number);
+  if (scene->second.empty()) jobs_by_scene_.erase(scene);
 }
 
 absl::StatusOr<bool> Scheduler::cancel_job(std::string_view id) {
@@ -195,7 +205,7 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
 
 void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
   for (const LeaseId id : job.leases > 0 ? leases_.of_job(job.number) : std::vector<LeaseId>{}) drop_lease(id);
-  turns_.remove(job.number);
+  leave_turns(job);
   auditing_.erase(job.number);
   endangered_.erase(job.number);
   job.state = state;

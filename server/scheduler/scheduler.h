@@ -138,12 +138,14 @@ class Scheduler {
   void settle(Job& job);
   void end_job(Job& job, v1::JobState state, std::string error);
   void take_turns(Job& job);
+  void leave_turns(const Job& job);
   /// A new event, for the caller to fill in.
   FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
   void note(Job& job, std::string text);
 
   // ---- scheduler_leasing.cpp
   struct Batch;  // one call of lease()
+  bool suits(const Batch& batch, const Job& job) const;
   Job* choose_job(const Batch& batch);
   bool lease_pending(Batch& batch);
   bool lease_copy(Batch& batch);
@@ -186,10 +188,11 @@ class Scheduler {
   std::uint64_t jobs_added_ = 0;
   std::map<std::uint64_t, std::unique_ptr<Job>> jobs_;  // by number
   absl::flat_hash_map<std::string, Job*> jobs_by_id_;
-  TurnOrder turns_;                     // open jobs that are not paused
-  std::set<std::uint64_t> auditing_;    // open jobs with audits to make
-  std::set<std::uint64_t> endangered_;  // open jobs with dangerous units
-  std::set<std::string> freeing_;       // workers that get nothing until they can take a dangerous unit alone
+  TurnOrder turns_;                                                          // open jobs that are not paused
+  absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene_;  // the same, by digest
+  std::set<std::uint64_t> auditing_;                                         // open jobs with audits to make
+  std::set<std::uint64_t> endangered_;                                       // open jobs with dangerous units
+  std::set<std::string> freeing_;  // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, Worker> workers_;
   std::uint64_t threads_ = 0;  // of all workers
   LeaseTable leases_;

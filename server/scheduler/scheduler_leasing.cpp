@@ -45,27 +45,39 @@ absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time
   return std::move(batch.decision);
 }
 
+/// Whether the next unit of the batch can be one of the job's pending ones.
+bool Scheduler::suits(const Batch& batch, const Job& job) const {
+  if (job.units.pending() == 0 || !may_work_on(batch.worker, job, batch.now)) return false;
+  const auto& useless = batch.nothing_for_it;
+  if (std::find(useless.begin(), useless.end(), &job) != useless.end()) return false;
+  return has_room(batch, job) && !would_come_late(batch, job);
+}
+
 Scheduler::Job* Scheduler::choose_job(const Batch& batch) {
-  Job* fair = nullptr;
-  Job* chosen = nullptr;
-  TurnOrder::Turn first;
+  std::optional<TurnOrder::Turn> fair;
   turns_.for_each([&](const TurnOrder::Turn& turn) {
-    const bool in_turn = fair == nullptr || (turn.priority == first.priority &&
-                                             turn.user_load_ms <= first.user_load_ms + kAffinitySlackMs &&
-                                             turn.job_load_ms <= first.job_load_ms + kAffinitySlackMs);
-    if (!in_turn) return turn.priority == first.priority;
-    Job& job = *jobs_.at(turn.job);
-    if (job.units.pending() == 0 || !may_work_on(batch.worker, job, batch.now)) return true;
-    const auto& useless = batch.nothing_for_it;
-    if (std::find(useless.begin(), useless.end(), &job) != useless.end()) return true;
-    if (!has_room(batch, job) || would_come_late(batch, job)) return true;
-    if (fair == nullptr) fair = &job, first = turn;
-    const auto& scenes = batch.scenes;
-    if (std::find(scenes.begin(), scenes.end(), job.request.scene_digest) == scenes.end()) return true;
-    chosen = &job;
-    return false;
+    if (suits(batch, *jobs_.at(turn.job))) fair = turn;
+    return !fair;
   });
-  return chosen != nullptr ? chosen : fair;
+  if (!fair) return nullptr;
+  Job& in_turn = *jobs_.at(fair->job);
+  const auto& scenes = batch.scenes;
+  if (std::find(scenes.begin(), scenes.end(), in_turn.request.scene_digest) != scenes.end()) return &in_turn;
+  Job* chosen = nullptr;
+  for (const std::string& scene : scenes) {
+    const auto found = jobs_by_scene_.find(scene);
+    if (found == jobs_by_scene_.end()) continue;
+    for (const std::uint64_t number : found->second) {
+      const TurnOrder::Turn turn = *turns_.turn_of(number);
+      if (turn.priority != fair->priority || turn.user_load_ms > fair->user_load_ms + kAffinitySlackMs ||
+          turn.job_load_ms > fair->job_load_ms + kAffinitySlackMs) {
+        continue;
+      }
+      if (chosen != nullptr && !turns_.comes_before(number, chosen->number)) continue;
+      if (Job& job = *jobs_.at(number); suits(batch, job)) chosen = &job;
+    }
+  }
+  return chosen != nullptr ? chosen : &in_turn;
 }
 
 bool Scheduler::lease_pending(Batch& batch) {

@@ -1,5 +1,7 @@
 #include "scheduler/turn_order.h"
 
+#include <utility>
+
 namespace tessera::server {
 
 std::tuple<std::int64_t, TurnOrder::JobNumber, std::string> TurnOrder::key(const std::string& name, const User& user) {
@@ -48,6 +50,24 @@ void TurnOrder::charge(JobNumber job, std::int64_t delta_ms) {
     owner.load_ms += delta_ms;
     owner.jobs.emplace(place.load_ms, job);
   });
+}
+
+std::optional<TurnOrder::Turn> TurnOrder::turn_of(JobNumber job) const {
+  const auto found = places_.find(job);
+  if (found == places_.end()) return std::nullopt;
+  const Place& place = found->second;
+  return Turn{.job = job,
+              .priority = place.priority,
+              .user_load_ms = levels_.at(place.priority).users.at(place.user).load_ms,
+              .job_load_ms = place.load_ms};
+}
+
+bool TurnOrder::comes_before(JobNumber a, JobNumber b) const {
+  const Place &one = places_.at(a), &other = places_.at(b);
+  if (one.priority != other.priority) return one.priority > other.priority;
+  if (one.user == other.user) return std::pair{one.load_ms, a} < std::pair{other.load_ms, b};
+  const auto& users = levels_.at(one.priority).users;
+  return key(one.user, users.at(one.user)) < key(other.user, users.at(other.user));
 }
 
 void TurnOrder::for_each(const std::function<bool(const Turn&)>& visit) const {

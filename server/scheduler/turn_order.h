@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -30,6 +31,11 @@ class TurnOrder {
   bool contains(JobNumber job) const { return places_.contains(job); }
   /// Work was given to the job, or came back.
   void charge(JobNumber job, std::int64_t delta_ms);
+
+  /// None for a job that takes no turns.
+  std::optional<Turn> turn_of(JobNumber job) const;
+  /// Whether the turn of `a` comes before that of `b`; both take turns.
+  bool comes_before(JobNumber a, JobNumber b) const;
 
   /// Calls `visit` for every job, the next one due first, until it returns false.
   void for_each(const std::function<bool(const Turn&)>& visit) const;

@@ -7,6 +7,8 @@ namespace tessera::server {
 namespace {
 
 constexpr std::chrono::milliseconds kTick{250};
+// After so many parked calls in a row that found nothing, the others will hardly find more: they are tried next time.
+constexpr int kMaxVainTries = 512;
 constexpr std::chrono::milliseconds kNewsInterval{900};  // below the second that watchers are promised
 
 }  // namespace
@@ -99,9 +101,23 @@ void Dispatcher::try_parked(bool last) {
     trying = std::exchange(parked_, {});
   }
   const Clock::time_point now = Clock::now();
-  std::erase_if(trying, [&](const Parked& parked) { return parked.attempt(last || now >= parked.deadline); });
+  std::vector<Parked> untried, vain;
+  int vain_tries = 0;
+  for (Parked& parked : trying) {
+    const bool due = last || now >= parked.deadline;
+    if (vain_tries >= kMaxVainTries && !due) {
+      untried.push_back(std::move(parked));
+    } else if (parked.attempt(due)) {
+      vain_tries = 0;
+    } else {
+      ++vain_tries;
+      vain.push_back(std::move(parked));
+    }
+  }
   const std::lock_guard lock(mutex_);
-  parked_.insert(parked_.begin(), std::make_move_iterator(trying.begin()), std::make_move_iterator(trying.end()));
+  untried.insert(untried.end(), std::make_move_iterator(parked_.begin()), std::make_move_iterator(parked_.end()));
+  untried.insert(untried.end(), std::make_move_iterator(vain.begin()), std::make_move_iterator(vain.end()));
+  parked_ = std::move(untried);
 }
 
 void Dispatcher::wake_subscribers() {

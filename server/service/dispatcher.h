@@ -18,8 +18,8 @@ class Dispatcher {
   explicit Dispatcher(std::function<void()> tick);
   ~Dispatcher();
 
-  /// Calls `attempt` after each notification of work and each tick until it returns true; its argument is true from
-  /// `deadline` on, when it must.
+  /// Calls `attempt` after notifications of work and ticks until it returns true; its argument is true from `deadline`
+  /// on, when it must. Where hundreds in a row have found nothing, the rest has its turn the next time.
   void park(Clock::time_point deadline, std::function<bool(bool last)> attempt);
 
   /// Calls `wake` after each notification of news and every second until it returns false.

@@ -34,6 +34,31 @@ TEST(Dispatcher, TheLastTryComesAtTheDeadline) {
   answered.get_future().get();
 }
 
+TEST(Dispatcher, OfManyThatFindNothingEachHasItsTurn) {
+  constexpr std::size_t kMany = 1500;
+  // All but the flag are of the dispatcher's thread alone.
+  std::atomic<bool> all_parked = false;
+  std::vector<int> tries(kMany);
+  std::size_t tried = 0, in_one_round = 0, most_in_one_round = 0;
+  int most = 0;
+  std::promise<void> all_tried;
+  Dispatcher dispatcher([&] { in_one_round = 0; });  // nobody notifies, so each tick begins a round
+  for (std::size_t i = 0; i < kMany; ++i) {
+    dispatcher.park(Dispatcher::Clock::now() + 1h, [&, i](bool last) {
+      if (!all_parked || last) return last;
+      most = std::max(most, ++tries[i]);
+      most_in_one_round = std::max(most_in_one_round, ++in_one_round);
+      if (tries[i] == 1 && ++tried == kMany) all_tried.set_value();
+      return false;
+    });
+  }
+  all_parked = true;
+  all_tried.get_future().get();
+  dispatcher.stop();
+  EXPECT_LE(most, 2);
+  EXPECT_LT(most_in_one_round, kMany);
+}
+
 TEST(Dispatcher, StoppingAnswersAllAndLaterOnesAtOnce) {
   int last_tries = 0, wakes = 0;
   Dispatcher dispatcher([] {});
