@@ -2,11 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "store/journal.h"
 #include "wire/channel.h"
 #include "wire/digest.h"
 
@@ -86,8 +88,40 @@ std::vector<std::uint64_t> Progress::shares() const {
   return shares;
 }
 
-FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string> arguments)
+std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t units) {
+  const auto sound = [](const absl::Status& status) {
+    if (!status.ok()) throw std::runtime_error{status.ToString()};
+  };
+  std::filesystem::create_directories(data_dir / "results");
+  auto journal = server::open_journal(data_dir);
+  sound(journal.status());
+  const v1::JobSpec spec = spec_of({.jobs = 1, .users = 1, .units = units, .tile_size = 1}, 0, "scene");
+  const std::string id = "deadbeefdeadbeef";
+  sound((*journal)->commit({server::JobAdded{.id = id, .request_id = "request", .spec = spec.SerializeAsString()},
+                            server::JobBound{.id = id, .isa = "avx2"}}));
+  const std::string stats = stub_stats(std::chrono::seconds(10)).SerializeAsString();
+  constexpr std::uint32_t kBatch = 4096;
+  for (std::uint32_t first = 0; first + 1 < units; first += kBatch) {
+    std::vector<server::JournalEntry> entries;
+    for (std::uint32_t unit = first; unit < std::min(first + kBatch, units - 1); ++unit) {
+      const std::string payload = "result " + std::to_string(unit);
+      entries.push_back(server::UnitDone{.job = id,
+                                         .sequence = unit + 1,
+                                         .unit = unit,
+                                         .digest = wire::sha256_hex(payload),
+                                         .payload = payload,
+                                         .stats = stats,
+                                         .host = "host number " + std::to_string(unit % 1000)});
+    }
+    sound((*journal)->commit(entries));
+  }
+  return id;
+}
+
+FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string> arguments,
+                             const std::function<void(const std::filesystem::path&)>& prepare)
     : program_(std::move(server_program)), arguments_(std::move(arguments)) {
+  if (prepare) prepare(directory_.path() / "data");
   start("127.0.0.1:0");
   auto channel = wire::make_channel(address_);
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};

@@ -62,11 +62,16 @@ class Progress {
   std::vector<std::uint64_t> shares_;
 };
 
+/// Writes a journal as a coordinator leaves it that was killed when all units of a job but one were done. The job's id.
+/// Throws where it cannot be written.
+std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t units);
+
 class FarmUnderLoad {
  public:
-  /// The coordinator's program, and what it is told besides where to listen and to keep its data. Throws where it
-  /// does not start.
-  explicit FarmUnderLoad(std::string server_program, std::vector<std::string> arguments = {});
+  /// The coordinator's program, and what it is told besides where to listen and to keep its data; `prepare` fills the
+  /// data directory. Throws where it does not start.
+  explicit FarmUnderLoad(std::string server_program, std::vector<std::string> arguments = {},
+                         const std::function<void(const std::filesystem::path&)>& prepare = {});
 
   const std::string& address() const { return address_; }
   pid_t process_id() const { return process_->id(); }

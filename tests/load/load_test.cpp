@@ -88,5 +88,23 @@ TEST_F(LoadTest, NothingIsLostWhenTheCoordinatorIsKilledUnderLoad) {
   expect_all_results();
 }
 
+// Prints how long it took: seconds, for a million (the long form).
+TEST(Restart, KnowsWhatIsDone) {
+  const std::uint32_t units = long_form() ? 1'000'000 : 40'000;
+  std::string job;
+  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM, {"--log-level", "warning"}, [&](const std::filesystem::path& data) {
+                       job = write_journal(data, units);
+                     }};
+  const milliseconds took = farm.kill_and_restart();
+  const ProcessUse use = farm.use();
+  std::printf("ready %.2f s after the start with %u results in the journal; %.2f s of CPU, %.0f MiB\n",
+              static_cast<double>(took.count()) / 1e3, units, static_cast<double>(use.cpu.count()) / 1e3,
+              static_cast<double>(use.peak_resident_bytes) / (1 << 20));
+  const absl::StatusOr<v1::GetJobResponse> answer = farm.client().job(job, {});
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->status().units_done(), units - 1);
+  EXPECT_EQ(answer->status().stats().samples(), stub_stats(milliseconds(1)).samples() * (units - 1));
+}
+
 }  // namespace
 }  // namespace tessera::load

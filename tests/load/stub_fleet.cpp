@@ -40,7 +40,13 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address) {
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-/// As large as those of real workers.
+/// Half to one and a half times the mean, by the unit alone.
+Clock::duration time_of(const v1::WorkUnit& unit, std::chrono::milliseconds mean) {
+  return mean * (512 + (unit.index() * 0x9e3779b1u >> 22)) / 1024;
+}
+
+}  // namespace
+
 v1::UnitStats stub_stats(std::chrono::milliseconds unit_time) {
   v1::UnitStats stats;
   stats.set_samples(16384);
@@ -59,13 +65,6 @@ v1::UnitStats stub_stats(std::chrono::milliseconds unit_time) {
   for (const char* material : {"white wall", "red wall", "green wall"}) (*stats.mutable_material_ns())[material] = ns;
   return stats;
 }
-
-/// Half to one and a half times the mean, by the unit alone.
-Clock::duration time_of(const v1::WorkUnit& unit, std::chrono::milliseconds mean) {
-  return mean * (512 + (unit.index() * 0x9e3779b1u >> 22)) / 1024;
-}
-
-}  // namespace
 
 std::string stub_result(const v1::WorkUnit& unit) {
   static const std::vector<wire::ChannelDesc> channels = wire::channels_for_aovs({}).value();

@@ -38,6 +38,9 @@ struct FleetTally {
 /// compresses as badly.
 std::string stub_result(const v1::WorkUnit& unit);
 
+/// What a unit cost; as large as what real workers say.
+v1::UnitStats stub_stats(std::chrono::milliseconds unit_time);
+
 class StubFleet {
  public:
   /// Told of each acknowledged result, from any thread.
