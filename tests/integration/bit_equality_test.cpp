@@ -10,13 +10,6 @@ namespace tessera::integration {
 namespace {
 
 namespace fs = std::filesystem;
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments a, const Arguments& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
 // The AOVs have channels of every kind. The crop cuts tiles.
 const Arguments kView{"scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--aov",
                       "variance,albedo,normal,depth,samples", "--quiet"};

@@ -6,8 +6,6 @@
 namespace tessera::integration {
 namespace {
 
-using Arguments = std::vector<std::string>;
-
 constexpr double kPixels = 72 * 56;
 
 class Continue : public testing::Test {

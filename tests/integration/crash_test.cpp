@@ -9,26 +9,9 @@
 namespace tessera::integration {
 namespace {
 
-using Arguments = std::vector<std::string>;
-
 // Some seconds of work in many units.
-const Arguments kSomeSeconds{"scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "256", "--tile", "16",
-                             "--quiet"};
-
-/// The image that every farm must give, rendered once.
-const std::string& expected_hash() {
-  static const std::string hash = [] {
-    const support::TempDir directory;
-    const std::string image = (directory.path() / "in-process.exr").string();
-    Arguments arguments = kSomeSeconds;
-    arguments.insert(arguments.begin(), "render");
-    arguments.insert(arguments.end(), {"-o", image});
-    const support::Finished done = tessera(arguments);
-    EXPECT_EQ(done.status.code, 0) << done.err;
-    return pixel_sha256(image);
-  }();
-  return hash;
-}
+const Arguments kSomeSeconds{
+    "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "256", "--tile", "16", "--quiet"};
 
 bool a_third_is_done(const v1::JobStatus& status) {
   return status.units_total() > 0 && 3 * status.units_done() >= status.units_total();
@@ -51,7 +34,7 @@ TEST(Crash, AKilledWorkerLosesNothing) {
   const v1::JobStatus third = farm.watch_until(job_id, a_third_is_done);
   ASSERT_EQ(third.state(), v1::RUNNING) << "the job was over before a worker could be killed";
   farm.worker(0).kill();
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash());
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kSomeSeconds));
 }
 
 TEST(Crash, AKilledCoordinatorGoesOnWhereItWas) {
@@ -69,7 +52,7 @@ TEST(Crash, AKilledCoordinatorGoesOnWhereItWas) {
   const auto after = farm.client().job(job_id, {});
   ASSERT_TRUE(after.ok()) << after.status();
   EXPECT_GE(after->status().units_done(), before.units_done());
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash());
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kSomeSeconds));
   for (const std::uint32_t unit : acknowledged) {
     EXPECT_EQ(times_rendered(farm.worker(0), unit, job_id) + times_rendered(farm.worker(1), unit, job_id), 1U)
         << "unit " << unit << " was acknowledged before the crash";
@@ -92,7 +75,7 @@ TEST(Crash, AClientThatWaitsOutlivesACoordinatorRestart) {
   const std::optional<support::ExitStatus> ended = waiting.wait(kPatience);
   ASSERT_TRUE(ended);
   EXPECT_EQ(ended->code, 0) << waiting.err();
-  EXPECT_EQ(pixel_sha256(image), expected_hash());
+  EXPECT_EQ(pixel_sha256(image), expected_hash(kSomeSeconds));
 }
 
 TEST(Crash, TheImageOfAKilledClientCanBeFetched) {
@@ -106,7 +89,7 @@ TEST(Crash, TheImageOfAKilledClientCanBeFetched) {
   const std::optional<std::string> job_id = waiting.wait_for_line("job ", kPatience);
   ASSERT_TRUE(job_id) << waiting.err();
   waiting.kill();
-  EXPECT_EQ(farm.fetch_hash(*job_id), expected_hash());
+  EXPECT_EQ(farm.fetch_hash(*job_id), expected_hash(kSomeSeconds));
 }
 
 TEST(Crash, AnInterruptedClientSaysHowToComeBack) {
@@ -141,7 +124,7 @@ TEST(Crash, AWorkerThatIsAskedToStopGivesItsUnitsBack) {
   ASSERT_TRUE(workers.ok()) << workers.status();
   for (const v1::WorkerStatus& worker : *workers) EXPECT_EQ(worker.leases(), 0U);
   farm.add_worker(2);
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash());
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kSomeSeconds));
 }
 
 }  // namespace

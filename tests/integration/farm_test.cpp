@@ -9,7 +9,6 @@
 namespace tessera::integration {
 namespace {
 
-using Arguments = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 
 TEST(Farm, ASecondSubmitUploadsNothing) {
@@ -17,9 +16,9 @@ TEST(Farm, ASecondSubmitUploadsNothing) {
   farm.add_worker(2);
   const auto uploaded = [&](const char* spp) {
     const std::filesystem::path stats = farm.directory() / "stats.json";
-    const support::Finished done = tessera(farm.on_farm(
-        {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp, "--quiet", "-o",
-         (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
+    const support::Finished done =
+        tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp,
+                              "--quiet", "-o", (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
     EXPECT_EQ(done.status.code, 0) << done.err;
     EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * std::stod(spp));
     return json_number(stats, "uploaded_bytes");
@@ -60,9 +59,9 @@ TEST(Farm, CancellingStopsTheWorkers) {
   EXPECT_LT(Clock::now() - start, std::chrono::seconds{4});
 
   // A worker that had not stopped could not render this.
-  const support::Finished next = tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "16x16",
-                                                       "--spp", "1", "--quiet", "-o",
-                                                       (farm.directory() / "next.exr").string()}));
+  const support::Finished next =
+      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "16x16", "--spp", "1", "--quiet",
+                            "-o", (farm.directory() / "next.exr").string()}));
   EXPECT_EQ(next.status.code, 0) << next.err;
   EXPECT_EQ(tessera(farm.on_farm({"watch", job_id})).status.code, 5) << "the exit code of a job that was cancelled";
 }
@@ -77,8 +76,8 @@ TEST(Farm, ASceneThatCannotBeBuiltFailsTheJob) {
            "film { width: 8 height: 8 }\n"
            "shapes { name: 'lamp' material: 'missing' sphere { radius: 1 } }\n";
   }
-  const support::Finished done = tessera(
-      farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
+  const support::Finished done =
+      tessera(farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
   EXPECT_EQ(done.status.code, 5);
   EXPECT_NE(done.err.find("missing"), std::string::npos) << done.err;
 }

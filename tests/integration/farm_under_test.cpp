@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -44,39 +45,86 @@ std::string pixel_sha256(const std::filesystem::path& exr) {
   return sha.finish_hex();
 }
 
+Arguments operator+(Arguments a, const Arguments& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+const std::string& expected_hash(const Arguments& arguments) {
+  static std::map<Arguments, std::string> hashes;
+  const auto known = hashes.find(arguments);
+  if (known != hashes.end()) return known->second;
+  const support::TempDir directory;
+  const std::string image = (directory.path() / "in-process.exr").string();
+  const support::Finished done = tessera(Arguments{"render"} + arguments + Arguments{"-o", image});
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  return hashes[arguments] = pixel_sha256(image);
+}
+
 double json_number(const std::filesystem::path& file, const std::string& name) {
   std::ifstream in{file};
   return nlohmann::json::parse(in).at(name).get<double>();
 }
 
-FarmUnderTest::FarmUnderTest() {
+FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::string> environment)
+    : wrapper_(std::move(wrapper)), environment_(std::move(environment)) {
   start_coordinator("127.0.0.1:0");
+  client_ = new_client();
+}
+
+std::unique_ptr<client::FarmClient> FarmUnderTest::new_client() const {
   auto channel = wire::make_channel(address_);
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
-  client_ = std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
+  return std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
 }
 
 void FarmUnderTest::start_coordinator(const std::string& listen) {
   coordinator_ = std::make_unique<support::Process>(
-      std::vector<std::string>{server_program(), "--listen", listen, "--data", (directory() / "coordinator").string()});
+      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string()}, environment_);
   const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
   if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + coordinator_->err()};
   address_ = *address;
 }
 
+std::unique_ptr<support::Process> FarmUnderTest::start_worker(const WorkerSetup& setup) const {
+  return std::make_unique<support::Process>(
+      setup.wrapper + Arguments{worker_program(), "--server", setup.server.empty() ? address_ : setup.server,
+                                "--threads", std::to_string(setup.threads), "--cache", setup.cache.string(), "--name",
+                                setup.name, "--log-level", "debug"},
+      setup.environment);
+}
+
+support::Process& FarmUnderTest::add_worker(WorkerSetup setup) {
+  const std::string number = std::to_string(workers_.size());
+  if (setup.name.empty()) setup.name = "worker" + number;
+  if (setup.cache.empty()) setup.cache = directory() / ("cache" + number);
+  auto process = start_worker(setup);
+  workers_.push_back({std::move(setup), std::move(process)});
+  return *workers_.back().process;
+}
+
 support::Process& FarmUnderTest::add_worker(int threads, std::string name) {
-  if (name.empty()) name = "worker" + std::to_string(workers_.size());
-  const std::string cache = (directory() / ("cache" + std::to_string(workers_.size()))).string();
-  workers_.push_back(std::make_unique<support::Process>(
-      std::vector<std::string>{worker_program(), "--server", address_, "--threads", std::to_string(threads), "--cache",
-                               cache, "--name", std::move(name), "--log-level", "debug"}));
-  return *workers_.back();
+  return add_worker(WorkerSetup{.threads = threads, .name = std::move(name)});
+}
+
+void FarmUnderTest::kill_worker(std::size_t index) {
+  worker(index).kill();
+  if (!worker(index).wait(kPatience)) throw std::runtime_error{"the worker does not die"};
+}
+
+support::Process& FarmUnderTest::restart_worker(std::size_t index) {
+  workers_[index].process = start_worker(workers_[index].setup);
+  return worker(index);
+}
+
+void FarmUnderTest::kill_coordinator() {
+  coordinator_->kill();
+  if (!coordinator_->wait(kPatience)) throw std::runtime_error{"the coordinator does not die"};
 }
 
 void FarmUnderTest::kill_and_restart_coordinator() {
-  coordinator_->kill();
-  if (!coordinator_->wait(kPatience)) throw std::runtime_error{"the coordinator does not die"};
-  start_coordinator(address_);
+  kill_coordinator();
+  restart_coordinator();
 }
 
 std::vector<std::string> FarmUnderTest::on_farm(std::vector<std::string> arguments) const {

@@ -23,6 +23,9 @@ std::string worker_program();
 /// Longest time that anything in these tests may take; reached only when it hangs.
 inline constexpr std::chrono::seconds kPatience{60};
 
+using Arguments = std::vector<std::string>;
+Arguments operator+(Arguments a, const Arguments& b);
+
 /// Runs `tessera` with these arguments.
 support::Finished tessera(std::vector<std::string> arguments);
 
@@ -30,22 +33,46 @@ support::Finished tessera(std::vector<std::string> arguments);
 /// the empty string, when the file cannot be read.
 std::string pixel_sha256(const std::filesystem::path& exr);
 
+/// The pixels that every farm must give for `tessera render` with these arguments, as pixel_sha256; rendered here,
+/// once.
+const std::string& expected_hash(const Arguments& arguments);
+
 /// A number of a JSON file's top level.
 double json_number(const std::filesystem::path& file, const std::string& name);
 
+/// How a worker is started.
+struct WorkerSetup {
+  int threads = 1;
+  std::string name = {};                  // its host, too; empty: one that no other has
+  std::string server = {};                // another address than the coordinator's own
+  std::filesystem::path cache = {};       // empty: one of its own, which stays when it is started again
+  std::vector<std::string> wrapper = {};  // a command that runs the worker's
+  std::vector<std::string> environment = {};
+};
+
 class FarmUnderTest {
  public:
-  FarmUnderTest();
+  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own.
+  explicit FarmUnderTest(std::vector<std::string> wrapper = {}, std::vector<std::string> environment = {});
 
   /// Directory for what the test writes.
   const std::filesystem::path& directory() const { return directory_.path(); }
   const std::string& address() const { return address_; }
 
-  /// Starts a worker with a cache of its own. Its name is that of its host, too; empty: one that no other has.
+  support::Process& add_worker(WorkerSetup setup);
+  /// With a cache of its own.
   support::Process& add_worker(int threads, std::string name = {});
-  support::Process& worker(std::size_t index) { return *workers_[index]; }
+  support::Process& worker(std::size_t index) { return *workers_[index].process; }
+  void kill_worker(std::size_t index);
+  /// After its end: the same command again.
+  support::Process& restart_worker(std::size_t index);
+  const std::filesystem::path& cache_of(std::size_t index) const { return workers_[index].setup.cache; }
 
-  /// kill -9, and the same data directory and port again.
+  support::Process& coordinator() { return *coordinator_; }
+  std::filesystem::path data_dir() const { return directory() / "coordinator"; }
+  void kill_coordinator();
+  /// After its end: the same data directory and port again.
+  void restart_coordinator() { start_coordinator(address_); }
   void kill_and_restart_coordinator();
 
   /// Arguments of `tessera` that run on this farm.
@@ -57,20 +84,30 @@ class FarmUnderTest {
   /// `tessera fetch`; the hash of the image's pixels.
   std::string fetch_hash(const std::string& job_id);
 
-  /// Watches until `enough` says so of a status, or the job's end. Returns that status; adds the units whose results have
-  /// come to `acknowledged`, when it is given.
+  /// Watches until `enough` says so of a status, or the job's end. Returns that status; adds the units whose results
+  /// have come to `acknowledged`, when it is given.
   v1::JobStatus watch_until(const std::string& job_id, const std::function<bool(const v1::JobStatus&)>& enough,
                             std::set<std::uint32_t>* acknowledged = nullptr);
 
+  /// Of the thread that holds this object.
   client::FarmClient& client() { return *client_; }
+  /// One more, for another thread.
+  std::unique_ptr<client::FarmClient> new_client() const;
 
  private:
+  struct Worker {
+    WorkerSetup setup;
+    std::unique_ptr<support::Process> process;
+  };
+
   void start_coordinator(const std::string& listen);
+  std::unique_ptr<support::Process> start_worker(const WorkerSetup& setup) const;
 
   support::TempDir directory_;
+  const std::vector<std::string> wrapper_, environment_;  // of the coordinator
   std::string address_;
   std::unique_ptr<support::Process> coordinator_;
-  std::vector<std::unique_ptr<support::Process>> workers_;
+  std::vector<Worker> workers_;
   std::unique_ptr<client::FarmClient> client_;
 };
 

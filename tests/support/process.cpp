@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 #include <utility>
@@ -82,7 +83,8 @@ void Process::collect(int descriptor, std::string& into) {
 }
 
 void Process::reap() {
-  // Waits without reaping first: between the end and the entry in `ended_` nobody may signal a number that is free again.
+  // Waits without reaping first: between the end and the entry in `ended_` nobody may signal a number that is free
+  // again.
   siginfo_t info{};
   while (::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
   }
@@ -127,9 +129,9 @@ std::string Process::out() const {
   return out_;
 }
 
-std::string Process::err() const {
+std::string Process::err(std::size_t from) const {
   std::lock_guard lock{mutex_};
-  return err_;
+  return err_.substr(std::min(from, err_.size()));
 }
 
 Finished run_program(std::vector<std::string> command, std::chrono::milliseconds patience,

@@ -20,8 +20,8 @@ struct ExitStatus {
   int signal = 0;  // that ended it
 };
 
-/// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor, and also when
-/// the test itself dies. Thread-safe.
+/// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor, and also
+/// when the test itself dies. Thread-safe.
 class Process {
  public:
   /// Throws std::system_error when it cannot be started. `environment` is added to the test's own: "NAME=VALUE".
@@ -45,9 +45,9 @@ class Process {
   /// Waits until stderr holds `text`; false when it does not within `patience` or the program ends without.
   bool wait_for_err(const std::string& text, std::chrono::milliseconds patience);
 
-  /// What it has written so far.
+  /// What it has written so far; of stderr what lies behind the first `from` bytes.
   std::string out() const;
-  std::string err() const;
+  std::string err(std::size_t from = 0) const;
 
  private:
   void collect(int descriptor, std::string& into);
