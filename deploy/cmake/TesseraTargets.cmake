@@ -64,14 +64,16 @@ endfunction()
 # Each ISA's objects are linked into one module that exports a single function (worker/render/integrator/kernel.h), so that no
 # inline function compiled for a newer ISA can be picked up by code that must run everywhere.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  set(TESSERA_ISAS avx2 avx512)
+  set(known_isas avx2 avx512)
   set(TESSERA_ISA_FLAGS_avx2 -mavx2 -mfma -mf16c -mbmi -mbmi2 -mlzcnt -mpopcnt -maes -mpclmul)
   set(TESSERA_ISA_FLAGS_avx512 ${TESSERA_ISA_FLAGS_avx2} -mavx512f -mavx512dq -mavx512bw -mavx512vl -mavx512cd
       -mprefer-vector-width=512)
 else()
-  set(TESSERA_ISAS neon)
+  set(known_isas neon)
   set(TESSERA_ISA_FLAGS_neon)
 endif()
+# Fewer for builds that are slow (sanitizers); with none, tests that need kernels are not built.
+set(TESSERA_ISAS ${known_isas} CACHE STRING "Instruction sets that kernels are built for")
 # GCC copies structs of vectors in 16-byte pieces otherwise, and stalls on forwarding them (measured on AVX2: 1.3 to 6
 # times the time of a BSDF).
 include(CheckCXXCompilerFlag)
