@@ -1,8 +1,6 @@
 // tessera-server: the coordinator.
 #include <pthread.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -13,6 +11,7 @@
 
 #include "service/coordinator.h"
 #include "tls/authority.h"
+#include "wire/log.h"
 #include "wire/version.h"
 
 namespace {
@@ -64,14 +63,17 @@ int main(int argc, char** argv) {
   tessera::server::CoordinatorOptions options;
   options.listen = "127.0.0.1:7070";
   options.data_dir = default_data_dir();
-  std::string log_level = "info";
+  tessera::wire::LogOptions log{.program = "tessera-server"};
 
   CLI::App app("The coordinator of a Tessera farm: keeps jobs, hands out tiles to workers, stores their results.");
   app.set_version_flag("--version", std::string("tessera-server ") + tessera::wire::build_version());
   app.add_option("--listen", options.listen, "ADDR:PORT to serve on; port 0 takes a free one")->capture_default_str();
   app.add_option("--data", options.data_dir, "Directory for the journal, results and blobs")->capture_default_str();
-  app.add_option("--log-level", log_level, "What goes to standard error")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
+  app.add_option("--log-level", log.level, "What goes to standard error")
+      ->check(CLI::IsMember(tessera::wire::kLogLevels))
+      ->capture_default_str();
+  app.add_option("--log-format", log.format, "Lines for people, or one JSON object a line")
+      ->check(CLI::IsMember(tessera::wire::kLogFormats))
       ->capture_default_str();
   double keep_days = 1, keep_unfetched_days = 30;
   double max_gigabytes = 1000;
@@ -106,8 +108,7 @@ int main(int argc, char** argv) {
   options.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(keep_days * 86400));
   options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
   options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-server"));
-  spdlog::set_level(spdlog::level::from_str(log_level));
+  tessera::wire::set_up_log(log);
   if (!new_certificates.empty()) {
     const absl::Status status = tessera::server::write_farm_certificates(new_certificates, hosts, users);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));

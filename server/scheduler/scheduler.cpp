@@ -315,6 +315,11 @@ std::string Scheduler::host_of(const std::string& worker) const {
   return found == workers_.end() ? "" : found->second.info.host;
 }
 
+std::string Scheduler::name_of(const std::string& worker) const {
+  const auto found = workers_.find(worker);
+  return found == workers_.end() ? "" : found->second.info.name;
+}
+
 HostNumber Scheduler::number_of_host(const std::string& host) {
   const auto [found, added] = host_numbers_.emplace(host, static_cast<HostNumber>(hosts_.size()));
   if (added) hosts_.push_back(host);

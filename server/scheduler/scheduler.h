@@ -90,6 +90,7 @@ class Scheduler {
   std::vector<WorkerView> workers() const;
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
+  std::string name_of(const std::string& worker) const;
   bool trusts(const std::string& host) const { return !distrusted_.contains(host); }
   /// The host's results count again.
   void trust_host(const std::string& host);

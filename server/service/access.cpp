@@ -2,12 +2,12 @@
 
 #include <grpc/grpc_security_constants.h>
 #include <grpcpp/security/auth_metadata_processor.h>
-#include <spdlog/spdlog.h>
 
 #include <string_view>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "wire/log.h"
 
 namespace tessera::server {
 namespace {
@@ -39,7 +39,7 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
     if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
-    spdlog::warn("refused: {} called {}", who, method);
+    wire::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not for ", who)};
   }
 };

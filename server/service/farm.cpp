@@ -2,8 +2,6 @@
 // farm_workers.cpp.
 #include "service/farm.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -11,6 +9,7 @@
 #include "service/identifier.h"
 #include "service/journal_events.h"
 #include "wire/limits.h"
+#include "wire/log.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -28,6 +27,8 @@ JobRequest request_of(const JobEntry& entry) {
           .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
           .max_workers = spec.max_workers()};
 }
+
+wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .user = entry.shape->spec.user()}; }
 
 }  // namespace
 
@@ -66,8 +67,8 @@ absl::Status Farm::recover(JobRecord record) {
   if (entry.past) return absl::OkStatus();
 
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
-  spdlog::info("job {} goes on with {} of {} units done", entry.id, record.results.size(),
-               entry.shape->plan->unit_count());
+  wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
+            record.results.size(), entry.shape->plan->unit_count());
   return status;
 }
 
@@ -87,7 +88,7 @@ JobView Farm::view_of(const JobEntry& entry) const { return entry.past ? *entry.
 
 void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (event.kind == FarmEvent::Kind::kDistrusted) {
-    spdlog::error("host {} is in quarantine: {}", event.host, event.text);
+    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}", event.host, event.text);
   }
   JobEntry* const entry = event.job.empty() ? nullptr : jobs_.find(event.job);
   if (entry == nullptr) return;
@@ -95,8 +96,8 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
     case FarmEvent::Kind::kEnded:
       entry->finished_unix_ms = unix_milliseconds();
       shown.push_back({.job = event.job, .results = 0, .end = true});
-      spdlog::info("job {} {}{}{}", event.job, v1::JobState_Name(static_cast<v1::JobState>(event.value)),
-                   event.text.empty() ? "" : ": ", event.text);
+      wire::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
+                v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ", event.text);
       return;
     case FarmEvent::Kind::kReopened:
       entry->durable_end = false;
@@ -107,7 +108,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       entry->units_by_sequence[static_cast<std::size_t>(event.value) - 1] = JobEntry::kRevoked;
       return;
     case FarmEvent::Kind::kNote:
-      spdlog::warn("job {}: {}", event.job, event.text);
+      wire::log(spdlog::level::warn, fields_of(*entry), "job {}: {}", event.job, event.text);
       return;
     default:
       return;
@@ -243,8 +244,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
                              .submitted_unix_ms = entry.submitted_unix_ms,
                              .uploaded_bytes = entry.uploaded_bytes});
   if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
-  spdlog::info("job {} \"{}\": {} x {} pixels, {} samples, {} units", entry.id, spec.name(), spec.width(),
-               spec.height(), spec.settings().spp(), entry.shape->plan->unit_count());
+  wire::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units", entry.id,
+            spec.name(), spec.width(), spec.height(), spec.settings().spp(), entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
   if (absl::Status status = adopt_results(scheduler_, entry.id, *entry.shape->plan, *donor, entries); !status.ok()) {
@@ -260,8 +261,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
   if (!entry.units_by_sequence.empty()) {
-    spdlog::info("job {}: {} units are taken over from job {}", entry.id, entry.units_by_sequence.size(),
-                 donor->record.added.id);
+    wire::log(spdlog::level::info, fields_of(entry), "job {}: {} units are taken over from job {}", entry.id,
+              entry.units_by_sequence.size(), donor->record.added.id);
   }
   return entries;
 }

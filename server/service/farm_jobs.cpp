@@ -1,11 +1,10 @@
 // What clients do with jobs: look at them, change them, take their results.
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "service/farm.h"
+#include "wire/log.h"
 
 namespace tessera::server {
 namespace {
@@ -197,7 +196,7 @@ void Farm::prune() {
     old.push_back(entry->id);
   }
   for (const std::string& id : old) {
-    spdlog::info("job {} is deleted: its time is over", id);
+    wire::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
     if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
     jobs_.erase(id);
     commit({JobPruned{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});

@@ -1,13 +1,12 @@
 #include "service/farm_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
 #include "service/access.h"
 #include "service/answer.h"
 #include "service/watch_reactor.h"
+#include "wire/log.h"
 
 namespace tessera::server {
 namespace {
@@ -28,7 +27,9 @@ absl::Status FarmService::check_access(const grpc::CallbackServerContext& contex
   if (!who.role || share_jobs_) return absl::OkStatus();
   const absl::StatusOr<std::string> owner = farm_.owner_of(job);
   if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
-  spdlog::warn("refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
+  const std::string peer = context.peer();
+  wire::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer}, "refused: '{}' asked for job {} of '{}'",
+            who.user, job, *owner);
   return absl::PermissionDeniedError(absl::StrCat("job ", job, " belongs to another user"));
 }
 

@@ -1,6 +1,5 @@
 // What workers call.
 #include <google/protobuf/util/time_util.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
@@ -9,6 +8,7 @@
 #include "service/identifier.h"
 #include "service/result_check.h"
 #include "wire/limits.h"
+#include "wire/log.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -63,6 +63,13 @@ class Served {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// A line about what a worker did with a unit.
+void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
+               absl::string_view text) {
+  wire::log(level, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
+            "worker {}, unit {} of job {}: {}", worker, token.unit_index(), token.job_id(), std::string(text));
+}
+
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
 
 }  // namespace
@@ -70,7 +77,8 @@ std::string shortened(const std::string& text) { return text.substr(0, wire::kMa
 absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   if (absl::Status status = check_registration(request); !status.ok()) {
-    spdlog::warn("worker {} refused: {}", request.name().substr(0, kMaxNameBytes), std::string(status.message()));
+    const std::string name = request.name().substr(0, kMaxNameBytes);
+    wire::log(spdlog::level::warn, {.worker = name}, "worker {} refused: {}", name, std::string(status.message()));
     return status;
   }
   v1::RegisterResponse response;
@@ -90,8 +98,9 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
                                   .tags = {request.tags().begin(), request.tags().end()}},
                                  now());
   if (!status.ok()) return status;
-  spdlog::info("worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
-               response.worker_id());
+  wire::log(spdlog::level::info, {.worker = request.name(), .host = request.host()},
+            "worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
+            response.worker_id());
   return response;
 }
 
@@ -170,11 +179,13 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest
 
 absl::Status Farm::deregister(const std::string& worker) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
+  std::string name;
   {
     const std::lock_guard lock(mutex_);
+    name = scheduler_.name_of(worker);
     if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
   }
-  spdlog::info("worker {} left", worker);
+  wire::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
   dispatcher_.notify_work();
   return absl::OkStatus();
 }
@@ -183,7 +194,10 @@ void Farm::tick() {
   const Served served(metrics_, FarmMetrics::Call::kTick);
   const std::lock_guard lock(mutex_);
   const Expiry expiry = scheduler_.advance(now());
-  for (const WorkerInfo& worker : expiry.lost_workers) spdlog::warn("worker {} ({}) was lost", worker.name, worker.id);
+  for (const WorkerInfo& worker : expiry.lost_workers) {
+    wire::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host}, "worker {} ({}) was lost", worker.name,
+              worker.id);
+  }
   metrics_.lost(expiry.lost_leases);
   if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
@@ -217,8 +231,9 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
       check_result(request.payload(), token.unit_index(), extent_of(shape->plan->unit(token.unit_index()), shape->spec),
                    shape->channels);
   if (!digest.ok()) {
-    spdlog::warn("worker {}: {}", request.worker_id(), std::string(digest.status().message()));
     metrics_.refused();
+    const std::lock_guard lock(mutex_);
+    log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, digest.status().message());
     return done(digest.status());
   }
   accept_result(request, *digest, std::move(done));
@@ -238,7 +253,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
     // A result that is refused may still decide who is at fault.
     commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
     if (absl::IsAlreadyExists(decision.status())) {
-      spdlog::error("worker {}: {}", request.worker_id(), std::string(decision.status().message()));
+      log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), token, decision.status().message());
     }
     return done(decision.status());
   }
@@ -263,6 +278,9 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
                              .stats = stats.SerializeAsString(),
                              .host = scheduler_.host_of(request.worker_id())});
   entry.result_bytes += request.payload().size();
+  if (spdlog::should_log(spdlog::level::debug)) {
+    log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");
+  }
   const bool free_hands = scheduler_.frees_workers();
   commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
          std::move(done));
@@ -282,8 +300,7 @@ void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
                                   : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
-  spdlog::warn("worker {} failed at unit {} of job {}: {}", request.worker_id(), token.unit_index(), token.job_id(),
-               message);
+  log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, absl::StrCat("failed: ", message));
   commit({}, {}, /*wait=*/true, std::move(done));
   lock.unlock();
   dispatcher_.notify_work();

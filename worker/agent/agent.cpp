@@ -1,7 +1,5 @@
 #include "agent/agent.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <deque>
 #include <map>
@@ -17,6 +15,7 @@
 #include "agent/unit_renderer.h"
 #include "wire/backoff.h"
 #include "wire/limits.h"
+#include "wire/log.h"
 #include "wire/status.h"
 #include "wire/version.h"
 
@@ -173,8 +172,10 @@ void Agent::Work::take(const v1::LeaseResponse& response) {
     std::shared_ptr<const v1::JobSpec> spec = jobs_.find(lease.token().job_id());
     if (spec == nullptr) {
       // The lease runs out, and the next request no longer claims to know the job.
-      spdlog::error("{} leased unit {} of job {} without the job's spec", link_.address(), lease.token().unit_index(),
-                    lease.token().job_id());
+      const v1::LeaseToken& token = lease.token();
+      wire::log(spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
+                "{} leased unit {} of job {} without the job's spec", link_.address(), token.unit_index(),
+                token.job_id());
       continue;
     }
     leases_.add(lease, std::move(spec));
@@ -189,7 +190,8 @@ void Agent::Work::render_units(std::stop_token halt) {
       continue;
     }
     if (!outcome.failure.ok()) {
-      spdlog::error("unit {} of job {}: {}", unit->unit.index(), unit->job_id, outcome.failure.ToString());
+      wire::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(), unit->job_id,
+                outcome.failure.ToString());
     }
     outbox_.push(std::move(outcome), halt);
   }

@@ -20,6 +20,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   held->unit = lease.unit();
   held->job_id = lease.token().job_id();
   held->generation = lease.token().generation();
+  held->attempt = lease.token().attempt();
   held->spec = std::move(spec);
 
   std::lock_guard lock{mutex_};

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tessera/v1/work.pb.h"
+#include "wire/log.h"
 
 namespace tessera::agent {
 
@@ -23,8 +24,11 @@ struct HeldUnit {
   v1::WorkUnit unit;
   std::string job_id;
   std::uint32_t generation = 0;  // of the job
+  std::uint32_t attempt = 0;     // the grant that brought it
   std::shared_ptr<const v1::JobSpec> spec;
   std::stop_source stop;  // requested when the lease is revoked
+
+  wire::LogFields log_fields() const { return {.job = job_id, .unit = unit.index(), .attempt = attempt}; }
 };
 
 /// Thread-safe. Leases come in by add(), render threads take units with next(), and whoever has brought the unit's

@@ -1,7 +1,5 @@
 // tessera-worker: leases tiles from a coordinator and renders them.
 #include <pthread.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -15,6 +13,7 @@
 #include "agent/blob_cache.h"
 #include "wire/address.h"
 #include "wire/channel.h"
+#include "wire/log.h"
 #include "wire/version.h"
 
 namespace tessera {
@@ -30,7 +29,7 @@ struct Options {
   std::string isa;
   std::string name;
   std::vector<std::string> tags;
-  std::string log_level = "info";
+  wire::LogOptions log{.program = "tessera-worker"};
   int grace_seconds = 10;
   std::string certificates;
   bool allow_insecure = false;
@@ -53,8 +52,11 @@ void define_options(CLI::App& app, Options& options) {
   app.add_option("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
-  app.add_option("--log-level", options.log_level)
-      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "critical", "off"}))
+  app.add_option("--log-level", options.log.level, "what goes to standard error")
+      ->check(CLI::IsMember(wire::kLogLevels))
+      ->capture_default_str();
+  app.add_option("--log-format", options.log.format, "lines for people, or one JSON object a line")
+      ->check(CLI::IsMember(wire::kLogFormats))
       ->capture_default_str();
   app.add_option("--tls", options.certificates, "folder with a worker's certificates")
       ->envname("TESSERA_TLS")
@@ -69,9 +71,13 @@ std::string host_name() {
   return host;
 }
 
+std::string worker_name(const Options& options) {
+  return options.name.empty() ? host_name() + ":" + std::to_string(::getpid()) : options.name;
+}
+
 agent::AgentOptions agent_options(const Options& options) {
   agent::AgentOptions result;
-  result.name = options.name.empty() ? host_name() + ":" + std::to_string(::getpid()) : options.name;
+  result.name = worker_name(options);
   result.host = options.name.empty() ? host_name() : options.name;
   result.tags = options.tags;
   result.address = options.server;
@@ -152,7 +158,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? tessera::kDone : tessera::kUsage;
   }
-  spdlog::set_default_logger(spdlog::stderr_color_mt("tessera-worker"));
-  spdlog::set_level(spdlog::level::from_str(options.log_level));
+  options.log.worker = tessera::worker_name(options);
+  tessera::wire::set_up_log(options.log);
   return tessera::run_worker(options);
 }

@@ -1,10 +1,9 @@
 #include "agent/outbox.h"
 
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
 #include "wire/backoff.h"
+#include "wire/log.h"
 #include "wire/status.h"
 
 namespace tessera::agent {
@@ -76,13 +75,14 @@ void Outbox::deliver(const Outcome& outcome, std::stop_token stop) {
       continue;
     }
     if (!wire::is_transient(status)) {
-      spdlog::warn("unit {} of job {}: result not taken: {}", outcome.unit->unit.index(), outcome.unit->job_id,
-                   status.ToString());
+      wire::log(spdlog::level::warn, outcome.unit->log_fields(), "unit {} of job {}: result not taken: {}",
+                outcome.unit->unit.index(), outcome.unit->job_id, status.ToString());
       return;
     }
     if (!warned) {
-      spdlog::warn("unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
-                   outcome.unit->job_id, status.ToString());
+      wire::log(spdlog::level::warn, outcome.unit->log_fields(),
+                "unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
+                outcome.unit->job_id, status.ToString());
       warned = true;
     }
     backoff.wait(stop);

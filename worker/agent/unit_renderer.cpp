@@ -1,6 +1,5 @@
 #include "agent/unit_renderer.h"
 
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/cpu_time.h"
+#include "wire/log.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -145,7 +145,7 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   set_duration(wire::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
   set_duration(Clock::now() - start, *outcome.stats.mutable_wall_time());
 
-  spdlog::debug("unit {} of job {} rendered", unit.unit.index(), unit.job_id);
+  wire::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(), unit.job_id);
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
