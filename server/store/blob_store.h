@@ -1,8 +1,10 @@
 // Content-addressed bytes, on disk or in memory. Safe to use from any number of threads.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -38,6 +40,7 @@ class BlobStore {
  public:
   virtual ~BlobStore() = default;
 
+  /// Counts as a use of the blob.
   virtual UploadState query(const std::string& digest) const = 0;
 
   /// AlreadyExists when the blob is complete; Unavailable while somebody else uploads it; OutOfRange when `offset` is
@@ -46,6 +49,17 @@ class BlobStore {
 
   /// NotFound when the blob is not complete.
   virtual absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const = 0;
+
+  struct Collected {
+    std::uint64_t blobs = 0;
+    std::uint64_t bytes = 0;
+  };
+  /// Deletes what is not `needed` and was neither written nor asked for (query) for `unused`, parts of uploads that
+  /// nobody goes on with included. Readers keep what they read. Stores that last no longer than a process keep
+  /// everything.
+  virtual Collected collect(const std::function<bool(const std::string& digest)>& needed, std::chrono::seconds unused) {
+    return {};
+  }
 };
 
 /// Below a data directory.

@@ -1,4 +1,8 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <mutex>
 
 #include "absl/strings/str_cat.h"
 #include "store/blob_store.h"
@@ -85,8 +89,15 @@ class FileBlobStore final : public BlobStore {
   explicit FileBlobStore(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
 
   UploadState query(const std::string& digest) const override {
+    // Together with the mark, so that what was just said to be there is not collected.
+    const std::lock_guard lock(collecting_);
     std::error_code error;
-    if (const auto size = std::filesystem::file_size(complete_path(digest), error); !error) return {size, true};
+    const std::filesystem::path path = complete_path(digest);
+    if (const auto size = std::filesystem::file_size(path, error); !error) {
+      ::utimensat(AT_FDCWD, path.c_str(), nullptr,
+                  0);  // used now; a disk that cannot say so is one that is not collected from
+      return {size, true};
+    }
     const auto size = std::filesystem::file_size(partial_path(digest), error);
     return {error ? 0 : size, false};
   }
@@ -117,13 +128,42 @@ class FileBlobStore final : public BlobStore {
     return std::make_unique<FileBlobReader>(*std::move(file), *size);
   }
 
+  Collected collect(const std::function<bool(const std::string&)>& needed, std::chrono::seconds unused) override {
+    const auto limit = std::filesystem::file_time_type::clock::now() - unused;
+    Collected collected;
+    std::error_code error;
+    for (std::filesystem::recursive_directory_iterator it(data_dir_ / "blobs", error), end; !error && it != end;
+         it.increment(error)) {
+      const std::string digest = it->path().filename().string();
+      if (wire::is_digest(digest) && !needed(digest)) remove_unused(it->path(), limit, collected);
+    }
+    for (std::filesystem::directory_iterator it(data_dir_ / "partial", error), end; !error && it != end;
+         it.increment(error)) {
+      const auto guard = uploads_->hold(it->path().filename().string());
+      if (guard != nullptr) remove_unused(it->path(), limit, collected);
+    }
+    return collected;
+  }
+
  private:
+  void remove_unused(const std::filesystem::path& path, std::filesystem::file_time_type limit, Collected& collected) {
+    const std::lock_guard lock(collecting_);
+    std::error_code error;
+    const auto used = std::filesystem::last_write_time(path, error);
+    if (error || used > limit) return;
+    const auto size = std::filesystem::file_size(path, error);
+    if (error || !std::filesystem::remove(path, error)) return;
+    ++collected.blobs;
+    collected.bytes += size;
+  }
+
   std::filesystem::path complete_path(const std::string& digest) const {
     return data_dir_ / "blobs" / digest.substr(0, 2) / digest;
   }
   std::filesystem::path partial_path(const std::string& digest) const { return data_dir_ / "partial" / digest; }
 
   std::filesystem::path data_dir_;
+  mutable std::mutex collecting_;
   std::shared_ptr<UploadsUnderWay> uploads_ = std::make_shared<UploadsUnderWay>();
 };
 
