@@ -11,6 +11,7 @@
 
 #include "service/coordinator.h"
 #include "tls/authority.h"
+#include "wire/grpc_log.h"
 #include "wire/log.h"
 #include "wire/version.h"
 
@@ -89,6 +90,11 @@ int main(int argc, char** argv) {
   app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
   app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
       ->type_name("DIR");
+  app.add_option("--join-authority", options.join_authority,
+                 "Folder with the authority's key: workers may join with a token (tessera token). Needs --tls")
+      ->type_name("DIR");
+  app.add_option("--join-listen", options.join_listen,
+                 "ADDR:PORT where they do, without a certificate (default: the port behind that of --listen)");
   app.add_flag("--share-jobs", options.share_jobs, "Clients may see and change each other's jobs");
   std::string new_certificates;
   std::vector<std::string> hosts, users;
@@ -109,6 +115,7 @@ int main(int argc, char** argv) {
   options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
   options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
   tessera::wire::set_up_log(log);
+  tessera::wire::log_grpc();
   if (!new_certificates.empty()) {
     const absl::Status status = tessera::server::write_farm_certificates(new_certificates, hosts, users);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));
@@ -139,6 +146,7 @@ int main(int argc, char** argv) {
   const std::string host = options.listen.substr(0, options.listen.rfind(':'));
   std::printf("listening on %s:%d\n", host.c_str(), (*coordinator)->bound_port());
   std::fflush(stdout);
+  if (const int port = (*coordinator)->join_port(); port != 0) spdlog::info("workers join on port {}", port);
   if (const int port = (*coordinator)->metrics_port(); port != 0) spdlog::info("metrics on port {}", port);
   spdlog::info("data directory {}", options.data_dir.string());
 

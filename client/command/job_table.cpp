@@ -24,6 +24,17 @@ std::string noise_text(const v1::RenderSettings& settings) {
   return settings.noise() == 0 ? "" : absl::StrCat(" at most, to a noise of ", settings.noise());
 }
 
+// From this multiple of the usual time on, a worker is called slow.
+constexpr double kSlow = 2;
+
+std::string slowness_text(const v1::WorkerStatus& worker) {
+  return worker.slowness() < kSlow ? "" : absl::StrFormat(", slow: %.1f times the usual time", worker.slowness());
+}
+
+double seconds(const google::protobuf::Duration& time) {
+  return static_cast<double>(time.seconds()) + 1e-9 * time.nanos();
+}
+
 }  // namespace
 
 const char* state_name(v1::JobState state) {
@@ -68,12 +79,12 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
   std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
                                       "UNITS DONE", "LAST SEEN");
   for (const v1::WorkerStatus& worker : workers) {
-    absl::StrAppend(
-        &table,
-        absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s\n", worker.worker_id(), worker.name(),
-                        worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
-                        1e-3 * static_cast<double>(worker.last_seen_ms_ago()), worker.draining() ? ", draining" : "",
-                        worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
+    absl::StrAppend(&table,
+                    absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s\n", worker.worker_id(),
+                                    worker.name(), worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
+                                    1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
+                                    worker.draining() ? ", draining" : "", slowness_text(worker),
+                                    worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
   }
   return table;
 }
@@ -101,6 +112,11 @@ std::string job_text(const v1::GetJobResponse& job) {
   if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
   if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
   if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");
+  for (const v1::SlowHost& slow : job.slow_hosts()) {
+    absl::StrAppend(
+        &text, absl::StrFormat("slow        host %s: %.2f s a unit, where %.2f s are usual (%u units)\n", slow.host(),
+                               seconds(slow.unit_time()), seconds(job.usual_unit_time()), slow.units()));
+  }
   for (const v1::SetAsideUnit& aside : status.set_aside()) {
     absl::StrAppend(&text, "set aside   unit ", aside.unit().index(), ", ", place_of(aside.unit()), "\n");
     for (const v1::UnitFailure& failure : aside.failures()) {

@@ -109,6 +109,19 @@ absl::Status FarmClient::trust(const std::string& host, std::stop_token stop) {
       .status();
 }
 
+absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lifetime, std::uint32_t uses,
+                                                        std::stop_token stop) {
+  v1::MakeJoinTokenRequest request;
+  request.mutable_lifetime()->set_seconds(lifetime.count());
+  request.set_uses(uses);
+  auto response = contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeJoinToken, request, "MakeJoinToken",
+                            contact_.address(), kCallTimeout, stop);
+  });
+  if (!response.ok()) return response.status();
+  return response->token();
+}
+
 absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
     return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{}, "ListWorkers",

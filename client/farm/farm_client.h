@@ -59,6 +59,8 @@ class FarmClient {
   absl::StatusOr<v1::JobStatus> adjust(const v1::AdjustJobRequest& request, std::stop_token stop);
   /// Lets a host in quarantine work again.
   absl::Status trust(const std::string& host, std::stop_token stop);
+  /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes no joins.
+  absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
   struct WatchHandlers {

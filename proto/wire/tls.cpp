@@ -13,12 +13,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "wire/freer.h"
+#include "wire/x509.h"
 
 namespace tessera::wire {
 namespace {
 
-using Certificate = std::unique_ptr<X509, Freer<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freer<EVP_PKEY_free>>;
 using Store = std::unique_ptr<X509_STORE, Freer<X509_STORE_free>>;
 using Verification = std::unique_ptr<X509_STORE_CTX, Freer<X509_STORE_CTX_free>>;
 
@@ -98,6 +97,26 @@ std::shared_ptr<grpc::ServerCredentials> server_credentials(const std::string& f
   options.watch_identity_key_cert_pairs();
   options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   return grpc::experimental::TlsServerCredentials(options);
+}
+
+std::shared_ptr<grpc::ServerCredentials> open_server_credentials(const std::string& folder,
+                                                                 std::chrono::seconds interval) {
+  grpc::experimental::TlsServerCredentialsOptions options{watch_files(folder, interval)};
+  options.watch_identity_key_cert_pairs();
+  options.set_cert_request_type(GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE);
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
+std::shared_ptr<grpc::ChannelCredentials> trusting_credentials(const std::string& authority_pem) {
+  return grpc::SslCredentials({.pem_root_certs = authority_pem, .pem_private_key = "", .pem_cert_chain = ""});
+}
+
+std::shared_ptr<grpc::ChannelCredentials> unverified_credentials() {
+  grpc::experimental::TlsChannelCredentialsOptions options;
+  options.set_verify_server_certs(false);
+  options.set_certificate_verifier(std::make_shared<grpc::experimental::NoOpCertificateVerifier>());
+  options.set_check_call_host(false);
+  return grpc::experimental::TlsCredentials(options);
 }
 
 }  // namespace tessera::wire

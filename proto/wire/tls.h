@@ -32,4 +32,15 @@ std::shared_ptr<grpc::ChannelCredentials> channel_credentials(const std::string&
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const std::string& folder,
                                                             std::chrono::seconds interval = kCertificateInterval);
 
+// For a worker that has no certificate yet (join_token.h).
+
+/// The server shows its certificate, and asks for none. What is served under these must not be for members of the farm
+/// only.
+std::shared_ptr<grpc::ServerCredentials> open_server_credentials(const std::string& folder,
+                                                                 std::chrono::seconds interval = kCertificateInterval);
+/// The server must have a certificate of this authority that names the host that was called.
+std::shared_ptr<grpc::ChannelCredentials> trusting_credentials(const std::string& authority_pem);
+/// Anybody may be at the other end: for what is public, and is checked by other means.
+std::shared_ptr<grpc::ChannelCredentials> unverified_credentials();
+
 }  // namespace tessera::wire

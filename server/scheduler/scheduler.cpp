@@ -293,7 +293,8 @@ std::vector<WorkerView> Scheduler::workers() const {
                      .units_done = worker.units_done,
                      .draining = worker.draining,
                      .last_seen = worker.last_seen,
-                     .quarantine = distrusted == distrusted_.end() ? "" : distrusted->second});
+                     .quarantine = distrusted == distrusted_.end() ? "" : distrusted->second,
+                     .slowness = worker.slowness});
   }
   std::sort(views.begin(), views.end(), [](const WorkerView& a, const WorkerView& b) {
     return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);

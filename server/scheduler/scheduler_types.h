@@ -79,6 +79,7 @@ struct WorkerView {
   bool draining = false;
   Time last_seen{};
   std::string quarantine;  // why its host is not trusted; empty when it is
+  double slowness = 1;     // how long its units take, relative to the usual worker
 };
 
 struct LeaseRequest {

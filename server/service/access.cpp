@@ -14,13 +14,22 @@ namespace {
 
 std::string text_of(grpc::string_ref text) { return {text.data(), text.size()}; }
 
+using Metadata = grpc::AuthMetadataProcessor::InputMetadata;
+
+std::string method_of(const Metadata& metadata) {
+  const auto path = metadata.find(":path");
+  return path == metadata.end() ? "" : text_of(path->second);
+}
+
 bool is_allowed(Role role, std::string_view method) {
   const auto is_of = [&](const char* prefix) { return absl::StartsWith({method.data(), method.size()}, prefix); };
   if (is_of("/grpc.health.v1.Health/")) return true;
   if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
   if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
   if (is_of("/tessera.v1.BlobService/Download") && role == Role::kWorker) return true;
-  if (is_of("/tessera.v1.FarmService/TrustHost")) return role == Role::kAdmin;
+  if (is_of("/tessera.v1.FarmService/TrustHost") || is_of("/tessera.v1.FarmService/MakeJoinToken")) {
+    return role == Role::kAdmin;
+  }
   if (is_of("/tessera.v1.FarmService/") || is_of("/tessera.v1.BlobService/")) {
     return role == Role::kClient || role == Role::kAdmin;
   }
@@ -33,14 +42,25 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
 
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata*,
                        OutputMetadata*) override {
-    const auto path = metadata.find(":path");
-    const std::string method = path == metadata.end() ? "" : text_of(path->second);
+    const std::string method = method_of(metadata);
     const Caller caller = caller_of(context);
     if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
     wire::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not for ", who)};
+  }
+};
+
+class AccessToJoining final : public grpc::AuthMetadataProcessor {
+ public:
+  bool IsBlocking() const override { return false; }
+
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext*, OutputMetadata*, OutputMetadata*) override {
+    const std::string method = method_of(metadata);
+    if (absl::StartsWith(method, "/tessera.v1.JoinService/")) return grpc::Status::OK;
+    spdlog::warn("refused: somebody without a certificate called {}", method);
+    return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not served here")};
   }
 };
 
@@ -58,5 +78,6 @@ Caller caller_of(const grpc::AuthContext* context) {
 }
 
 std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role() { return std::make_shared<AccessByRole>(); }
+std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining() { return std::make_shared<AccessToJoining>(); }
 
 }  // namespace tessera::server

@@ -27,9 +27,12 @@ struct Caller {
 Caller caller_of(const grpc::AuthContext* context);
 
 /// Refuses, and logs, every call that the caller's role is not for, before it reaches a service: workers call
-/// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do and trust
-/// hosts again.
+/// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do, trust
+/// hosts again and make join tokens.
 /// Everybody may ask for health.
 std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role();
+
+/// Refuses, and logs, all but JoinService, for callers without a certificate.
+std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining();
 
 }  // namespace tessera::server

@@ -64,15 +64,40 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
                   .lease_timeout = options.lease_timeout,
                   .retention = {.fetched = options.keep_fetched,
                                 .unfetched = options.keep_unfetched,
-                                .max_bytes = options.max_result_bytes}},
+                                .max_bytes = options.max_result_bytes,
+                                .blobs = options.keep_blobs,
+                                .interval = options.prune_interval}},
                  [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
   return absl::OkStatus();
 }
 
+absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) {
+  if (options.join_authority.empty()) return absl::OkStatus();
+  if (options.certificates.empty() || options.listen.empty()) {
+    return absl::InvalidArgumentError("workers join with certificates: --join-authority needs --tls");
+  }
+  std::string address = options.join_listen;
+  if (address.empty()) {
+    absl::StatusOr<wire::HostPort> beside = wire::parse_host_port(options.listen);
+    if (!beside.ok()) return beside.status();
+    if (beside->port != 0) ++beside->port;
+    address = beside->to_string();
+  }
+  absl::StatusOr<std::unique_ptr<JoinServer>> started = JoinServer::start(
+      {.address = address,
+       .certificates = options.certificates,
+       .certificate_interval = options.certificate_interval,
+       .authority = options.join_authority,
+       .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens"});
+  if (started.ok()) joining = *std::move(started);
+  return started.status();
+}
+
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
-  farm_service.emplace(*farm, options.share_jobs);
+  if (absl::Status status = open_joining(options); !status.ok()) return status;
+  farm_service.emplace(*farm, joining.get(), options.share_jobs);
   work_service.emplace(*farm);
   blob_service.emplace(*blobs,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
@@ -108,7 +133,8 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
         absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
   }
   if (options.metrics.empty()) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<MetricsServer>> serving = MetricsServer::start(options.metrics, *farm);
+  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving =
+      wire::MetricsServer::start(options.metrics, {farm->metrics().collectable(), farm_gauges(*farm)});
   if (serving.ok()) metrics = *std::move(serving);
   return serving.status();
 }
@@ -150,6 +176,7 @@ Coordinator::~Coordinator() {
 }
 
 int Coordinator::bound_port() const { return impl_->port; }
+int Coordinator::join_port() const { return impl_->joining ? impl_->joining->port() : 0; }
 int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
 void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }
 absl::Status Coordinator::wait() { return impl_->wait(); }

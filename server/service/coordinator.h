@@ -26,6 +26,10 @@ struct CoordinatorOptions {
   /// everything.
   std::string certificates = {};
   std::chrono::seconds certificate_interval{10};
+  /// Folder with the key of the authority that the certificates are of, with which workers join; empty: none do.
+  std::filesystem::path join_authority = {};
+  /// HOST:PORT where they do; empty: the host of `listen`, and the port behind its (a free one when that is free).
+  std::string join_listen = {};
   /// Clients may see and change each other's jobs.
   bool share_jobs = false;
   /// Listen without encryption on an address that is not loopback.
@@ -39,6 +43,10 @@ struct CoordinatorOptions {
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
   std::chrono::seconds keep_unfetched{std::chrono::hours{24 * 30}};
+  /// Blobs that no job refers to any more, and that nobody asked for in this time, are deleted.
+  std::chrono::seconds keep_blobs{std::chrono::hours{24}};
+  /// How often that is looked at.
+  std::chrono::milliseconds prune_interval{15'000};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };
@@ -51,6 +59,9 @@ class Coordinator {
   /// (another coordinator uses the data directory, or its format is not known), DataLoss and Internal (data directory
   /// damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
+
+  /// Where workers join; 0 when none do.
+  int join_port() const;
 
   /// Of the metrics; 0 when they are not served.
   int metrics_port() const;

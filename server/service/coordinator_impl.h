@@ -12,11 +12,13 @@
 #include "service/coordinator.h"
 #include "service/farm.h"
 #include "service/farm_service.h"
+#include "service/join_service.h"
 #include "service/metrics.h"
 #include "service/work_service.h"
 #include "store/blob_store.h"
 #include "store/data_dir.h"
 #include "store/journal.h"
+#include "wire/metrics.h"
 
 namespace tessera::server {
 
@@ -24,6 +26,7 @@ struct Coordinator::Impl {
   absl::Status open(const CoordinatorOptions& options);
   absl::Status open_data(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
+  absl::Status open_joining(const CoordinatorOptions& options);
   void request_shutdown(const absl::Status& reason);
   absl::Status wait();
 
@@ -32,11 +35,12 @@ struct Coordinator::Impl {
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
   std::unique_ptr<Farm> farm;
+  std::unique_ptr<JoinServer> joining;
   std::optional<FarmService> farm_service;
   std::optional<WorkService> work_service;
   std::optional<BlobService> blob_service;
   std::unique_ptr<grpc::Server> server;
-  std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<wire::MetricsServer> metrics;
   int port = 0;
 
   std::mutex mutex;

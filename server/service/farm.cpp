@@ -38,6 +38,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       options_(options),
       on_failure_(std::move(on_failure)),
       scheduler_({.lease_timeout = options.lease_timeout, .epoch = journal.epoch()}),
+      next_collection_(now() + kLongestBetweenCollections),
       dispatcher_([this] { tick(); }),
       commits_(journal) {}
 
@@ -89,6 +90,7 @@ JobView Farm::view_of(const JobEntry& entry) const { return entry.past ? *entry.
 void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (event.kind == FarmEvent::Kind::kDistrusted) {
     wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}", event.host, event.text);
+    for (const auto& entry : jobs_.all()) note_distrusted(*entry, event.host);
   }
   JobEntry* const entry = event.job.empty() ? nullptr : jobs_.find(event.job);
   if (entry == nullptr) return;
@@ -113,6 +115,15 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
     default:
       return;
   }
+}
+
+void Farm::note_distrusted(JobEntry& entry, const std::string& host) {
+  const std::uint32_t units = entry.hosts.units_of(host);
+  if (units == 0) return;
+  // Of an open job all of its results are revoked, and rendered again.
+  if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return entry.hosts.forget(host);
+  wire::log(spdlog::level::err, {.job = entry.id, .host = host, .user = entry.shape->spec.user()},
+            "job {} is over, and {} of its units are of host {}", entry.id, units, host);
 }
 
 void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done) {
@@ -257,6 +268,7 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
     v1::UnitStats stats;
     static_cast<void>(stats.ParseFromString(done->stats));
     add_stats(entry.stats, stats);
+    entry.hosts.add(done->host, time_of(stats));
     entry.units_by_sequence.push_back(done->unit);
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
@@ -296,6 +308,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
                                .uploaded_bytes = claim_uploads((*shape)->spec),
                                .past = std::nullopt,
                                .stats = {},
+                               .hosts = {},
                                .units_by_sequence = {}});
   absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
   if (!entries.ok()) return done(entries.status());

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -32,6 +33,8 @@ struct Retention {
   std::chrono::seconds unfetched;  // when none has, or something is missing
   /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
   std::uint64_t max_bytes;
+  std::chrono::seconds blobs;          // that no job refers to, after their last use
+  std::chrono::milliseconds interval;  // between lookings after all this
 };
 
 struct FarmOptions {
@@ -123,10 +126,16 @@ class Farm {
   /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
   /// after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
+  /// The host returned wrong results: perhaps to this job too.
+  void note_distrusted(JobEntry& entry, const std::string& host);
   void note_event(const FarmEvent& event, std::vector<Shown>& shown);
   /// What a change of a job answers, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
   void prune();
+  /// Deletes blobs that no job refers to, on a thread of its own. With mutex_ held.
+  void collect_blobs();
+  // Uploads that no job came of leave blobs behind even when no job is deleted.
+  static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.
@@ -150,7 +159,10 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
-  std::uint64_t ticks_ = 0;
+  Time next_prune_{}, next_collection_{};
+
+  std::atomic<bool> collecting_ = false;
+  std::jthread collector_;
 
   FarmMetrics metrics_;
   // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.

@@ -1,13 +1,18 @@
 // What clients do with jobs: look at them, change them, take their results.
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "service/farm.h"
 #include "wire/log.h"
 
 namespace tessera::server {
 namespace {
+
+using google::protobuf::util::TimeUtil;
 
 // Of one WatchJob message: enough to keep a connection busy, little enough to hold for a slow reader.
 constexpr std::size_t kWatchBatchBytes = std::size_t{4} << 20;
@@ -24,6 +29,15 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
   v1::GetJobResponse response;
   *response.mutable_status() = describe(**entry);
   *response.mutable_spec() = (*entry)->shape->spec;
+  if (const auto usual = (*entry)->hosts.usual(); usual.count() > 0) {
+    *response.mutable_usual_unit_time() = TimeUtil::NanosecondsToDuration(usual.count());
+  }
+  for (const HostShare& slow : (*entry)->hosts.slow()) {
+    v1::SlowHost& host = *response.add_slow_hosts();
+    host.set_host(slow.host);
+    host.set_units(slow.units);
+    *host.mutable_unit_time() = TimeUtil::NanosecondsToDuration(slow.mean.count());
+  }
   return response;
 }
 
@@ -47,6 +61,13 @@ absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
 v1::JobStatus Farm::describe(const JobEntry& entry) const {
   v1::JobStatus status = status_of(entry, view_of(entry));
   if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));
+  if (is_open(status.state())) return status;
+  for (const std::string& host : entry.hosts.hosts()) {
+    if (scheduler_.trusts(host)) continue;
+    status.add_notes(absl::StrCat(entry.hosts.units_of(host), " units are of host ", host,
+                                  ", which returned wrong pixels and is in quarantine: they may be wrong too; ",
+                                  "tessera submit --fresh renders all again"));
+  }
   return status;
 }
 
@@ -131,6 +152,7 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_host(view.info.host);
     for (const std::string& tag : view.info.tags) worker.add_tags(tag);
     worker.set_quarantine(view.quarantine);
+    worker.set_slowness(view.slowness);
   }
   return response;
 }
@@ -201,6 +223,26 @@ void Farm::prune() {
     jobs_.erase(id);
     commit({JobPruned{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
   }
+  if (!old.empty() || now() >= next_collection_) collect_blobs();
+}
+
+void Farm::collect_blobs() {
+  if (collecting_.exchange(true)) return;
+  next_collection_ = now() + kLongestBetweenCollections;
+  // What a job needs that is submitted meanwhile was asked for a moment ago.
+  absl::flat_hash_set<std::string> needed;
+  for (const auto& entry : jobs_.all()) {
+    needed.insert(entry->shape->spec.scene().digest());
+    for (const v1::BlobRef& blob : entry->shape->spec.blobs()) needed.insert(blob.digest());
+  }
+  collector_ = std::jthread([this, needed = std::move(needed)] {
+    const BlobStore::Collected collected =
+        blobs_.collect([&](const std::string& digest) { return needed.contains(digest); }, options_.retention.blobs);
+    if (collected.blobs > 0) {
+      spdlog::info("{} blobs ({} bytes) are deleted: no job needs them", collected.blobs, collected.bytes);
+    }
+    collecting_ = false;
+  });
 }
 
 }  // namespace tessera::server

@@ -107,6 +107,24 @@ grpc::ServerUnaryReactor* FarmService::TrustHost(grpc::CallbackServerContext* co
   return reactor;
 }
 
+grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext* context,
+                                                     const v1::MakeJoinTokenRequest* request,
+                                                     v1::MakeJoinTokenResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (joining_ == nullptr) {
+    return answer(reactor, absl::FailedPreconditionError("no workers join here: tessera-server --join-authority"));
+  }
+  absl::StatusOr<std::string> token =
+      joining_->make_token(std::chrono::seconds{request->lifetime().seconds()}, request->uses());
+  if (token.ok()) {
+    const std::string user = caller(*context).user;
+    wire::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user, request->uses(),
+              request->lifetime().seconds());
+    response->set_token(*std::move(token));
+  }
+  return answer(reactor, token.status());
+}
+
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,
                                                                       const v1::WatchJobRequest* request) {
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return new RefusedWatch{s};

@@ -4,15 +4,18 @@
 #include <grpcpp/grpcpp.h>
 
 #include "service/farm.h"
+#include "service/join_service.h"
 #include "tessera/v1/farm.grpc.pb.h"
 
 namespace tessera::server {
 
-/// The farm must outlive the service. Where callers are known by their certificates, each sees and changes its own
-/// jobs, administrators all; `share_jobs`: everybody all.
+/// Farm and joining must outlive the service. Where callers are known by their certificates, each sees and changes its
+/// own jobs, administrators all; `share_jobs`: everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
-  FarmService(Farm& farm, bool share_jobs) : farm_(farm), share_jobs_(share_jobs) {}
+  /// `joining` may be null: no workers join.
+  FarmService(Farm& farm, JoinServer* joining, bool share_jobs)
+      : farm_(farm), joining_(joining), share_jobs_(share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
@@ -28,6 +31,8 @@ class FarmService final : public v1::FarmService::CallbackService {
                                       v1::AdjustJobResponse* response) override;
   grpc::ServerUnaryReactor* TrustHost(grpc::CallbackServerContext* context, const v1::TrustHostRequest* request,
                                       v1::TrustHostResponse* response) override;
+  grpc::ServerUnaryReactor* MakeJoinToken(grpc::CallbackServerContext* context, const v1::MakeJoinTokenRequest* request,
+                                          v1::MakeJoinTokenResponse* response) override;
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(grpc::CallbackServerContext* context,
                                                            const v1::WatchJobRequest* request) override;
   grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context, const v1::ListWorkersRequest* request,
@@ -38,6 +43,7 @@ class FarmService final : public v1::FarmService::CallbackService {
   absl::Status check_access(const grpc::CallbackServerContext& context, const std::string& job) const;
 
   Farm& farm_;
+  JoinServer* const joining_;
   const bool share_jobs_;
 };
 

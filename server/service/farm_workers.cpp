@@ -21,8 +21,6 @@ constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr int kMaxIsas = 16;
 constexpr int kMaxTags = 64;
-// Deleting old jobs needs to look at all of them.
-constexpr std::uint64_t kTicksBetweenPrunings = 64;
 
 absl::Status check_registration(const v1::RegisterRequest& request) {
   if (request.protocol() != wire::kProtocolVersion) {
@@ -201,7 +199,9 @@ void Farm::tick() {
   metrics_.lost(expiry.lost_leases);
   if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
-  if (++ticks_ % kTicksBetweenPrunings == 0) prune();
+  if (now() < next_prune_) return;
+  next_prune_ = now() + options_.retention.interval;
+  prune();
 }
 
 // ---------------------------------------------------------------- results
@@ -268,6 +268,8 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   JobEntry& entry = *jobs_.find(token.job_id());
   const v1::UnitStats stats = bounded(request.stats());
   add_stats(entry.stats, stats);
+  const std::string host = scheduler_.host_of(request.worker_id());
+  entry.hosts.add(host, time_of(stats));
   entry.units_by_sequence.push_back(token.unit_index());
   std::vector<JournalEntry> entries;
   entries.push_back(UnitDone{.job = entry.id,
@@ -276,7 +278,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
                              .digest = digest,
                              .payload = request.payload(),
                              .stats = stats.SerializeAsString(),
-                             .host = scheduler_.host_of(request.worker_id())});
+                             .host = host});
   entry.result_bytes += request.payload().size();
   if (spdlog::should_log(spdlog::level::debug)) {
     log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");

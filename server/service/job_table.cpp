@@ -76,12 +76,14 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                  .uploaded_bytes = record.added.uploaded_bytes,
                  .past = std::nullopt,
                  .stats = {},
+                 .hosts = {},
                  .units_by_sequence = {},
                  .result_bytes = record.result_bytes,
                  .fetched = record.fetched,
                  .durable_results = record.results.size(),
                  .durable_end = record.ended.state != 0};
   const std::uint32_t units = entry.shape->plan->unit_count();
+  std::vector<std::chrono::nanoseconds> times;
   for (const JobRecord::Result& result : record.results) {
     v1::UnitStats stats;
     if (result.unit >= units || !wire::is_digest(result.digest) || !stats.ParseFromString(result.stats)) {
@@ -89,11 +91,15 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     }
     entry.units_by_sequence.push_back(result.unit);
     add_stats(entry.stats, stats);
+    times.push_back(time_of(stats));
   }
   for (const std::uint64_t sequence : revoked_results(record)) {
     if (sequence > 0 && sequence <= entry.units_by_sequence.size()) {
       entry.units_by_sequence[sequence - 1] = JobEntry::kRevoked;
     }
+  }
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (entry.units_by_sequence[i] != JobEntry::kRevoked) entry.hosts.add(record.results[i].host, times[i]);
   }
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
@@ -178,6 +184,10 @@ void bound_times(TimeMap& times, std::uint64_t most) {
 }
 
 }  // namespace
+
+std::chrono::nanoseconds time_of(const v1::UnitStats& unit) {
+  return std::chrono::nanoseconds(google::protobuf::util::TimeUtil::DurationToNanoseconds(unit.wall_time()));
+}
 
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   total.set_samples(total.samples() + unit.samples());

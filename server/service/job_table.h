@@ -1,6 +1,7 @@
 // Every job that the coordinator knows, as clients see it: spec, results in order, cost.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
+#include "service/host_shares.h"
 #include "store/journal.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/tile_result.h"
@@ -39,6 +41,7 @@ struct JobEntry {
   std::optional<JobView> past;
 
   v1::UnitStats stats;
+  HostShares hosts;
   /// Unit of each result, by sequence number - 1; kRevoked where the result does not count any more.
   std::vector<std::uint32_t> units_by_sequence;
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
@@ -72,6 +75,11 @@ class JobTable {
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record);
 
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view);
+
+inline bool is_open(v1::JobState state) { return state == v1::QUEUED || state == v1::RUNNING; }
+
+/// What a worker took for a unit.
+std::chrono::nanoseconds time_of(const v1::UnitStats& unit);
 
 /// Adds the cost of one unit. Warnings that are new are kept, up to a bound.
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit);

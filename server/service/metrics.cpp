@@ -2,17 +2,14 @@
 
 #include <prometheus/collectable.h>
 #include <prometheus/counter.h>
-#include <prometheus/exposer.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
 #include <array>
-#include <exception>
-#include <map>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "service/farm.h"
+#include "wire/metrics.h"
 
 namespace tessera::server {
 namespace {
@@ -24,44 +21,23 @@ double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<dou
 prometheus::Histogram::BucketBoundaries short_times() {
   return {1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1};
 }
-prometheus::Histogram::BucketBoundaries unit_times() { return {0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000}; }
 
 prometheus::Counter& counter(prometheus::Registry& registry, const char* name, const char* help) {
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add({});
 }
 
-/// A gauge whose values are counted anew at each call.
-class Gauge {
- public:
-  Gauge(const char* name, const char* help, const char* label) : label_(label) {
-    family_.name = name;
-    family_.help = help;
-    family_.type = prometheus::MetricType::Gauge;
-  }
-  double& operator[](const std::string& value) { return values_[value]; }
-
-  prometheus::MetricFamily family() && {
-    for (const auto& [name, value] : values_) {
-      prometheus::ClientMetric& metric = family_.metric.emplace_back();
-      metric.label = {{label_, name}};
-      metric.gauge.value = value;
-    }
-    return std::move(family_);
-  }
-
- private:
-  const char* label_;
-  prometheus::MetricFamily family_;
-  std::map<std::string, double> values_;
-};
+/// Read anew at each call.
+wire::ReadFamily gauge(const char* name, const char* help, const char* label) {
+  return {prometheus::MetricType::Gauge, name, help, label};
+}
 
 class FarmGauges final : public prometheus::Collectable {
  public:
   explicit FarmGauges(Farm& farm) : farm_(farm) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
-    Gauge jobs{"tessera_jobs", "Jobs, by state", "state"};
-    Gauge units{"tessera_units", "Units of jobs that are not over, by state", "state"};
+    wire::ReadFamily jobs = gauge("tessera_jobs", "Jobs, by state", "state");
+    wire::ReadFamily units = gauge("tessera_units", "Units of jobs that are not over, by state", "state");
     units["waiting"] = units["leased"] = units["done"] = units["set_aside"] = 0;
     const v1::ListJobsResponse all_jobs = farm_.list_jobs();
     for (const v1::JobStatus& job : all_jobs.jobs()) {
@@ -72,9 +48,10 @@ class FarmGauges final : public prometheus::Collectable {
       units["set_aside"] += job.units_set_aside();
       units["waiting"] += job.units_total() - job.units_leased() - job.units_done() - job.units_set_aside();
     }
-    Gauge workers{"tessera_workers", "Workers that are connected, by state", "state"};
+    wire::ReadFamily workers = gauge("tessera_workers", "Workers that are connected, by state", "state");
     workers["working"] = workers["idle"] = workers["draining"] = workers["quarantine"] = 0;
-    Gauge threads{"tessera_worker_threads", "Threads of the workers that are connected, by kernel ISA", "isa"};
+    wire::ReadFamily threads =
+        gauge("tessera_worker_threads", "Threads of the workers that are connected, by kernel ISA", "isa");
     const v1::ListWorkersResponse all_workers = farm_.list_workers();
     for (const v1::WorkerStatus& worker : all_workers.workers()) {
       ++workers[!worker.quarantine().empty() ? "quarantine"
@@ -84,7 +61,7 @@ class FarmGauges final : public prometheus::Collectable {
       threads[worker.isa()] += worker.threads();
     }
     std::vector<prometheus::MetricFamily> families;
-    for (Gauge* gauge : {&jobs, &units, &workers, &threads}) families.push_back(std::move(*gauge).family());
+    for (wire::ReadFamily* read : {&jobs, &units, &workers, &threads}) families.push_back(std::move(*read).family());
     return families;
   }
 
@@ -111,7 +88,7 @@ struct FarmMetrics::Series {
                                             .Name("tessera_unit_seconds")
                                             .Help("Time that workers took for the units whose results were accepted")
                                             .Register(*registry)
-                                            .Add({}, unit_times());
+                                            .Add({}, wire::kUnitSecondsBuckets);
   prometheus::Histogram& commit_seconds = prometheus::BuildHistogram()
                                               .Name("tessera_commit_seconds")
                                               .Help("Time from a change to its being durable")
@@ -153,21 +130,6 @@ void FarmMetrics::uploaded(std::uint64_t bytes) { series_->blob_bytes.Increment(
 
 std::shared_ptr<prometheus::Collectable> FarmMetrics::collectable() const { return series_->registry; }
 
-absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::start(const std::string& address, Farm& farm) {
-  std::unique_ptr<MetricsServer> server{new MetricsServer};
-  try {
-    server->exposer_ = std::make_unique<prometheus::Exposer>(address, /*num_threads=*/1);
-  } catch (const std::exception& error) {
-    return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address, ": ", error.what()));
-  }
-  server->gauges_ = std::make_shared<FarmGauges>(farm);
-  server->exposer_->RegisterCollectable(farm.metrics().collectable());
-  server->exposer_->RegisterCollectable(server->gauges_);
-  return server;
-}
-
-MetricsServer::~MetricsServer() = default;
-
-int MetricsServer::port() const { return exposer_->GetListeningPorts().front(); }
+std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) { return std::make_shared<FarmGauges>(farm); }
 
 }  // namespace tessera::server

@@ -4,13 +4,9 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <string>
-
-#include "absl/status/statusor.h"
 
 namespace prometheus {
 class Collectable;
-class Exposer;
 }  // namespace prometheus
 
 namespace tessera::server {
@@ -42,20 +38,7 @@ class FarmMetrics {
   std::unique_ptr<Series> series_;
 };
 
-/// Serves /metrics over HTTP: the farm's counters, and gauges of its jobs, units and workers as they are when asked
-/// for.
-class MetricsServer {
- public:
-  /// Unavailable where `address` (HOST:PORT) cannot be listened on. The farm must outlive the server.
-  static absl::StatusOr<std::unique_ptr<MetricsServer>> start(const std::string& address, Farm& farm);
-  ~MetricsServer();
-
-  int port() const;
-
- private:
-  MetricsServer() = default;
-  std::shared_ptr<prometheus::Collectable> gauges_;
-  std::unique_ptr<prometheus::Exposer> exposer_;
-};
+/// Gauges of the farm's jobs, units and workers as they are when asked for. The farm must outlive them.
+std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm);
 
 }  // namespace tessera::server

@@ -1,24 +1,22 @@
 #include "tls/authority.h"
 
-#include <fcntl.h>
 #include <openssl/bn.h>
-#include <openssl/ec.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
-#include <openssl/pem.h>
 #include <openssl/x509v3.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
-#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "wire/freer.h"
+#include "wire/private_file.h"
 #include "wire/tls.h"
+#include "wire/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -28,12 +26,9 @@ using Clock = std::chrono::system_clock;
 
 constexpr std::chrono::hours kDay{24};
 constexpr auto kAuthorityLife = 3650 * kDay;
-constexpr auto kCertificateLife = 397 * kDay;  // what browsers accept at most: a habit worth having
-constexpr auto kClockSlack = std::chrono::hours{1};
 
-using Certificate = std::unique_ptr<X509, wire::Freer<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, wire::Freer<EVP_PKEY_free>>;
-using File = std::unique_ptr<std::FILE, wire::Freer<std::fclose>>;
+using wire::Certificate;
+using wire::Key;
 
 absl::Status openssl_error(const std::string& what) {
   std::array<char, 256> reason{};
@@ -42,39 +37,19 @@ absl::Status openssl_error(const std::string& what) {
   return absl::InternalError(absl::StrCat(what, ": ", reason.data()));
 }
 
-absl::Status file_error(const fs::path& path) {
-  return absl::UnavailableError(absl::StrCat(path.string(), ": ", std::strerror(errno)));
-}
-
-/// Through a file beside it, so that whoever reads sees the old or the new one.
-template <class Write>
-absl::Status replace_file(const fs::path& path, mode_t mode, Write write) {
-  const fs::path draft = path.string() + ".new";
-  ::unlink(draft.c_str());
-  const int descriptor = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (descriptor < 0) return file_error(draft);
-  File file{::fdopen(descriptor, "wb")};
-  const bool written = write(file.get()) == 1 && std::fflush(file.get()) == 0 && ::fsync(descriptor) == 0;
-  file.reset();
-  if (!written || std::rename(draft.c_str(), path.c_str()) != 0) return file_error(path);
-  return absl::OkStatus();
-}
-
-absl::Status make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return absl::UnavailableError(absl::StrCat(folder.string(), ": ", error.message()));
-  return absl::OkStatus();
-}
-
 absl::Status write_key(EVP_PKEY* key, const fs::path& folder) {
-  return replace_file(folder / wire::kKeyFile, 0600, [&](std::FILE* file) {
-    return PEM_write_PrivateKey(file, key, nullptr, nullptr, 0, nullptr, nullptr);
-  });
+  return wire::replace_file(folder / wire::kKeyFile, 0600, wire::to_pem(key));
 }
 
 absl::Status write_certificate(X509* certificate, const fs::path& path) {
-  return replace_file(path, 0644, [&](std::FILE* file) { return PEM_write_X509(file, certificate); });
+  return wire::replace_file(path, 0644, wire::to_pem(certificate));
+}
+
+absl::StatusOr<std::string> read_file(const fs::path& path) {
+  std::ifstream in{path, std::ios::binary};
+  std::string bytes{std::istreambuf_iterator<char>{in}, {}};
+  if (!in) return absl::UnavailableError(absl::StrCat(path.string(), " cannot be read"));
+  return bytes;
 }
 
 bool add_extension(X509* certificate, X509* issuer, int kind, const std::string& value) {
@@ -133,31 +108,59 @@ absl::Status check_name(const std::string& what, const std::string& name) {
 struct Authority::Parts {
   Key key;
   Certificate certificate;
+
+  /// A certificate of `identity` for the holder of a key.
+  absl::StatusOr<Certificate> sign(EVP_PKEY* holder, const Identity& identity, Clock::time_point begin,
+                                   Clock::time_point end) const;
 };
+
+absl::StatusOr<Certificate> Authority::Parts::sign(EVP_PKEY* holder, const Identity& identity, Clock::time_point begin,
+                                                   Clock::time_point end) const {
+  if (auto s = check_name("name", identity.name); !s.ok()) return s;
+  for (const std::string& host : identity.hosts) {
+    if (auto s = check_name("host", host); !s.ok()) return s;
+  }
+  Certificate made = draft_certificate(holder, identity.name, begin, end);
+  X509* const c = made.get();
+  X509* const issuer = certificate.get();
+  const char* const usage = identity.role == Role::kServer ? "serverAuth" : "clientAuth";
+  if (c == nullptr || X509_set_issuer_name(c, X509_get_subject_name(issuer)) != 1 ||
+      !add_extension(c, issuer, NID_basic_constraints, "critical,CA:FALSE") ||
+      !add_extension(c, issuer, NID_key_usage, "critical,digitalSignature") ||
+      !add_extension(c, issuer, NID_ext_key_usage, usage) ||
+      !add_extension(c, issuer, NID_subject_alt_name, alternative_names(identity)) ||
+      !add_extension(c, issuer, NID_authority_key_identifier, "keyid") || X509_sign(c, key.get(), EVP_sha256()) == 0) {
+    return openssl_error(absl::StrCat("making the certificate of ", identity.name));
+  }
+  return made;
+}
 
 Authority::Authority(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Authority::Authority(Authority&&) noexcept = default;
 Authority& Authority::operator=(Authority&&) noexcept = default;
 Authority::~Authority() = default;
 
-absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
-  if (auto s = make_folder(folder); !s.ok()) return s;
-  const fs::path certificate_path = folder / wire::kTrustedFile;
+absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
+  const absl::StatusOr<std::string> certificate = read_file(folder / wire::kTrustedFile);
+  if (!certificate.ok()) return certificate.status();
+  const absl::StatusOr<std::string> key = read_file(folder / wire::kKeyFile);
+  if (!key.ok()) return key.status();
   auto parts = std::make_unique<Parts>();
-  if (const File file{std::fopen(certificate_path.c_str(), "rb")}; file != nullptr) {
-    parts->certificate.reset(PEM_read_X509(file.get(), nullptr, nullptr, nullptr));
-    const File key_file{std::fopen((folder / wire::kKeyFile).c_str(), "rb")};
-    if (key_file == nullptr) return file_error(folder / wire::kKeyFile);
-    parts->key.reset(PEM_read_PrivateKey(key_file.get(), nullptr, nullptr, nullptr));
+  parts->certificate = wire::certificate_from_pem(*certificate);
+  parts->key = wire::key_from_pem(*key);
+  if (parts->certificate == nullptr || parts->key == nullptr ||
+      X509_check_private_key(parts->certificate.get(), parts->key.get()) != 1) {
     ERR_clear_error();
-    if (parts->certificate == nullptr || parts->key == nullptr ||
-        X509_check_private_key(parts->certificate.get(), parts->key.get()) != 1) {
-      ERR_clear_error();
-      return absl::InvalidArgumentError(absl::StrCat(folder.string(), " does not hold an authority and its key"));
-    }
-    return Authority{std::move(parts)};
+    return absl::InvalidArgumentError(absl::StrCat(folder.string(), " does not hold an authority and its key"));
   }
-  parts->key.reset(EVP_EC_gen("P-256"));
+  return Authority{std::move(parts)};
+}
+
+absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
+  if (auto s = wire::make_folder(folder); !s.ok()) return s;
+  if (fs::exists(folder / wire::kTrustedFile)) return open_existing(folder);
+  auto parts = std::make_unique<Parts>();
+  parts->key = wire::make_key();
   if (parts->key == nullptr) return openssl_error("making a key");
   const auto now = Clock::now();
   parts->certificate =
@@ -171,35 +174,44 @@ absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
   }
   // The certificate last: without it, there is no authority yet.
   if (auto s = write_key(parts->key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(c, certificate_path); !s.ok()) return s;
+  if (auto s = write_certificate(c, folder / wire::kTrustedFile); !s.ok()) return s;
   return Authority{std::move(parts)};
+}
+
+std::string Authority::certificate_pem() const { return wire::to_pem(parts_->certificate.get()); }
+
+std::string Authority::digest() const { return wire::digest_of(parts_->certificate.get()); }
+
+bool Authority::is_trusted_by(const fs::path& folder) const {
+  const absl::StatusOr<std::string> trusted = read_file(folder / wire::kTrustedFile);
+  const Certificate certificate = trusted.ok() ? wire::certificate_from_pem(*trusted) : nullptr;
+  return certificate != nullptr && X509_cmp(certificate.get(), parts_->certificate.get()) == 0;
 }
 
 absl::Status Authority::issue(const Identity& identity, const fs::path& folder, Clock::time_point begin,
                               Clock::time_point end) const {
-  if (auto s = check_name("name", identity.name); !s.ok()) return s;
-  for (const std::string& host : identity.hosts) {
-    if (auto s = check_name("host", host); !s.ok()) return s;
-  }
-  if (auto s = make_folder(folder); !s.ok()) return s;
-  const Key key{EVP_EC_gen("P-256")};
+  const Key key = wire::make_key();
   if (key == nullptr) return openssl_error("making a key");
-  const Certificate certificate = draft_certificate(key.get(), identity.name, begin, end);
-  X509* const c = certificate.get();
-  X509* const issuer = parts_->certificate.get();
-  const char* const usage = identity.role == Role::kServer ? "serverAuth" : "clientAuth";
-  if (c == nullptr || X509_set_issuer_name(c, X509_get_subject_name(issuer)) != 1 ||
-      !add_extension(c, issuer, NID_basic_constraints, "critical,CA:FALSE") ||
-      !add_extension(c, issuer, NID_key_usage, "critical,digitalSignature") ||
-      !add_extension(c, issuer, NID_ext_key_usage, usage) ||
-      !add_extension(c, issuer, NID_subject_alt_name, alternative_names(identity)) ||
-      !add_extension(c, issuer, NID_authority_key_identifier, "keyid") ||
-      X509_sign(c, parts_->key.get(), EVP_sha256()) == 0) {
-    return openssl_error(absl::StrCat("making the certificate of ", identity.name));
-  }
+  const absl::StatusOr<Certificate> certificate = parts_->sign(key.get(), identity, begin, end);
+  if (!certificate.ok()) return certificate.status();
+  if (auto s = wire::make_folder(folder); !s.ok()) return s;
   if (auto s = write_key(key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(c, folder / wire::kCertificateFile); !s.ok()) return s;
-  return write_certificate(issuer, folder / wire::kTrustedFile);
+  if (auto s = write_certificate(certificate->get(), folder / wire::kCertificateFile); !s.ok()) return s;
+  return write_certificate(parts_->certificate.get(), folder / wire::kTrustedFile);
+}
+
+absl::StatusOr<std::string> Authority::certify(const std::string& request_pem, const Identity& identity,
+                                               Clock::time_point begin, Clock::time_point end) const {
+  const wire::CertificateRequest request = wire::request_from_pem(request_pem);
+  EVP_PKEY* const key = request == nullptr ? nullptr : X509_REQ_get0_pubkey(request.get());
+  if (key == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
+  if (!wire::is_usual_key(key)) return absl::InvalidArgumentError("the key of the request is not one on P-256");
+  const bool proved = X509_REQ_verify(request.get(), key) == 1;
+  ERR_clear_error();
+  if (!proved) return absl::InvalidArgumentError("the request is not signed with its own key");
+  const absl::StatusOr<Certificate> certificate = parts_->sign(key, identity, begin, end);
+  if (!certificate.ok()) return certificate.status();
+  return wire::to_pem(certificate->get());
 }
 
 absl::Status write_farm_certificates(const fs::path& folder, const std::vector<std::string>& hosts,

@@ -19,11 +19,18 @@ struct Identity {
   std::vector<std::string> hosts;  // names and addresses that a server is called by
 };
 
+/// How long certificates are valid: what browsers accept at most, a habit worth having. From a little earlier, for
+/// clocks that are late.
+inline constexpr std::chrono::hours kCertificateLife{24 * 397};
+inline constexpr std::chrono::hours kClockSlack{1};
+
 class Authority {
  public:
   /// The authority in `folder`, made when there is none. Unavailable for files that cannot be read or written,
   /// InvalidArgument for files that are none of an authority.
   static absl::StatusOr<Authority> open(const std::filesystem::path& folder);
+  /// The same, but Unavailable when there is none.
+  static absl::StatusOr<Authority> open_existing(const std::filesystem::path& folder);
 
   Authority(Authority&&) noexcept;
   Authority& operator=(Authority&&) noexcept;
@@ -34,6 +41,19 @@ class Authority {
   /// owner only.
   absl::Status issue(const Identity& identity, const std::filesystem::path& folder,
                      std::chrono::system_clock::time_point begin, std::chrono::system_clock::time_point end) const;
+
+  /// A certificate, in PEM, for the holder of the key that `request_pem` (PKCS #10) is made and signed with. Whom it is
+  /// for is said by `identity` alone, not by the request. InvalidArgument for a request, a key or a name that is
+  /// unsound.
+  absl::StatusOr<std::string> certify(const std::string& request_pem, const Identity& identity,
+                                      std::chrono::system_clock::time_point begin,
+                                      std::chrono::system_clock::time_point end) const;
+
+  /// Its own certificate, and the SHA-256 of that.
+  std::string certificate_pem() const;
+  std::string digest() const;
+  /// Whether it is the one whose certificate a program's folder (wire/tls.h) holds.
+  bool is_trusted_by(const std::filesystem::path& folder) const;
 
  private:
   struct Parts;

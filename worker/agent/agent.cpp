@@ -1,6 +1,7 @@
 #include "agent/agent.h"
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -106,7 +107,9 @@ class Agent::Work {
 
   AgentReport report() const {
     AgentReport report = renderer_.report();
-    report.results_acknowledged = outbox_.acknowledged();
+    outbox_.add_to(report);
+    report.units_handed_back = handed_back_;
+    if (cache_ != nullptr) report.cache_bytes = cache_->bytes();
     return report;
   }
 
@@ -127,6 +130,7 @@ class Agent::Work {
   Outbox outbox_;
   KnownJobs jobs_;  // of the leasing thread alone
   std::stop_source drain_;
+  std::atomic<std::uint64_t> handed_back_{0};
 };
 
 absl::Status Agent::Work::lease_units(std::stop_token stop) {
@@ -221,6 +225,7 @@ void Agent::Work::beat(std::stop_token halt) {
 
 void Agent::Work::wind_down() {
   const std::size_t given_back = leases_.drop_queued();
+  handed_back_ = given_back;
   const std::size_t begun = leases_.tokens().size();
   if (begun + given_back > 0) spdlog::info("stopping: {} units finish, {} are given back", begun, given_back);
   if (!leases_.wait_until_empty(options_.grace)) spdlog::warn("units still at work after the grace period are stopped");

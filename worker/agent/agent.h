@@ -46,7 +46,17 @@ struct AgentOptions {
 /// What an agent has done so far.
 struct AgentReport {
   std::uint64_t units_rendered = 0;
+  std::uint64_t units_failed = 0;
+  std::uint64_t units_stopped = 0;              // begun, and revoked or out of the grace period
+  std::uint64_t units_handed_back = 0;          // not begun when the agent stopped
+  double unit_seconds = 0;                      // of those rendered
+  std::vector<std::uint64_t> units_by_seconds;  // by bucket of wire::kUnitSecondsBuckets; the last is of all beyond
   std::uint64_t results_acknowledged = 0;
+  std::uint64_t outbox_results = 0;  // on their way, or waiting for it
+  std::uint64_t outbox_bytes = 0;
+  std::uint64_t cache_hits = 0;  // blobs that were there
+  std::uint64_t cache_misses = 0;
+  std::uint64_t cache_bytes = 0;
   std::uint64_t downloaded_bytes = 0;
   std::uint64_t referenced_bytes = 0;  // blobs of all scenes loaded, those included that were there or were not needed
   std::uint64_t scenes_loaded = 0;
@@ -54,6 +64,8 @@ struct AgentReport {
   double load_seconds = 0;          // fetching blobs and building scenes
   double build_seconds = 0;         // of that, building, beside which most blobs are fetched
   std::size_t scene_bytes = 0;      // held by the largest scene
+  std::size_t scenes_held = 0;
+  std::size_t scene_bytes_held = 0;  // by all of those
 };
 
 class Agent {

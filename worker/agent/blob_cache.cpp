@@ -19,8 +19,8 @@ namespace tessera::agent {
 namespace fs = std::filesystem;
 namespace {
 
-/// Opens the part of a download for this caller alone. The file may have been renamed or removed by whoever held the lock
-/// before: then the name is looked up again.
+/// Opens the part of a download for this caller alone. The file may have been renamed or removed by whoever held the
+/// lock before: then the name is looked up again.
 absl::StatusOr<OpenFile> open_locked(const fs::path& path) {
   while (true) {
     OpenFile file{::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
@@ -28,10 +28,11 @@ absl::StatusOr<OpenFile> open_locked(const fs::path& path) {
     while (::flock(file.get(), LOCK_EX) != 0) {
       if (errno != EINTR) return file_error("lock", path);
     }
-    struct stat locked{};
-    struct stat named{};
+    struct stat locked {};
+    struct stat named {};
     if (::fstat(file.get(), &locked) != 0) return file_error("examine", path);
-    if (::stat(path.c_str(), &named) == 0 && named.st_ino == locked.st_ino && named.st_dev == locked.st_dev) return file;
+    if (::stat(path.c_str(), &named) == 0 && named.st_ino == locked.st_ino && named.st_dev == locked.st_dev)
+      return file;
   }
 }
 
@@ -68,7 +69,9 @@ absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::open(fs::path dir, std::ui
     return absl::FailedPreconditionError(
         absl::StrCat("blob cache: cannot create ", dir.string(), ": ", error.message()));
   }
-  return std::unique_ptr<BlobCache>{new BlobCache{std::move(dir), cap_bytes}};
+  std::unique_ptr<BlobCache> cache{new BlobCache{std::move(dir), cap_bytes}};
+  cache->prune("");
+  return cache;
 }
 
 BlobCache::BlobCache(fs::path dir, std::uint64_t cap_bytes) : dir_(std::move(dir)), cap_bytes_(cap_bytes) {}
@@ -147,6 +150,7 @@ void BlobCache::prune(const std::string& keep) {
       stored.push_back(std::move(blob));
     }
   }
+  bytes_ = total;
   if (total <= cap_bytes_) return;
   std::sort(stored.begin(), stored.end(), [](const Stored& a, const Stored& b) { return a.used < b.used; });
   for (const Stored& blob : stored) {
@@ -154,6 +158,7 @@ void BlobCache::prune(const std::string& keep) {
     // Who has the blob mapped keeps its bytes.
     if (fs::remove(blob.path, error)) total -= blob.bytes;
   }
+  bytes_ = total;
 }
 
 fs::path default_cache_dir() {

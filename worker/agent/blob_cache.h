@@ -1,6 +1,7 @@
 // Blobs on this machine's disk, named by content. Several workers may share one directory.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,8 +16,8 @@
 
 namespace tessera::agent {
 
-/// Whole blobs lie at `dir/ab/abcd...`, parts of a download at `dir/partial/abcd...`. A blob appears under its name only
-/// when its digest has been verified. Thread-safe, and safe between processes.
+/// Whole blobs lie at `dir/ab/abcd...`, parts of a download at `dir/partial/abcd...`. A blob appears under its name
+/// only when its digest has been verified. Thread-safe, and safe between processes.
 class BlobCache {
  public:
   /// Creates `dir` where needed. Blobs used longest ago are removed while there are more than `cap_bytes`.
@@ -30,9 +31,12 @@ class BlobCache {
   using Fetch = std::function<absl::Status(std::uint64_t offset, const Sink& sink)>;
 
   /// The blob; what is missing of it is fetched first, from where an interrupted fetch ended. DataLoss when the fetched
-  /// bytes do not have this digest (the part is then thrown away). While another thread or process fetches the same blob,
-  /// waits for it.
+  /// bytes do not have this digest (the part is then thrown away). While another thread or process fetches the same
+  /// blob, waits for it.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, const Fetch& fetch);
+
+  /// What it held after the last blob came, parts of downloads included.
+  std::uint64_t bytes() const { return bytes_; }
 
  private:
   BlobCache(std::filesystem::path dir, std::uint64_t cap_bytes);
@@ -44,6 +48,7 @@ class BlobCache {
   const std::filesystem::path dir_;
   const std::uint64_t cap_bytes_;
   std::mutex prune_mutex_;
+  std::atomic<std::uint64_t> bytes_{0};
 };
 
 /// $XDG_CACHE_HOME/tessera, or ~/.cache/tessera, or a directory for this user under the system's temporary one.

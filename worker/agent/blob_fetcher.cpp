@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "wire/backoff.h"
@@ -20,7 +21,9 @@ constexpr int kParallelDownloads = 4;
 BlobFetcher::BlobFetcher(CoordinatorLink& link, BlobCache& cache) : link_(link), cache_(cache) {}
 
 absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, std::stop_token stop) {
+  bool missed = false;
   const auto fetch = [&](std::uint64_t offset, const BlobCache::Sink& sink) {
+    if (!std::exchange(missed, true)) ++misses_;
     const auto count_and_sink = [&](std::string_view chunk) {
       downloaded_bytes_ += chunk.size();
       return sink(chunk);
@@ -31,7 +34,10 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
   int corrupt = 0;
   while (true) {
     absl::StatusOr<render::BlobBytes> bytes = cache_.get(digest, fetch);
-    if (bytes.ok()) return bytes;
+    if (bytes.ok()) {
+      if (!missed) ++hits_;
+      return bytes;
+    }
     if (stop.stop_requested()) return absl::CancelledError("stopped while fetching a blob");
     const absl::Status& status = bytes.status();
     const bool try_again = wire::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
@@ -39,6 +45,12 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
     spdlog::warn("blob {}: {}; trying again", digest, status.ToString());
     if (!backoff.wait(stop)) return absl::CancelledError("stopped while fetching a blob");
   }
+}
+
+void BlobFetcher::add_to(AgentReport& report) const {
+  report.downloaded_bytes = downloaded_bytes_;
+  report.cache_hits = hits_;
+  report.cache_misses = misses_;
 }
 
 void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "agent/agent.h"
 #include "agent/blob_cache.h"
 #include "agent/coordinator_link.h"
 #include "tessera/v1/job.pb.h"
@@ -26,12 +27,13 @@ class BlobFetcher {
   /// Stops early, without a word, at the first failure: whoever needs that blob will meet it.
   void prefetch(const v1::JobSpec& spec, std::stop_token stop);
 
-  std::uint64_t downloaded_bytes() const { return downloaded_bytes_; }
+  void add_to(AgentReport& report) const;
 
  private:
   CoordinatorLink& link_;
   BlobCache& cache_;
   std::atomic<std::uint64_t> downloaded_bytes_{0};
+  std::atomic<std::uint64_t> hits_{0}, misses_{0};
 };
 
 }  // namespace tessera::agent

@@ -11,9 +11,13 @@
 #include "absl/strings/str_join.h"
 #include "agent/agent.h"
 #include "agent/blob_cache.h"
+#include "agent/join.h"
+#include "agent/metrics.h"
 #include "wire/address.h"
 #include "wire/channel.h"
+#include "wire/grpc_log.h"
 #include "wire/log.h"
+#include "wire/metrics.h"
 #include "wire/version.h"
 
 namespace tessera {
@@ -32,6 +36,8 @@ struct Options {
   wire::LogOptions log{.program = "tessera-worker"};
   int grace_seconds = 10;
   std::string certificates;
+  std::string join_token;
+  std::string metrics;
   bool allow_insecure = false;
 };
 
@@ -58,9 +64,14 @@ void define_options(CLI::App& app, Options& options) {
   app.add_option("--log-format", options.log.format, "lines for people, or one JSON object a line")
       ->check(CLI::IsMember(wire::kLogFormats))
       ->capture_default_str();
-  app.add_option("--tls", options.certificates, "folder with a worker's certificates")
-      ->envname("TESSERA_TLS")
-      ->type_name("DIR");
+  CLI::Option* const tls = app.add_option("--tls", options.certificates, "folder with a worker's certificates");
+  tls->envname("TESSERA_TLS")->type_name("DIR");
+  app.add_option("--join", options.join_token,
+                 "fill that folder, where it has no certificates, by a token (tessera token)")
+      ->envname("TESSERA_JOIN")
+      ->type_name("TOKEN")
+      ->needs(tls);
+  app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
   app.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
   app.set_version_flag("--version", wire::build_version());
 }
@@ -112,7 +123,25 @@ void wait_for_signal(std::stop_token done, std::stop_source stop) {
   }
 }
 
+absl::Status join_where_asked(const Options& options) {
+  if (options.join_token.empty()) return absl::OkStatus();
+  return agent::join_farm(
+      {.server = options.server, .token = options.join_token, .name = host_name(), .folder = options.certificates});
+}
+
+/// Null when nobody asked for them.
+absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serve_metrics(const Options& options, const agent::Agent& agent) {
+  if (options.metrics.empty()) return nullptr;
+  auto server = wire::MetricsServer::start(options.metrics, {agent::agent_metrics(agent)});
+  if (server.ok()) spdlog::info("metrics on port {}", (*server)->port());
+  return server;
+}
+
 int run_worker(const Options& options) {
+  if (const absl::Status joined = join_where_asked(options); !joined.ok()) {
+    spdlog::error("{}", std::string(joined.message()));
+    return absl::IsInvalidArgument(joined) ? kUsage : kUnreachable;
+  }
   const auto channel = wire::make_channel(
       options.server, {.allow_insecure = options.allow_insecure, .certificates = options.certificates});
   if (!channel.ok()) {
@@ -123,6 +152,11 @@ int run_worker(const Options& options) {
   auto agent = agent::Agent::create(*channel, worker);
   if (!agent.ok()) {
     std::cerr << "tessera-worker: " << agent.status().message() << '\n';
+    return kUsage;
+  }
+  const auto metrics = serve_metrics(options, **agent);
+  if (!metrics.ok()) {
+    spdlog::error("{}", std::string(metrics.status().message()));
     return kUsage;
   }
   std::stop_source stop;
@@ -160,5 +194,6 @@ int main(int argc, char** argv) {
   }
   options.log.worker = tessera::worker_name(options);
   tessera::wire::set_up_log(options.log);
+  tessera::wire::log_grpc();
   return tessera::run_worker(options);
 }

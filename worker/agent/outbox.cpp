@@ -30,14 +30,18 @@ bool Outbox::push(Outcome outcome, std::stop_token stop) {
     leases_.release(*outcome.unit);
     return false;
   }
+  ++held_results_;
+  held_bytes_ += outcome.payload.size();
   queue_.push_back(std::move(outcome));
   changed_.notify_all();
   return true;
 }
 
-std::uint64_t Outbox::acknowledged() const {
+void Outbox::add_to(AgentReport& report) const {
   std::lock_guard lock{mutex_};
-  return acknowledged_;
+  report.results_acknowledged = acknowledged_;
+  report.outbox_results = held_results_;
+  report.outbox_bytes = held_bytes_;
 }
 
 void Outbox::send_all(std::stop_token stop) {
@@ -49,6 +53,10 @@ void Outbox::send_all(std::stop_token stop) {
     changed_.notify_all();
     lock.unlock();
     deliver(outcome, stop);
+    lock.lock();
+    --held_results_;
+    held_bytes_ -= outcome.payload.size();
+    lock.unlock();
     leases_.release(*outcome.unit);
   }
 }

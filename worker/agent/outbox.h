@@ -1,4 +1,5 @@
-// Results on their way home. A result is kept until the coordinator has acknowledged it, through any number of restarts.
+// Results on their way home. A result is kept until the coordinator has acknowledged it, through any number of
+// restarts.
 #pragma once
 
 #include <condition_variable>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "agent/agent.h"
 #include "agent/lease_table.h"
 #include "agent/session.h"
 
@@ -36,7 +38,8 @@ class Outbox {
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
   bool push(Outcome outcome, std::stop_token stop);
 
-  std::uint64_t acknowledged() const;
+  /// What it has delivered, and what it has not.
+  void add_to(AgentReport& report) const;
 
  private:
   void send_all(std::stop_token stop);
@@ -51,6 +54,7 @@ class Outbox {
   std::condition_variable_any changed_;
   std::deque<Outcome> queue_;
   std::uint64_t acknowledged_ = 0;
+  std::uint64_t held_results_ = 0, held_bytes_ = 0;  // queued, or on their way
   std::vector<std::jthread> senders_;
 };
 

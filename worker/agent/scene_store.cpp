@@ -108,6 +108,13 @@ std::size_t SceneStore::bytes_held() const {
   return sum;
 }
 
+SceneStore::Held SceneStore::held() const {
+  std::lock_guard lock{mutex_};
+  const auto scenes =
+      std::count_if(slots_.begin(), slots_.end(), [](const auto& slot) { return slot->result.has_value(); });
+  return {static_cast<std::size_t>(scenes), bytes_held()};
+}
+
 std::vector<std::string> SceneStore::digests() const {
   std::lock_guard lock{mutex_};
   std::vector<std::string> digests;

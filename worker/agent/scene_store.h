@@ -40,6 +40,12 @@ class SceneStore {
   /// have all been stopped is stopped too. A failed load is not remembered: whoever comes next tries again.
   absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
 
+  struct Held {
+    std::size_t scenes = 0;
+    std::size_t bytes = 0;  // what scenes share counts once
+  };
+  Held held() const;
+
   /// Digests of the scenes held.
   std::vector<std::string> digests() const;
 

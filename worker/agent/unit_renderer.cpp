@@ -14,6 +14,7 @@
 #include "tessera/v1/scene.pb.h"
 #include "wire/cpu_time.h"
 #include "wire/log.h"
+#include "wire/metrics.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -91,7 +92,9 @@ UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
       scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept,
-              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()) {}
+              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()) {
+  report_.units_by_seconds.resize(wire::kUnitSecondsBuckets.size() + 1);
+}
 
 Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   Outcome outcome;
@@ -102,6 +105,10 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
     outcome.failure = absl::ResourceExhaustedError(absl::StrCat("rendering: ", error.what()));
   }
   if (outcome.unit->stop.stop_requested()) outcome.failure = absl::CancelledError("the lease was revoked");
+  if (!outcome.failure.ok()) {
+    std::lock_guard lock{mutex_};
+    ++(absl::IsCancelled(outcome.failure) ? report_.units_stopped : report_.units_failed);
+  }
   return outcome;
 }
 
@@ -143,12 +150,17 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   // Every job hears once what its scene asked for in vain.
   if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);
   set_duration(wire::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
-  set_duration(Clock::now() - start, *outcome.stats.mutable_wall_time());
+  const Clock::duration taken = Clock::now() - start;
+  set_duration(taken, *outcome.stats.mutable_wall_time());
 
   wire::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(), unit.job_id);
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
+  const double seconds = std::chrono::duration<double>(taken).count();
+  report_.unit_seconds += seconds;
+  const auto bucket = std::lower_bound(wire::kUnitSecondsBuckets.begin(), wire::kUnitSecondsBuckets.end(), seconds);
+  ++report_.units_by_seconds[static_cast<std::size_t>(bucket - wire::kUnitSecondsBuckets.begin())];
   if (const auto cost = untold_costs_.extract((*loaded)->scene.get())) {
     (*outcome.stats.mutable_stage_ns())["fetch"] = count_of(cost.mapped().fetch_cpu);
     (*outcome.stats.mutable_stage_ns())["build"] = count_of(cost.mapped().build_cpu);
@@ -217,7 +229,10 @@ AgentReport UnitRenderer::report() const {
   std::lock_guard lock{mutex_};
   AgentReport report = report_;
   report.scenes_shared = contents_.shared();
-  if (fetcher_ != nullptr) report.downloaded_bytes = fetcher_->downloaded_bytes();
+  const SceneStore::Held held = scenes_.held();
+  report.scenes_held = held.scenes;
+  report.scene_bytes_held = held.bytes;
+  if (fetcher_ != nullptr) fetcher_->add_to(report);
   return report;
 }
 

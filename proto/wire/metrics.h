@@ -1,0 +1,53 @@
+// What Tessera's programs have in common where Prometheus looks at them.
+#pragma once
+
+#include <prometheus/collectable.h>
+#include <prometheus/metric_family.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace prometheus {
+class Exposer;
+}
+
+namespace tessera::wire {
+
+/// Upper ends of the buckets of histograms over what units took, seconds.
+inline const std::vector<double> kUnitSecondsBuckets{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000};
+
+/// A family whose values are read anew whenever somebody looks: `family[value]` is that of the series {label="value"}.
+/// Without a label, there is one series, family[""].
+class ReadFamily {
+ public:
+  ReadFamily(prometheus::MetricType type, const char* name, const char* help, const char* label = "");
+  double& operator[](const std::string& value) { return values_[value]; }
+  prometheus::MetricFamily family() &&;
+
+ private:
+  const char* label_;
+  prometheus::MetricFamily family_;
+  std::map<std::string, double> values_;
+};
+
+/// Serves /metrics over plain HTTP.
+class MetricsServer {
+ public:
+  /// Unavailable where `address` (HOST:PORT; port 0 takes a free one) cannot be listened on.
+  static absl::StatusOr<std::unique_ptr<MetricsServer>> start(
+      const std::string& address, std::vector<std::shared_ptr<prometheus::Collectable>> sources);
+  ~MetricsServer();
+
+  int port() const;
+
+ private:
+  MetricsServer() = default;
+  std::vector<std::shared_ptr<prometheus::Collectable>> sources_;
+  std::unique_ptr<prometheus::Exposer> exposer_;
+};
+
+}  // namespace tessera::wire

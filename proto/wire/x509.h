@@ -1,0 +1,40 @@
+// Certificates and keys, between OpenSSL's objects and PEM.
+#pragma once
+
+#include <openssl/evp.h>
+#include <openssl/x509.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "wire/freer.h"
+
+namespace tessera::wire {
+
+using Certificate = std::unique_ptr<X509, Freer<X509_free>>;
+using CertificateRequest = std::unique_ptr<X509_REQ, Freer<X509_REQ_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Freer<EVP_PKEY_free>>;
+
+/// What stands first in `pem`; null when that is not of this kind.
+Certificate certificate_from_pem(std::string_view pem);
+CertificateRequest request_from_pem(std::string_view pem);
+Key key_from_pem(std::string_view pem);
+
+std::string to_pem(X509* certificate);
+std::string to_pem(X509_REQ* request);
+/// The private key.
+std::string to_pem(EVP_PKEY* key);
+
+/// SHA-256 of the certificate, in DER, as 64 hexadecimal digits.
+std::string digest_of(X509* certificate);
+
+/// What every program of a farm has: an elliptic key on P-256. Null when OpenSSL has none to give.
+Key make_key();
+/// Whether it is one of those.
+bool is_usual_key(EVP_PKEY* key);
+
+/// Asks for a certificate for the holder of `key`, and proves that whoever asks is that.
+CertificateRequest make_request(EVP_PKEY* key, const std::string& name);
+
+}  // namespace tessera::wire

@@ -1,0 +1,54 @@
+#include "service/host_shares.h"
+
+#include <algorithm>
+
+namespace tessera::server {
+
+using std::chrono::nanoseconds;
+
+void HostShares::add(const std::string& host, nanoseconds taken) {
+  if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return;
+  Share& share = hosts_[host];
+  ++share.units;
+  if (taken <= nanoseconds{0}) return;
+  ++share.timed_units;
+  share.total += taken;
+}
+
+std::uint32_t HostShares::units_of(const std::string& host) const {
+  const auto found = hosts_.find(host);
+  return found == hosts_.end() ? 0 : found->second.units;
+}
+
+std::vector<std::string> HostShares::hosts() const {
+  std::vector<std::string> names;
+  for (const auto& [name, share] : hosts_) names.push_back(name);
+  return names;
+}
+
+nanoseconds HostShares::usual() const {
+  std::vector<nanoseconds> means;
+  for (const auto& [host, share] : hosts_) {
+    if (share.timed_units >= kLeastTimedUnits) means.push_back(share.mean());
+  }
+  if (means.size() < 2) return nanoseconds{0};
+  // Of an even number the lower one: of two hosts, the faster says what is usual.
+  const auto middle = means.begin() + static_cast<std::ptrdiff_t>((means.size() - 1) / 2);
+  std::nth_element(means.begin(), middle, means.end());
+  return *middle;
+}
+
+std::vector<HostShare> HostShares::slow() const {
+  const nanoseconds least = usual();
+  std::vector<HostShare> found;
+  if (least <= nanoseconds{0}) return found;
+  for (const auto& [host, share] : hosts_) {
+    if (share.timed_units >= kLeastTimedUnits && share.mean() >= kSlow * least) {
+      found.push_back({.host = host, .units = share.timed_units, .mean = share.mean()});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const HostShare& a, const HostShare& b) { return a.mean > b.mean; });
+  return found;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,49 @@
+// Which hosts a job's results are from, and how long they took.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tessera::server {
+
+/// How one host fares with the units of one job.
+struct HostShare {
+  std::string host;
+  std::uint32_t units = 0;
+  std::chrono::nanoseconds mean{0};  // of a unit
+};
+
+class HostShares {
+ public:
+  static constexpr std::size_t kMostHosts = 8192;       // beyond, hosts that come late are not told apart
+  static constexpr std::uint32_t kLeastTimedUnits = 4;  // before that, one expensive unit would speak for the host
+  static constexpr double kSlow = 2;
+
+  /// A result that counts. `taken`: on one thread; 0 when it was not rendered for this job.
+  void add(const std::string& host, std::chrono::nanoseconds taken);
+  /// None of its results counts any more.
+  void forget(const std::string& host) { hosts_.erase(host); }
+
+  std::uint32_t units_of(const std::string& host) const;
+  std::vector<std::string> hosts() const;
+
+  /// Median of the hosts' means; 0 while fewer than two hosts have units enough to be compared.
+  std::chrono::nanoseconds usual() const;
+  /// Hosts whose units take kSlow times the usual and more, the slowest first.
+  std::vector<HostShare> slow() const;
+
+ private:
+  struct Share {
+    std::uint32_t units = 0;
+    std::uint32_t timed_units = 0;
+    std::chrono::nanoseconds total{0};
+
+    std::chrono::nanoseconds mean() const { return total / timed_units; }
+  };
+  std::map<std::string, Share> hosts_;
+};
+
+}  // namespace tessera::server

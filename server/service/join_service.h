@@ -1,0 +1,54 @@
+// JoinService: how new workers come by a certificate.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "tessera/v1/join.grpc.pb.h"
+#include "tls/authority.h"
+#include "tls/join_tokens.h"
+
+namespace tessera::server {
+
+/// What joining needs of a coordinator's options.
+struct JoinOptions {
+  std::string address;       // HOST:PORT to serve on; port 0 takes a free one
+  std::string certificates;  // the server's, as on its other port
+  std::chrono::seconds certificate_interval;
+  std::filesystem::path authority;   // the folder with the authority's key
+  std::filesystem::path token_file;  // empty: tokens do not outlive the coordinator
+};
+
+/// Serves JoinService, and nothing else, on a port of its own: callers there have no certificate. Thread-safe.
+class JoinServer {
+ public:
+  /// InvalidArgument where the authority is not the one that the server's own certificate is of, or the address is
+  /// malformed; Unavailable where files cannot be read or the address cannot be listened on.
+  static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options);
+  /// Refuses new calls and ends those that run.
+  ~JoinServer();
+
+  int port() const { return port_; }
+
+  /// A join token, as text. Errors as JoinTokens::make.
+  absl::StatusOr<std::string> make_token(std::chrono::seconds life, std::uint32_t uses);
+
+ private:
+  class Service;
+  JoinServer(Authority authority, JoinTokens tokens);
+
+  absl::StatusOr<std::string> join(const v1::JoinRequest& request, const std::string& peer);
+
+  const Authority authority_;
+  JoinTokens tokens_;
+  std::unique_ptr<Service> service_;
+  std::unique_ptr<grpc::Server> server_;
+  int port_ = 0;
+};
+
+}  // namespace tessera::server

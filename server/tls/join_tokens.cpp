@@ -1,0 +1,110 @@
+#include "tls/join_tokens.h"
+
+#include <openssl/crypto.h>
+#include <openssl/rand.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "wire/digest.h"
+#include "wire/join_token.h"
+#include "wire/private_file.h"
+
+namespace tessera::server {
+namespace {
+
+std::int64_t unix_seconds(JoinTokens::Time time) {
+  return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
+}
+
+}  // namespace
+
+absl::StatusOr<JoinTokens> JoinTokens::open(std::filesystem::path file) {
+  JoinTokens tokens{std::move(file)};
+  if (absl::Status status = tokens.read(); !status.ok()) return status;
+  return tokens;
+}
+
+absl::Status JoinTokens::read() {
+  if (file_.empty() || !std::filesystem::exists(file_)) return absl::OkStatus();
+  std::ifstream in{file_};
+  if (!in) return absl::UnavailableError(absl::StrCat(file_.string(), " cannot be read"));
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words{line};
+    Token token;
+    if (!(words >> token.digest >> token.expires_unix_s >> token.uses_left) || !wire::is_digest(token.digest)) {
+      return absl::DataLossError(absl::StrCat(file_.string(), ": \"", line, "\" is no join token; remove the file"));
+    }
+    tokens_.push_back(std::move(token));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status JoinTokens::write(const std::vector<Token>& tokens) const {
+  if (file_.empty()) return absl::OkStatus();
+  std::string text;
+  for (const Token& token : tokens) {
+    absl::StrAppend(&text, token.digest, " ", token.expires_unix_s, " ", token.uses_left, "\n");
+  }
+  return wire::replace_file(file_, 0600, text);
+}
+
+absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uint32_t uses, Time now) {
+  if (life < std::chrono::seconds{1} || life > kLongestLife || uses < 1 || uses > kMostUses) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a join token lives for 1 second to 30 days and is used 1 to ", kMostUses, " times"));
+  }
+  std::array<unsigned char, wire::JoinToken::kSecretDigits / 2> random{};
+  if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
+    return absl::InternalError("no random numbers for a join token");
+  }
+  const std::string secret = absl::BytesToHexString({reinterpret_cast<const char*>(random.data()), random.size()});
+  const std::lock_guard lock{mutex_};
+  std::vector<Token> tokens = tokens_;
+  std::erase_if(tokens, [&](const Token& token) { return token.expires_unix_s <= unix_seconds(now); });
+  if (tokens.size() >= kMostTokens) return absl::ResourceExhaustedError("there are too many join tokens already");
+  tokens.push_back({wire::sha256_hex(secret), unix_seconds(now + life), uses});
+  if (absl::Status status = write(tokens); !status.ok()) return status;
+  tokens_ = std::move(tokens);
+  return secret;
+}
+
+bool JoinTokens::may_try(const std::string& address, Time now) {
+  // Also when the clock was set back.
+  if (now - minute_ >= std::chrono::minutes{1} || now < minute_) {
+    failures_.clear();
+    minute_ = now;
+  }
+  const auto found = failures_.find(address);
+  return found == failures_.end() ? failures_.size() < kMostAddresses : found->second < kFailuresAMinute;
+}
+
+absl::Status JoinTokens::redeem(const std::string& secret, const std::string& address, Time now) {
+  const std::string digest = wire::sha256_hex(secret);
+  const std::lock_guard lock{mutex_};
+  if (!may_try(address, now)) {
+    return absl::ResourceExhaustedError("too many wrong join tokens from this address; try again in a minute");
+  }
+  // Every token is looked at, and all of its digest, so that the time this takes tells nothing.
+  std::vector<Token> tokens = tokens_;
+  Token* known = nullptr;
+  for (Token& token : tokens) {
+    if (CRYPTO_memcmp(token.digest.data(), digest.data(), digest.size()) == 0) known = &token;
+  }
+  if (known == nullptr || known->expires_unix_s <= unix_seconds(now)) {
+    ++failures_[address];
+    return absl::PermissionDeniedError(known == nullptr ? "the join token is not known, or used up"
+                                                        : "the join token is expired");
+  }
+  if (--known->uses_left == 0) tokens.erase(tokens.begin() + (known - tokens.data()));
+  if (absl::Status status = write(tokens); !status.ok()) return status;
+  tokens_ = std::move(tokens);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::server

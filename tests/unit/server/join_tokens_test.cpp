@@ -1,0 +1,119 @@
+// Join tokens: how long, how often, and for whom not.
+#include "tls/join_tokens.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "support/temp_dir.h"
+
+namespace tessera::server {
+namespace {
+
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+constexpr const char* kAddress = "ipv4:10.0.0.1";
+const JoinTokens::Time kNow{hours{24 * 365 * 50}};
+
+std::string contents(const std::filesystem::path& path) {
+  std::ifstream in{path};
+  return {std::istreambuf_iterator<char>{in}, {}};
+}
+
+TEST(JoinTokens, AreAcceptedAsOftenAsWasSaid) {
+  auto tokens = JoinTokens::open({});
+  ASSERT_TRUE(tokens.ok());
+  const auto secret = tokens->make(hours{1}, 2, kNow);
+  ASSERT_TRUE(secret.ok());
+  EXPECT_EQ(secret->size(), 32U);
+  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow).ok());
+  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow + minutes{59}).ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kAddress, kNow + minutes{59})));
+}
+
+TEST(JoinTokens, Expire) {
+  auto tokens = JoinTokens::open({});
+  const auto secret = tokens->make(hours{1}, 1, kNow);
+  ASSERT_TRUE(secret.ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kAddress, kNow + hours{1})));
+}
+
+TEST(JoinTokens, OneDigitOffIsAnotherToken) {
+  auto tokens = JoinTokens::open({});
+  const auto secret = tokens->make(hours{1}, 1, kNow);
+  ASSERT_TRUE(secret.ok());
+  for (std::size_t i = 0; i < secret->size(); i += 5) {
+    std::string tampered = *secret;
+    tampered[i] = tampered[i] == '0' ? '1' : '0';
+    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(tampered, kAddress, kNow)));
+  }
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem("", kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow).ok());
+}
+
+TEST(JoinTokens, OutliveTheCoordinatorButNotTheirUses) {
+  const support::TempDir folder;
+  const auto file = folder.path() / "join-tokens";
+  std::string once, thrice;
+  {
+    auto tokens = JoinTokens::open(file);
+    ASSERT_TRUE(tokens.ok());
+    once = tokens->make(hours{1}, 1, kNow).value();
+    thrice = tokens->make(hours{1}, 3, kNow).value();
+    ASSERT_TRUE(tokens->redeem(once, kAddress, kNow).ok());
+    ASSERT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
+  }
+  // Whoever reads the file learns no secret.
+  EXPECT_EQ(contents(file).find(thrice), std::string::npos);
+  EXPECT_EQ(std::filesystem::status(file).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  auto tokens = JoinTokens::open(file);
+  ASSERT_TRUE(tokens.ok()) << tokens.status();
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(once, kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
+  EXPECT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(thrice, kAddress, kNow)));
+}
+
+TEST(JoinTokens, ADamagedFileIsNamed) {
+  const support::TempDir folder;
+  const auto file = folder.path() / "join-tokens";
+  std::ofstream{file} << "0123 1 1\n";
+  EXPECT_TRUE(absl::IsDataLoss(JoinTokens::open(file).status()));
+}
+
+TEST(JoinTokens, GuessingIsSlowAndHindersNobodyElse) {
+  auto tokens = JoinTokens::open({});
+  const auto secret = tokens->make(hours{1}, 5, kNow);
+  ASSERT_TRUE(secret.ok());
+  const std::string wrong(32, '0');
+  for (std::uint32_t i = 0; i < JoinTokens::kFailuresAMinute; ++i) {
+    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(wrong, kAddress, kNow)));
+  }
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, kAddress, kNow)));
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(*secret, kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(*secret, "ipv4:10.0.0.2", kNow).ok());
+  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow + minutes{1}).ok());
+  // From any number of addresses, what is remembered of them stays bounded.
+  for (std::size_t i = 0; i < 2 * JoinTokens::kMostAddresses; ++i) {
+    static_cast<void>(tokens->redeem(wrong, std::to_string(i), kNow + minutes{1}));
+  }
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, "yet another", kNow + minutes{1})));
+}
+
+TEST(JoinTokens, LivesAndUsesHaveBounds) {
+  auto tokens = JoinTokens::open({});
+  EXPECT_TRUE(absl::IsInvalidArgument(tokens->make(seconds{0}, 1, kNow).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(tokens->make(hours{24 * 31}, 1, kNow).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(tokens->make(hours{1}, 0, kNow).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(tokens->make(hours{1}, JoinTokens::kMostUses + 1, kNow).status()));
+  for (std::size_t i = 0; i < JoinTokens::kMostTokens; ++i) ASSERT_TRUE(tokens->make(hours{1}, 1, kNow).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->make(hours{1}, 1, kNow).status()));
+  EXPECT_TRUE(tokens->make(hours{1}, 1, kNow + hours{2}).ok());  // the others are expired
+}
+
+}  // namespace
+}  // namespace tessera::server

@@ -1,0 +1,90 @@
+#include "agent/join.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "tessera/v1/join.grpc.pb.h"
+#include "wire/address.h"
+#include "wire/call.h"
+#include "wire/channel.h"
+#include "wire/join_token.h"
+#include "wire/log.h"
+#include "wire/private_file.h"
+#include "wire/tls.h"
+#include "wire/x509.h"
+
+namespace tessera::agent {
+namespace {
+
+using Stub = v1::JoinService::Stub;
+
+constexpr std::chrono::seconds kPatience{20};
+
+/// One call over a connection of its own.
+template <class Request, class Response>
+absl::StatusOr<Response> call(const std::string& address, const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+                              grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                              const Request& request, const char* name) {
+  const auto channel = grpc::CreateCustomChannel(address, credentials, wire::channel_arguments());
+  const auto stub = v1::JoinService::NewStub(channel);
+  return wire::unary_call(*stub, method, request, name, address, kPatience, std::stop_token{});
+}
+
+/// The certificate of the token's authority, in PEM. Anybody may answer: what counts is its digest.
+absl::StatusOr<std::string> fetch_authority(const std::string& address, const wire::JoinToken& token) {
+  const absl::StatusOr<v1::GetAuthorityResponse> response =
+      call(address, wire::unverified_credentials(), &Stub::GetAuthority, v1::GetAuthorityRequest{}, "GetAuthority");
+  if (!response.ok()) return response.status();
+  const wire::Certificate certificate = wire::certificate_from_pem(response->certificate_pem());
+  if (certificate == nullptr || wire::digest_of(certificate.get()) != token.authority_digest) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(address, " is not of the farm that the join token is for: its authority is another"));
+  }
+  return wire::to_pem(certificate.get());
+}
+
+}  // namespace
+
+absl::Status join_farm(const JoinRequest& request) {
+  if (wire::check_certificates(request.folder.string()).ok()) {
+    spdlog::info("{} holds certificates; nothing is to be joined", request.folder.string());
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<wire::JoinToken> token = wire::parse_join_token(request.token);
+  if (!token.ok()) return token.status();
+  absl::StatusOr<wire::HostPort> server = wire::parse_host_port(request.server);
+  if (!server.ok()) return server.status();
+  server->port = token->port;
+  const std::string address = server->to_string();
+
+  const absl::StatusOr<std::string> authority = fetch_authority(address, *token);
+  if (!authority.ok()) return authority.status();
+
+  // What can fail here fails before the token is used.
+  const wire::Key key = wire::make_key();
+  const wire::CertificateRequest certificate_request =
+      key == nullptr ? nullptr : wire::make_request(key.get(), request.name);
+  if (certificate_request == nullptr) return absl::InternalError("no key can be made");
+  if (auto s = wire::make_folder(request.folder); !s.ok()) return s;
+  if (auto s = wire::replace_file(request.folder / wire::kKeyFile, 0600, wire::to_pem(key.get())); !s.ok()) return s;
+  if (auto s = wire::replace_file(request.folder / wire::kTrustedFile, 0644, *authority); !s.ok()) return s;
+
+  v1::JoinRequest join;
+  join.set_secret(token->secret);
+  join.set_name(request.name);
+  join.set_request_pem(wire::to_pem(certificate_request.get()));
+  const absl::StatusOr<v1::JoinResponse> joined =
+      call(address, wire::trusting_credentials(*authority), &Stub::Join, join, "Join");
+  if (!joined.ok()) return joined.status();
+  if (auto s = wire::replace_file(request.folder / wire::kCertificateFile, 0644, joined->certificate_pem()); !s.ok()) {
+    return s;
+  }
+  if (auto s = wire::check_certificates(request.folder.string()); !s.ok()) return s;
+  spdlog::info("joined the farm of {}: certificates are in {}", request.server, request.folder.string());
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::agent
