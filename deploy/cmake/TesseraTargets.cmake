@@ -1,38 +1,62 @@
 # One target a folder.
 
-# Headers that most sources include cost more than the sources: they are precompiled, once for all libraries and once for all tests.
-# Sources still include what they use.
-set(TESSERA_COMMON_HEADERS <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string> <unordered_map> <vector>
+# Headers that most sources include cost more than the sources: they are precompiled, in three sets, once for all libraries and once for
+# all tests. Sources still include what they use, and say with PRECOMPILED which set that is: nothing for the common headers,
+# `messages` for these and Tessera's messages, `rpc` for its services as well.
+set(TESSERA_HEADERS_common <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string> <unordered_map> <vector>
     <absl/status/statusor.h> <absl/strings/str_cat.h>)
+set(TESSERA_HEADERS_messages ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h>)
+set(TESSERA_HEADERS_rpc ${TESSERA_HEADERS_messages} <grpcpp/grpcpp.h> <tessera/v1/blob.grpc.pb.h>
+    <tessera/v1/farm.grpc.pb.h> <tessera/v1/work.grpc.pb.h>)
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/headers.cpp CONTENT "")
-add_library(tessera_library_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
-target_link_libraries(tessera_library_headers PRIVATE absl::statusor absl::strings tessera_options)
-target_precompile_headers(tessera_library_headers PRIVATE ${TESSERA_COMMON_HEADERS})
 
-# tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILE headers...]): a static library of this folder. The include root is
-# the top-level folder that it lies in (proto/, server/, worker/, client/). PRECOMPILE: what most of its sources include beside the
-# common headers.
+# Test code is run once for each time that it is compiled; what it tests is optimised as it ships.
+set(TESSERA_TEST_FLAGS $<$<CONFIG:Release>:-O1>)
+
+foreach(set common messages rpc)
+  add_library(tessera_${set}_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
+  target_link_libraries(tessera_${set}_headers PRIVATE absl::statusor absl::strings tessera_options)
+  target_precompile_headers(tessera_${set}_headers PRIVATE ${TESSERA_HEADERS_${set}})
+  set(targets tessera_${set}_headers)
+  if(TESSERA_TESTS)
+    # The same for programs: -fPIE, not -fPIC.
+    add_library(tessera_${set}_test_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
+    set_target_properties(tessera_${set}_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(tessera_${set}_test_headers PRIVATE -fPIE ${TESSERA_TEST_FLAGS})
+    target_link_libraries(tessera_${set}_test_headers PRIVATE absl::statusor absl::strings GTest::gmock GTest::gtest tessera_options)
+    target_precompile_headers(tessera_${set}_test_headers PRIVATE ${TESSERA_HEADERS_${set}} <gmock/gmock.h> <gtest/gtest.h>)
+    list(APPEND targets tessera_${set}_test_headers)
+  endif()
+  foreach(target ${targets})
+    if(set STREQUAL "messages")
+      target_link_libraries(${target} PRIVATE tessera_proto)
+    elseif(set STREQUAL "rpc")
+      target_link_libraries(${target} PRIVATE tessera_proto_grpc)
+    endif()
+  endforeach()
+endforeach()
+
+# tessera_precompiled(TARGET SET KIND): lets the target use the headers above; KIND is "" for libraries, "test" for tests.
+function(tessera_precompiled target set kind)
+  if(NOT set)
+    set(set common)
+  endif()
+  if(kind)
+    set(kind _${kind})
+  endif()
+  target_precompile_headers(${target} REUSE_FROM tessera_${set}${kind}_headers)
+endfunction()
+
+# tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILED set]): a static library of this folder. The include root is
+# the top-level folder that it lies in (proto/, server/, worker/, client/).
 function(tessera_library name)
-  cmake_parse_arguments(arg "" "" "DEPENDS;PRECOMPILE" ${ARGN})
+  cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
   string(REGEX MATCH "^${CMAKE_SOURCE_DIR}/[a-z]+" root ${CMAKE_CURRENT_SOURCE_DIR})
   target_include_directories(${name} PUBLIC ${root})
   target_link_libraries(${name} PUBLIC ${arg_DEPENDS} PRIVATE tessera_options)
-  if(arg_PRECOMPILE)
-    target_precompile_headers(${name} PRIVATE ${TESSERA_COMMON_HEADERS} ${arg_PRECOMPILE})
-  else()
-    target_precompile_headers(${name} REUSE_FROM tessera_library_headers)
-  endif()
+  tessera_precompiled(${name} "${arg_PRECOMPILED}" "")
 endfunction()
-
-# As tessera_library_headers, for programs: -fPIE, not -fPIC.
-if(TESSERA_TESTS)
-  add_library(tessera_test_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
-  set_target_properties(tessera_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-  target_compile_options(tessera_test_headers PRIVATE -fPIE)
-  target_link_libraries(tessera_test_headers PRIVATE absl::statusor absl::strings GTest::gmock GTest::gtest tessera_options)
-  target_precompile_headers(tessera_test_headers PRIVATE ${TESSERA_COMMON_HEADERS} <gmock/gmock.h> <gtest/gtest.h>)
-endif()
 
 # The long form of a test (tests/support/long_form.h): the entry NAME_long, labelled `long`.
 function(tessera_long_form name timeout)
@@ -41,14 +65,15 @@ function(tessera_long_form name timeout)
     ENVIRONMENT TESSERA_TEST_FORM=long)
 endfunction()
 
-# tessera_test(NAME SOURCES... DEPENDS targets... [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a GoogleTest program, one
-# ctest entry; with LONG, and that timeout, a second for its long form. The working directory is the source tree's root.
+# tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set] [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a GoogleTest
+# program, one ctest entry; with LONG, and that timeout, a second for its long form. The working directory is the source tree's root.
 function(tessera_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "PRECOMPILED;TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} GTest::gmock GTest::gtest_main tessera_options)
-  target_precompile_headers(${name} REUSE_FROM tessera_test_headers)
+  target_compile_options(${name} PRIVATE ${TESSERA_TEST_FLAGS})
+  tessera_precompiled(${name} "${arg_PRECOMPILED}" test)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   if(NOT arg_TIMEOUT)
@@ -99,6 +124,14 @@ foreach(isa ${TESSERA_ISAS})
   target_compile_options(${name} PUBLIC ${TESSERA_ISA_FLAGS_${isa}} ${TESSERA_KERNEL_FLAGS})
   target_link_libraries(${name} PUBLIC hwy::hwy tessera_options)
   target_precompile_headers(${name} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h)
+
+  if(TESSERA_TESTS)
+    # The same with GoogleTest, and main().
+    add_library(tessera_kernel_test_main_${isa} OBJECT ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
+    target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} GTest::gmock GTest::gtest)
+    target_precompile_headers(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h
+      <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
 endforeach()
 
 # tessera_kernel_objects(FOLDER SOURCES...): object libraries tessera_FOLDER_kernel_<isa>.
@@ -120,16 +153,16 @@ function(tessera_kernel_test name)
   endif()
   foreach(isa ${TESSERA_ISAS})
     set(test ${name}_${isa})
-    add_executable(${test} ${arg_UNPARSED_ARGUMENTS} ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
+    add_executable(${test} ${arg_UNPARSED_ARGUMENTS})
     target_include_directories(${test} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
     set_target_properties(${test} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # -fPIC, as the precompiled header, not -fPIE
     target_compile_options(${test} PRIVATE -fPIC)
-    target_link_libraries(${test} PRIVATE tessera_wide_kernel_${isa})
-    target_precompile_headers(${test} REUSE_FROM tessera_wide_kernel_${isa})
+    target_link_libraries(${test} PRIVATE tessera_kernel_test_main_${isa})
+    target_precompile_headers(${test} REUSE_FROM tessera_kernel_test_main_${isa})
     foreach(kernel ${arg_KERNELS})
       target_link_libraries(${test} PRIVATE tessera_${kernel}_kernel_${isa})
     endforeach()
-    target_link_libraries(${test} PRIVATE ${arg_DEPENDS} GTest::gmock GTest::gtest)
+    target_link_libraries(${test} PRIVATE ${arg_DEPENDS})
     set_target_properties(${test} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
     add_test(NAME ${test} COMMAND ${test} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}")
