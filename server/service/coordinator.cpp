@@ -62,6 +62,7 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
       Farm::open(*journal, *blobs,
                  {.heartbeat_interval = options.heartbeat_interval,
                   .lease_timeout = options.lease_timeout,
+                  .late_results = options.late_results,
                   .retention = {.fetched = options.keep_fetched,
                                 .unfetched = options.keep_unfetched,
                                 .max_bytes = options.max_result_bytes,

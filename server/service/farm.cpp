@@ -69,7 +69,7 @@ absl::Status Farm::recover(JobRecord record) {
 
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
   wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
-            record.results.size(), entry.shape->plan->unit_count());
+            record.result_count, entry.shape->plan->unit_count());
   return status;
 }
 
@@ -133,6 +133,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     if (entry != nullptr && entry->durable_end) continue;
     note_event(event, shown);
     append_to_journal(event, unix_milliseconds(), entries);
+    if (entry != nullptr) entries.push_back(stats_of(*entry));
   }
   if (entries.empty() && !wait) return done(absl::OkStatus());
   const auto start = std::chrono::steady_clock::now();

@@ -40,6 +40,7 @@ struct Retention {
 struct FarmOptions {
   std::chrono::milliseconds heartbeat_interval;
   std::chrono::milliseconds lease_timeout;
+  std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
 };
 
@@ -136,6 +137,7 @@ class Farm {
   void collect_blobs();
   // Uploads that no job came of leave blobs behind even when no job is deleted.
   static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
+  void retire_jobs();
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.

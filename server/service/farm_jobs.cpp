@@ -163,7 +163,8 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
   WatchBatch batch{.response = {}, .last = after};
   std::shared_ptr<const JobShape> shape;
   std::vector<std::uint32_t> units;
-  bool ended;
+  std::vector<std::uint64_t> revoked;
+  bool ended, past;
   std::uint64_t available;
   {
     const std::lock_guard lock(mutex_);
@@ -173,16 +174,23 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
     *batch.response.mutable_status() = describe(entry);
     shape = entry.shape;
     available = entry.durable_results;
-    ended = entry.durable_end && available == entry.units_by_sequence.size();
-    if (!status_only && after < available) {
+    ended = entry.durable_end && (entry.past || available == entry.units_by_sequence.size());
+    past = entry.past.has_value();
+    revoked = entry.past_revoked;
+    if (!status_only && !past && after < available) {
       const auto first = entry.units_by_sequence.begin() + static_cast<std::ptrdiff_t>(after);
       units.assign(first,
                    first + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(available - after, kWatchBatchResults)));
     }
   }
+  if (past && !status_only && after < available) {
+    absl::StatusOr<std::vector<std::uint32_t>> read = journal_.read_units(id, after, kWatchBatchResults);
+    if (!read.ok()) return read.status();
+    units = *std::move(read);
+  }
   std::size_t bytes = 0;
   for (const std::uint32_t unit : units) {
-    if (unit == JobEntry::kRevoked) {
+    if (unit == JobEntry::kRevoked || std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
       ++batch.last;
       continue;
     }
@@ -200,6 +208,20 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
 }
 
 // ---------------------------------------------------------------- retention
+
+/// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_ held.
+void Farm::retire_jobs() {
+  const std::int64_t at = unix_milliseconds();
+  for (const auto& entry : jobs_.all()) {
+    if (entry->past || !entry->durable_end || entry->durable_results < entry->units_by_sequence.size() ||
+        at - entry->finished_unix_ms < options_.late_results.count()) {
+      continue;
+    }
+    JobView view = view_of(*entry);
+    if (view.state == v1::INCOMPLETE || !scheduler_.forget_job(entry->id).ok()) continue;
+    retire(*entry, std::move(view));
+  }
+}
 
 /// Deletes jobs whose time is over. With mutex_ held.
 void Farm::prune() {

@@ -16,11 +16,16 @@ namespace {
 
 using google::protobuf::util::TimeUtil;
 
-// Results that wait for the disk; more are sent back to be tried again.
+// What waits for the disk; more results are sent back to be tried again.
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr int kMaxIsas = 16;
 constexpr int kMaxTags = 64;
+constexpr int kMaxNamedPerLease = 4096;  // jobs or scenes that a worker says it knows
+// A worker that took over its leases from an earlier coordinator may hold more than this one would give it.
+constexpr int kMaxLeasesPerHeartbeat = 4 * wire::kMaxLeasesPerWorker;
+// After so many results of a job, their cost is journaled as a sum: a restart adds up the rest only.
+constexpr std::uint64_t kResultsBetweenStats = 4096;
 
 absl::Status check_registration(const v1::RegisterRequest& request) {
   if (request.protocol() != wire::kProtocolVersion) {
@@ -105,6 +110,10 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
 // ---------------------------------------------------------------- leases
 
 void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done) {
+  if (std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) > kMaxNamedPerLease) {
+    return done(absl::ResourceExhaustedError(
+        absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes are named in one call")));
+  }
   const auto wait = std::clamp<std::int64_t>(TimeUtil::DurationToMilliseconds(request.max_wait()), 0,
                                              std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
   if (try_lease(request, wait == 0, done)) return;
@@ -163,6 +172,9 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
 
 absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
+  if (request.leases_size() > kMaxLeasesPerHeartbeat) {
+    return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
+  }
   const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
   const std::lock_guard lock(mutex_);
   absl::StatusOr<HeartbeatDecision> decision =
@@ -199,6 +211,7 @@ void Farm::tick() {
   metrics_.lost(expiry.lost_leases);
   if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  retire_jobs();
   if (now() < next_prune_) return;
   next_prune_ = now() + options_.retention.interval;
   prune();
@@ -209,7 +222,7 @@ void Farm::tick() {
 void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (commits_.waiting_bytes() > kMaxWaitingBytes) {
-    return done(absl::UnavailableError("the coordinator's disk is behind; try again"));
+    return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
   }
   const v1::LeaseToken& token = request.token();
   std::shared_ptr<const JobShape> shape;
@@ -279,6 +292,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
                              .payload = request.payload(),
                              .stats = stats.SerializeAsString(),
                              .host = host});
+  if (decision->sequence % kResultsBetweenStats == 0) entries.push_back(stats_of(entry));
   entry.result_bytes += request.payload().size();
   if (spdlog::should_log(spdlog::level::debug)) {
     log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");

@@ -15,6 +15,26 @@ void HostShares::add(const std::string& host, nanoseconds taken) {
   share.total += taken;
 }
 
+HostShares HostShares::restored(const Saved& saved) {
+  HostShares shares;
+  for (const v1::JobCost::Host& host : saved) {
+    shares.hosts_[host.name()] = {.units = host.units(),
+                                  .timed_units = host.timed_units(),
+                                  .total = nanoseconds{static_cast<std::int64_t>(host.timed_ns())}};
+  }
+  return shares;
+}
+
+void HostShares::save(Saved& saved) const {
+  for (const auto& [name, share] : hosts_) {
+    v1::JobCost::Host& host = *saved.Add();
+    host.set_name(name);
+    host.set_units(share.units);
+    host.set_timed_units(share.timed_units);
+    host.set_timed_ns(static_cast<std::uint64_t>(share.total.count()));
+  }
+}
+
 std::uint32_t HostShares::units_of(const std::string& host) const {
   const auto found = hosts_.find(host);
   return found == hosts_.end() ? 0 : found->second.units;

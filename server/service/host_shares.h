@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tessera/v1/farm.pb.h"
+
 namespace tessera::server {
 
 /// How one host fares with the units of one job.
@@ -26,6 +28,10 @@ class HostShares {
   void add(const std::string& host, std::chrono::nanoseconds taken);
   /// None of its results counts any more.
   void forget(const std::string& host) { hosts_.erase(host); }
+
+  using Saved = google::protobuf::RepeatedPtrField<v1::JobCost::Host>;
+  static HostShares restored(const Saved& saved);
+  void save(Saved& saved) const;
 
   std::uint32_t units_of(const std::string& host) const;
   std::vector<std::string> hosts() const;

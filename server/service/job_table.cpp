@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "service/journal_events.h"
@@ -78,46 +79,48 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                  .stats = {},
                  .hosts = {},
                  .units_by_sequence = {},
+                 .past_revoked = {},
                  .result_bytes = record.result_bytes,
                  .fetched = record.fetched,
-                 .durable_results = record.results.size(),
+                 .durable_results = record.result_count,
                  .durable_end = record.ended.state != 0};
   const std::uint32_t units = entry.shape->plan->unit_count();
-  std::vector<std::chrono::nanoseconds> times;
+  v1::JobCost cost;
+  if (!cost.ParseFromString(record.stats.stats)) return damaged("what it cost cannot be read");
+  entry.stats = cost.stats();
+  entry.hosts = HostShares::restored(cost.hosts());
   for (const JobRecord::Result& result : record.results) {
-    v1::UnitStats stats;
-    if (result.unit >= units || !wire::is_digest(result.digest) || !stats.ParseFromString(result.stats)) {
-      return damaged("a result cannot be read");
-    }
+    if (result.unit >= units || !wire::is_digest(result.digest)) return damaged("a result cannot be read");
     entry.units_by_sequence.push_back(result.unit);
+    if (entry.units_by_sequence.size() <= record.stats.results) continue;
+    v1::UnitStats stats;
+    if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
     add_stats(entry.stats, stats);
-    times.push_back(time_of(stats));
+    entry.hosts.add(result.host, time_of(stats));
   }
-  for (const std::uint64_t sequence : revoked_results(record)) {
+  const std::vector<std::uint64_t> revoked = revoked_results(record);
+  for (const std::uint64_t sequence : revoked) {
     if (sequence > 0 && sequence <= entry.units_by_sequence.size()) {
       entry.units_by_sequence[sequence - 1] = JobEntry::kRevoked;
+      entry.hosts.forget(record.results[sequence - 1].host);
     }
-  }
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (entry.units_by_sequence[i] != JobEntry::kRevoked) entry.hosts.add(record.results[i].host, times[i]);
   }
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
-    entry.past =
-        JobView{.state = static_cast<v1::JobState>(record.ended.state),
-                .units_total = units,
-                .units_done = static_cast<std::uint32_t>(record.results.size() - revoked_results(record).size()),
-                .units_leased = 0,
-                .units_set_aside = 0,
-                .isa = record.isa,
-                .error = record.ended.error,
-                .priority = entry.shape->spec.priority(),
-                .paused = false,
-                .revision = static_cast<std::uint32_t>(revoked_results(record).size()),
-                .notes = {},
-                .set_aside = {},
-                .units_adopted = 0,
-                .adopted_from = ""};
+    entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
+                         .units_total = units,
+                         .units_done = static_cast<std::uint32_t>(record.result_count - revoked.size()),
+                         .units_leased = 0,
+                         .units_set_aside = 0,
+                         .isa = record.isa,
+                         .error = record.ended.error,
+                         .priority = entry.shape->spec.priority(),
+                         .paused = false,
+                         .revision = static_cast<std::uint32_t>(revoked.size()),
+                         .notes = {},
+                         .set_aside = {},
+                         .units_adopted = 0,
+                         .adopted_from = ""};
     for (const SchedulerEvent& event : record.events) {
       const auto kind = static_cast<FarmEvent::Kind>(event.kind);
       if (kind == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
@@ -125,8 +128,18 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
       entry.past->units_adopted = static_cast<std::uint32_t>(event.value);
       entry.past->adopted_from = event.text;
     }
+    entry.units_by_sequence = {};
+    entry.past_revoked = revoked;
   }
   return entry;
+}
+
+void retire(JobEntry& entry, JobView view) {
+  const std::vector<std::uint32_t> units = std::exchange(entry.units_by_sequence, {});
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    if (units[i] == JobEntry::kRevoked) entry.past_revoked.push_back(i + 1);
+  }
+  entry.past = std::move(view);
 }
 
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
@@ -163,6 +176,13 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
     }
   }
   return status;
+}
+
+JobStats stats_of(const JobEntry& entry) {
+  v1::JobCost cost;
+  *cost.mutable_stats() = entry.stats;
+  entry.hosts.save(*cost.mutable_hosts());
+  return {.id = entry.id, .results = entry.units_by_sequence.size(), .stats = cost.SerializeAsString()};
 }
 
 namespace {

@@ -37,14 +37,16 @@ struct JobEntry {
   std::int64_t finished_unix_ms = 0;
   std::uint64_t uploaded_bytes = 0;
 
-  /// Set for a job that had ended before this coordinator started: the scheduler does not know it.
+  /// Set for a job that ended a while ago, or before this coordinator started: the scheduler does not know it.
   std::optional<JobView> past;
 
   v1::UnitStats stats;
   HostShares hosts;
-  /// Unit of each result, by sequence number - 1; kRevoked where the result does not count any more.
+  /// Unit of each result, by sequence number - 1; kRevoked where the result does not count any more. Empty when `past`
+  /// is set: the journal knows.
   std::vector<std::uint32_t> units_by_sequence;
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
+  std::vector<std::uint64_t> past_revoked;  // where `past` is set: numbers of results that do not count, ascending
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.
@@ -71,6 +73,9 @@ class JobTable {
   absl::flat_hash_map<std::string, JobEntry*> by_request_;
 };
 
+/// The scheduler need not know the job any more: nothing is kept of it that grows with its units.
+void retire(JobEntry& entry, JobView view);
+
 /// What the journal holds of a job. DataLoss when its spec cannot be read any more.
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record);
 
@@ -80,6 +85,9 @@ inline bool is_open(v1::JobState state) { return state == v1::QUEUED || state ==
 
 /// What a worker took for a unit.
 std::chrono::nanoseconds time_of(const v1::UnitStats& unit);
+
+/// What the results until now cost, to be journaled behind them.
+JobStats stats_of(const JobEntry& entry);
 
 /// Adds the cost of one unit. Warnings that are new are kept, up to a bound.
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit);

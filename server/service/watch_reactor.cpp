@@ -10,12 +10,17 @@ namespace tessera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kSlowReader{60};            // for a message of at most a few MB
 constexpr std::chrono::milliseconds kStatusInterval{800};  // below the second that watchers are promised
 
 class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
  public:
-  WatchReactor(Farm& farm, const v1::WatchJobRequest& request)
-      : farm_(farm), job_(request.job_id()), status_only_(request.status_only()), after_(request.after()) {}
+  WatchReactor(Farm& farm, grpc::CallbackServerContext* context, const v1::WatchJobRequest& request)
+      : farm_(farm),
+        context_(context),
+        job_(request.job_id()),
+        status_only_(request.status_only()),
+        after_(request.after()) {}
 
   void start() {
     self_.reset(this);
@@ -53,7 +58,11 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   bool wake() {
     const std::lock_guard lock(mutex_);
     if (over_) return false;
-    if (writing_) return true;
+    if (writing_) {
+      // Messages of a reader that takes none must not stay in memory. It may come back for the rest.
+      if (!broken_ && Clock::now() - last_message_ > kSlowReader) context_->TryCancel();
+      return true;
+    }
     if (broken_) return finish(grpc::Status::CANCELLED);
     if (last_message_sent_) return finish(grpc::Status::OK);
     if (farm_.stopping()) return finish({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
@@ -78,6 +87,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   }
 
   Farm& farm_;
+  grpc::CallbackServerContext* const context_;
   const std::string job_;
   const bool status_only_;
 
@@ -94,8 +104,9 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, const v1::WatchJobRequest& request) {
-  auto* const reactor = new WatchReactor(farm, request);
+grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, grpc::CallbackServerContext* context,
+                                                          const v1::WatchJobRequest& request) {
+  auto* const reactor = new WatchReactor(farm, context, request);
   reactor->start();
   return reactor;
 }

@@ -10,6 +10,7 @@ namespace tessera::server {
 
 /// Sends results as they become durable, at the pace at which the client reads, and a status every second between them.
 /// Holds one message at a time. Deletes itself when the call is over.
-grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, const v1::WatchJobRequest& request);
+grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, grpc::CallbackServerContext* context,
+                                                          const v1::WatchJobRequest& request);
 
 }  // namespace tessera::server

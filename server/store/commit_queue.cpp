@@ -6,10 +6,10 @@
 namespace tessera::server {
 namespace {
 
-std::uint64_t payload_bytes(const std::vector<JournalEntry>& entries) {
-  std::uint64_t bytes = 0;
+std::uint64_t bytes_of(const std::vector<JournalEntry>& entries) {
+  std::uint64_t bytes = entries.size() * sizeof(JournalEntry);
   for (const JournalEntry& entry : entries) {
-    if (const auto* const unit = std::get_if<UnitDone>(&entry)) bytes += unit->payload.size();
+    if (const auto* const unit = std::get_if<UnitDone>(&entry)) bytes += unit->payload.size() + unit->stats.size();
   }
   return bytes;
 }
@@ -30,7 +30,7 @@ CommitQueue::~CommitQueue() {
 void CommitQueue::push(std::vector<JournalEntry> entries, Done done) {
   {
     const std::lock_guard lock(mutex_);
-    waiting_bytes_ += payload_bytes(entries);
+    waiting_bytes_ += bytes_of(entries);
     items_.push_back({std::move(entries), std::move(done)});
   }
   wake_.notify_one();
@@ -58,7 +58,7 @@ void CommitQueue::run() {
     const absl::Status status = entries.empty() ? absl::OkStatus() : journal_.commit(entries);
     {
       const std::lock_guard lock(mutex_);
-      waiting_bytes_ -= payload_bytes(entries);
+      waiting_bytes_ -= bytes_of(entries);
     }
     for (const Item& item : batch) item.done(status);
   }

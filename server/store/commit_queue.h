@@ -27,7 +27,7 @@ class CommitQueue {
   /// pushed before is durable.
   void push(std::vector<JournalEntry> entries, Done done);
 
-  /// Payload bytes that wait, for callers to keep in bounds.
+  /// Bytes of memory that wait, for callers to keep in bounds.
   std::uint64_t waiting_bytes() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <mutex>
 #include <optional>
 
@@ -10,12 +11,17 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "store/result_file.h"
+#include "tessera/v1/job.pb.h"
 
 namespace tessera::server {
 namespace {
 
-// 2 added events and the columns `fetched` and `host`. Format 1 is brought up to date when it is opened.
-constexpr int kFormatVersion = 2;
+// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`. Older formats are brought
+// up to date when they are opened.
+constexpr int kFormatVersion = 3;
+
+// Results whose places are read at a time, of jobs that are over.
+constexpr std::uint64_t kIndexPage = 1024;
 
 constexpr char kSchema[] = R"(
   CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -56,6 +62,12 @@ constexpr char kFromFormat1[] = R"(
   UPDATE meta SET value = 2 WHERE key = 'format';
 )";
 
+constexpr char kFromFormat2[] = R"(
+  ALTER TABLE jobs ADD COLUMN stats BLOB NOT NULL DEFAULT x'';
+  ALTER TABLE jobs ADD COLUMN stats_results INTEGER NOT NULL DEFAULT 0;
+  UPDATE meta SET value = 3 WHERE key = 'format';
+)";
+
 std::string text(const SQLite::Column& column) { return column.getString(); }
 
 /// The coordinator's one writer; readers only touch result files.
@@ -82,6 +94,10 @@ class SqliteJournal final : public Journal {
     int format = database_.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
     if (format == 1) {
       database_.exec(kFromFormat1);
+      format = 2;
+    }
+    if (format == 2) {
+      database_.exec(kFromFormat2);
       format = kFormatVersion;
     }
     if (format != kFormatVersion) {
@@ -100,6 +116,8 @@ class SqliteJournal final : public Journal {
   absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override;
   absl::Status commit(const std::vector<JournalEntry>& entries) override;
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
+  absl::StatusOr<std::vector<std::uint32_t>> read_units(const std::string& job, std::uint64_t after,
+                                                        std::uint32_t most) override;
 
  private:
   struct Statements {
@@ -110,24 +128,30 @@ class SqliteJournal final : public Journal {
           bind(database, "UPDATE jobs SET isa = ? WHERE id = ?"),
           end(database, "UPDATE jobs SET state = ?, error = ?, finished_unix_ms = ? WHERE id = ?"),
           done(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)"),
+          stats(database, "UPDATE jobs SET stats = ?, stats_results = ? WHERE id = ?"),
           event(database, "INSERT INTO events (job, kind, unit, value, host, text) VALUES (?, ?, ?, ?, ?, ?)"),
           fetched(database, "UPDATE jobs SET fetched = 1 WHERE id = ?"),
           prune_job(database, "DELETE FROM jobs WHERE id = ?"),
           prune_results(database, "DELETE FROM results WHERE job = ?"),
           prune_events(database, "DELETE FROM events WHERE job = ?") {}
-    SQLite::Statement add, bind, end, done, event, fetched, prune_job, prune_results, prune_events;
+    SQLite::Statement add, bind, end, done, stats, event, fetched, prune_job, prune_results, prune_events;
   };
 
   static JobRecord read_row(SQLite::Statement& jobs);
-  absl::StatusOr<std::vector<std::uint64_t>> read_results(JobRecord& record);
+  /// `known`: of so many results the costs are not needed.
+  absl::StatusOr<std::vector<std::uint64_t>> read_results(JobRecord& record, std::uint64_t known);
   absl::Status recover_job(JobRecord& record);
   std::shared_ptr<ResultFile> results_of(const std::string& job);
+  // With database_mutex_ held.
+  void count_results(JobRecord& record);
+  absl::StatusOr<ResultFile::Extent> find_result(const std::string& job, std::uint64_t sequence, ResultFile& file);
   absl::Status write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends);
   void write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends);
   void write_row(const JobAdded& entry, std::uint64_t end);
   void write_row(const JobBound& entry, std::uint64_t end);
   void write_row(const JobEnded& entry, std::uint64_t end);
   void write_row(const UnitDone& entry, std::uint64_t end);
+  void write_row(const JobStats& entry, std::uint64_t end);
   void write_row(const SchedulerEvent& entry, std::uint64_t end);
   void write_row(const JobReopened& entry, std::uint64_t end);
   void write_row(const JobFetched& entry, std::uint64_t end);
@@ -173,7 +197,10 @@ absl::Status guarded(const char* what, Function function) {
 
 constexpr char kJobColumns[] =
     "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, error, finished_unix_ms, "
-    "fetched FROM jobs ";
+    "fetched, stats, stats_results FROM jobs ";
+
+/// Whether nothing can be added to the job any more. An incomplete one may be opened again.
+bool is_over(int state) { return state != 0 && state != v1::INCOMPLETE; }
 
 absl::Status SqliteJournal::recover(const std::function<absl::Status(JobRecord)>& visit) {
   const std::lock_guard lock(database_mutex_);
@@ -196,7 +223,7 @@ absl::StatusOr<JobRecord> SqliteJournal::read_job(const std::string& job) {
     jobs.bind(1, job);
     if (!jobs.executeStep()) return absl::NotFoundError(absl::StrCat("there is no job ", job));
     record = read_row(jobs);
-    return read_results(record).status();
+    return read_results(record, /*known=*/0).status();
   });
   if (!status.ok()) return status;
   return record;
@@ -217,11 +244,14 @@ JobRecord SqliteJournal::read_row(SQLite::Statement& jobs) {
                   .error = text(jobs.getColumn(8)),
                   .finished_unix_ms = jobs.getColumn(9).getInt64()};
   record.fetched = jobs.getColumn(10).getInt() != 0;
+  record.stats = {.id = record.added.id,
+                  .results = static_cast<std::uint64_t>(jobs.getColumn(12).getInt64()),
+                  .stats = text(jobs.getColumn(11))};
   return record;
 }
 
 /// Results and events; returns where the payloads end.
-absl::StatusOr<std::vector<std::uint64_t>> SqliteJournal::read_results(JobRecord& record) {
+absl::StatusOr<std::vector<std::uint64_t>> SqliteJournal::read_results(JobRecord& record, std::uint64_t known) {
   SQLite::Statement rows(
       database_, "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
   rows.bind(1, record.added.id);
@@ -237,20 +267,38 @@ absl::StatusOr<std::vector<std::uint64_t>> SqliteJournal::read_results(JobRecord
     ends.push_back(static_cast<std::uint64_t>(end));
     record.results.push_back({.unit = rows.getColumn(1).getUInt(),
                               .digest = text(rows.getColumn(2)),
-                              .stats = text(rows.getColumn(4)),
+                              .stats = ends.size() > known ? text(rows.getColumn(4)) : "",
                               .host = text(rows.getColumn(5)),
                               .bytes = ends.back() - begin});
   }
   record.result_bytes = ends.empty() ? 0 : ends.back();
+  record.result_count = ends.size();
   return ends;
 }
 
+void SqliteJournal::count_results(JobRecord& record) {
+  SQLite::Statement last(database_, "SELECT sequence, end FROM results WHERE job = ? ORDER BY sequence DESC LIMIT 1");
+  last.bind(1, record.added.id);
+  if (!last.executeStep()) return;
+  record.result_count = static_cast<std::uint64_t>(last.getColumn(0).getInt64());
+  record.result_bytes = static_cast<std::uint64_t>(last.getColumn(1).getInt64());
+}
+
 absl::Status SqliteJournal::recover_job(JobRecord& record) {
-  absl::StatusOr<std::vector<std::uint64_t>> ends = read_results(record);
-  if (!ends.ok()) return ends.status();
-  if (ends->empty()) return absl::OkStatus();
-  const auto file = std::make_shared<ResultFile>(disk_, result_path(record.added.id), *std::move(ends));
-  results_[record.added.id] = file;
+  const std::string& id = record.added.id;
+  std::shared_ptr<ResultFile> file;
+  count_results(record);
+  if (is_over(record.ended.state) && record.stats.results == record.result_count) {
+    record.events = read_events(id);
+    file = std::make_shared<ResultFile>(disk_, result_path(id), record.result_count, record.result_bytes);
+  } else {
+    absl::StatusOr<std::vector<std::uint64_t>> ends = read_results(record, record.stats.results);
+    if (!ends.ok()) return ends.status();
+    file = std::make_shared<ResultFile>(disk_, result_path(id), *std::move(ends));
+    if (is_over(record.ended.state)) file->forget_ends();
+  }
+  if (record.result_count == 0) return absl::OkStatus();
+  results_[id] = file;
   return file->check();
 }
 
@@ -274,7 +322,11 @@ absl::Status SqliteJournal::commit(const std::vector<JournalEntry>& entries) {
 /// What follows from an entry that is durable.
 void SqliteJournal::put_in_effect(const JournalEntry& entry, std::uint64_t end) {
   if (const auto* const unit = std::get_if<UnitDone>(&entry)) results_of(unit->job)->keep(end);
-  if (const auto* const ended = std::get_if<JobEnded>(&entry)) results_of(ended->id)->close();
+  if (const auto* const ended = std::get_if<JobEnded>(&entry)) {
+    const std::shared_ptr<ResultFile> file = results_of(ended->id);
+    file->close();
+    if (is_over(ended->state)) file->forget_ends();
+  }
   if (const auto* const pruned = std::get_if<JobPruned>(&entry)) {
     {
       const std::lock_guard lock(results_mutex_);
@@ -319,7 +371,11 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
     if (unit == nullptr) continue;
     const std::shared_ptr<ResultFile> file = results_of(unit->job);
     absl::StatusOr<std::string> copy = std::string();
-    if (!unit->from_job.empty()) copy = results_of(unit->from_job)->read(unit->from_sequence);
+    if (!unit->from_job.empty()) {
+      const std::shared_ptr<ResultFile> from = results_of(unit->from_job);
+      const absl::StatusOr<ResultFile::Extent> extent = find_result(unit->from_job, unit->from_sequence, *from);
+      copy = extent.ok() ? from->read(*extent) : extent.status();
+    }
     if (!copy.ok()) return copy.status();
     const absl::StatusOr<std::uint64_t> end = file->append(unit->from_job.empty() ? unit->payload : *copy);
     if (!end.ok()) return end.status();
@@ -386,6 +442,15 @@ void SqliteJournal::write_row(const UnitDone& entry, std::uint64_t end) {
   row.exec();
 }
 
+void SqliteJournal::write_row(const JobStats& entry, std::uint64_t) {
+  SQLite::Statement& row = statements_->stats;
+  row.reset();
+  row.bind(1, entry.stats.data(), static_cast<int>(entry.stats.size()));
+  row.bind(2, static_cast<std::int64_t>(entry.results));
+  row.bind(3, entry.id);
+  row.exec();
+}
+
 void SqliteJournal::write_row(const SchedulerEvent& entry, std::uint64_t) {
   SQLite::Statement& row = statements_->event;
   row.reset();
@@ -425,7 +490,62 @@ std::shared_ptr<ResultFile> SqliteJournal::results_of(const std::string& job) {
 }
 
 absl::StatusOr<std::string> SqliteJournal::read_result(const std::string& job, std::uint64_t sequence) {
-  return results_of(job)->read(sequence);
+  const std::shared_ptr<ResultFile> file = results_of(job);
+  const absl::StatusOr<std::optional<ResultFile::Extent>> known = file->extent(sequence);
+  if (!known.ok()) return known.status();
+  if (*known) return file->read(**known);
+  absl::StatusOr<ResultFile::Extent> found;
+  {
+    const std::lock_guard lock(database_mutex_);
+    const absl::Status status = guarded("reading", [&] {
+      found = find_result(job, sequence, *file);
+      return found.status();
+    });
+    if (!status.ok()) return status;
+  }
+  return file->read(*found);
+}
+
+/// Where a result is; of a job that is over, with those around it.
+absl::StatusOr<ResultFile::Extent> SqliteJournal::find_result(const std::string& job, std::uint64_t sequence,
+                                                              ResultFile& file) {
+  const absl::StatusOr<std::optional<ResultFile::Extent>> known = file.extent(sequence);
+  if (!known.ok()) return known.status();
+  if (*known) return **known;
+  const std::uint64_t before = (sequence - 1) / kIndexPage * kIndexPage;
+  SQLite::Statement rows(database_,
+                         "SELECT end FROM results WHERE job = ? AND sequence BETWEEN ? AND ? ORDER BY sequence");
+  rows.bind(1, job);
+  rows.bind(2, static_cast<std::int64_t>(before));
+  rows.bind(3, static_cast<std::int64_t>(before + kIndexPage));
+  std::uint64_t begin = 0;
+  if (before > 0 && rows.executeStep()) begin = static_cast<std::uint64_t>(rows.getColumn(0).getInt64());
+  std::vector<std::uint64_t> ends;
+  while (rows.executeStep()) ends.push_back(static_cast<std::uint64_t>(rows.getColumn(0).getInt64()));
+  const std::uint64_t i = sequence - before - 1;
+  if (i >= ends.size() || !std::is_sorted(ends.begin(), ends.end()) || ends.front() < begin) {
+    return absl::DataLossError(absl::StrCat("journal: job ", job, " lacks result ", sequence));
+  }
+  const ResultFile::Extent extent{.begin = i == 0 ? begin : ends[i - 1], .end = ends[i]};
+  file.remember_ends(before, begin, std::move(ends));
+  return extent;
+}
+
+absl::StatusOr<std::vector<std::uint32_t>> SqliteJournal::read_units(const std::string& job, std::uint64_t after,
+                                                                     std::uint32_t most) {
+  const std::lock_guard lock(database_mutex_);
+  std::vector<std::uint32_t> units;
+  const absl::Status status = guarded("reading", [&] {
+    SQLite::Statement rows(database_,
+                           "SELECT unit FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
+    rows.bind(1, job);
+    rows.bind(2, static_cast<std::int64_t>(after));
+    rows.bind(3, most);
+    while (rows.executeStep()) units.push_back(rows.getColumn(0).getUInt());
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return units;
 }
 
 }  // namespace

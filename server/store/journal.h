@@ -52,6 +52,13 @@ struct UnitDone {
   std::uint64_t from_sequence = 0;
 };
 
+/// What the first `results` results of a job cost together, so that a restart need not add them up again.
+struct JobStats {
+  std::string id;
+  std::uint64_t results = 0;
+  std::string stats;  // serialized UnitStats
+};
+
 /// Something of which the scheduler must be told again after a restart; only it knows what the fields mean.
 struct SchedulerEvent {
   std::string job;  // empty: of the whole farm
@@ -78,7 +85,7 @@ struct JobPruned {
 };
 
 using JournalEntry =
-    std::variant<JobAdded, JobBound, JobEnded, UnitDone, SchedulerEvent, JobReopened, JobFetched, JobPruned>;
+    std::variant<JobAdded, JobBound, JobEnded, UnitDone, JobStats, SchedulerEvent, JobReopened, JobFetched, JobPruned>;
 
 /// Everything that was committed about a job but for its payloads.
 struct JobRecord {
@@ -92,7 +99,9 @@ struct JobRecord {
     std::string host;
     std::uint64_t bytes = 0;  // of its payload
   };
-  std::vector<Result> results;  // by sequence number - 1
+  std::vector<Result> results;  // by sequence number - 1; not of jobs that are over, whose `stats` cover all
+  std::uint64_t result_count = 0;
+  JobStats stats;
   std::vector<SchedulerEvent> events;
   bool fetched = false;
   std::uint64_t result_bytes = 0;
@@ -106,7 +115,8 @@ class Journal {
   /// One more at each start.
   virtual std::uint64_t epoch() const = 0;
 
-  /// Every job ever added, in that order. To be called once, before the first commit. DataLoss when the data is
+  /// Every job ever added, in that order; costs of single results only where JobRecord::stats does not have them. To be
+  /// called once, before the first commit. DataLoss when the data is
   /// damaged.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
 
@@ -122,6 +132,10 @@ class Journal {
 
   /// The payload of a committed result. OutOfRange when there is none of that number.
   virtual absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) = 0;
+
+  /// Units of at most `most` committed results after the number `after`, in order.
+  virtual absl::StatusOr<std::vector<std::uint32_t>> read_units(const std::string& job, std::uint64_t after,
+                                                                std::uint32_t most) = 0;
 };
 
 /// In a data directory, made when there is nothing yet; an empty path: in memory. FailedPrecondition when a newer

@@ -7,7 +7,14 @@
 namespace tessera::server {
 
 ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends)
-    : disk_(disk), path_(std::move(path)), ends_(std::move(ends)), appended_(ends_.empty() ? 0 : ends_.back()) {}
+    : disk_(disk),
+      path_(std::move(path)),
+      count_(ends.size()),
+      ends_(std::move(ends)),
+      appended_(ends_.empty() ? 0 : ends_.back()) {}
+
+ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end)
+    : disk_(disk), path_(std::move(path)), count_(count), before_(count), begin_(end), appended_(end) {}
 
 absl::Status ResultFile::check() const {
   const auto file = disk_.open(path_, /*create=*/false);
@@ -38,6 +45,7 @@ absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
 void ResultFile::keep(std::uint64_t end) {
   const std::lock_guard lock(mutex_);
   ends_.push_back(end);
+  ++count_;
 }
 
 void ResultFile::close() {
@@ -45,21 +53,35 @@ void ResultFile::close() {
   file_.reset();
 }
 
-absl::StatusOr<std::string> ResultFile::read(std::uint64_t sequence) const {
+void ResultFile::forget_ends() { remember_ends(count_, appended_, {}); }
+
+void ResultFile::remember_ends(std::uint64_t before, std::uint64_t begin, std::vector<std::uint64_t> ends) {
   const std::lock_guard lock(mutex_);
-  if (sequence == 0 || sequence > ends_.size())
-    return absl::OutOfRangeError(absl::StrCat("there is no result ", sequence));
-  const std::uint64_t begin = sequence == 1 ? 0 : ends_[sequence - 2];
-  std::string payload(ends_[sequence - 1] - begin, '\0');
+  before_ = before;
+  begin_ = begin;
+  ends_ = std::move(ends);
+}
+
+absl::StatusOr<std::optional<ResultFile::Extent>> ResultFile::extent(std::uint64_t sequence) const {
+  const std::lock_guard lock(mutex_);
+  if (sequence == 0 || sequence > count_) return absl::OutOfRangeError(absl::StrCat("there is no result ", sequence));
+  if (sequence <= before_ || sequence > before_ + ends_.size()) return std::nullopt;
+  const std::uint64_t i = sequence - before_ - 1;
+  return Extent{.begin = i == 0 ? begin_ : ends_[i - 1], .end = ends_[i]};
+}
+
+absl::StatusOr<std::string> ResultFile::read(const Extent& extent) const {
+  const std::lock_guard lock(mutex_);
+  std::string payload(extent.end - extent.begin, '\0');
   absl::Status status;
   if (in_memory()) {
-    status = memory_->read_at(begin, payload.data(), payload.size());
+    status = memory_->read_at(extent.begin, payload.data(), payload.size());
   } else if (file_) {
-    status = file_->read_at(begin, payload.data(), payload.size());
+    status = file_->read_at(extent.begin, payload.data(), payload.size());
   } else {
     const auto file = disk_.open(path_, /*create=*/false);
     if (!file.ok()) return file.status();
-    status = (*file)->read_at(begin, payload.data(), payload.size());
+    status = (*file)->read_at(extent.begin, payload.data(), payload.size());
   }
   if (!status.ok()) return status;
   return payload;

@@ -22,6 +22,10 @@ class ResultFile {
   /// overwritten. An empty path: in memory.
   ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends);
 
+  /// Of a job that is over: `count` results, of which the last ends at `end`. Where they end is told when they are
+  /// read.
+  ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end);
+
   /// DataLoss when the file is shorter than what was journaled.
   absl::Status check() const;
 
@@ -33,9 +37,18 @@ class ResultFile {
   void keep(std::uint64_t end);
   /// No more results will come, unless the job is opened again.
   void close();
+  /// Forgets where results end: the memory that a job takes must not outlive it.
+  void forget_ends();
+  /// Remembers, instead of all else, where results end that come behind the first `before` ones, which end at
+  /// `begin`.
+  void remember_ends(std::uint64_t before, std::uint64_t begin, std::vector<std::uint64_t> ends);
 
-  /// `sequence` from 1 on. OutOfRange when there is no such result.
-  absl::StatusOr<std::string> read(std::uint64_t sequence) const;
+  struct Extent {
+    std::uint64_t begin = 0, end = 0;
+  };
+  /// Of result `sequence`, from 1 on; nothing when it is not remembered. OutOfRange when there is no such result.
+  absl::StatusOr<std::optional<Extent>> extent(std::uint64_t sequence) const;
+  absl::StatusOr<std::string> read(const Extent& extent) const;
 
  private:
   bool in_memory() const { return path_.empty(); }
@@ -45,7 +58,10 @@ class ResultFile {
   mutable std::mutex mutex_;
   std::optional<File> memory_;  // instead of a file on the disk
   std::unique_ptr<DiskFile> file_;
-  std::vector<std::uint64_t> ends_;
+  std::uint64_t count_;
+  std::uint64_t before_ = 0;         // results that come before those remembered,
+  std::uint64_t begin_ = 0;          // and where they end
+  std::vector<std::uint64_t> ends_;  // of those remembered
   std::uint64_t appended_;
 };
 

@@ -35,6 +35,7 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
       if (done->sequence != record.results.size() + 1) {
         return absl::InternalError(absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
       }
+      ++record.result_count;
       record.results.push_back({.unit = done->unit, .digest = done->digest, .stats = done->stats, .host = done->host});
     } else if (const auto* event = std::get_if<SchedulerEvent>(&entry)) {
       (event->job.empty() ? farm_events_ : find(event->job)->events).push_back(*event);
@@ -55,6 +56,10 @@ absl::StatusOr<JobRecord> ModelJournal::read_job(const std::string& job) {
 
 absl::StatusOr<std::string> ModelJournal::read_result(const std::string& job, std::uint64_t sequence) {
   return absl::UnimplementedError("the model keeps no payloads");
+}
+
+absl::StatusOr<std::vector<std::uint32_t>> ModelJournal::read_units(const std::string&, std::uint64_t, std::uint32_t) {
+  return absl::UnimplementedError("nobody fetches from the model");
 }
 
 }  // namespace tessera::server

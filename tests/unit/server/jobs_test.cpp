@@ -105,6 +105,34 @@ TEST_F(JobsTest, AWatcherComesLateOrComesBack) {
   watch(watch_request("nothing"), grpc::StatusCode::NOT_FOUND);
 }
 
+TEST_F(JobsTest, AJobThatIsOverTakesNoMemoryAndIsFetchedFromTheJournal) {
+  CoordinatorOptions options;
+  options.late_results = std::chrono::milliseconds(0);
+  start(std::move(options));
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 100);
+  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  const v1::JobStatus before = job(id);
+  // A late result is compared with the accepted one as long as its fingerprint is kept.
+  while (!complete(worker, leases.leases(0), payload_for(leases.leases(0).unit(), /*seed=*/1)).ok()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(job(id).DebugString(), before.DebugString());
+  std::set<std::uint32_t> units;
+  std::uint64_t sequence = 0;
+  for (const v1::WatchJobResponse& message : watch(watch_request(id))) {
+    for (const v1::UnitResult& result : message.results()) {
+      EXPECT_EQ(result.sequence(), ++sequence);
+      EXPECT_EQ(result.payload(), payload_for(result.unit()));
+      EXPECT_TRUE(units.insert(result.unit().index()).second);
+    }
+  }
+  EXPECT_EQ(units.size(), 4u);
+  EXPECT_TRUE(cancel(id).ok());
+  EXPECT_EQ(job(id).state(), v1::DONE);
+}
+
 TEST_F(JobsTest, CancellingEndsTheStream) {
   const std::string id = submit(job_spec());
   auto watched = std::async([&] { return watch(watch_request(id)); });

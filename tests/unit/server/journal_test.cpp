@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "store/data_dir.h"
 #include "support/temp_dir.h"
+#include "tessera/v1/job.pb.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -146,6 +147,52 @@ TEST_F(JournalTest, ThereIsNothingBeyondTheLastResult) {
     EXPECT_EQ(journal->read_result("a", sequence).status().code(), absl::StatusCode::kOutOfRange);
   }
   EXPECT_EQ(journal->read_result("b", 1).status().code(), absl::StatusCode::kOutOfRange);
+}
+
+TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
+  constexpr std::uint64_t kResults = 2500;  // more than are looked up at a time
+  std::vector<JournalEntry> entries = {job_added("a")};
+  for (std::uint64_t sequence = 1; sequence <= kResults; ++sequence) entries.push_back(unit_done("a", sequence));
+  auto journal = open();
+  ASSERT_TRUE(journal->commit(entries).ok());
+  ASSERT_TRUE(journal->commit({JobEnded{"a", v1::DONE, "", 17}, JobStats{"a", kResults, "all of it"}}).ok());
+  const auto expect_results = [&] {
+    for (const std::uint64_t sequence :
+         {kResults, std::uint64_t{1}, std::uint64_t{1024}, std::uint64_t{1025}, kResults}) {
+      EXPECT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
+    }
+    EXPECT_EQ(journal->read_result("a", kResults + 1).status().code(), absl::StatusCode::kOutOfRange);
+    EXPECT_EQ(journal->read_units("a", 1023, 2).value(),
+              (std::vector<std::uint32_t>{unit_done("a", 1024).unit, unit_done("a", 1025).unit}));
+    EXPECT_TRUE(journal->read_units("a", kResults, 10).value().empty());
+  };
+  expect_results();
+  journal.reset();
+  journal = open();
+  const std::vector<JobRecord> records = recover(*journal);
+  EXPECT_TRUE(records[0].results.empty()) << "a start takes no longer for jobs that are over";
+  EXPECT_EQ(records[0].result_count, kResults);
+  EXPECT_EQ(records[0].stats.stats, "all of it");
+  expect_results();
+  // Another job can still take its results over.
+  UnitDone copy = unit_done("b", 1);
+  copy.from_job = "a";
+  copy.from_sequence = 1500;
+  ASSERT_TRUE(journal->commit({job_added("b"), copy}).ok());
+  EXPECT_EQ(journal->read_result("b", 1).value(), payload_of("a", 1500));
+}
+
+TEST_F(JournalTest, WhatIsAddedUpIsNotReadAgain) {
+  auto journal = open();
+  ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobStats{"a", 2, "of two"}}).ok());
+  ASSERT_TRUE(journal->commit({unit_done("a", 3)}).ok());
+  journal.reset();
+  const JobRecord record = recover(*open())[0];
+  EXPECT_EQ(record.stats.results, 2u);
+  EXPECT_EQ(record.stats.stats, "of two");
+  ASSERT_EQ(record.results.size(), 3u);
+  EXPECT_EQ(record.results[1].stats, "");
+  EXPECT_EQ(record.results[2].stats, "stats 3");
 }
 
 TEST_F(JournalTest, ACommitIsAllOrNothingAndAnErrorIsTheEnd) {
