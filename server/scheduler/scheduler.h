@@ -176,6 +176,7 @@ class Scheduler {
   std::string what_is_missing(const Job& job) const;
 
   // ---- scheduler_audit.cpp
+  void restore_audits(Job& job);
   bool audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const;
   bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
   bool anyone_can_audit(const Job& job, const Audit& audit) const;

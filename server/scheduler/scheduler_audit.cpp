@@ -13,6 +13,9 @@ namespace {
 // Audits of one job that may wait at a time.
 constexpr std::size_t kMaxAudits = 256;
 
+// Audits of one job that are made, or made again, after a restart.
+constexpr std::size_t kRestoredAudits = 32;
+
 /// The same choice after a restart, and for every order of results.
 bool chosen(const std::string& job, std::uint32_t unit, std::uint32_t one_in) {
   std::uint64_t x = 0xcbf29ce484222325u;
@@ -24,6 +27,25 @@ bool chosen(const std::string& job, std::uint32_t unit, std::uint32_t one_in) {
 }
 
 }  // namespace
+
+/// Which audits were waiting is not journaled. They are asked for first of all, so they are among those of the latest
+/// results.
+void Scheduler::restore_audits(Job& job) {
+  if (!job.open()) return;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> latest;  // sequence number, unit
+  for (std::uint32_t unit = 0; unit < job.units.count(); ++unit) {
+    if (job.units.state(unit) != UnitState::kDone || !chosen(job.request.id, unit, options_.audit_one_in)) continue;
+    latest.emplace_back(job.units.result(unit).sequence, unit);
+  }
+  std::sort(latest.rbegin(), latest.rend());
+  if (latest.size() > kRestoredAudits) latest.resize(kRestoredAudits);
+  for (const auto& [sequence, unit] : latest) {
+    const AcceptedResult& accepted = job.units.result(unit);
+    if (accepted.host >= hosts_.size() || distrusted_.contains(hosts_[accepted.host])) continue;
+    job.audits[unit] = {.opinions = {{hosts_[accepted.host], accepted.fingerprint}}, .out = false};
+  }
+  if (!job.audits.empty()) auditing_.insert(job.number);
+}
 
 bool Scheduler::audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const {
   return chosen(job.request.id, unit, options_.audit_one_in) && job.audits.size() < kMaxAudits &&

@@ -277,6 +277,7 @@ absl::Status Scheduler::restored(std::string_view id) {
     if (!job.open()) break;
     judge_unit(job, unit);
   }
+  restore_audits(job);
   settle(job);
   return absl::OkStatus();
 }
