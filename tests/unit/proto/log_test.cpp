@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "wire/line_limit.h"
 
 namespace tessera::wire {
 namespace {
@@ -96,6 +99,16 @@ TEST_F(Log, WhatIsQuotedCannotForgeLines) {
   EXPECT_FALSE(read.contains("job"));
   spdlog::info("not UTF-8: \xff");
   EXPECT_EQ(object()["message"], "not UTF-8: \xef\xbf\xbd");
+}
+
+TEST(LineLimit, TenAMinuteAndTheRestCounted) {
+  LineLimit limit;
+  const std::chrono::steady_clock::time_point start{std::chrono::hours{1}};
+  for (int i = 0; i < 25; ++i) EXPECT_EQ(limit.count(start + std::chrono::seconds{2 * i}).write, i < 10) << i;
+  const LineLimit::Verdict next = limit.count(start + std::chrono::seconds{61});
+  EXPECT_TRUE(next.write);
+  EXPECT_EQ(next.left_out, 15);
+  EXPECT_EQ(limit.count(start + std::chrono::seconds{200}).left_out, 0);
 }
 
 }  // namespace

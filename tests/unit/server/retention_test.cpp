@@ -93,10 +93,10 @@ TEST_F(Retention, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
   wait_until_gone(fetched);
   EXPECT_TRUE(has(unfetched));
   EXPECT_TRUE(has(open));
-  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "results" / fetched));
   // A restart brings nothing back, and changes nothing of what is kept.
   start(short_lived);
   EXPECT_FALSE(has(fetched));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "results" / fetched));
   EXPECT_TRUE(has(unfetched));
   fetch(unfetched);
   wait_until_gone(unfetched);
