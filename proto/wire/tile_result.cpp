@@ -33,7 +33,6 @@ static_assert(std::endian::native == std::endian::little, "words are copied as t
 
 constexpr char kMagic[] = "TSRTILE1";
 constexpr std::size_t kFixedHeaderBytes = 8 + 7 * 4;
-constexpr std::size_t kMaxChannels = 64;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr int kCompressionLevel = 1;
 
@@ -209,13 +208,17 @@ std::string encode_tile_result(const TileResult& result) {
   return bytes;
 }
 
-absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_t max_pixels) {
+absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_t max_pixels,
+                                              std::size_t max_channels) {
   TileResult result;
   const absl::StatusOr<std::size_t> header_size = decode_header(bytes, result);
   if (!header_size.ok()) return header_size.status();
   const std::uint64_t pixels = std::uint64_t{result.x1 - result.x0} * (result.y1 - result.y0);
   if (pixels > max_pixels) {
     return unsound(absl::StrCat(pixels, " pixels, where at most ", max_pixels, " were expected"));
+  }
+  if (result.channels.size() > max_channels) {
+    return unsound(absl::StrCat(result.channels.size(), " channels, where at most ", max_channels, " were expected"));
   }
 
   // The frame must say by itself that it holds just what the header promises, before anything is allocated.

@@ -57,8 +57,12 @@ void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pix
 /// zstd-compressed bytes with a checksum.
 std::string encode_tile_result(const TileResult& result);
 
-/// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels` pixels is
-/// ever allocated.
-absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_t max_pixels = std::size_t{1} << 24);
+/// Most channels of a result.
+inline constexpr std::size_t kMaxChannels = 64;
+
+/// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels` pixels of
+/// `max_channels` channels is ever allocated, however much the bytes would inflate to.
+absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_t max_pixels = std::size_t{1} << 24,
+                                              std::size_t max_channels = kMaxChannels);
 
 }  // namespace tessera::wire

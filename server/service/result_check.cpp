@@ -20,7 +20,7 @@ absl::StatusOr<std::string> check_result(std::string_view payload, std::uint32_t
   const v1::PixelRect& pixels = extent.pixels();
   const v1::SampleRange& samples = extent.samples();
   const std::size_t pixel_count = std::size_t{pixels.x1() - pixels.x0()} * (pixels.y1() - pixels.y0());
-  const absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload, pixel_count);
+  const absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload, pixel_count, channels.size());
   if (!result.ok()) return result.status();
 
   const auto unfit = [&](const char* what) {

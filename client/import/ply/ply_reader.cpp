@@ -270,6 +270,7 @@ absl::Status PlyMeshReader::read_vertices(const PlyElement& element) {
 }
 
 void PlyMeshReader::read_fixed_vertices(const PlyElement& element, const std::vector<VertexTarget>& targets) {
+  if (element.count == 0) return;
   // check_count has made sure that all bytes are there.
   const std::size_t record = element.min_bytes(header_.format);
   const char* const data = cursor_.position();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <new>
 
 namespace tessera::wire {
 namespace {
@@ -107,6 +108,9 @@ template <class Work>
 ImageFault guarded(std::string& message, const Work& work) {
   try {
     return work();
+  } catch (const std::bad_alloc&) {
+    message = "there is not enough memory for it";
+    return ImageFault::kTooLarge;
   } catch (const std::exception& error) {
     message = error.what();
     return ImageFault::kInvalid;

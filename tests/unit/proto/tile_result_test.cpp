@@ -54,6 +54,14 @@ TEST(TileResult, RefusesMorePixelsThanExpected) {
 }
 
 // A zstd frame has a few bits without a meaning; whatever is taken must be the same result.
+TEST(TileResult, RefusesMoreChannelsThanExpected) {
+  const TileResult result = sample_result();
+  const std::string bytes = encode_tile_result(result);
+  EXPECT_TRUE(decode_tile_result(bytes, result.pixel_count(), result.channels.size()).ok());
+  const auto fewer = decode_tile_result(bytes, result.pixel_count(), result.channels.size() - 1);
+  EXPECT_THAT(std::string(fewer.status().message()), HasSubstr("channels"));
+}
+
 TEST(TileResult, EveryFlippedByteIsNoticedOrMeansNothing) {
   const TileResult result = sample_result();
   const std::string sound = encode_tile_result(result);
