@@ -44,6 +44,11 @@ inline constexpr std::uint32_t kMaxLeasesPerWorker = 4096;
 /// Longest wait of a Lease call, seconds; longer ones are answered with nothing after this time.
 inline constexpr int kMaxLeaseWaitSeconds = 30;
 
+/// Most textures, and mixed materials, within one another; and most look-ups that one texture may take, all that it is made
+/// of included: a few hundred lines could name billions otherwise.
+inline constexpr int kMaxNesting = 64;
+inline constexpr double kMaxTextureLookups = 4096;
+
 /// Most characters in a name, an error message or a warning that one program keeps for another.
 inline constexpr std::size_t kMaxTextBytes = 4096;
 

@@ -184,6 +184,58 @@ TEST(LoadScene, RefusesByName) {
   EXPECT_THAT(std::string(load("instances { object: 'tree' }").message()), HasSubstr("object 'tree' does not exist"));
 }
 
+/// `count` textures that are made of the one before twice, and materials likewise; their middle makes a sphere.
+std::string doubled_textures(int count) {
+  std::string scene = "textures { name: 't0' noise {} } shapes { sphere { radius: 1 } material: 'm' }";
+  for (int i = 1; i <= count; ++i) {
+    absl::StrAppend(&scene, "textures { name: 't", i, "' scale { value { texture: 't", i - 1,
+                    "' } factor { texture: 't", i - 1, "' } } }");
+  }
+  return absl::StrCat(scene, "materials { name: 'm' diffuse { reflectance { texture: 't", count, "' } } }");
+}
+
+std::string nested_mixes(int count) {
+  std::string scene = "materials { name: 'm0' diffuse {} }";
+  for (int i = 1; i <= count; ++i) {
+    absl::StrAppend(&scene, "materials { name: 'm", i, "' mix { a: 'm", i - 1, "' b: 'm0' } }");
+  }
+  return scene;
+}
+
+std::string nested_textures(int count) {
+  std::string scene;
+  for (int i = count; i > 0; --i) {
+    absl::StrAppend(&scene, "textures { name: 't", i, "' scale { value { texture: 't", i - 1, "' } } }");
+  }
+  return absl::StrCat(scene, "textures { name: 't0' noise {} }");
+}
+
+TEST(LoadScene, RefusesAFewLinesThatWouldTakeForever) {
+  EXPECT_EQ(load(doubled_textures(10)), absl::OkStatus());
+  EXPECT_THAT(std::string(load(doubled_textures(40)).message()), HasSubstr("texture 't12': it takes more than 4096"));
+  EXPECT_EQ(load(nested_textures(60)), absl::OkStatus());
+  EXPECT_THAT(std::string(load(nested_textures(20'000)).message()), HasSubstr("more than 64 textures within one"));
+  EXPECT_EQ(load(nested_mixes(64)), absl::OkStatus());
+  for (const int count : {65, 20'000}) {
+    EXPECT_THAT(std::string(load(nested_mixes(count)).message()), HasSubstr("more than 64 mixes within one another"));
+  }
+}
+
+TEST(LoadScene, AChannelOfAnImageIsOneThatThereIs) {
+  // The wire lets any number through. It must not become an offset into memory.
+  v1::Scene scene;
+  v1::ImageTexture& image = *scene.add_textures()->mutable_image();
+  image.set_channel(static_cast<v1::ImageTexture::Channel>(1 << 20));
+  scene.mutable_camera()->mutable_perspective()->set_fov_degrees(40);
+  v1::JobSpec job;
+  job.set_width(8);
+  job.set_height(8);
+  job.mutable_settings()->set_spp(1);
+  const auto no_blobs = [](const std::string&) { return absl::NotFoundError("none"); };
+  const auto loaded = render::load_scene(scene, job, no_blobs, {.isa = render::supported_isas().front(), .threads = 1});
+  EXPECT_THAT(std::string(loaded.status().message()), HasSubstr("its channel is unknown"));
+}
+
 TEST(LoadScene, AnEmptySceneIsBlack) {
   const Mean mean = render_mean("", 4, 5, render::supported_isas().front());
   for (const double c : mean.rgb) EXPECT_EQ(c, 0);

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/scene_builder.h"
+#include "wire/limits.h"
 
 namespace tessera::render {
 
@@ -64,18 +65,24 @@ absl::Status SceneBuilder::build_materials() {
 absl::Status SceneBuilder::check_mixes() const {
   // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a surface
   // needs no look, as light only gets there once.
+  constexpr int kUnknown = -1, kOnThePath = -2;
   const auto& records = tables_.materials.materials;
-  std::vector<int> state(records.size(), 0);  // 1: on the path, 2: sound
-  const std::function<bool(int)> sound = [&](int i) {
-    if (state[i] == 1) return false;
-    if (state[i] == 2 || records[i].kind != BsdfKind::kMix) return true;
-    state[i] = 1;
-    const bool ok = sound(records[i].mix_a) && sound(records[i].mix_b);
-    state[i] = 2;
-    return ok;
+  std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
+  const std::function<absl::Status(int, int)> look = [&](int i, int above) {
+    if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
+    if (records[i].kind != BsdfKind::kMix) nesting[i] = 0;
+    if (nesting[i] == kUnknown && above < wire::kMaxNesting) {
+      nesting[i] = kOnThePath;
+      for (const int part : {records[i].mix_a, records[i].mix_b}) {
+        if (auto s = look(part, above + 1); !s.ok()) return s;
+      }
+      nesting[i] = 1 + std::max(nesting[records[i].mix_a], nesting[records[i].mix_b]);
+    }
+    if (nesting[i] != kUnknown && above + nesting[i] <= wire::kMaxNesting) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat("more than ", wire::kMaxNesting, " mixes within one another"));
   };
   for (const auto& [name, index] : materials_) {
-    if (!sound(index)) return absl::InvalidArgumentError(absl::StrCat("material '", name, "': it mixes itself"));
+    if (auto s = look(index, 0); !s.ok()) return located(s, absl::StrCat("material '", name, "'"));
   }
   return absl::OkStatus();
 }

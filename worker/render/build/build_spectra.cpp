@@ -1,5 +1,6 @@
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <mutex>
 #include <thread>
 
@@ -13,6 +14,16 @@ namespace {
 SampledCurve curve_of(const v1::SampledSpectrum& sampled) {
   return {{sampled.wavelengths_nm().begin(), sampled.wavelengths_nm().end()},
           {sampled.values().begin(), sampled.values().end()}};
+}
+
+/// On a thread of its own nobody would catch what is thrown.
+template <class Work>
+absl::Status without_exceptions(const Work& work) {
+  try {
+    return work();
+  } catch (const std::exception& error) {  // out of memory, above all
+    return absl::ResourceExhaustedError(error.what());
+  }
 }
 
 }  // namespace
@@ -66,7 +77,7 @@ absl::Status parallel_for(std::size_t n, int threads, const std::function<absl::
   absl::Status first_error;
   const auto work = [&] {
     for (std::size_t i; (i = next.fetch_add(1)) < n;) {
-      const absl::Status status = f(i);
+      const absl::Status status = without_exceptions([&] { return f(i); });
       if (status.ok()) continue;
       std::lock_guard lock(mutex);
       if (first_error.ok()) first_error = status;

@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/build/scene_builder.h"
 #include "render/color/texture_load.h"
+#include "wire/limits.h"
 
 namespace tessera::render {
 
@@ -100,11 +101,35 @@ absl::StatusOr<int> SceneBuilder::named_node(const std::string& name) {
   }
   const auto it = textures_.find(name);
   if (it == textures_.end()) return absl::InvalidArgumentError(absl::StrCat("texture '", name, "' does not exist"));
+  if (texture_nesting_ == wire::kMaxNesting) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("texture '", name, "': more than ", wire::kMaxNesting, " textures within one another"));
+  }
   texture_nodes_[name] = kInProgress;
-  auto node = make_node(*it->second);
+  ++texture_nesting_;
+  const auto node = add_node(*it->second);
+  --texture_nesting_;
   if (!node.ok()) return located(node.status(), absl::StrCat("texture '", name, "'"));
-  tables_.textures.nodes.push_back(*std::move(node));
-  return texture_nodes_[name] = static_cast<int>(tables_.textures.nodes.size()) - 1;
+  return texture_nodes_[name] = *node;
+}
+
+absl::StatusOr<int> SceneBuilder::add_node(const v1::Texture& texture) {
+  auto made = make_node(texture);
+  if (!made.ok()) return made.status();
+  auto& nodes = tables_.textures.nodes;
+  // Inputs may share theirs, so that what one look-up costs may double with every texture.
+  node_lookups_.resize(nodes.size(), 1);
+  double lookups = 1;
+  for (const std::int32_t input : made->inputs) {
+    if (input >= 0) lookups += node_lookups_[static_cast<std::size_t>(input)];
+  }
+  if (lookups > wire::kMaxTextureLookups) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("it takes more than ", wire::kMaxTextureLookups, " look-ups of the textures that it is made of"));
+  }
+  nodes.push_back(*std::move(made));
+  node_lookups_.push_back(lookups);
+  return static_cast<int>(nodes.size()) - 1;
 }
 
 absl::StatusOr<int> SceneBuilder::texture_input(const v1::SpectrumValue& value, const Rgb& otherwise) {
@@ -199,6 +224,8 @@ absl::StatusOr<TextureNode> SceneBuilder::image_node(const v1::ImageTexture& ima
   node.nearest = image.filter() == v1::ImageTexture::NEAREST;
   node.invert = image.invert();
   node.scale = image.has_scale() ? image.scale() : 1;
+  // An enum of the wire may have any value, and the kernels read the texels at this offset.
+  if (!v1::ImageTexture::Channel_IsValid(image.channel())) return absl::InvalidArgumentError("its channel is unknown");
   node.channel = image.channel() == v1::ImageTexture::ALL ? -1 : static_cast<int>(image.channel()) - 1;
   if (auto s = set_mapping(image.mapping(), node); !s.ok()) return s;
   if (!std::isfinite(node.scale)) return absl::InvalidArgumentError("its scale is not finite");

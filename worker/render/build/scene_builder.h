@@ -64,6 +64,7 @@ class SceneBuilder {
   /// The node of a texture that is of use: its images will be decoded.
   absl::StatusOr<int> texture_node(const std::string& name);
   absl::StatusOr<int> named_node(const std::string& name);
+  absl::StatusOr<int> add_node(const v1::Texture& texture);
   void need_images(int node);
   absl::StatusOr<int> texture_input(const v1::SpectrumValue& value, const Rgb& otherwise);
   absl::StatusOr<TextureNode> make_node(const v1::Texture& texture);
@@ -192,6 +193,8 @@ class SceneBuilder {
   };
   std::map<std::string, PendingImage> images_;                   // by digest and encoding
   std::vector<bool> needed_nodes_;                               // texture nodes that need_images() has seen
+  std::vector<double> node_lookups_;  // of the textures' nodes; beyond the end: 1
+  int texture_nesting_ = 0;
   std::map<std::string, int> materials_;                         // by name
   std::map<std::string, ObjectParts> objects_;                   // by name
   std::map<std::string, int> attributes_;                        // of meshes that textures look up, by name
