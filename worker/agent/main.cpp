@@ -1,10 +1,13 @@
 // tessera-worker: leases tiles from a coordinator and renders them.
 #include <pthread.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <iostream>
 #include <thread>
 
@@ -35,6 +38,8 @@ struct Options {
   std::vector<std::string> tags;
   wire::LogOptions log{.program = "tessera-worker"};
   int grace_seconds = 10;
+  int unit_limit_seconds = 4 * 3600;
+  double memory_gigabytes = 0;
   std::string certificates;
   std::string join_token;
   std::string metrics;
@@ -58,6 +63,12 @@ void define_options(CLI::App& app, Options& options) {
   app.add_option("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
+  app.add_option("--unit-limit", options.unit_limit_seconds, "seconds that rendering one unit may take; 0: any time")
+      ->check(CLI::Range(0, 30 * 24 * 3600))
+      ->capture_default_str();
+  app.add_option("--memory-limit", options.memory_gigabytes,
+                 "GB that this worker may use; a scene that needs more fails by name (default: no limit)")
+      ->check(CLI::Range(0.25, 1e6));
   app.add_option("--log-level", options.log.level, "what goes to standard error")
       ->check(CLI::IsMember(wire::kLogLevels))
       ->capture_default_str();
@@ -97,8 +108,17 @@ agent::AgentOptions agent_options(const Options& options) {
   result.load_scene = render::load_scene;
   result.cache_dir = options.cache;
   result.cache_cap_bytes = options.cache_gigabytes * 1'000'000'000;
+  result.unit_limit = std::chrono::seconds{options.unit_limit_seconds};
   result.grace = std::chrono::seconds{options.grace_seconds};
   return result;
+}
+
+/// Of memory that is not a file's: those are the cache's, which the system may drop at any time. Beyond it allocations
+/// fail, which is an error of the unit.
+void limit_memory(double gigabytes) {
+  const auto bytes = static_cast<rlim_t>(gigabytes * 1e9);
+  const rlimit limit{bytes, bytes};
+  if (::setrlimit(RLIMIT_DATA, &limit) != 0) spdlog::warn("--memory-limit: {}", std::strerror(errno));
 }
 
 sigset_t stop_signals() {
@@ -148,6 +168,7 @@ int run_worker(const Options& options) {
     std::cerr << "tessera-worker: " << channel.status().message() << '\n';
     return absl::IsInvalidArgument(channel.status()) ? kUsage : kUnreachable;
   }
+  if (options.memory_gigabytes > 0) limit_memory(options.memory_gigabytes);
   const agent::AgentOptions worker = agent_options(options);
   auto agent = agent::Agent::create(*channel, worker);
   if (!agent.ok()) {

@@ -1,9 +1,12 @@
 #include "agent/scene_store.h"
 
 #include <algorithm>
+#include <exception>
 #include <map>
 #include <optional>
 #include <utility>
+
+#include "absl/strings/str_cat.h"
 
 namespace tessera::agent {
 namespace {
@@ -61,7 +64,14 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   }
   slot->loading = true;
   lock.unlock();
-  absl::StatusOr<LoadedScene> loaded = loader_(spec, slot->abandoned.get_token());
+  // Whatever happens, those who wait here too must hear of it.
+  absl::StatusOr<LoadedScene> loaded = [&]() -> absl::StatusOr<LoadedScene> {
+    try {
+      return loader_(spec, slot->abandoned.get_token());
+    } catch (const std::exception& error) {  // out of memory, above all
+      return absl::ResourceExhaustedError(absl::StrCat("loading the scene: ", error.what()));
+    }
+  }();
   lock.lock();
   if (loaded.ok()) {
     slot->result = std::make_shared<const LoadedScene>(*std::move(loaded));

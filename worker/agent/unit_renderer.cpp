@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -92,7 +93,8 @@ UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
       scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept,
-              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()) {
+              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
+      time_limit_(options.unit_limit) {
   report_.units_by_seconds.resize(wire::kUnitSecondsBuckets.size() + 1);
 }
 
@@ -104,7 +106,9 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   } catch (const std::exception& error) {  // out of memory, above all
     outcome.failure = absl::ResourceExhaustedError(absl::StrCat("rendering: ", error.what()));
   }
-  if (outcome.unit->stop.stop_requested()) outcome.failure = absl::CancelledError("the lease was revoked");
+  if (outcome.unit->stop.stop_requested() && !absl::IsDeadlineExceeded(outcome.failure)) {
+    outcome.failure = absl::CancelledError("the lease was revoked");
+  }
   if (!outcome.failure.ok()) {
     std::lock_guard lock{mutex_};
     ++(absl::IsCancelled(outcome.failure) ? report_.units_stopped : report_.units_failed);
@@ -131,7 +135,13 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
   const render::TileRequest request{pixels.x0(), pixels.y0(), pixels.x1(), pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;
+  const TimeLimit::Watch watch(time_limit_, unit.stop);
   const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, stop, counts);
+  if (!result.ok() && watch.expired()) {
+    return absl::DeadlineExceededError(
+        absl::StrCat("the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),
+                     " s, the worker's --unit-limit"));
+  }
   if (!result.ok()) return result.status();
   const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
   outcome.payload = wire::encode_tile_result(*result);
@@ -190,7 +200,8 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
   if (!bytes.ok()) return bytes.status();
   if (fetcher_ != nullptr) *blob_bytes += bytes->bytes.size();
   v1::Scene scene;
-  if (!scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
+  if (bytes->bytes.size() > std::numeric_limits<int>::max() ||
+      !scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
     return absl::InvalidArgumentError(absl::StrCat("blob ", digest, " is not a scene"));
   }
 

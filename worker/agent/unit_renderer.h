@@ -11,6 +11,7 @@
 #include "agent/blob_fetcher.h"
 #include "agent/outbox.h"
 #include "agent/scene_store.h"
+#include "agent/time_limit.h"
 
 namespace tessera::agent {
 
@@ -35,6 +36,7 @@ class UnitRenderer {
   BlobFetcher* const fetcher_;
   render::SharedContents contents_;
   SceneStore scenes_;
+  TimeLimit time_limit_;
   mutable std::mutex mutex_;
   AgentReport report_;
   /// What loading cost, until a unit of that scene tells the coordinator. CPU time is the whole process's meanwhile.

@@ -16,6 +16,17 @@ v1::JobSpec spec(const std::string& digest, std::uint32_t width = 8) {
   return spec;
 }
 
+TEST(SceneStore, WhoeverWaitsHearsThatMemoryRanOut) {
+  int loads = 0;
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
+                     if (++loads == 1) throw std::bad_alloc();
+                     return LoadedScene{};
+                   },
+                   2};
+  EXPECT_EQ(store.get(spec("a"), {}).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(store.get(spec("a"), {}).ok()) << "the failure is not kept";
+}
+
 TEST(SceneStore, LoadsOnceForAllWhoWait) {
   std::atomic<int> loads{0};
   std::latch all_asked{5};

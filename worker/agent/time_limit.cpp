@@ -1,0 +1,51 @@
+#include "agent/time_limit.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera::agent {
+
+TimeLimit::TimeLimit(std::chrono::milliseconds limit) : limit_(limit) {
+  if (limit_ > limit_.zero()) thread_ = std::jthread{[this](std::stop_token stop) { run(stop); }};
+}
+
+TimeLimit::Watch::Watch(TimeLimit& limit, std::stop_source stop) : limit_(limit) {
+  {
+    std::lock_guard lock{limit.mutex_};
+    at_ = limit.watches_.emplace(Clock::now() + limit.limit_, Watched{std::move(stop), false});
+  }
+  limit.changed_.notify_all();
+}
+
+TimeLimit::Watch::~Watch() {
+  std::lock_guard lock{limit_.mutex_};
+  limit_.watches_.erase(at_);
+}
+
+bool TimeLimit::Watch::expired() const {
+  std::lock_guard lock{limit_.mutex_};
+  return at_->second.expired;
+}
+
+TimeLimit::Watches::iterator TimeLimit::next() {
+  return std::ranges::find_if(watches_, [](const auto& watch) { return !watch.second.expired; });
+}
+
+void TimeLimit::run(std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  while (changed_.wait(lock, stop, [this] { return next() != watches_.end(); })) {
+    if (const Clock::time_point end = next()->first; Clock::now() < end) {
+      changed_.wait_until(lock, stop, end, [] { return false; });
+      continue;  // it may have ended meanwhile
+    }
+    Watched& overdue = next()->second;
+    overdue.expired = true;
+    // What is called there may end the watch.
+    std::stop_source source = overdue.stop;
+    lock.unlock();
+    source.request_stop();
+    lock.lock();
+  }
+}
+
+}  // namespace tessera::agent

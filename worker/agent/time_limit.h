@@ -1,0 +1,55 @@
+// Stops work that takes too long.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+namespace tessera::agent {
+
+/// One clock for all units of a worker. Thread-safe.
+class TimeLimit {
+  using Clock = std::chrono::steady_clock;
+  struct Watched {
+    std::stop_source stop;
+    bool expired = false;
+  };
+  using Watches = std::multimap<Clock::time_point, Watched>;  // by the time at which they end
+
+ public:
+  /// Zero: no limit.
+  explicit TimeLimit(std::chrono::milliseconds limit);
+
+  /// Work that goes on for as long as this lives. Must not outlive the limit.
+  class Watch {
+   public:
+    /// `stop` is requested when the time is over.
+    Watch(TimeLimit& limit, std::stop_source stop);
+    ~Watch();
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+    /// Whether it was stopped for that.
+    bool expired() const;
+
+   private:
+    TimeLimit& limit_;
+    Watches::iterator at_;
+  };
+
+ private:
+  void run(std::stop_token stop);
+  /// The one that ends next; the limit is the same for all, so those that have ended are at the front.
+  Watches::iterator next();
+
+  const std::chrono::milliseconds limit_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  Watches watches_;
+  std::jthread thread_;  // none without a limit
+};
+
+}  // namespace tessera::agent
