@@ -1,0 +1,9 @@
+#include "fuzz/cases.h"
+
+namespace tessera::fuzz {
+
+std::vector<Case> cases() {
+  return {{&kTileResult, 20'000}, {&kMeshBlob, 50'000}, {&kVolumeBlob, 50'000}, {&kImage, 500}};
+}
+
+}  // namespace tessera::fuzz
