@@ -53,6 +53,10 @@ absl::StatusOr<std::unique_ptr<server::BlobWriter>> SceneBlobs::write(const std:
   return absl::FailedPreconditionError(absl::StrCat("no blob can be added, and ", digest, " is not there"));
 }
 
+absl::Status SceneBlobs::drop(const std::string& digest) {
+  return absl::FailedPreconditionError(absl::StrCat("blob ", digest, " is the scene's own"));
+}
+
 absl::StatusOr<std::unique_ptr<server::BlobReader>> SceneBlobs::read(const std::string& digest) const {
   absl::StatusOr<render::BlobBytes> found = bytes(digest);
   if (!found.ok()) return found.status();

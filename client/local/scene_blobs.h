@@ -24,6 +24,7 @@ class SceneBlobs final : public server::BlobStore {
   server::UploadState query(const std::string& digest) const override;
   absl::StatusOr<std::unique_ptr<server::BlobWriter>> write(const std::string& digest, std::uint64_t offset) override;
   absl::StatusOr<std::unique_ptr<server::BlobReader>> read(const std::string& digest) const override;
+  absl::Status drop(const std::string& digest) override;
 
  private:
   std::unordered_map<std::string, const SceneBlob*> blobs_;

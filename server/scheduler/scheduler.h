@@ -64,6 +64,10 @@ class Scheduler {
   /// FailedPrecondition when the job is over.
   absl::Status pause_job(std::string_view job, bool paused);
   absl::Status set_priority(std::string_view job, std::int32_t priority);
+  /// The accepted result of a unit is lost or damaged: the unit is done again, by a job that goes on for it if it was
+  /// over. Nothing happens when another result was accepted meanwhile. FailedPrecondition when the job failed or was
+  /// cancelled.
+  absl::Status revoke_result(std::string_view job, std::uint32_t unit, std::uint64_t sequence, const std::string& why);
   /// Forgets a job that is over. FailedPrecondition when it is not.
   absl::Status forget_job(std::string_view job);
   absl::StatusOr<JobView> job(std::string_view id) const;
@@ -185,6 +189,7 @@ class Scheduler {
   void adjudicate(Job& job, std::uint32_t unit);
   void distrust(const std::string& host, const std::string& why);
   void revoke_results(Job& job, const std::string& host);
+  void revoke(Job& job, std::uint32_t unit);
 
   SchedulerOptions options_;
   std::uint64_t jobs_added_ = 0;

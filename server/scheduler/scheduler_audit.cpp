@@ -136,18 +136,43 @@ void Scheduler::revoke_results(Job& job, const std::string& host) {
     std::erase_if(opinions, [&](const auto& opinion) { return opinion.first == host; });
     audit = opinions.empty() ? job.audits.erase(audit) : std::next(audit);
   }
-  for (const std::uint32_t unit : units) {
-    job.audits.erase(unit);
-    for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
-    FarmEvent& event = record(FarmEvent::Kind::kRevoked, job.request.id);
-    event.unit = unit;
-    event.value = job.units.result(unit).sequence;
-    job.units.put_back(unit);
-    ++job.revision;
-  }
+  for (const std::uint32_t unit : units) revoke(job, unit);
   if (job.audits.empty()) auditing_.erase(job.number);
   if (units.empty()) return;
   note(job, absl::StrCat(units.size(), " units of host ", host, " are done again"));
+}
+
+/// The unit, which is done, is to be done again.
+void Scheduler::revoke(Job& job, std::uint32_t unit) {
+  job.audits.erase(unit);
+  for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
+  FarmEvent& event = record(FarmEvent::Kind::kRevoked, job.request.id);
+  event.unit = unit;
+  event.value = job.units.result(unit).sequence;
+  job.units.put_back(unit);
+  ++job.revision;
+}
+
+absl::Status Scheduler::revoke_result(std::string_view id, std::uint32_t unit, std::uint64_t sequence,
+                                      const std::string& why) {
+  const absl::StatusOr<Job*> found = find_job(id);
+  if (!found.ok()) return found.status();
+  Job& job = **found;
+  if (!job.open() && job.state != v1::DONE && job.state != v1::INCOMPLETE) {
+    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " failed or was cancelled"));
+  }
+  if (unit >= job.units.count() || job.units.state(unit) != UnitState::kDone ||
+      job.units.result(unit).sequence != sequence) {
+    return absl::OkStatus();
+  }
+  if (!job.open()) {
+    record(FarmEvent::Kind::kReopened, job.request.id);
+    reopen(job);
+  }
+  revoke(job, unit);
+  if (job.audits.empty()) auditing_.erase(job.number);
+  note(job, absl::StrCat("unit ", unit, " is done again: ", why));
+  return absl::OkStatus();
 }
 
 void Scheduler::trust_host(const std::string& host) {

@@ -1,5 +1,7 @@
 #include "service/blob_service.h"
 
+#include <spdlog/spdlog.h>
+
 #include "absl/strings/str_cat.h"
 #include "service/answer.h"
 #include "service/upload_reactor.h"
@@ -30,7 +32,14 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
  private:
   void start(BlobStore& blobs, const v1::DownloadRequest& request) {
     if (absl::Status status = check_digest(request.blob()); !status.ok()) return Finish(wire::to_grpc(status));
-    auto reader = blobs.read(request.blob().digest());
+    const std::string& digest = request.blob().digest();
+    if (request.doubted()) {
+      if (absl::Status status = drop_if_damaged(blobs, digest); !status.ok()) {
+        spdlog::error("{}", std::string(status.message()));
+        return Finish(wire::to_grpc(status));
+      }
+    }
+    auto reader = blobs.read(digest);
     if (!reader.ok()) return Finish(wire::to_grpc(reader.status()));
     reader_ = *std::move(reader);
     send_chunk();

@@ -15,19 +15,6 @@
 namespace tessera::server {
 namespace {
 
-JobRequest request_of(const JobEntry& entry) {
-  const v1::JobSpec& spec = entry.shape->spec;
-  return {.id = entry.id,
-          .plan = entry.shape->plan,
-          .scene_digest = spec.scene().digest(),
-          .isa = spec.isa(),
-          .priority = spec.priority(),
-          .generation = entry.generation,
-          .user = spec.user(),
-          .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
-          .max_workers = spec.max_workers()};
-}
-
 wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .user = entry.shape->spec.user()}; }
 
 }  // namespace
@@ -68,6 +55,14 @@ absl::Status Farm::recover(JobRecord record) {
   if (entry.past) return absl::OkStatus();
 
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
+  if (record.whole_results < record.result_count) {
+    wire::log(spdlog::level::err, fields_of(entry),
+              "job {}: {} results are lost, for their file is too short; their units are done again", entry.id,
+              record.result_count - record.whole_results);
+  }
+  for (std::uint64_t sequence = record.whole_results + 1; status.ok() && sequence <= record.result_count; ++sequence) {
+    status.Update(do_again(entry, sequence, absl::DataLossError("its result is not on the disk any more")));
+  }
   wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
             record.result_count, entry.shape->plan->unit_count());
   return status;
@@ -97,12 +92,13 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   switch (event.kind) {
     case FarmEvent::Kind::kEnded:
       entry->finished_unix_ms = unix_milliseconds();
-      shown.push_back({.job = event.job, .results = 0, .end = true});
+      shown.push_back({.job = event.job, .results = 0, .end = true, .times_reopened = entry->times_reopened});
       wire::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
                 v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ", event.text);
       return;
     case FarmEvent::Kind::kReopened:
       entry->durable_end = false;
+      ++entry->times_reopened;
       entry->finished_unix_ms = 0;
       entry->fetched = false;
       return;
@@ -155,7 +151,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
         JobEntry* const entry = jobs_.find(news.job);
         if (entry == nullptr) continue;
         entry->durable_results = std::max(entry->durable_results, news.results);
-        entry->durable_end |= news.end;
+        entry->durable_end |= news.end && news.times_reopened == entry->times_reopened;
       }
     }
     dispatcher_.notify_news();

@@ -123,6 +123,7 @@ class Farm {
     std::string job;
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
     bool end = false;
+    std::uint32_t times_reopened = 0;  // an end counts only when the job was not opened again since
   };
   /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
   /// after that. Answers at once where there is nothing, if `wait` is not set.
@@ -138,6 +139,8 @@ class Farm {
   // Uploads that no job came of leave blobs behind even when no job is deleted.
   static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
   void retire_jobs();
+  /// A result that was journaled cannot be read any more. With mutex_ held.
+  absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.

@@ -7,7 +7,9 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "service/farm.h"
+#include "service/journal_events.h"
 #include "wire/log.h"
+#include "wire/tile_result.h"
 
 namespace tessera::server {
 namespace {
@@ -17,6 +19,16 @@ using google::protobuf::util::TimeUtil;
 // Of one WatchJob message: enough to keep a connection busy, little enough to hold for a slow reader.
 constexpr std::size_t kWatchBatchBytes = std::size_t{4} << 20;
 constexpr std::size_t kWatchBatchResults = 256;
+
+/// DataLoss also for a payload that can be read, but is not what was written: it has a checksum of its own.
+absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job, std::uint64_t sequence) {
+  absl::StatusOr<std::string> payload = journal.read_result(job, sequence);
+  absl::Status status = payload.ok() ? wire::decode_tile_result(*payload).status() : payload.status();
+  if (status.ok()) return payload;
+  if (absl::IsInvalidArgument(status) || absl::IsNotFound(status)) status = absl::DataLossError(status.message());
+  return absl::Status(status.code(),
+                      absl::StrCat("result ", sequence, " of job ", job, ": ", std::string(status.message())));
+}
 
 }  // namespace
 
@@ -194,17 +206,42 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
       ++batch.last;
       continue;
     }
-    absl::StatusOr<std::string> payload = journal_.read_result(id, batch.last + 1);
+    const absl::StatusOr<std::string> payload = read_result(journal_, id, batch.last + 1);
+    if (absl::IsDataLoss(payload.status())) {
+      const std::lock_guard lock(mutex_);
+      const absl::StatusOr<JobEntry*> found = find_job(id);
+      if (!found.ok()) return found.status();
+      if (absl::Status status = do_again(**found, batch.last + 1, payload.status()); !status.ok()) return status;
+      ended = false;
+      break;
+    }
     if (!payload.ok()) return payload.status();
     if (bytes > 0 && bytes + payload->size() > kWatchBatchBytes) break;
     bytes += payload->size();
     v1::UnitResult& result = *batch.response.add_results();
     result.set_sequence(++batch.last);
     *result.mutable_unit() = shape->plan->unit(unit);
-    result.set_payload(*std::move(payload));
+    result.set_payload(*payload);
   }
   batch.finished = ended && (status_only || batch.last >= available);
   return batch;
+}
+
+absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage) {
+  if (entry.past) {
+    if (entry.past->state != v1::DONE) return damage;
+    // It is over for so long that the scheduler does not know it any more.
+    const absl::StatusOr<JobRecord> record = journal_.read_job(entry.id);
+    if (!record.ok()) return record.status();
+    if (absl::Status status = restore_job(scheduler_, request_of(entry), *record); !status.ok()) return status;
+    recall(entry, *record);
+  }
+  const std::uint32_t unit = entry.units_by_sequence[sequence - 1];
+  if (unit == JobEntry::kRevoked) return absl::OkStatus();  // somebody else noticed before
+  absl::Status status = scheduler_.revoke_result(entry.id, unit, sequence, std::string(damage.message()));
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  dispatcher_.notify_work();
+  return absl::IsFailedPrecondition(status) ? damage : status;
 }
 
 // ---------------------------------------------------------------- retention

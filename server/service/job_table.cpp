@@ -59,6 +59,29 @@ void JobTable::erase(const std::string& id) {
   std::erase_if(entries_, [entry](const std::unique_ptr<JobEntry>& other) { return other.get() == entry; });
 }
 
+JobRequest request_of(const JobEntry& entry) {
+  const v1::JobSpec& spec = entry.shape->spec;
+  return {.id = entry.id,
+          .plan = entry.shape->plan,
+          .scene_digest = spec.scene().digest(),
+          .isa = spec.isa(),
+          .priority = spec.priority(),
+          .generation = entry.generation,
+          .user = spec.user(),
+          .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
+          .max_workers = spec.max_workers()};
+}
+
+/// Unit of each result, as in JobEntry::units_by_sequence.
+static std::vector<std::uint32_t> units_of(const JobRecord& record) {
+  std::vector<std::uint32_t> units;
+  for (const JobRecord::Result& result : record.results) units.push_back(result.unit);
+  for (const std::uint64_t sequence : revoked_results(record)) {
+    if (sequence > 0 && sequence <= units.size()) units[sequence - 1] = JobEntry::kRevoked;
+  }
+  return units;
+}
+
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   const auto damaged = [&](const std::string& what) {
     return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, ": ", what));
@@ -89,21 +112,19 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   if (!cost.ParseFromString(record.stats.stats)) return damaged("what it cost cannot be read");
   entry.stats = cost.stats();
   entry.hosts = HostShares::restored(cost.hosts());
-  for (const JobRecord::Result& result : record.results) {
+  for (std::size_t i = 0; i < record.results.size(); ++i) {
+    const JobRecord::Result& result = record.results[i];
     if (result.unit >= units || !wire::is_digest(result.digest)) return damaged("a result cannot be read");
-    entry.units_by_sequence.push_back(result.unit);
-    if (entry.units_by_sequence.size() <= record.stats.results) continue;
+    if (i < record.stats.results) continue;
     v1::UnitStats stats;
     if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
     add_stats(entry.stats, stats);
     entry.hosts.add(result.host, time_of(stats));
   }
+  entry.units_by_sequence = units_of(record);
   const std::vector<std::uint64_t> revoked = revoked_results(record);
   for (const std::uint64_t sequence : revoked) {
-    if (sequence > 0 && sequence <= entry.units_by_sequence.size()) {
-      entry.units_by_sequence[sequence - 1] = JobEntry::kRevoked;
-      entry.hosts.forget(record.results[sequence - 1].host);
-    }
+    if (sequence > 0 && sequence <= record.results.size()) entry.hosts.forget(record.results[sequence - 1].host);
   }
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
@@ -132,6 +153,12 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     entry.past_revoked = revoked;
   }
   return entry;
+}
+
+void recall(JobEntry& entry, const JobRecord& record) {
+  entry.units_by_sequence = units_of(record);
+  entry.past_revoked.clear();
+  entry.past.reset();
 }
 
 void retire(JobEntry& entry, JobView view) {

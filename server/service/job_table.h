@@ -53,7 +53,11 @@ struct JobEntry {
   std::uint64_t durable_results = 0;
   /// The job is over, and that is on disk.
   bool durable_end = false;
+  std::uint32_t times_reopened = 0;
 };
+
+/// What the scheduler is told of a job.
+JobRequest request_of(const JobEntry& entry);
 
 /// What the clock on the wall says.
 std::int64_t unix_milliseconds();
@@ -75,6 +79,8 @@ class JobTable {
 
 /// The scheduler need not know the job any more: nothing is kept of it that grows with its units.
 void retire(JobEntry& entry, JobView view);
+/// The opposite, from what the journal has of the job, which is to go on.
+void recall(JobEntry& entry, const JobRecord& record);
 
 /// What the journal holds of a job. DataLoss when its spec cannot be read any more.
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record);

@@ -1,6 +1,7 @@
 #include "service/result_check.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "wire/digest.h"
@@ -37,6 +38,15 @@ absl::StatusOr<std::string> check_result(std::string_view payload, std::uint32_t
   const std::uint32_t most = samples.end() - samples.begin();
   if (std::any_of(result->counts.begin(), result->counts.end(), [&](std::uint32_t n) { return n > most; })) {
     return unfit("a pixel counts more samples than the range has");
+  }
+
+  // The renderer drops samples that are no numbers, and counts them: one that gets this far was made by a fault.
+  for (std::size_t c = 0; c < result->channels.size(); ++c) {
+    if (result->channels[c].kind != wire::ChannelKind::kSum) continue;
+    const auto plane = result->values.begin() + static_cast<std::ptrdiff_t>(c * pixel_count);
+    if (std::any_of(plane, plane + static_cast<std::ptrdiff_t>(pixel_count), [](float x) { return std::isnan(x); })) {
+      return unfit(absl::StrCat("channel ", result->channels[c].name, " holds a NaN").c_str());
+    }
   }
 
   wire::Sha256 sha;

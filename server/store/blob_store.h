@@ -50,6 +50,8 @@ class BlobStore {
   /// NotFound when the blob is not complete.
   virtual absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const = 0;
 
+  /// Forgets a complete blob, that it may be uploaded again. Who reads it keeps its bytes.
+  virtual absl::Status drop(const std::string& digest) = 0;
   struct Collected {
     std::uint64_t blobs = 0;
     std::uint64_t bytes = 0;
@@ -61,6 +63,10 @@ class BlobStore {
     return {};
   }
 };
+
+/// Reads a complete blob and drops it when its bytes do not have its digest any more, or cannot be read: NotFound, with
+/// what to do.
+absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest);
 
 /// Below a data directory.
 std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir);

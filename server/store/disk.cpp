@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "store/checked_pages.h"
 #include "store/file.h"
 
 namespace tessera::server {
@@ -61,7 +62,7 @@ class MachineDisk final : public Disk {
   absl::Status sync_directory(const std::filesystem::path& directory) override {
     return server::sync_directory(directory);
   }
-  std::string sqlite_vfs() const override { return ""; }
+  std::string sqlite_vfs() const override { return checked_pages_vfs(); }
 };
 
 }  // namespace

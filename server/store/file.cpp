@@ -16,6 +16,7 @@ namespace {
 
 absl::Status errno_status(const char* what, const std::filesystem::path& path) {
   const std::string message = absl::StrCat(what, " ", path.string());
+  if (errno == EIO) return absl::DataLossError(absl::StrCat(message, ": the disk fails"));
   return errno == ENOSPC || errno == EDQUOT ? absl::ResourceExhaustedError(absl::StrCat(message, ": the disk is full"))
                                             : absl::ErrnoToStatus(errno, message);
 }

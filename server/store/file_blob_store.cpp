@@ -145,6 +145,12 @@ class FileBlobStore final : public BlobStore {
     return collected;
   }
 
+  absl::Status drop(const std::string& digest) override {
+    std::error_code error;
+    std::filesystem::remove(complete_path(digest), error);
+    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove blob ", digest)) : absl::OkStatus();
+  }
+
  private:
   void remove_unused(const std::filesystem::path& path, std::filesystem::file_time_type limit, Collected& collected) {
     const std::lock_guard lock(collecting_);
@@ -171,6 +177,23 @@ class FileBlobStore final : public BlobStore {
 
 std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir) {
   return std::make_unique<FileBlobStore>(data_dir);
+}
+
+absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest) {
+  const auto reader = blobs.read(digest);
+  if (!reader.ok()) return reader.status();
+  wire::Sha256 sha;
+  absl::Status status;
+  for (std::uint64_t at = 0; at < (*reader)->size() && status.ok();) {
+    const absl::StatusOr<std::string> chunk = (*reader)->read(at, kHashChunkBytes);
+    status = chunk.status();
+    if (chunk.ok()) sha.update(*chunk);
+    at += kHashChunkBytes;
+  }
+  if (status.ok() && sha.finish_hex() == digest) return absl::OkStatus();
+  if (absl::Status dropped = blobs.drop(digest); !dropped.ok()) return dropped;
+  return absl::NotFoundError(absl::StrCat("the coordinator's copy of blob ", digest,
+                                          " was damaged and is deleted: submit the scene again, which uploads it"));
 }
 
 }  // namespace tessera::server

@@ -10,6 +10,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "store/checked_pages.h"
 #include "store/result_file.h"
 #include "tessera/v1/job.pb.h"
 
@@ -81,6 +82,11 @@ class SqliteJournal final : public Journal {
                   SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, /*busyTimeoutMs=*/0, disk.sqlite_vfs()) {
     // The data directory is this process's alone (data_dir.h), so nobody else needs to see the index of the log.
     database_.exec("PRAGMA locking_mode = EXCLUSIVE");
+    database_.execAndGet("PRAGMA schema_version");  // reads the first page: damage there is to be called so
+    if (!data_dir.empty() && disk.sqlite_vfs() == checked_pages_vfs() &&
+        make_room_for_checksums(database_.getHandle()) != SQLITE_OK) {
+      throw SQLite::Exception(database_.getHandle());
+    }
     database_.exec("PRAGMA journal_mode = WAL");
     database_.exec("PRAGMA synchronous = FULL");
     database_.exec(kSchema);
@@ -183,6 +189,9 @@ absl::Status guarded(const char* what, Function function) {
     return function();
   } catch (const SQLite::Exception& error) {
     const std::string message = absl::StrCat("journal, ", what, ": ", error.what());
+    if (error.getExtendedErrorCode() == SQLITE_IOERR_DATA) {
+      return absl::DataLossError(absl::StrCat(message, ": a page does not have its checksum, so the file is damaged"));
+    }
     switch (error.getErrorCode()) {
       case SQLITE_FULL:
         return absl::ResourceExhaustedError(message);
@@ -291,15 +300,17 @@ absl::Status SqliteJournal::recover_job(JobRecord& record) {
   if (is_over(record.ended.state) && record.stats.results == record.result_count) {
     record.events = read_events(id);
     file = std::make_shared<ResultFile>(disk_, result_path(id), record.result_count, record.result_bytes);
+    record.whole_results = record.result_count;  // what is not, is noticed when it is read
   } else {
     absl::StatusOr<std::vector<std::uint64_t>> ends = read_results(record, record.stats.results);
     if (!ends.ok()) return ends.status();
     file = std::make_shared<ResultFile>(disk_, result_path(id), *std::move(ends));
+    record.whole_results = file->whole_results();
     if (is_over(record.ended.state)) file->forget_ends();
   }
   if (record.result_count == 0) return absl::OkStatus();
   results_[id] = file;
-  return file->check();
+  return absl::OkStatus();
 }
 
 absl::Status SqliteJournal::commit(const std::vector<JournalEntry>& entries) {
@@ -376,6 +387,8 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
       const absl::StatusOr<ResultFile::Extent> extent = find_result(unit->from_job, unit->from_sequence, *from);
       copy = extent.ok() ? from->read(*extent) : extent.status();
     }
+    // A copy of what is lost is as lost: noticed, and done again, when somebody reads it.
+    if (absl::IsDataLoss(copy.status()) || absl::IsNotFound(copy.status())) copy = std::string();
     if (!copy.ok()) return copy.status();
     const absl::StatusOr<std::uint64_t> end = file->append(unit->from_job.empty() ? unit->payload : *copy);
     if (!end.ok()) return end.status();

@@ -105,6 +105,7 @@ struct JobRecord {
   std::vector<SchedulerEvent> events;
   bool fetched = false;
   std::uint64_t result_bytes = 0;
+  std::uint64_t whole_results = 0;  // so many, from the first on, lie within the result file; set by recover()
 };
 
 /// Safe to use from any number of threads.

@@ -100,6 +100,12 @@ class MemoryBlobStore final : public BlobStore {
     return std::make_unique<MemoryBlobReader>(found->second);
   }
 
+  absl::Status drop(const std::string& digest) override {
+    const std::lock_guard lock(contents_->mutex);
+    contents_->complete.erase(digest);
+    return absl::OkStatus();
+  }
+
  private:
   UploadState find(const std::string& digest) const {
     const auto complete = contents_->complete.find(digest);

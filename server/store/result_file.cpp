@@ -1,5 +1,6 @@
 #include "store/result_file.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,18 +12,17 @@ ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::
       path_(std::move(path)),
       count_(ends.size()),
       ends_(std::move(ends)),
-      appended_(ends_.empty() ? 0 : ends_.back()) {}
+      kept_(ends_.empty() ? 0 : ends_.back()),
+      appended_(kept_) {}
 
 ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end)
-    : disk_(disk), path_(std::move(path)), count_(count), before_(count), begin_(end), appended_(end) {}
+    : disk_(disk), path_(std::move(path)), count_(count), before_(count), begin_(end), kept_(end), appended_(end) {}
 
-absl::Status ResultFile::check() const {
+std::uint64_t ResultFile::whole_results() const {
   const auto file = disk_.open(path_, /*create=*/false);
   const absl::StatusOr<std::uint64_t> size = file.ok() ? (*file)->size() : file.status();
-  if (size.ok() && *size >= appended_) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat(path_.string(),
-                                          size.ok() ? absl::StrCat(" has ", *size, " bytes") : " is missing",
-                                          ", but the journal knows of ", appended_, " bytes of results"));
+  const std::uint64_t there = size.ok() ? *size : 0;
+  return static_cast<std::uint64_t>(std::upper_bound(ends_.begin(), ends_.end(), there) - ends_.begin());
 }
 
 absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
@@ -44,7 +44,13 @@ absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
 
 void ResultFile::keep(std::uint64_t end) {
   const std::lock_guard lock(mutex_);
+  if (before_ + ends_.size() != count_) {  // a page of earlier ones, of a job that goes on again
+    before_ = count_;
+    begin_ = kept_;
+    ends_.clear();
+  }
   ends_.push_back(end);
+  kept_ = end;
   ++count_;
 }
 
@@ -53,7 +59,7 @@ void ResultFile::close() {
   file_.reset();
 }
 
-void ResultFile::forget_ends() { remember_ends(count_, appended_, {}); }
+void ResultFile::forget_ends() { remember_ends(count_, kept_, {}); }
 
 void ResultFile::remember_ends(std::uint64_t before, std::uint64_t begin, std::vector<std::uint64_t> ends) {
   const std::lock_guard lock(mutex_);

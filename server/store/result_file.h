@@ -26,8 +26,8 @@ class ResultFile {
   /// read.
   ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end);
 
-  /// DataLoss when the file is shorter than what was journaled.
-  absl::Status check() const;
+  /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than were journaled when something cut it.
+  std::uint64_t whole_results() const;
 
   /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
   /// end.
@@ -62,6 +62,7 @@ class ResultFile {
   std::uint64_t before_ = 0;         // results that come before those remembered,
   std::uint64_t begin_ = 0;          // and where they end
   std::vector<std::uint64_t> ends_;  // of those remembered
+  std::uint64_t kept_;               // where the last result ends
   std::uint64_t appended_;
 };
 

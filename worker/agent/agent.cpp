@@ -183,6 +183,7 @@ void Agent::Work::take(const v1::LeaseResponse& response) {
       continue;
     }
     leases_.add(lease, std::move(spec));
+    spdlog::debug("unit {} of job {} leased", lease.token().unit_index(), lease.token().job_id());
   }
 }
 
@@ -203,9 +204,13 @@ void Agent::Work::render_units(std::stop_token halt) {
 
 void Agent::Work::beat(std::stop_token halt) {
   bool warned = false;
+  std::string known;  // the registration that was last heard of
   while (true) {
-    const absl::StatusOr<std::string> worker_id = session_.worker_id(halt);
-    if (!worker_id.ok() || !wire::interruptible_sleep(session_.heartbeat_interval(), halt)) return;
+    // At once after a new registration: a coordinator that has started again learns what is held here before it gives
+    // it to others.
+    const absl::StatusOr<std::string> worker_id = session_.wait_for_beat(known, halt);
+    if (!worker_id.ok()) return;
+    known = *worker_id;
     v1::HeartbeatRequest request;
     request.set_worker_id(*worker_id);
     for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);

@@ -1,6 +1,7 @@
 #include "agent/blob_cache.h"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,12 +13,14 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "agent/mapped_file.h"
 #include "wire/digest.h"
 
 namespace tessera::agent {
 namespace fs = std::filesystem;
 namespace {
+
+// A scene's blobs are asked for a few times while it loads: they are not read and digested each time.
+constexpr std::chrono::minutes kTrustInFiles{5};
 
 /// Opens the part of a download for this caller alone. The file may have been renamed or removed by whoever held the
 /// lock before: then the name is looked up again.
@@ -87,10 +90,44 @@ absl::StatusOr<std::optional<render::BlobBytes>> BlobCache::find(const std::stri
     if (errno == ENOENT) return std::optional<render::BlobBytes>{};
     return file_error("open", path);
   }
+  const absl::StatusOr<bool> intact = is_intact(file, digest);
+  if (!intact.ok()) return intact.status();
+  if (!*intact) {
+    spdlog::warn("blob cache: {} is damaged; the blob is fetched again", path.string());
+    ::unlink(path.c_str());
+    return std::optional<render::BlobBytes>{};
+  }
   ::futimens(file.get(), nullptr);  // marks it as used now; on a read-only cache this fails and does no harm
   absl::StatusOr<render::BlobBytes> bytes = map_file(file, path);
   if (!bytes.ok()) return bytes.status();
   return std::optional{*std::move(bytes)};
+}
+
+/// Reads the file, not a mapping of it: an error of the disk is then an error, and not the end of the process.
+absl::StatusOr<bool> BlobCache::is_intact(const OpenFile& file, const std::string& digest) {
+  struct stat info {};
+  {
+    const std::lock_guard lock{checked_mutex_};
+    const auto known = checked_.find(digest);
+    if (known != checked_.end() && ::fstat(file.get(), &info) == 0 && known->second.inode == info.st_ino &&
+        std::chrono::steady_clock::now() - known->second.when < kTrustInFiles) {
+      return true;
+    }
+  }
+  wire::Sha256 sha;
+  const absl::StatusOr<std::uint64_t> length = digest_existing(file, sha, blob_path(digest));
+  if (absl::IsDataLoss(length.status())) return false;
+  if (!length.ok()) return length.status();
+  if (sha.finish_hex() != digest) return false;
+  note_checked(file, digest);
+  return true;
+}
+
+void BlobCache::note_checked(const OpenFile& file, const std::string& digest) {
+  struct stat info {};
+  if (::fstat(file.get(), &info) != 0) return;
+  const std::lock_guard lock{checked_mutex_};
+  checked_[digest] = {info.st_ino, std::chrono::steady_clock::now()};
 }
 
 absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, const Fetch& fetch) {
@@ -126,6 +163,7 @@ absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, cons
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
   if (::fdatasync(file->get()) != 0 || ::rename(part.c_str(), path.c_str()) != 0) return file_error("store", path);
+  note_checked(*file, digest);
   prune(digest);
   return map_file(*file, path);
 }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,6 +14,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "agent/mapped_file.h"
 #include "render/build/load_scene.h"
 
 namespace tessera::agent {
@@ -23,7 +26,8 @@ class BlobCache {
   /// Creates `dir` where needed. Blobs used longest ago are removed while there are more than `cap_bytes`.
   static absl::StatusOr<std::unique_ptr<BlobCache>> open(std::filesystem::path dir, std::uint64_t cap_bytes);
 
-  /// The blob, mapped into memory, when the cache has it.
+  /// The blob, mapped into memory, when the cache has it. A file whose bytes have another digest by now is removed, and
+  /// is no blob.
   absl::StatusOr<std::optional<render::BlobBytes>> find(const std::string& digest);
 
   using Sink = std::function<absl::Status(std::string_view chunk)>;
@@ -44,11 +48,20 @@ class BlobCache {
   std::filesystem::path blob_path(const std::string& digest) const;
   std::filesystem::path partial_path(const std::string& digest) const;
   void prune(const std::string& keep);
+  absl::StatusOr<bool> is_intact(const OpenFile& file, const std::string& digest);
+  void note_checked(const OpenFile& file, const std::string& digest);
 
   const std::filesystem::path dir_;
   const std::uint64_t cap_bytes_;
   std::mutex prune_mutex_;
   std::atomic<std::uint64_t> bytes_{0};
+  /// When which file was last seen to have the bytes that its name says.
+  struct Checked {
+    std::uint64_t inode = 0;
+    std::chrono::steady_clock::time_point when;
+  };
+  std::mutex checked_mutex_;
+  std::map<std::string, Checked> checked_;
 };
 
 /// $XDG_CACHE_HOME/tessera, or ~/.cache/tessera, or a directory for this user under the system's temporary one.

@@ -22,16 +22,16 @@ BlobFetcher::BlobFetcher(CoordinatorLink& link, BlobCache& cache) : link_(link),
 
 absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, std::stop_token stop) {
   bool missed = false;
+  int corrupt = 0;
   const auto fetch = [&](std::uint64_t offset, const BlobCache::Sink& sink) {
     if (!std::exchange(missed, true)) ++misses_;
     const auto count_and_sink = [&](std::string_view chunk) {
       downloaded_bytes_ += chunk.size();
       return sink(chunk);
     };
-    return link_.download(digest, offset, count_and_sink, stop);
+    return link_.download({.digest = digest, .offset = offset, .doubted = corrupt > 0}, count_and_sink, stop);
   };
   wire::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
-  int corrupt = 0;
   while (true) {
     absl::StatusOr<render::BlobBytes> bytes = cache_.get(digest, fetch);
     if (bytes.ok()) {

@@ -64,11 +64,11 @@ absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
       .status();
 }
 
-absl::Status CoordinatorLink::download(const std::string& digest, std::uint64_t offset, const ChunkSink& sink,
-                                       std::stop_token stop) {
+absl::Status CoordinatorLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {
   v1::DownloadRequest request;
-  request.mutable_blob()->set_digest(digest);
-  request.set_offset(offset);
+  request.mutable_blob()->set_digest(wanted.digest);
+  request.set_offset(wanted.offset);
+  request.set_doubted(wanted.doubted);
 
   grpc::ClientContext context;
   std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};

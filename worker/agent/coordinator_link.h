@@ -35,9 +35,14 @@ class CoordinatorLink {
   absl::Status deregister(const v1::DeregisterRequest& request);
 
   using ChunkSink = std::function<absl::Status(std::string_view chunk)>;
-  /// Streams the blob's bytes from `offset` on into `sink`, whose error ends the call. DeadlineExceeded when no chunk
+  struct Wanted {
+    std::string digest;
+    std::uint64_t offset = 0;
+    bool doubted = false;  // it came with another digest before (blob.proto)
+  };
+  /// Streams the blob's bytes from the offset on into `sink`, whose error ends the call. DeadlineExceeded when no chunk
   /// has come for 30 s.
-  absl::Status download(const std::string& digest, std::uint64_t offset, const ChunkSink& sink, std::stop_token stop);
+  absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop);
 
   const std::string& address() const { return address_; }
 

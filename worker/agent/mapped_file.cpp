@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <string_view>
 
 #include "absl/strings/str_cat.h"
@@ -17,7 +18,25 @@ OpenFile::~OpenFile() {
 }
 
 absl::Status file_error(const char* what, const std::filesystem::path& path) {
-  return absl::ErrnoToStatus(errno, absl::StrCat("cannot ", what, " ", path.string()));
+  const std::string message = absl::StrCat("cannot ", what, " ", path.string());
+  switch (errno) {
+    case EIO:
+      return absl::DataLossError(absl::StrCat(message, ": the disk fails"));
+    // Not ResourceExhausted or Unavailable: those come from the coordinator, and pass when one waits.
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return absl::FailedPreconditionError(absl::StrCat(message, ": the disk is full"));
+    case EROFS:
+    case ENOMEM:
+    case EMFILE:
+    case ENFILE: {
+      const int error = errno;
+      return absl::FailedPreconditionError(absl::StrCat(message, ": ", std::strerror(error)));
+    }
+    default:
+      return absl::ErrnoToStatus(errno, message);
+  }
 }
 
 absl::StatusOr<render::BlobBytes> map_file(const OpenFile& file, const std::filesystem::path& path) {

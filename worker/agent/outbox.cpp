@@ -48,7 +48,7 @@ void Outbox::send_all(std::stop_token stop) {
   while (true) {
     std::unique_lock lock{mutex_};
     if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
-    const Outcome outcome = std::move(queue_.front());
+    Outcome outcome = std::move(queue_.front());
     queue_.pop_front();
     changed_.notify_all();
     lock.unlock();
@@ -61,10 +61,11 @@ void Outbox::send_all(std::stop_token stop) {
   }
 }
 
-void Outbox::deliver(const Outcome& outcome, std::stop_token stop) {
+void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
   const std::stop_token revoked = outcome.unit->stop.get_token();
   wire::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
   std::string unknown_to;  // a registration under which the result was NOT_FOUND
+  int unsound = 0;         // times that the coordinator could not read the result
   bool warned = false;
   while (!stop.stop_requested() && !revoked.stop_requested()) {
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
@@ -80,6 +81,11 @@ void Outbox::deliver(const Outcome& outcome, std::stop_token stop) {
     if (absl::IsNotFound(status) && !registered_anew) {
       unknown_to = *worker_id;
       session_.lost(*worker_id);
+      continue;
+    }
+    if (absl::IsInvalidArgument(status) && outcome.failure.ok()) {
+      // Bytes may suffer on their way; bytes that arrive wrong a second time were wrong before.
+      if (++unsound > 1) outcome.failure = status;
       continue;
     }
     if (!wire::is_transient(status)) {

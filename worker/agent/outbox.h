@@ -43,7 +43,7 @@ class Outbox {
 
  private:
   void send_all(std::stop_token stop);
-  void deliver(const Outcome& outcome, std::stop_token stop);
+  void deliver(Outcome& outcome, std::stop_token stop);
   absl::Status send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop);
 
   CoordinatorLink& link_;

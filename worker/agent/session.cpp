@@ -35,7 +35,7 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
   const absl::StatusOr<v1::RegisterResponse> response = register_until_heard(stop);
   lock.lock();
   registering_ = false;
-  changed_.notify_all();
+  changed_.notify_all();  // nobody looks before the lock is free
   if (!response.ok()) {
     if (!absl::IsCancelled(response.status())) refused_ = response.status();
     return response.status();
@@ -68,6 +68,7 @@ void Session::lost(const std::string& worker_id) {
   if (worker_id_ != worker_id) return;  // somebody noticed before
   spdlog::warn("{} no longer knows {}; registering again", link_.address(), worker_id);
   worker_id_.clear();
+  changed_.notify_all();
 }
 
 std::string Session::current() const {
@@ -75,9 +76,12 @@ std::string Session::current() const {
   return worker_id_;
 }
 
-std::chrono::milliseconds Session::heartbeat_interval() const {
-  std::lock_guard lock{mutex_};
-  return heartbeat_interval_;
+absl::StatusOr<std::string> Session::wait_for_beat(const std::string& known, std::stop_token stop) {
+  {
+    std::unique_lock lock{mutex_};
+    changed_.wait_for(lock, stop, heartbeat_interval_, [&] { return worker_id_ != known; });
+  }
+  return worker_id(stop);
 }
 
 }  // namespace tessera::agent

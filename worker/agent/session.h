@@ -27,8 +27,9 @@ class Session {
   /// The id, or empty when there is none now.
   std::string current() const;
 
-  /// How often the coordinator wants to hear from the worker.
-  std::chrono::milliseconds heartbeat_interval() const;
+  /// The worker's id, when it is time for a heartbeat: as often as the coordinator wants to hear from the worker, and
+  /// at once for an id other than `known`. Otherwise as worker_id().
+  absl::StatusOr<std::string> wait_for_beat(const std::string& known, std::stop_token stop);
 
  private:
   absl::StatusOr<v1::RegisterResponse> register_until_heard(std::stop_token stop);

@@ -158,6 +158,24 @@ TEST_F(AgentTest, KeepsAResultUntilItIsAcknowledged) {
   EXPECT_EQ(coordinator_.completes(), 4U);
 }
 
+TEST_F(AgentTest, AResultThatSufferedOnItsWayIsSentAgain) {
+  coordinator_.fail_completes(1, grpc::StatusCode::INVALID_ARGUMENT);
+  coordinator_.offer("job", spec_for_scene(), 0, 1);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_results(1));
+  EXPECT_EQ(coordinator_.completes(), 2U);
+  EXPECT_TRUE(coordinator_.failures().empty());
+}
+
+TEST_F(AgentTest, AResultThatIsRefusedTwiceIsAFailureOfTheUnit) {
+  coordinator_.fail_completes(2, grpc::StatusCode::INVALID_ARGUMENT);
+  coordinator_.offer("job", spec_for_scene(), 0, 1);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_failures(1));
+  EXPECT_NE(coordinator_.failures()[0].message().find("on request"), std::string::npos);
+  EXPECT_TRUE(coordinator_.results().empty());
+}
+
 TEST_F(AgentTest, RegistersAgainWhenTheCoordinatorForgotItAndDeliversWhatItHeld) {
   renderer_.hanging_tiles = {0};
   coordinator_.offer("job", spec_for_scene(), 0, 1);

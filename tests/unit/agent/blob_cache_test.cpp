@@ -84,6 +84,27 @@ TEST_F(BlobCacheTest, RefusesBytesWithAnotherDigestAndStartsAnew) {
   EXPECT_EQ(bytes->bytes, "right");
 }
 
+TEST_F(BlobCacheTest, AFlippedBitAnywhereAndACutAnywhereAreNoticed) {
+  const std::string bytes = "not more than some bytes, of which each is damaged in turn";
+  const std::string digest = wire::sha256_hex(bytes);
+  const fs::path path = dir_.path() / digest.substr(0, 2) / digest;
+  ASSERT_TRUE(open()->get(digest, fetch_of(bytes)).ok());
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    {
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(bytes[at] ^ (1 << at % 8)));
+    }
+    const auto flipped = open()->get(digest, fetch_of(bytes));
+    ASSERT_TRUE(flipped.ok()) << flipped.status();
+    EXPECT_EQ(flipped->bytes, bytes);
+    fs::resize_file(path, at);
+    const auto cut = open()->get(digest, fetch_of(bytes));
+    ASSERT_TRUE(cut.ok()) << cut.status();
+    EXPECT_EQ(cut->bytes, bytes);
+  }
+  EXPECT_EQ(fetches_, 1 + 2 * static_cast<int>(bytes.size()));
+}
+
 TEST_F(BlobCacheTest, RefusesWhatIsNoDigest) {
   EXPECT_EQ(open()->find("../../etc/passwd").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(open()->get("", fetch_of("")).status().code(), absl::StatusCode::kInvalidArgument);

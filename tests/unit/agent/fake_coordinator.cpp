@@ -32,8 +32,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     return grpc::Status::OK;
   }
 
-  grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest* request,
-                     v1::LeaseResponse* response) override {
+  grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest* request, v1::LeaseResponse* response) override {
     std::unique_lock lock{owner_.mutex_};
     // A short poll: a synchronous handler cannot be told that its caller has gone.
     owner_.changed_.wait_for(lock, std::chrono::milliseconds{20},
@@ -72,7 +71,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     ++owner_.completes_;
     if (owner_.completes_to_fail_ > 0) {
       --owner_.completes_to_fail_;
-      return {grpc::StatusCode::UNAVAILABLE, "on request"};
+      return {owner_.failure_code_, "on request"};
     }
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
     owner_.results_[request->token().unit_index()] = *request;
@@ -194,9 +193,10 @@ void FakeCoordinator::refuse_registration(std::string message) {
   refusal_ = std::move(message);
 }
 
-void FakeCoordinator::fail_completes(int count) {
+void FakeCoordinator::fail_completes(int count, grpc::StatusCode code) {
   std::lock_guard lock{mutex_};
   completes_to_fail_ = count;
+  failure_code_ = code;
 }
 
 void FakeCoordinator::forget_workers() {

@@ -1,6 +1,8 @@
 // A coordinator for tests of the agent: hands out a list of units, collects results, and misbehaves on request.
 #pragma once
 
+#include <grpcpp/support/status_code_enum.h>
+
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -34,8 +36,8 @@ class FakeCoordinator {
   void offer(const std::string& job_id, const v1::JobSpec& spec, std::uint32_t first, std::uint32_t count);
 
   void refuse_registration(std::string message);
-  /// The next `count` Complete calls are answered UNAVAILABLE.
-  void fail_completes(int count);
+  /// The next `count` Complete calls are answered with this code.
+  void fail_completes(int count, grpc::StatusCode code = grpc::StatusCode::UNAVAILABLE);
   /// All registrations are forgotten, as after a restart.
   void forget_workers();
   /// The next heartbeat that carries this unit is told that it is revoked.
@@ -81,6 +83,7 @@ class FakeCoordinator {
   std::string refusal_;
   int registrations_ = 0;
   int completes_to_fail_ = 0;
+  grpc::StatusCode failure_code_ = grpc::StatusCode::UNAVAILABLE;
   std::size_t completes_ = 0;
   std::set<std::uint32_t> revoked_;
   bool drain_ = false;

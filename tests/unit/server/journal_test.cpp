@@ -9,7 +9,9 @@
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "store/checked_pages.h"
 #include "store/data_dir.h"
+#include "support/long_form.h"
 #include "support/temp_dir.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/digest.h"
@@ -222,13 +224,33 @@ TEST_F(JournalTest, PayloadsWithoutARowAreOverwritten) {
 }
 
 TEST_F(JournalTest, MissingPayloadsAreNoticed) {
-  const auto recovery = [&] { return open()->recover([](JobRecord) { return absl::OkStatus(); }); };
-  ASSERT_TRUE(open()->commit({job_added("a"), unit_done("a", 1)}).ok());
-  ASSERT_TRUE(recovery().ok());
-  std::filesystem::resize_file(results("a"), 500);
-  EXPECT_EQ(recovery().code(), absl::StatusCode::kDataLoss);
+  ASSERT_TRUE(open()->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2)}).ok());
+  EXPECT_EQ(recover(*open())[0].whole_results, 2u);
+  std::filesystem::resize_file(results("a"), 1500);
+  {
+    auto journal = open();
+    EXPECT_EQ(recover(*journal)[0].whole_results, 1u);
+    EXPECT_EQ(journal->read_result("a", 1).value(), payload_of("a", 1));
+    EXPECT_EQ(journal->read_result("a", 2).status().code(), absl::StatusCode::kDataLoss);
+  }
   std::filesystem::remove(results("a"));
-  EXPECT_EQ(recovery().code(), absl::StatusCode::kDataLoss);
+  auto journal = open();
+  EXPECT_EQ(recover(*journal)[0].whole_results, 0u);
+  EXPECT_EQ(journal->read_result("a", 1).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(JournalTest, ACopyOfWhatIsLostIsLostToo) {
+  ASSERT_TRUE(open()->commit({job_added("a"), unit_done("a", 1)}).ok());
+  std::filesystem::resize_file(results("a"), 500);
+  auto journal = open();
+  recover(*journal);
+  UnitDone copy = unit_done("b", 1);
+  copy.payload.clear();
+  copy.from_job = "a";
+  copy.from_sequence = 1;
+  JobAdded added = job_added("b");
+  ASSERT_TRUE(journal->commit({added, copy}).ok()) << "the coordinator goes on";
+  EXPECT_EQ(journal->read_result("b", 1).value(), "");
 }
 
 TEST_F(JournalTest, DamageIsAnErrorThatSaysSo) {
@@ -239,11 +261,92 @@ TEST_F(JournalTest, DamageIsAnErrorThatSaysSo) {
   EXPECT_EQ(open_journal(directory_.path()).status().code(), absl::StatusCode::kDataLoss);
 }
 
+/// Everything that is in it, or DataLoss.
+absl::StatusOr<std::string> contents_of(const std::filesystem::path& directory) {
+  auto journal = open_journal(directory);
+  if (!journal.ok()) return journal.status();
+  std::string all;
+  const absl::Status status = (*journal)->recover([&](const JobRecord& record) {
+    absl::StrAppend(&all, record.added.id, record.added.request_id, record.added.spec, record.isa, record.ended.state);
+    for (const JobRecord::Result& result : record.results) {
+      absl::StrAppend(&all, result.unit, result.digest, result.stats, result.host, result.bytes, " ");
+    }
+    for (const SchedulerEvent& event : record.events) absl::StrAppend(&all, event.kind, event.value, event.text, " ");
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  const auto events = (*journal)->farm_events();
+  if (!events.ok()) return events.status();
+  for (const SchedulerEvent& event : *events) absl::StrAppend(&all, event.kind, event.host, event.text, " ");
+  return all;
+}
+
+TEST_F(JournalTest, AFlippedBitInAPageIsNoticed) {
+  {
+    auto journal = open();
+    for (const char* id : {"a", "b"}) {
+      std::vector<JournalEntry> entries{job_added(id)};
+      for (std::uint64_t sequence = 1; sequence <= 40; ++sequence) entries.push_back(unit_done(id, sequence));
+      entries.push_back(SchedulerEvent{.job = id, .kind = 12, .unit = 0, .value = 3, .host = "", .text = "a note"});
+      ASSERT_TRUE(journal->commit(entries).ok());
+    }
+    ASSERT_TRUE(
+        journal->commit({SchedulerEvent{.job = "", .kind = 10, .unit = 0, .value = 0, .host = "h", .text = "w"}}).ok());
+  }
+  const std::filesystem::path path = directory_.path() / "journal.sqlite", copy = directory_.path() / "copy.sqlite";
+  const std::string whole = contents_of(directory_.path()).value();
+  std::filesystem::copy_file(path, copy);
+  const std::uint64_t size = std::filesystem::file_size(path);
+  // Every byte of the header, and some of all others; TESSERA_BYTE_STRIDE=1 takes every one, and five minutes.
+  const std::uint64_t stride = test::how_often("TESSERA_BYTE_STRIDE", 97, 97);
+  std::uint64_t noticed = 0, tried = 0;
+  for (std::uint64_t at = 0; at < size; at += at < 100 ? 1 : stride) {
+    std::filesystem::copy_file(copy, path, std::filesystem::copy_options::overwrite_existing);
+    {
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekg(static_cast<std::streamoff>(at));
+      const int byte = file.get();
+      file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(byte ^ (1 << at % 8)));
+    }
+    const absl::StatusOr<std::string> found = contents_of(directory_.path());
+    ++tried;
+    if (found.ok()) {
+      EXPECT_EQ(*found, whole) << "byte " << at;
+    } else {
+      ++noticed;
+      EXPECT_EQ(found.status().code(), absl::StatusCode::kDataLoss) << "byte " << at << ": " << found.status();
+    }
+  }
+  EXPECT_GT(noticed, tried / 2) << "the rest are pages that nothing reads";
+}
+
+TEST_F(JournalTest, AJournalWithoutChecksumsGetsThem) {
+  const std::filesystem::path path = directory_.path() / "journal.sqlite";
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, "PRAGMA journal_mode = WAL; CREATE TABLE old (value); INSERT INTO old VALUES (7)",
+                         nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  ASSERT_TRUE(open()->commit({job_added("a")}).ok());
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_EQ(file.seekg(20).get(), 8);
+  EXPECT_EQ(recover(*open())[0].added.id, "a");
+  ASSERT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_pages_vfs()), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "PRAGMA locking_mode = EXCLUSIVE; SELECT 1 / (value = 7) FROM old", nullptr, nullptr,
+                         nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+}
+
 TEST_F(JournalTest, ANewerFormatIsRefused) {
   open();
   sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open((directory_.path() / "journal.sqlite").c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, "UPDATE meta SET value = 9 WHERE key = 'format'", nullptr, nullptr, nullptr),
+  ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,
+                            checked_pages_vfs()),
+            SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, "PRAGMA locking_mode = EXCLUSIVE; UPDATE meta SET value = 9 WHERE key = 'format'",
+                         nullptr, nullptr, nullptr),
             SQLITE_OK);
   sqlite3_close(database);
   EXPECT_EQ(open_journal(directory_.path()).status().code(), absl::StatusCode::kFailedPrecondition);

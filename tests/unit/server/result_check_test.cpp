@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -59,6 +61,11 @@ TEST_F(ResultCheckTest, NamesWhatDoesNotFit) {
   result_.y1 = 20;
   result_.counts.resize(16), result_.values.resize(16 * 4);
   EXPECT_THAT(message(), HasSubstr("pixels"));
+}
+
+TEST_F(ResultCheckTest, RefusesWhatIsNoNumber) {
+  result_.values[12 + 3] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(message(), testing::HasSubstr("channel G holds a NaN"));
 }
 
 }  // namespace

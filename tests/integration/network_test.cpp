@@ -1,0 +1,102 @@
+// A network that loses packets both ways or one way, closes connections, or flips bits. TESSERA_CUT_SECONDS=N in the
+// environment cuts for that long (600 takes an hour).
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "integration/farm_under_test.h"
+#include "support/long_form.h"
+#include "support/tcp_proxy.h"
+
+namespace tessera::integration {
+namespace {
+
+using std::chrono::seconds;
+using support::TcpProxy;
+
+// Some seconds of work in many units.
+const Arguments kJob{
+    "scenes/cornell-box/scene.pbrt", "--resolution", "128x128", "--spp", "256", "--tile", "16", "--quiet"};
+
+bool a_quarter_is_done(const v1::JobStatus& status) {
+  return status.units_total() > 0 && 4 * status.units_done() >= status.units_total();
+}
+
+class Network : public testing::Test {
+ protected:
+  Network() : proxy_(std::stoi(farm_.address().substr(farm_.address().rfind(':') + 1))) {
+    farm_.add_worker(WorkerSetup{.server = proxy_.address()});
+  }
+
+  /// Cuts the one worker off in the midst of a job, for longer and for less long than its leases last.
+  void cut(TcpProxy::Fault fault) {
+    for (const int duration : durations()) {
+      const std::string job_id = farm_.submit_detached(kJob + Arguments{"--fresh"});
+      farm_.watch_until(job_id, a_quarter_is_done);
+      proxy_.set_fault(fault);
+      std::this_thread::sleep_for(seconds{duration});
+      proxy_.set_fault(TcpProxy::Fault::kNone);
+      const v1::JobStatus end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+      EXPECT_EQ(end.state(), v1::DONE) << end.error() << farm_.worker(0).err();
+      EXPECT_EQ(end.set_aside_size(), 0);
+      EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJob)) << "after " << duration << " s";
+    }
+  }
+
+  FarmUnderTest farm_;
+  TcpProxy proxy_;
+
+ private:
+  static std::vector<int> durations() {
+    if (test::long_form()) return {1, 5, 12, 20};
+    return {static_cast<int>(test::how_often("TESSERA_CUT_SECONDS", 3, 0))};
+  }
+};
+
+TEST_F(Network, LosesEverythingForAWhile) { cut(TcpProxy::Fault::kSilence); }
+TEST_F(Network, LosesWhatTheWorkerSays) { cut(TcpProxy::Fault::kDeaf); }
+TEST_F(Network, LosesWhatTheCoordinatorSays) { cut(TcpProxy::Fault::kMute); }
+TEST_F(Network, RefusesConnectionsForAWhile) { cut(TcpProxy::Fault::kRefusing); }
+
+TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
+  // Nothing but the digests of blobs and the checksums of results protects what TCP lets pass.
+  proxy_.flip_a_bit_in(test::long_form() ? 3'000 : 20'000);
+  // A bit in a name or a number is a job that nobody knows, or a unit that fails: the job may end incomplete.
+  const std::string job_id = farm_.submit_detached(kJob);
+  v1::JobStatus end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+  proxy_.flip_a_bit_in(0);
+  if (end.state() == v1::INCOMPLETE) {
+    ASSERT_TRUE(farm_.client().retry(job_id, {}).ok());
+    end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+  }
+  EXPECT_EQ(end.state(), v1::DONE) << end.error() << farm_.worker(0).err();
+  EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_GT(proxy_.flipped(), 0U);
+  std::printf("%d bits flipped\n", static_cast<int>(proxy_.flipped()));
+}
+
+TEST_F(Network, FlipsBitsOfAnImageOnItsWay) {
+  farm_.add_worker(1);
+  const std::string job_id = farm_.submit_detached(kJob);
+  farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+  proxy_.flip_a_bit_in(30'000);
+  const std::string image = (farm_.directory() / "image.exr").string();
+  int whole = 0, refused = 0;
+  for (int attempt = 0; attempt < (test::long_form() ? 40 : 8); ++attempt) {
+    const support::Finished done = tessera({"fetch", job_id, "-o", image, "--quiet", "--server", proxy_.address()});
+    if (done.status.code == 0) {
+      ++whole;
+      EXPECT_EQ(pixel_sha256(image), expected_hash(kJob));
+    } else {
+      ++refused;
+      EXPECT_EQ(done.status.signal, 0) << "crashed";
+      EXPECT_FALSE(done.err.empty());
+    }
+  }
+  std::printf("%d images were whole, %d refused by name; %d bits flipped\n", whole, refused,
+              static_cast<int>(proxy_.flipped()));
+}
+
+}  // namespace
+}  // namespace tessera::integration

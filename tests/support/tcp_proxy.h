@@ -1,0 +1,54 @@
+// A network between two programs that fails on command.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace tessera::support {
+
+/// Forwards TCP connections on a free port of loopback to another port there. Thread-safe.
+class TcpProxy {
+ public:
+  enum class Fault {
+    kNone,
+    kSilence,   // nothing is forwarded, nothing is closed: as when packets are lost both ways
+    kDeaf,      // what the clients send is not forwarded; what the server sends is
+    kMute,      // what the server sends is not forwarded; what the clients send is
+    kRefusing,  // connections are closed, new ones at once
+  };
+
+  /// Throws std::system_error when there is no free port.
+  explicit TcpProxy(int server_port);
+  ~TcpProxy();
+  TcpProxy(const TcpProxy&) = delete;
+  TcpProxy& operator=(const TcpProxy&) = delete;
+
+  /// "127.0.0.1:PORT", for clients.
+  std::string address() const;
+
+  /// From now on. What a fault held back is forwarded when it is over, as TCP would send it again.
+  void set_fault(Fault fault) { fault_ = fault; }
+
+  /// Of the bytes forwarded from now on, one bit in about `bytes` of them is flipped; 0: none.
+  void flip_a_bit_in(std::uint64_t bytes) { flip_every_ = bytes; }
+  std::uint64_t flipped() const { return flipped_; }
+
+ private:
+  void accept_all(std::stop_token stop);
+  void forward(int client, std::stop_token stop);
+  /// False when the connection is over.
+  bool pass(int from, int to, std::uint64_t& random);
+
+  const int server_port_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::atomic<Fault> fault_{Fault::kNone};
+  std::atomic<std::uint64_t> flip_every_{0}, flipped_{0};
+  std::vector<std::jthread> connections_;
+  std::jthread accepting_;
+};
+
+}  // namespace tessera::support
