@@ -65,8 +65,8 @@ class LoadTest : public testing::Test {
 };
 
 TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
-  submit({.jobs = 10, .users = 5, .scenes = 1, .units = long_form() ? 3600u : 400u});
-  const auto workers = fleet({.workers = long_form() ? 2000u : 200u, .threads = 1, .unit_time = milliseconds(100)});
+  submit({.jobs = 10, .users = 5, .scenes = 1, .units = 400});
+  const auto workers = fleet({.workers = 200, .threads = 1, .unit_time = milliseconds(100)});
   ASSERT_TRUE(wait_for([&] { return progress_.all_done(); })) << progress_.done() << " of " << progress_.wanted();
   EXPECT_EQ(workers->tally().refused, 0u);
   // A worker has 3 units at most in its hands, and all jobs nearly the same number of all that are out, at any time: 60
