@@ -27,6 +27,7 @@ absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
 bool is_transient(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:
+    case absl::StatusCode::kCancelled:  // by a server that ends: callers know themselves what they cancelled
     case absl::StatusCode::kDeadlineExceeded:
     case absl::StatusCode::kResourceExhausted:
     case absl::StatusCode::kAborted:

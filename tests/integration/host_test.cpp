@@ -53,7 +53,7 @@ TEST(Host, AFullDiskEndsTheCoordinatorByNameAndNothingIsLost) {
     return job.ok() ? job->status().units_done() : 0;
   }();
   EXPECT_GT(before, 0U) << "what was acknowledged is there";
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob)) << farm.coordinator().err() << farm.worker(0).err();
 }
 
 TEST(Host, AFullDiskOfAClientIsNamedAndTheImageFetchedLater) {
