@@ -128,6 +128,12 @@ void Simulation::start_coordinator() {
   Journal* journal = &model_;
   if (options_.real_journal) {
     auto opened = open_journal("/data", *disk_);
+    if (absl::IsResourceExhausted(opened.status())) {
+      // The power failed on a disk that was full. It says so and ends; somebody makes room and starts it again.
+      ++counts_.disk_full;
+      disk_->set_capacity(std::uint64_t{1} << 40);
+      return at(Time(pick(5000)), [this] { start_coordinator(); });
+    }
     if (!opened.ok()) return violate(opened.status().ToString());
     real_ = *std::move(opened);
     journal = real_.get();
