@@ -11,63 +11,15 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "store/checked_pages.h"
+#include "store/journal_tables.h"
 #include "store/result_file.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::server {
 namespace {
 
-// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`. Older formats are brought
-// up to date when they are opened.
-constexpr int kFormatVersion = 3;
-
 // Results whose places are read at a time, of jobs that are over.
 constexpr std::uint64_t kIndexPage = 1024;
-
-constexpr char kSchema[] = R"(
-  CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
-  CREATE TABLE IF NOT EXISTS jobs (
-    number INTEGER PRIMARY KEY,
-    id TEXT NOT NULL UNIQUE,
-    request_id TEXT NOT NULL UNIQUE,
-    spec BLOB NOT NULL,
-    generation INTEGER NOT NULL,
-    submitted_unix_ms INTEGER NOT NULL,
-    uploaded_bytes INTEGER NOT NULL,
-    isa TEXT NOT NULL DEFAULT '',
-    state INTEGER NOT NULL DEFAULT 0,
-    error TEXT NOT NULL DEFAULT '',
-    finished_unix_ms INTEGER NOT NULL DEFAULT 0);
-  CREATE TABLE IF NOT EXISTS results (
-    job TEXT NOT NULL,
-    sequence INTEGER NOT NULL,
-    unit INTEGER NOT NULL,
-    digest TEXT NOT NULL,
-    end INTEGER NOT NULL,  -- of the payload within the job's result file
-    stats BLOB NOT NULL,
-    PRIMARY KEY (job, sequence)) WITHOUT ROWID;
-  CREATE TABLE IF NOT EXISTS events (
-    number INTEGER PRIMARY KEY,
-    job TEXT NOT NULL,
-    kind INTEGER NOT NULL,
-    unit INTEGER NOT NULL,
-    value INTEGER NOT NULL,
-    host TEXT NOT NULL,
-    text TEXT NOT NULL);
-  CREATE INDEX IF NOT EXISTS events_by_job ON events (job);
-)";
-
-constexpr char kFromFormat1[] = R"(
-  ALTER TABLE jobs ADD COLUMN fetched INTEGER NOT NULL DEFAULT 0;
-  ALTER TABLE results ADD COLUMN host TEXT NOT NULL DEFAULT '';
-  UPDATE meta SET value = 2 WHERE key = 'format';
-)";
-
-constexpr char kFromFormat2[] = R"(
-  ALTER TABLE jobs ADD COLUMN stats BLOB NOT NULL DEFAULT x'';
-  ALTER TABLE jobs ADD COLUMN stats_results INTEGER NOT NULL DEFAULT 0;
-  UPDATE meta SET value = 3 WHERE key = 'format';
-)";
 
 std::string text(const SQLite::Column& column) { return column.getString(); }
 
@@ -89,30 +41,17 @@ class SqliteJournal final : public Journal {
     }
     database_.exec("PRAGMA journal_mode = WAL");
     database_.exec("PRAGMA synchronous = FULL");
-    database_.exec(kSchema);
   }
 
-  /// Checks the version and begins a new epoch. Throws SQLite::Exception.
+  /// Begins a new epoch. Throws SQLite::Exception.
   absl::Status begin() {
-    SQLite::Transaction transaction(database_);
-    database_.exec("INSERT OR IGNORE INTO meta VALUES ('format', 1), ('epoch', 0)");
-    database_.exec("UPDATE meta SET value = value + 1 WHERE key = 'epoch'");
-    int format = database_.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
-    if (format == 1) {
-      database_.exec(kFromFormat1);
-      format = 2;
+    const absl::StatusOr<std::uint64_t> epoch = JournalTables::begin_epoch(database_);
+    if (!epoch.ok()) {
+      return absl::Status(epoch.status().code(),
+                          absl::StrCat(data_dir_.string(), ": ", std::string(epoch.status().message())));
     }
-    if (format == 2) {
-      database_.exec(kFromFormat2);
-      format = kFormatVersion;
-    }
-    if (format != kFormatVersion) {
-      return absl::FailedPreconditionError(absl::StrCat("the journal in ", data_dir_.string(), " has format ", format,
-                                                        "; this version knows formats 1 to ", kFormatVersion));
-    }
-    epoch_ = static_cast<std::uint64_t>(database_.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
-    transaction.commit();
-    statements_.emplace(database_);
+    epoch_ = *epoch;
+    tables_.emplace(database_);
     return absl::OkStatus();
   }
 
@@ -126,23 +65,6 @@ class SqliteJournal final : public Journal {
                                                         std::uint32_t most) override;
 
  private:
-  struct Statements {
-    explicit Statements(SQLite::Database& database)
-        : add(database,
-              "INSERT INTO jobs (id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes) "
-              "VALUES (?, ?, ?, ?, ?, ?)"),
-          bind(database, "UPDATE jobs SET isa = ? WHERE id = ?"),
-          end(database, "UPDATE jobs SET state = ?, error = ?, finished_unix_ms = ? WHERE id = ?"),
-          done(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)"),
-          stats(database, "UPDATE jobs SET stats = ?, stats_results = ? WHERE id = ?"),
-          event(database, "INSERT INTO events (job, kind, unit, value, host, text) VALUES (?, ?, ?, ?, ?, ?)"),
-          fetched(database, "UPDATE jobs SET fetched = 1 WHERE id = ?"),
-          prune_job(database, "DELETE FROM jobs WHERE id = ?"),
-          prune_results(database, "DELETE FROM results WHERE job = ?"),
-          prune_events(database, "DELETE FROM events WHERE job = ?") {}
-    SQLite::Statement add, bind, end, done, stats, event, fetched, prune_job, prune_results, prune_events;
-  };
-
   static JobRecord read_row(SQLite::Statement& jobs);
   /// `known`: of so many results the costs are not needed.
   absl::StatusOr<std::vector<std::uint64_t>> read_results(JobRecord& record, std::uint64_t known);
@@ -153,15 +75,6 @@ class SqliteJournal final : public Journal {
   absl::StatusOr<ResultFile::Extent> find_result(const std::string& job, std::uint64_t sequence, ResultFile& file);
   absl::Status write_payloads(const std::vector<JournalEntry>& entries, std::vector<std::uint64_t>& ends);
   void write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends);
-  void write_row(const JobAdded& entry, std::uint64_t end);
-  void write_row(const JobBound& entry, std::uint64_t end);
-  void write_row(const JobEnded& entry, std::uint64_t end);
-  void write_row(const UnitDone& entry, std::uint64_t end);
-  void write_row(const JobStats& entry, std::uint64_t end);
-  void write_row(const SchedulerEvent& entry, std::uint64_t end);
-  void write_row(const JobReopened& entry, std::uint64_t end);
-  void write_row(const JobFetched& entry, std::uint64_t end);
-  void write_row(const JobPruned& entry, std::uint64_t end);
   std::vector<SchedulerEvent> read_events(const std::string& job);
   void put_in_effect(const JournalEntry& entry, std::uint64_t end);
 
@@ -175,7 +88,7 @@ class SqliteJournal final : public Journal {
 
   std::mutex database_mutex_;
   SQLite::Database database_;
-  std::optional<Statements> statements_;
+  std::optional<JournalTables> tables_;
   absl::Status health_;  // the first error of a commit
 
   std::mutex results_mutex_;
@@ -407,92 +320,9 @@ absl::Status SqliteJournal::write_payloads(const std::vector<JournalEntry>& entr
 void SqliteJournal::write_rows(const std::vector<JournalEntry>& entries, const std::vector<std::uint64_t>& ends) {
   SQLite::Transaction transaction(database_);
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    std::visit([&](const auto& entry) { write_row(entry, ends[i]); }, entries[i]);
+    tables_->write(entries[i], ends[i]);
   }
   transaction.commit();
-}
-
-void SqliteJournal::write_row(const JobAdded& entry, std::uint64_t) {
-  SQLite::Statement& row = statements_->add;
-  row.reset();
-  row.bind(1, entry.id);
-  row.bind(2, entry.request_id);
-  row.bind(3, entry.spec.data(), static_cast<int>(entry.spec.size()));
-  row.bind(4, entry.generation);
-  row.bind(5, entry.submitted_unix_ms);
-  row.bind(6, static_cast<std::int64_t>(entry.uploaded_bytes));
-  row.exec();
-}
-
-void SqliteJournal::write_row(const JobBound& entry, std::uint64_t) {
-  SQLite::Statement& row = statements_->bind;
-  row.reset();
-  row.bind(1, entry.isa);
-  row.bind(2, entry.id);
-  row.exec();
-}
-
-void SqliteJournal::write_row(const JobEnded& entry, std::uint64_t) {
-  SQLite::Statement& row = statements_->end;
-  row.reset();
-  row.bind(1, entry.state);
-  row.bind(2, entry.error);
-  row.bind(3, entry.finished_unix_ms);
-  row.bind(4, entry.id);
-  row.exec();
-}
-
-void SqliteJournal::write_row(const UnitDone& entry, std::uint64_t end) {
-  SQLite::Statement& row = statements_->done;
-  row.reset();
-  row.bind(1, entry.job);
-  row.bind(2, static_cast<std::int64_t>(entry.sequence));
-  row.bind(3, entry.unit);
-  row.bind(4, entry.digest);
-  row.bind(5, static_cast<std::int64_t>(end));
-  row.bind(6, entry.stats.data(), static_cast<int>(entry.stats.size()));
-  row.bind(7, entry.host);
-  row.exec();
-}
-
-void SqliteJournal::write_row(const JobStats& entry, std::uint64_t) {
-  SQLite::Statement& row = statements_->stats;
-  row.reset();
-  row.bind(1, entry.stats.data(), static_cast<int>(entry.stats.size()));
-  row.bind(2, static_cast<std::int64_t>(entry.results));
-  row.bind(3, entry.id);
-  row.exec();
-}
-
-void SqliteJournal::write_row(const SchedulerEvent& entry, std::uint64_t) {
-  SQLite::Statement& row = statements_->event;
-  row.reset();
-  row.bind(1, entry.job);
-  row.bind(2, entry.kind);
-  row.bind(3, entry.unit);
-  row.bind(4, entry.value);
-  row.bind(5, entry.host);
-  row.bind(6, entry.text);
-  row.exec();
-}
-
-void SqliteJournal::write_row(const JobReopened& entry, std::uint64_t end) {
-  write_row(JobEnded{.id = entry.id, .state = 0, .error = "", .finished_unix_ms = 0}, end);
-}
-
-void SqliteJournal::write_row(const JobFetched& entry, std::uint64_t) {
-  statements_->fetched.reset();
-  statements_->fetched.bind(1, entry.id);
-  statements_->fetched.exec();
-}
-
-void SqliteJournal::write_row(const JobPruned& entry, std::uint64_t) {
-  for (SQLite::Statement* const row :
-       {&statements_->prune_job, &statements_->prune_results, &statements_->prune_events}) {
-    row->reset();
-    row->bind(1, entry.id);
-    row->exec();
-  }
 }
 
 std::shared_ptr<ResultFile> SqliteJournal::results_of(const std::string& job) {

@@ -26,7 +26,8 @@ class ResultFile {
   /// read.
   ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end);
 
-  /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than were journaled when something cut it.
+  /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than were
+  /// journaled when something cut it.
   std::uint64_t whole_results() const;
 
   /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
