@@ -18,6 +18,16 @@ constexpr int kMaxWarningsPerUnit = 8;
 constexpr int kMaxWarningsPerJob = 64;
 constexpr std::size_t kMaxTimesPerJob = 4096;  // names of materials, above all
 
+/// Unit of each result, as in JobEntry::units_by_sequence.
+std::vector<std::uint32_t> units_of(const JobRecord& record) {
+  std::vector<std::uint32_t> units;
+  for (const JobRecord::Result& result : record.results) units.push_back(result.unit);
+  for (const std::uint64_t sequence : revoked_results(record)) {
+    if (sequence > 0 && sequence <= units.size()) units[sequence - 1] = JobEntry::kRevoked;
+  }
+  return units;
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec) {
@@ -70,16 +80,6 @@ JobRequest request_of(const JobEntry& entry) {
           .user = spec.user(),
           .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
           .max_workers = spec.max_workers()};
-}
-
-/// Unit of each result, as in JobEntry::units_by_sequence.
-static std::vector<std::uint32_t> units_of(const JobRecord& record) {
-  std::vector<std::uint32_t> units;
-  for (const JobRecord::Result& result : record.results) units.push_back(result.unit);
-  for (const std::uint64_t sequence : revoked_results(record)) {
-    if (sequence > 0 && sequence <= units.size()) units[sequence - 1] = JobEntry::kRevoked;
-  }
-  return units;
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
