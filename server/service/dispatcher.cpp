@@ -17,15 +17,24 @@ Dispatcher::Dispatcher(std::function<void()> tick) : tick_(std::move(tick)), thr
 
 Dispatcher::~Dispatcher() { stop(); }
 
-void Dispatcher::park(Clock::time_point deadline, std::function<bool(bool)> attempt) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!stop_) {
-      parked_.push_back({deadline, std::move(attempt)});
-      return;
-    }
+void Dispatcher::park(const std::string& worker, Clock::time_point deadline, std::function<bool(bool)> attempt) {
+  std::unique_lock lock(mutex_);
+  if (stop_) {
+    lock.unlock();
+    attempt(true);
+    return;
   }
-  attempt(true);
+  Queue one;
+  one.push_back({worker, deadline, std::move(attempt)});
+  append(one);
+  called_.insert(worker);  // a hand may have become free since the caller looked
+  lock.unlock();
+  wake_.notify_one();
+}
+
+void Dispatcher::append(Queue& parked) {
+  for (auto it = parked.begin(); it != parked.end(); ++it) by_worker_.emplace(it->worker, it);
+  parked_.splice(parked_.end(), parked);
 }
 
 void Dispatcher::subscribe(std::function<bool()> wake) {
@@ -43,6 +52,14 @@ void Dispatcher::notify_work() {
   {
     const std::lock_guard lock(mutex_);
     work_ = true;
+  }
+  wake_.notify_one();
+}
+
+void Dispatcher::notify_worker(const std::string& worker) {
+  {
+    const std::lock_guard lock(mutex_);
+    called_.insert(worker);
   }
   wake_.notify_one();
 }
@@ -71,7 +88,7 @@ void Dispatcher::run() {
     bool work, news, stopping;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_until(lock, next_tick, [this] { return stop_ || work_ || news_; });
+      wake_.wait_until(lock, next_tick, [this] { return stop_ || work_ || news_ || !called_.empty(); });
       work = std::exchange(work_, false);
       news = std::exchange(news_, false);
       stopping = stop_;
@@ -86,6 +103,7 @@ void Dispatcher::run() {
       news = true;
       next_news = now + kNewsInterval;
     }
+    try_called();
     if (work || stopping) try_parked(stopping);
     if (news || stopping) wake_subscribers();
     if (stopping) return;
@@ -94,30 +112,52 @@ void Dispatcher::run() {
 
 // Neither holds the mutex while it calls out: what it calls may park or subscribe again.
 
-void Dispatcher::try_parked(bool last) {
-  std::vector<Parked> trying;
+void Dispatcher::try_called() {
+  Queue trying;
   {
     const std::lock_guard lock(mutex_);
-    trying = std::exchange(parked_, {});
+    for (const std::string& worker : called_) {
+      const auto [first, last] = by_worker_.equal_range(worker);
+      for (auto it = first; it != last; ++it) trying.splice(trying.end(), parked_, it->second);
+      by_worker_.erase(first, last);
+    }
+    called_.clear();
   }
   const Clock::time_point now = Clock::now();
-  std::vector<Parked> untried, vain;
+  std::erase_if(trying, [now](Parked& parked) { return parked.attempt(now >= parked.deadline); });
+  const std::lock_guard lock(mutex_);
+  append(trying);
+}
+
+void Dispatcher::try_parked(bool last) {
+  Queue trying;
+  {
+    const std::lock_guard lock(mutex_);
+    trying.swap(parked_);
+    by_worker_.clear();
+  }
+  const Clock::time_point now = Clock::now();
+  Queue vain, untried;
   int vain_tries = 0;
-  for (Parked& parked : trying) {
+  while (!trying.empty()) {
+    Parked& parked = trying.front();
     const bool due = last || now >= parked.deadline;
     if (vain_tries >= kMaxVainTries && !due) {
-      untried.push_back(std::move(parked));
+      untried.splice(untried.end(), trying, trying.begin());
     } else if (parked.attempt(due)) {
       vain_tries = 0;
+      trying.pop_front();
     } else {
       ++vain_tries;
-      vain.push_back(std::move(parked));
+      vain.splice(vain.end(), trying, trying.begin());
     }
   }
+  // First those that had no turn, then those that came meanwhile.
   const std::lock_guard lock(mutex_);
-  untried.insert(untried.end(), std::make_move_iterator(parked_.begin()), std::make_move_iterator(parked_.end()));
-  untried.insert(untried.end(), std::make_move_iterator(vain.begin()), std::make_move_iterator(vain.end()));
-  parked_ = std::move(untried);
+  untried.splice(untried.end(), parked_);
+  untried.splice(untried.end(), vain);
+  by_worker_.clear();
+  append(untried);
 }
 
 void Dispatcher::wake_subscribers() {

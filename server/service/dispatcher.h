@@ -4,8 +4,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <list>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace tessera::server {
@@ -18,14 +22,17 @@ class Dispatcher {
   explicit Dispatcher(std::function<void()> tick);
   ~Dispatcher();
 
-  /// Calls `attempt` after notifications of work and ticks until it returns true; its argument is true from `deadline`
-  /// on, when it must. Where hundreds in a row have found nothing, the rest has its turn the next time.
-  void park(Clock::time_point deadline, std::function<bool(bool last)> attempt);
+  /// Calls `attempt` soon, and after notifications of work, of this worker, and ticks, until it returns true; its
+  /// argument is true from `deadline` on, when it must. Where hundreds in a row have found nothing, the rest has its
+  /// turn the next time.
+  void park(const std::string& worker, Clock::time_point deadline, std::function<bool(bool last)> attempt);
 
   /// Calls `wake` after each notification of news and every second until it returns false.
   void subscribe(std::function<bool()> wake);
 
   void notify_work();
+  /// This worker has a free hand: what it parked is tried before all others.
+  void notify_worker(const std::string& worker);
   void notify_news();
 
   /// Lets everything parked make its last try, drops watchers after a last wake, and ends the thread. What comes later
@@ -34,18 +41,25 @@ class Dispatcher {
 
  private:
   struct Parked {
+    std::string worker;
     Clock::time_point deadline;
     std::function<bool(bool)> attempt;
   };
+  using Queue = std::list<Parked>;
 
   void run();
   void try_parked(bool last);
+  void try_called();
+  /// Behind those that are there, in the same order. With mutex_ held.
+  void append(Queue& parked);
   void wake_subscribers();
 
   const std::function<void()> tick_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<Parked> parked_;
+  Queue parked_;
+  std::unordered_multimap<std::string, Queue::iterator> by_worker_;
+  std::unordered_set<std::string> called_;  // workers with a free hand
   std::vector<std::function<bool()>> subscribers_;
   bool work_ = false;
   bool news_ = false;

@@ -139,6 +139,8 @@ class Farm {
   // Uploads that no job came of leave blobs behind even when no job is deleted.
   static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
   void retire_jobs();
+  /// How often a worker of a farm of this size is to be heard of. With mutex_ held.
+  google::protobuf::Duration heartbeat_interval() const;
   /// A result that was journaled cannot be read any more. With mutex_ held.
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 

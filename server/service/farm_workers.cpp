@@ -19,6 +19,8 @@ using google::protobuf::util::TimeUtil;
 // What waits for the disk; more results are sent back to be tried again.
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
+// Of thousands of workers, heartbeats would be most of what the coordinator does: they come less often then.
+constexpr std::size_t kHeartbeatsPerSecond = 2000;
 constexpr int kMaxIsas = 16;
 constexpr int kMaxTags = 64;
 constexpr int kMaxNamedPerLease = 4096;  // jobs or scenes that a worker says it knows
@@ -87,9 +89,9 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
   v1::RegisterResponse response;
   response.set_worker_id(random_identifier(16));
   response.set_epoch(journal_.epoch());
-  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(options_.heartbeat_interval.count());
   *response.mutable_lease_timeout() = TimeUtil::MillisecondsToDuration(options_.lease_timeout.count());
   const std::lock_guard lock(mutex_);
+  *response.mutable_heartbeat_interval() = heartbeat_interval();
   const absl::Status status =
       scheduler_.register_worker({.id = response.worker_id(),
                                   .name = request.name(),
@@ -117,8 +119,9 @@ void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done
   const auto wait = std::clamp<std::int64_t>(TimeUtil::DurationToMilliseconds(request.max_wait()), 0,
                                              std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
   if (try_lease(request, wait == 0, done)) return;
+  const std::string worker = request.worker_id();
   dispatcher_.park(
-      Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
+      worker, Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
       [this, request = std::move(request), cancelled = std::move(cancelled), done = std::move(done)](bool last) {
         if (!cancelled()) return try_lease(request, last, done);
         done(absl::CancelledError("the worker hung up"));
@@ -170,6 +173,13 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
   return true;
 }
 
+google::protobuf::Duration Farm::heartbeat_interval() const {
+  // Two beats within a lease's time, one of which may be lost, are the least.
+  const std::chrono::milliseconds longest = std::max(options_.heartbeat_interval, 2 * options_.lease_timeout / 5);
+  const std::chrono::milliseconds bearable{scheduler_.worker_count() * 1000 / kHeartbeatsPerSecond};
+  return TimeUtil::MillisecondsToDuration(std::clamp(bearable, options_.heartbeat_interval, longest).count());
+}
+
 absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   if (request.leases_size() > kMaxLeasesPerHeartbeat) {
@@ -183,6 +193,7 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest
   v1::HeartbeatResponse response;
   for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
   response.set_drain(decision->drain);
+  *response.mutable_heartbeat_interval() = heartbeat_interval();
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   return response;
 }
@@ -301,7 +312,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
          std::move(done));
   lock.unlock();
-  if (free_hands) dispatcher_.notify_work();
+  free_hands ? dispatcher_.notify_work() : dispatcher_.notify_worker(request.worker_id());
 }
 
 void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {

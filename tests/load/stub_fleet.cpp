@@ -130,6 +130,7 @@ class StubFleet::Worker {
   }
 
   void ask();
+  void note_wait(Clock::time_point asked);
   void take(const v1::LeaseResponse& response);
   void render_next();
   void deliver(const v1::Lease& lease, std::shared_ptr<const std::string> payload);
@@ -147,6 +148,7 @@ class StubFleet::Worker {
   bool beating_ = false;
   grpc::ClientContext* polling_ = nullptr;
   std::chrono::milliseconds interval_{1000};
+  Clock::time_point idle_since_{};
   std::map<UnitKey, v1::LeaseToken> held_;
   std::deque<v1::Lease> queue_;
   std::uint32_t busy_ = 0;  // threads
@@ -208,11 +210,17 @@ void StubFleet::Worker::ask() {
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
     if (!status.ok()) return try_again([this] { ask(); });
-    if (call->response.leases_size() > 0) fleet_.tally_.lease.add(since(call->start));
+    if (call->response.leases_size() > 0) note_wait(call->start);
     take(call->response);
     render_next();
     ask();
   });
+}
+
+/// A call that asks ahead waits, as it should, until the worker has done what it holds: it is late from then on only.
+void StubFleet::Worker::note_wait(Clock::time_point asked) {
+  const std::lock_guard lock(mutex_);
+  if (held_.empty()) fleet_.tally_.lease.add(since(std::max(asked, idle_since_)));
 }
 
 void StubFleet::Worker::take(const v1::LeaseResponse& response) {
@@ -287,6 +295,7 @@ void StubFleet::Worker::forget(const v1::LeaseToken& token) {
   const std::lock_guard lock(mutex_);
   held_.erase({token.job_id(), token.unit_index()});
   --busy_;
+  if (held_.empty()) idle_since_ = Clock::now();
 }
 
 /// The coordinator does not know this worker any more: it started again.
@@ -312,6 +321,8 @@ void StubFleet::Worker::beat() {
     if (!status.ok()) return;
     ++fleet_.tally_.heartbeats;
     fleet_.tally_.heartbeat.add(since(call->start));
+    const std::lock_guard lock(mutex_);
+    interval_ = std::chrono::milliseconds(TimeUtil::DurationToMilliseconds(call->response.heartbeat_interval()));
     fleet_.tally_.revoked += static_cast<std::uint64_t>(call->response.revoked_size());
   });
 }

@@ -29,7 +29,7 @@ struct FleetTally {
   std::atomic<std::uint64_t> heartbeats{0};
   std::atomic<std::uint64_t> revoked{0};  // leases
   std::atomic<std::uint64_t> retries{0};  // calls that were tried again
-  LatencyHistogram lease;                 // calls that brought units
+  LatencyHistogram lease;                 // for how long a worker that asked had nothing to do
   LatencyHistogram complete;
   LatencyHistogram heartbeat;
 };

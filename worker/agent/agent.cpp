@@ -222,6 +222,7 @@ void Agent::Work::beat(std::stop_token halt) {
       continue;
     }
     warned = false;
+    if (response->has_heartbeat_interval()) session_.set_heartbeat_interval(response->heartbeat_interval());
     const std::vector<v1::LeaseToken> revoked{response->revoked().begin(), response->revoked().end()};
     if (const std::size_t stopped = leases_.revoke(revoked); stopped > 0) spdlog::info("{} leases revoked", stopped);
     if (response->drain()) drain_.request_stop();

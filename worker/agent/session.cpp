@@ -14,8 +14,10 @@ namespace {
 constexpr std::chrono::milliseconds kShortestHeartbeat{50};
 constexpr std::chrono::milliseconds kReconnectCap{2000};
 
-std::chrono::milliseconds to_milliseconds(const google::protobuf::Duration& duration) {
-  return std::chrono::seconds{duration.seconds()} + std::chrono::milliseconds{duration.nanos() / 1'000'000};
+std::chrono::milliseconds interval_of(const google::protobuf::Duration& duration) {
+  const std::chrono::milliseconds wanted =
+      std::chrono::seconds{duration.seconds()} + std::chrono::milliseconds{duration.nanos() / 1'000'000};
+  return std::max(kShortestHeartbeat, wanted);
 }
 
 }  // namespace
@@ -41,9 +43,14 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
     return response.status();
   }
   worker_id_ = response->worker_id();
-  heartbeat_interval_ = std::max(kShortestHeartbeat, to_milliseconds(response->heartbeat_interval()));
+  heartbeat_interval_ = interval_of(response->heartbeat_interval());
   spdlog::info("registered with {} as {} (coordinator start {})", link_.address(), worker_id_, response->epoch());
   return worker_id_;
+}
+
+void Session::set_heartbeat_interval(const google::protobuf::Duration& interval) {
+  const std::lock_guard lock{mutex_};
+  heartbeat_interval_ = interval_of(interval);
 }
 
 absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(std::stop_token stop) {

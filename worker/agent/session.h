@@ -30,6 +30,8 @@ class Session {
   /// The worker's id, when it is time for a heartbeat: as often as the coordinator wants to hear from the worker, and
   /// at once for an id other than `known`. Otherwise as worker_id().
   absl::StatusOr<std::string> wait_for_beat(const std::string& known, std::stop_token stop);
+  /// How often it wants to hear from the worker from now on.
+  void set_heartbeat_interval(const google::protobuf::Duration& interval);
 
  private:
   absl::StatusOr<v1::RegisterResponse> register_until_heard(std::stop_token stop);

@@ -4,6 +4,9 @@
 
 #include <atomic>
 #include <future>
+#include <string>
+#include <thread>
+#include <vector>
 
 namespace tessera::server {
 namespace {
@@ -14,7 +17,7 @@ TEST(Dispatcher, WhatIsParkedIsTriedWhenThereIsWork) {
   Dispatcher dispatcher([] {});
   std::atomic<bool> work = false;
   std::promise<bool> answered;
-  dispatcher.park(Dispatcher::Clock::now() + 1h, [&](bool last) {
+  dispatcher.park("worker", Dispatcher::Clock::now() + 1h, [&](bool last) {
     if (!work) return false;
     answered.set_value(last);
     return true;
@@ -27,7 +30,7 @@ TEST(Dispatcher, WhatIsParkedIsTriedWhenThereIsWork) {
 TEST(Dispatcher, TheLastTryComesAtTheDeadline) {
   Dispatcher dispatcher([] {});
   std::promise<void> answered;
-  dispatcher.park(Dispatcher::Clock::now(), [&](bool last) {
+  dispatcher.park("worker", Dispatcher::Clock::now(), [&](bool last) {
     if (last) answered.set_value();
     return last;
   });
@@ -36,15 +39,21 @@ TEST(Dispatcher, TheLastTryComesAtTheDeadline) {
 
 TEST(Dispatcher, OfManyThatFindNothingEachHasItsTurn) {
   constexpr std::size_t kMany = 1500;
-  // All but the flag are of the dispatcher's thread alone.
+  // All but these two are of the dispatcher's thread alone.
+  std::atomic<std::size_t> parked = 0;
   std::atomic<bool> all_parked = false;
   std::vector<int> tries(kMany);
+  std::vector<bool> tried_when_parked(kMany);
   std::size_t tried = 0, in_one_round = 0, most_in_one_round = 0;
   int most = 0;
   std::promise<void> all_tried;
   Dispatcher dispatcher([&] { in_one_round = 0; });  // nobody notifies, so each tick begins a round
   for (std::size_t i = 0; i < kMany; ++i) {
-    dispatcher.park(Dispatcher::Clock::now() + 1h, [&, i](bool last) {
+    dispatcher.park(std::to_string(i), Dispatcher::Clock::now() + 1h, [&, i](bool last) {
+      if (!all_parked && !tried_when_parked[i]) {
+        tried_when_parked[i] = true;
+        ++parked;
+      }
       if (!all_parked || last) return last;
       most = std::max(most, ++tries[i]);
       most_in_one_round = std::max(most_in_one_round, ++in_one_round);
@@ -52,6 +61,7 @@ TEST(Dispatcher, OfManyThatFindNothingEachHasItsTurn) {
       return false;
     });
   }
+  while (parked < kMany) std::this_thread::yield();
   all_parked = true;
   all_tried.get_future().get();
   dispatcher.stop();
@@ -59,14 +69,33 @@ TEST(Dispatcher, OfManyThatFindNothingEachHasItsTurn) {
   EXPECT_LT(most_in_one_round, kMany);
 }
 
+TEST(Dispatcher, AWorkerWithAFreeHandDoesNotWaitForItsTurn) {
+  constexpr int kMany = 4000;  // eight turns of those who find nothing
+  std::atomic<int> ticks = 0;
+  std::atomic<bool> has_work = false;
+  std::promise<int> answered;
+  Dispatcher dispatcher([&] { ++ticks; });
+  for (int i = 0; i < kMany; ++i) {
+    dispatcher.park(std::to_string(i), Dispatcher::Clock::now() + 1h, [](bool last) { return last; });
+  }
+  dispatcher.park("free", Dispatcher::Clock::now() + 1h, [&](bool last) {
+    if (has_work && !last) answered.set_value(ticks);
+    return has_work || last;
+  });
+  has_work = true;
+  const int before = ticks;
+  dispatcher.notify_worker("free");
+  EXPECT_LE(answered.get_future().get(), before + 2);
+}
+
 TEST(Dispatcher, StoppingAnswersAllAndLaterOnesAtOnce) {
   int last_tries = 0, wakes = 0;
   Dispatcher dispatcher([] {});
   const auto attempt = [&](bool last) { return last && ++last_tries > 0; };
-  dispatcher.park(Dispatcher::Clock::now() + 1h, attempt);
+  dispatcher.park("worker", Dispatcher::Clock::now() + 1h, attempt);
   dispatcher.stop();
   EXPECT_EQ(last_tries, 1);
-  dispatcher.park(Dispatcher::Clock::now() + 1h, attempt);
+  dispatcher.park("worker", Dispatcher::Clock::now() + 1h, attempt);
   EXPECT_EQ(last_tries, 2);
   dispatcher.subscribe([&] { return ++wakes < 0; });
   EXPECT_EQ(wakes, 1);
