@@ -18,6 +18,7 @@ void HostShares::add(const std::string& host, nanoseconds taken) {
 HostShares HostShares::restored(const Saved& saved) {
   HostShares shares;
   for (const v1::JobCost::Host& host : saved) {
+    if (shares.hosts_.size() >= kMostHosts) break;
     shares.hosts_[host.name()] = {.units = host.units(),
                                   .timed_units = host.timed_units(),
                                   .total = nanoseconds{static_cast<std::int64_t>(host.timed_ns())}};

@@ -78,19 +78,19 @@ absl::StatusOr<std::optional<ResultFile::Extent>> ResultFile::extent(std::uint64
 
 absl::StatusOr<std::string> ResultFile::read(const Extent& extent) const {
   const std::lock_guard lock(mutex_);
-  std::string payload(extent.end - extent.begin, '\0');
-  absl::Status status;
-  if (in_memory()) {
-    status = memory_->read_at(extent.begin, payload.data(), payload.size());
-  } else if (file_) {
-    status = file_->read_at(extent.begin, payload.data(), payload.size());
-  } else {
-    const auto file = disk_.open(path_, /*create=*/false);
-    if (!file.ok()) return file.status();
-    status = (*file)->read_at(extent.begin, payload.data(), payload.size());
-  }
-  if (!status.ok()) return status;
-  return payload;
+  const auto read_from = [&](const auto& file) -> absl::StatusOr<std::string> {
+    // What is journaled is not believed before the file is seen to be as long.
+    const absl::StatusOr<std::uint64_t> size = file.size();
+    if (!size.ok()) return size.status();
+    if (*size < extent.end) return absl::DataLossError(absl::StrCat(path_.string(), " was cut"));
+    std::string payload(extent.end - extent.begin, '\0');
+    if (absl::Status status = file.read_at(extent.begin, payload.data(), payload.size()); !status.ok()) return status;
+    return payload;
+  };
+  if (in_memory()) return read_from(*memory_);
+  if (file_) return read_from(*file_);
+  const auto file = disk_.open(path_, /*create=*/false);
+  return file.ok() ? read_from(**file) : file.status();
 }
 
 }  // namespace tessera::server

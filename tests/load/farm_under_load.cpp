@@ -115,8 +115,8 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
     }
     if (entries.size() == kBatch) {
       // As a coordinator does now and then. Of the sum, only what tests look at.
-      v1::UnitStats sum;
-      sum.set_samples(std::uint64_t{first + kBatch} * stub_stats(std::chrono::seconds(10)).samples());
+      v1::JobCost sum;
+      sum.mutable_stats()->set_samples(std::uint64_t{first + kBatch} * stub_stats(std::chrono::seconds(10)).samples());
       entries.push_back(server::JobStats{.id = id, .results = first + kBatch, .stats = sum.SerializeAsString()});
     }
     sound((*journal)->commit(entries));

@@ -57,6 +57,18 @@ TEST_F(WorkersTest, AMismatchIsRefusedByName) {
   EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
+TEST_F(WorkersTest, OfALargeFarmAreHeardOfLessOften) {
+  CoordinatorOptions options;
+  options.heartbeat_interval = std::chrono::milliseconds(1);
+  options.lease_timeout = std::chrono::milliseconds(200'000);
+  start(std::move(options));
+  const std::string first = register_worker();
+  const auto milliseconds = [&] { return heartbeat(first, {}).heartbeat_interval().nanos() / 1'000'000; };
+  EXPECT_EQ(milliseconds(), 1);
+  for (int i = 1; i < 100; ++i) register_worker();
+  EXPECT_EQ(milliseconds(), 50);  // of 100 workers, 2000 heartbeats a second
+}
+
 TEST_F(WorkersTest, ALeaseWaitsForWork) {
   const std::string worker = register_worker();
   EXPECT_EQ(lease(worker, 4).leases_size(), 0) << "without a wait, an empty answer comes at once";
