@@ -49,7 +49,7 @@ class Network : public testing::Test {
 
  private:
   static std::vector<int> durations() {
-    if (test::long_form()) return {1, 5, 12, 20};
+    if (test::long_form()) return {1, 12};
     return {static_cast<int>(test::how_often("TESSERA_CUT_SECONDS", 3, 0))};
   }
 };
