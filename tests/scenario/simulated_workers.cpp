@@ -97,8 +97,9 @@ void Simulation::ask_for_units(std::size_t index) {
   const auto wanted = static_cast<std::uint32_t>(2 * worker.threads - worker.held.size());
   to_coordinator([this, index, id = worker.id, wanted] {
     coordinator_->lease({.worker = id, .max_units = wanted, .loaded_scenes = {"s0"}}, now_,
-                        [this, index, id](const absl::StatusOr<LeaseDecision>& decision) {
+                        [this, index, id, wanted](const absl::StatusOr<LeaseDecision>& decision) {
                           if (!decision.ok()) return;
+                          if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
                           for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
                           to_worker(index, [this, index, decision] { receive_units(index, *decision); });
                         });

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scenario/scenario_runner.h"
+#include "wire/limits.h"
 
 namespace tessera::server {
 namespace {
@@ -187,7 +188,7 @@ void Simulation::check() {
   std::size_t leases = 0;
   for (const WorkerView& worker : scheduler.workers()) {
     leases += worker.leases;
-    if (worker.leases > 64 && options_.workers == 0) violate("a worker holds more than it can have asked for");
+    if (worker.leases > wire::kMaxLeasesPerWorker) violate("a worker holds more than any may");
   }
   if (leases != scheduler.leases_out()) violate("the leases of workers do not add up");
   for (const auto& [id, promise] : promises_) {
