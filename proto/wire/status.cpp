@@ -20,8 +20,10 @@ grpc::Status to_grpc(const absl::Status& status) {
 
 absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
   if (status.ok()) return absl::OkStatus();
+  const std::string& why = status.error_message();
+  const bool unread = status.error_code() == grpc::StatusCode::UNIMPLEMENTED && why.empty();
   return {static_cast<absl::StatusCode>(status.error_code()),
-          absl::StrCat(std::string(call), ": ", status.error_message())};
+          absl::StrCat(std::string(call), ": ", unread ? "the call is not known there, or could not be read" : why)};
 }
 
 bool is_transient(const absl::Status& status) {
@@ -37,6 +39,10 @@ bool is_transient(const absl::Status& status) {
     default:
       return false;
   }
+}
+
+bool is_refusal(const absl::Status& status) {
+  return absl::IsFailedPrecondition(status) || absl::IsPermissionDenied(status) || absl::IsUnauthenticated(status);
 }
 
 }  // namespace tessera::wire

@@ -20,4 +20,9 @@ absl::Status from_grpc(const grpc::Status& status, std::string_view call);
 /// reached.
 bool is_transient(const absl::Status& status);
 
+/// True for errors by which a coordinator turns a caller away: no credentials, no right, another version. Any other
+/// answer may be to a request that suffered on its way: gRPC answers UNIMPLEMENTED, without a message, to bytes that it
+/// cannot parse.
+bool is_refusal(const absl::Status& status);
+
 }  // namespace tessera::wire

@@ -17,7 +17,7 @@ struct FarmEvent {
     kUnitFailed = 4,   // unit, host, value: the grant (grant_id); text: the worker's message
     kUnitLost = 5,     // unit, host, value: the grant; the worker died, or went silent
     kUnitFound = 6,    // unit, host, value: the grant; it had only been silent
-    kRevoked = 7,      // unit, value: sequence number of the result that does not count any more
+    kRevoked = 7,      // unit, host, value: sequence number of the result that does not count any more
     kPaused = 8,       // value: 1, or 0 for resumed
     kPriority = 9,     // value
     kDistrusted = 10,  // host; text: why. Of the whole farm: no job

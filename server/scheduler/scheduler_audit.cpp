@@ -147,8 +147,10 @@ void Scheduler::revoke(Job& job, std::uint32_t unit) {
   job.audits.erase(unit);
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   FarmEvent& event = record(FarmEvent::Kind::kRevoked, job.request.id);
+  const AcceptedResult& revoked = job.units.result(unit);
   event.unit = unit;
-  event.value = job.units.result(unit).sequence;
+  event.value = revoked.sequence;
+  if (revoked.host < hosts_.size()) event.host = hosts_[revoked.host];
   job.units.put_back(unit);
   ++job.revision;
 }

@@ -110,7 +110,7 @@ void Dispatcher::run() {
   }
 }
 
-// Neither holds the mutex while it calls out: what it calls may park or subscribe again.
+// None of these holds the mutex while it calls out: what it calls may park or subscribe again.
 
 void Dispatcher::try_called() {
   Queue trying;

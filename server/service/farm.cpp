@@ -104,6 +104,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       return;
     case FarmEvent::Kind::kRevoked:
       entry->units_by_sequence[static_cast<std::size_t>(event.value) - 1] = JobEntry::kRevoked;
+      entry->hosts.discount(event.host);
       return;
     case FarmEvent::Kind::kNote:
       wire::log(spdlog::level::warn, fields_of(*entry), "job {}: {}", event.job, event.text);
@@ -113,11 +114,11 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   }
 }
 
-void Farm::note_distrusted(JobEntry& entry, const std::string& host) {
+void Farm::note_distrusted(const JobEntry& entry, const std::string& host) {
   const std::uint32_t units = entry.hosts.units_of(host);
   if (units == 0) return;
   // Of an open job all of its results are revoked, and rendered again.
-  if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return entry.hosts.forget(host);
+  if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
   wire::log(spdlog::level::err, {.job = entry.id, .host = host, .user = entry.shape->spec.user()},
             "job {} is over, and {} of its units are of host {}", entry.id, units, host);
 }
@@ -265,7 +266,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
     v1::UnitStats stats;
     static_cast<void>(stats.ParseFromString(done->stats));
     add_stats(entry.stats, stats);
-    entry.hosts.add(done->host, time_of(stats));
+    entry.hosts.count(done->host);
+    entry.hosts.time(done->host, time_of(stats));
     entry.units_by_sequence.push_back(done->unit);
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
@@ -306,7 +308,8 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
                                .past = std::nullopt,
                                .stats = {},
                                .hosts = {},
-                               .units_by_sequence = {}});
+                               .units_by_sequence = {},
+                               .past_revoked = {}});
   absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
   if (!entries.ok()) return done(entries.status());
   // Workers may begin at once: their results are journaled after the job.

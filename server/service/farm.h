@@ -129,7 +129,7 @@ class Farm {
   /// after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
   /// The host returned wrong results: perhaps to this job too.
-  void note_distrusted(JobEntry& entry, const std::string& host);
+  void note_distrusted(const JobEntry& entry, const std::string& host);
   void note_event(const FarmEvent& event, std::vector<Shown>& shown);
   /// What a change of a job answers, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);

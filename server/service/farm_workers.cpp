@@ -293,7 +293,8 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   const v1::UnitStats stats = bounded(request.stats());
   add_stats(entry.stats, stats);
   const std::string host = scheduler_.host_of(request.worker_id());
-  entry.hosts.add(host, time_of(stats));
+  entry.hosts.count(host);
+  entry.hosts.time(host, time_of(stats));
   entry.units_by_sequence.push_back(token.unit_index());
   std::vector<JournalEntry> entries;
   entries.push_back(UnitDone{.job = entry.id,
@@ -312,7 +313,8 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
          std::move(done));
   lock.unlock();
-  free_hands ? dispatcher_.notify_work() : dispatcher_.notify_worker(request.worker_id());
+  dispatcher_.notify_worker(request.worker_id());
+  if (free_hands) dispatcher_.notify_work();
 }
 
 void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {

@@ -6,13 +6,30 @@ namespace tessera::server {
 
 using std::chrono::nanoseconds;
 
-void HostShares::add(const std::string& host, nanoseconds taken) {
-  if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return;
-  Share& share = hosts_[host];
-  ++share.units;
+HostShares::Share* HostShares::share_of(const std::string& host) {
+  if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return nullptr;
+  return &hosts_[host];
+}
+
+void HostShares::count(const std::string& host) {
+  if (Share* const share = share_of(host)) ++share->units;
+}
+
+void HostShares::discount(const std::string& host) {
+  const auto found = hosts_.find(host);
+  if (found != hosts_.end() && found->second.units > 0) --found->second.units;
+}
+
+void HostShares::clear_counts() {
+  for (auto& [host, share] : hosts_) share.units = 0;
+}
+
+void HostShares::time(const std::string& host, nanoseconds taken) {
   if (taken <= nanoseconds{0}) return;
-  ++share.timed_units;
-  share.total += taken;
+  if (Share* const share = share_of(host)) {
+    ++share->timed_units;
+    share->total += taken;
+  }
 }
 
 HostShares HostShares::restored(const Saved& saved) {
@@ -43,7 +60,9 @@ std::uint32_t HostShares::units_of(const std::string& host) const {
 
 std::vector<std::string> HostShares::hosts() const {
   std::vector<std::string> names;
-  for (const auto& [name, share] : hosts_) names.push_back(name);
+  for (const auto& [name, share] : hosts_) {
+    if (share.units > 0) names.push_back(name);
+  }
   return names;
 }
 

@@ -24,16 +24,21 @@ class HostShares {
   static constexpr std::uint32_t kLeastTimedUnits = 4;  // before that, one expensive unit would speak for the host
   static constexpr double kSlow = 2;
 
-  /// A result that counts. `taken`: on one thread; 0 when it was not rendered for this job.
-  void add(const std::string& host, std::chrono::nanoseconds taken);
-  /// None of its results counts any more.
-  void forget(const std::string& host) { hosts_.erase(host); }
+  /// A result that counts.
+  void count(const std::string& host);
+  /// One of its results does not count any more.
+  void discount(const std::string& host);
+  /// None counts, until they are counted again.
+  void clear_counts();
+  /// How long a unit took on one thread; 0 when it was not rendered for this job.
+  void time(const std::string& host, std::chrono::nanoseconds taken);
 
   using Saved = google::protobuf::RepeatedPtrField<v1::JobCost::Host>;
   static HostShares restored(const Saved& saved);
   void save(Saved& saved) const;
 
   std::uint32_t units_of(const std::string& host) const;
+  /// Those whose results count.
   std::vector<std::string> hosts() const;
 
   /// Median of the hosts' means; 0 while fewer than two hosts have units enough to be compared.
@@ -49,6 +54,8 @@ class HostShares {
 
     std::chrono::nanoseconds mean() const { return total / timed_units; }
   };
+  Share* share_of(const std::string& host);
+
   std::map<std::string, Share> hosts_;
 };
 

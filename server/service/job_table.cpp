@@ -112,20 +112,20 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   if (!cost.ParseFromString(record.stats.stats)) return damaged("what it cost cannot be read");
   entry.stats = cost.stats();
   entry.hosts = HostShares::restored(cost.hosts());
+  const std::vector<std::uint64_t> revoked = revoked_results(record);
+  // The sums are from before the last revocations; the rows are not.
+  if (!record.results.empty()) entry.hosts.clear_counts();
   for (std::size_t i = 0; i < record.results.size(); ++i) {
     const JobRecord::Result& result = record.results[i];
     if (result.unit >= units || !wire::is_digest(result.digest)) return damaged("a result cannot be read");
+    if (!std::binary_search(revoked.begin(), revoked.end(), i + 1)) entry.hosts.count(result.host);
     if (i < record.stats.results) continue;
     v1::UnitStats stats;
     if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
     add_stats(entry.stats, stats);
-    entry.hosts.add(result.host, time_of(stats));
+    entry.hosts.time(result.host, time_of(stats));
   }
   entry.units_by_sequence = units_of(record);
-  const std::vector<std::uint64_t> revoked = revoked_results(record);
-  for (const std::uint64_t sequence : revoked) {
-    if (sequence > 0 && sequence <= record.results.size()) entry.hosts.forget(record.results[sequence - 1].host);
-  }
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
     entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),

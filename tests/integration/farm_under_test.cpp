@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <fstream>
 #include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <stop_token>
+#include <thread>
 #include <utility>
 
 #include "image/exr.h"
@@ -15,6 +19,8 @@
 
 namespace tessera::integration {
 namespace {
+
+constexpr std::chrono::minutes kLongestWatch{5};
 
 std::string program(const char* name) { return std::string{TESSERA_BIN_DIR} + "/" + name; }
 
@@ -169,6 +175,15 @@ v1::JobStatus FarmUnderTest::watch_until(const std::string& job_id,
     reached = status;
     if (enough(status)) stop.request_stop();
   };
+  const std::jthread limit{[&](std::stop_token over) {
+    std::mutex mutex;
+    std::unique_lock lock{mutex};
+    std::condition_variable_any{}.wait_for(lock, over, kLongestWatch, [] { return false; });
+    if (over.stop_requested()) return;
+    ADD_FAILURE() << "job " << job_id << " does not get there:\n" << coordinator_->err();
+    for (const Worker& worker : workers_) ADD_FAILURE() << worker.process->err();
+    stop.request_stop();
+  }};
   const absl::StatusOr<v1::JobStatus> status = client_->watch(job_id, handlers, stop.get_token());
   if (status.ok()) return *status;
   EXPECT_TRUE(absl::IsCancelled(status.status())) << status.status();

@@ -85,7 +85,7 @@ class FarmUnderTest {
   std::string fetch_hash(const std::string& job_id);
 
   /// Watches until `enough` says so of a status, or the job's end. Returns that status; adds the units whose results
-  /// have come to `acknowledged`, when it is given.
+  /// have come to `acknowledged`, when it is given. A failure of the test when neither has come after five minutes.
   v1::JobStatus watch_until(const std::string& job_id, const std::function<bool(const v1::JobStatus&)>& enough,
                             std::set<std::uint32_t>* acknowledged = nullptr);
 

@@ -66,14 +66,15 @@ void TcpProxy::accept_all(std::stop_token stop) {
       ::close(client);
       continue;
     }
-    connections_.emplace_back([this, client](std::stop_token end) { forward(client, end); });
+    const std::uint64_t number = connections_.size();
+    connections_.emplace_back([this, client, number](std::stop_token end) { forward(client, number, end); });
   }
 }
 
-void TcpProxy::forward(int client, std::stop_token stop) {
+void TcpProxy::forward(int client, std::uint64_t number, std::stop_token stop) {
   const int server = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_in address = loopback(server_port_);
-  std::uint64_t random = 0x9e3779b97f4a7c15u + static_cast<std::uint64_t>(client);
+  std::uint64_t random = 0x9e3779b97f4a7c15u * (number + 1);  // no two connections suffer alike
   bool open = ::connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   while (open && !stop.stop_requested() && fault_ != Fault::kRefusing) {
     const Fault fault = fault_;

@@ -38,7 +38,7 @@ class TcpProxy {
 
  private:
   void accept_all(std::stop_token stop);
-  void forward(int client, std::stop_token stop);
+  void forward(int client, std::uint64_t number, std::stop_token stop);
   /// False when the connection is over.
   bool pass(int from, int to, std::uint64_t& random);
 

@@ -163,7 +163,7 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
       session_.lost(*worker_id);
       continue;
     }
-    if (!wire::is_transient(response.status())) return response.status();
+    if (wire::is_refusal(response.status())) return response.status();
     if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
     warned = true;
     backoff.wait(stop);

@@ -83,7 +83,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
       session_.lost(*worker_id);
       continue;
     }
-    if (absl::IsInvalidArgument(status) && outcome.failure.ok()) {
+    if ((absl::IsInvalidArgument(status) || absl::IsUnimplemented(status)) && outcome.failure.ok()) {
       // Bytes may suffer on their way; bytes that arrive wrong a second time were wrong before.
       if (++unsound > 1) outcome.failure = status;
       continue;

@@ -33,8 +33,9 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
 
   // This thread registers; the others wait for what comes of it.
   registering_ = true;
+  const bool registered_before = registered_before_;
   lock.unlock();
-  const absl::StatusOr<v1::RegisterResponse> response = register_until_heard(stop);
+  const absl::StatusOr<v1::RegisterResponse> response = register_until_heard(registered_before, stop);
   lock.lock();
   registering_ = false;
   changed_.notify_all();  // nobody looks before the lock is free
@@ -42,6 +43,7 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
     if (!absl::IsCancelled(response.status())) refused_ = response.status();
     return response.status();
   }
+  registered_before_ = true;
   worker_id_ = response->worker_id();
   heartbeat_interval_ = interval_of(response->heartbeat_interval());
   spdlog::info("registered with {} as {} (coordinator start {})", link_.address(), worker_id_, response->epoch());
@@ -53,14 +55,18 @@ void Session::set_heartbeat_interval(const google::protobuf::Duration& interval)
   heartbeat_interval_ = interval_of(interval);
 }
 
-absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(std::stop_token stop) {
+absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before,
+                                                                     std::stop_token stop) {
   wire::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
   std::string last_message;
   while (true) {
     absl::StatusOr<v1::RegisterResponse> response = link_.register_worker(request_, stop);
     if (response.ok()) return response;
     if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
-    if (!wire::is_transient(response.status())) return response.status();
+    // What once took this worker is a coordinator, whatever else may be answered since.
+    const bool final =
+        registered_before ? wire::is_refusal(response.status()) : !wire::is_transient(response.status());
+    if (final) return response.status();
     // The same reason again is worth no second line.
     if (std::string message = response.status().ToString(); message != last_message) {
       spdlog::warn("{}; trying again", message);

@@ -18,7 +18,8 @@ class Session {
   Session(CoordinatorLink& link, v1::RegisterRequest request);
 
   /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be reached.
-  /// Cancelled when `stop` is requested; any other error is final: the coordinator refuses this worker.
+  /// Cancelled when `stop` is requested; any other error is final: the coordinator refuses this worker, or the address
+  /// is none of a coordinator.
   absl::StatusOr<std::string> worker_id(std::stop_token stop);
 
   /// The coordinator does not know `worker_id`: the next caller of worker_id() registers again.
@@ -34,13 +35,14 @@ class Session {
   void set_heartbeat_interval(const google::protobuf::Duration& interval);
 
  private:
-  absl::StatusOr<v1::RegisterResponse> register_until_heard(std::stop_token stop);
+  absl::StatusOr<v1::RegisterResponse> register_until_heard(bool registered_before, std::stop_token stop);
 
   CoordinatorLink& link_;
   const v1::RegisterRequest request_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool registering_ = false;
+  bool registered_before_ = false;
   std::string worker_id_;
   absl::Status refused_;
   std::chrono::milliseconds heartbeat_interval_{1000};

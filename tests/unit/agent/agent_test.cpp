@@ -280,6 +280,27 @@ TEST_F(AgentTest, DrainsWhenTheCoordinatorAsksForIt) {
   EXPECT_TRUE(coordinator_.wait_for_deregistration());
 }
 
+TEST_F(AgentTest, OneThatWasRegisteredOutlivesAnswersToDamagedCalls) {
+  start(1);
+  coordinator_.offer("job", spec_for_scene(), 0, 1);
+  ASSERT_TRUE(coordinator_.wait_for_results(1));
+  coordinator_.misread(2);  // two calls of Lease
+  coordinator_.offer("job", spec_for_scene(), 1, 1);
+  ASSERT_TRUE(coordinator_.wait_for_results(2));
+  coordinator_.forget_workers();
+  coordinator_.misread(2);  // of Lease or Register
+  coordinator_.offer("job", spec_for_scene(), 2, 1);
+  ASSERT_TRUE(coordinator_.wait_for_results(3));
+  EXPECT_TRUE(stop_and_join().ok());
+}
+
+TEST_F(AgentTest, AnAddressThatIsNoCoordinatorsEndsTheRun) {
+  coordinator_.misread(1);
+  start(1);
+  runner_.join();
+  EXPECT_EQ(status_.code(), absl::StatusCode::kUnimplemented);
+}
+
 TEST_F(AgentTest, ARefusedRegistrationEndsTheRun) {
   coordinator_.refuse_registration("build 0.0.9 does not match 0.1.0");
   start(2);

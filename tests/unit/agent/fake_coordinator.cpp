@@ -16,6 +16,7 @@ namespace {
 constexpr std::chrono::seconds kPatience{20};
 
 const grpc::Status kUnknownWorker{grpc::StatusCode::NOT_FOUND, "no such worker"};
+const grpc::Status kMisread{grpc::StatusCode::UNIMPLEMENTED, ""};
 
 }  // namespace
 
@@ -25,6 +26,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
 
   grpc::Status Register(grpc::ServerContext*, const v1::RegisterRequest*, v1::RegisterResponse* response) override {
     std::lock_guard lock{owner_.mutex_};
+    if (owner_.misreads()) return kMisread;
     if (!owner_.refusal_.empty()) return {grpc::StatusCode::FAILED_PRECONDITION, owner_.refusal_};
     response->set_worker_id("w" + std::to_string(++owner_.registrations_));
     response->mutable_heartbeat_interval()->set_nanos(50'000'000);
@@ -34,6 +36,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
 
   grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest* request, v1::LeaseResponse* response) override {
     std::unique_lock lock{owner_.mutex_};
+    if (owner_.misreads()) return kMisread;
     // A short poll: a synchronous handler cannot be told that its caller has gone.
     owner_.changed_.wait_for(lock, std::chrono::milliseconds{20},
                              [&] { return owner_.closing_ || !owner_.offered_.empty(); });
@@ -197,6 +200,17 @@ void FakeCoordinator::fail_completes(int count, grpc::StatusCode code) {
   std::lock_guard lock{mutex_};
   completes_to_fail_ = count;
   failure_code_ = code;
+}
+
+void FakeCoordinator::misread(int count) {
+  std::lock_guard lock{mutex_};
+  calls_to_misread_ = count;
+}
+
+bool FakeCoordinator::misreads() {
+  if (calls_to_misread_ == 0) return false;
+  --calls_to_misread_;
+  return true;
 }
 
 void FakeCoordinator::forget_workers() {

@@ -38,6 +38,8 @@ class FakeCoordinator {
   void refuse_registration(std::string message);
   /// The next `count` Complete calls are answered with this code.
   void fail_completes(int count, grpc::StatusCode code = grpc::StatusCode::UNAVAILABLE);
+  /// The next `count` calls of Lease and Register are answered as gRPC answers bytes that it cannot parse.
+  void misread(int count);
   /// All registrations are forgotten, as after a restart.
   void forget_workers();
   /// The next heartbeat that carries this unit is told that it is revoked.
@@ -67,6 +69,7 @@ class FakeCoordinator {
     int corrupt_downloads = 0;
     std::size_t break_after = 0;
   };
+  bool misreads();  // with the mutex held
   template <class Condition>
   bool wait_for(Condition condition);
 
@@ -83,6 +86,7 @@ class FakeCoordinator {
   std::string refusal_;
   int registrations_ = 0;
   int completes_to_fail_ = 0;
+  int calls_to_misread_ = 0;
   grpc::StatusCode failure_code_ = grpc::StatusCode::UNAVAILABLE;
   std::size_t completes_ = 0;
   std::set<std::uint32_t> revoked_;

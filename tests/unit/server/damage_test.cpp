@@ -98,6 +98,24 @@ TEST_F(DamageTest, AlsoInAJobThatWasOverBeforeTheCoordinatorStarted) {
   EXPECT_EQ(rendered_, 1) << "it is whole now";
 }
 
+TEST_F(DamageTest, AlsoInAJobThatTheSchedulerHasForgotten) {
+  CoordinatorOptions options;
+  options.data_dir = directory_.path();
+  options.late_results = std::chrono::milliseconds(0);
+  start(std::move(options));
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 4);
+  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  // Another result is refused as long as the scheduler knows the job.
+  while (!complete(worker, leases.leases(0), payload_for(leases.leases(0).unit(), /*seed=*/1)).ok()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  flip_a_bit(results(id), 30);
+  expect_all_results(id);
+  EXPECT_EQ(rendered_, 1);
+}
+
 TEST_F(DamageTest, ResultsThatWereCutOffAreRenderedAgain) {
   start(directory_.path());
   const std::string id = submit(job_spec());

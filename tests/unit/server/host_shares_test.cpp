@@ -10,7 +10,10 @@ namespace {
 using std::chrono::seconds;
 
 void add(HostShares& shares, const std::string& host, int units, seconds each) {
-  for (int i = 0; i < units; ++i) shares.add(host, each);
+  for (int i = 0; i < units; ++i) {
+    shares.count(host);
+    shares.time(host, each);
+  }
 }
 
 std::vector<std::string> names(const std::vector<HostShare>& shares) {
@@ -50,8 +53,19 @@ TEST(HostShares, FewUnitsSayNothing) {
   EXPECT_TRUE(shares.slow().empty());
   EXPECT_EQ(shares.units_of("c"), 3u);
   EXPECT_EQ(shares.units_of("adopted"), 100u);
-  shares.forget("adopted");
-  EXPECT_EQ(shares.units_of("adopted"), 0u);
+}
+
+TEST(HostShares, WhatIsRevokedDoesNotCountButWasTimed) {
+  HostShares shares;
+  add(shares, "a", 4, seconds{3});
+  add(shares, "b", 4, seconds{1});
+  shares.discount("a");
+  EXPECT_EQ(shares.units_of("a"), 3u);
+  shares.clear_counts();
+  shares.discount("a");
+  shares.count("b");
+  EXPECT_THAT(shares.hosts(), testing::ElementsAre("b"));
+  EXPECT_THAT(names(shares.slow()), testing::ElementsAre("a"));
 }
 
 }  // namespace

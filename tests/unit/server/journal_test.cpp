@@ -176,6 +176,11 @@ TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
   EXPECT_EQ(records[0].result_count, kResults);
   EXPECT_EQ(records[0].stats.stats, "all of it");
   expect_results();
+  // A job that goes on, after a page of it was read.
+  ASSERT_TRUE(journal->commit({JobReopened{"a"}, unit_done("a", kResults + 1)}).ok());
+  for (const std::uint64_t sequence : {kResults + 1, std::uint64_t{1}, kResults, std::uint64_t{1024}, kResults + 1}) {
+    EXPECT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
+  }
   // Another job can still take its results over.
   UnitDone copy = unit_done("b", 1);
   copy.from_job = "a";
