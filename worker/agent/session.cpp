@@ -55,8 +55,7 @@ void Session::set_heartbeat_interval(const google::protobuf::Duration& interval)
   heartbeat_interval_ = interval_of(interval);
 }
 
-absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before,
-                                                                     std::stop_token stop) {
+absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before, std::stop_token stop) {
   wire::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
   std::string last_message;
   while (true) {
@@ -64,8 +63,7 @@ absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool register
     if (response.ok()) return response;
     if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
     // What once took this worker is a coordinator, whatever else may be answered since.
-    const bool final =
-        registered_before ? wire::is_refusal(response.status()) : !wire::is_transient(response.status());
+    const bool final = registered_before ? wire::is_refusal(response.status()) : !wire::is_transient(response.status());
     if (final) return response.status();
     // The same reason again is worth no second line.
     if (std::string message = response.status().ToString(); message != last_message) {
