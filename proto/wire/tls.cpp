@@ -10,6 +10,7 @@
 #include <openssl/x509_vfy.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "absl/strings/str_cat.h"
 #include "wire/freer.h"
@@ -52,8 +53,16 @@ absl::Status verify(X509* trusted, X509* certificate, const std::string& path) {
   return untimely ? absl::FailedPreconditionError(what) : absl::InvalidArgumentError(what);
 }
 
+/// gRPC 1.51 cannot be told the least version of TLS, but the ciphers of TLS 1.2: one that needs a shared key, which
+/// nobody has. It reads them once, before the first connection of the process.
+void refuse_tls_1_2() {
+  static const bool refused = ::setenv("GRPC_SSL_CIPHER_SUITES", "PSK-AES256-GCM-SHA384", /*replace=*/1) == 0;
+  static_cast<void>(refused);
+}
+
 std::shared_ptr<grpc::experimental::CertificateProviderInterface> watch_files(const std::string& folder,
                                                                               std::chrono::seconds interval) {
+  refuse_tls_1_2();
   return std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
       path_of(folder, kKeyFile), path_of(folder, kCertificateFile), path_of(folder, kTrustedFile),
       static_cast<unsigned>(interval.count()));
@@ -110,10 +119,12 @@ std::shared_ptr<grpc::ServerCredentials> open_server_credentials(const std::stri
 }
 
 std::shared_ptr<grpc::ChannelCredentials> trusting_credentials(const std::string& authority_pem) {
+  refuse_tls_1_2();
   return grpc::SslCredentials({.pem_root_certs = authority_pem, .pem_private_key = "", .pem_cert_chain = ""});
 }
 
 std::shared_ptr<grpc::ChannelCredentials> unverified_credentials() {
+  refuse_tls_1_2();
   grpc::experimental::TlsChannelCredentialsOptions options;
   options.set_verify_server_certs(false);
   options.set_certificate_verifier(std::make_shared<grpc::experimental::NoOpCertificateVerifier>());

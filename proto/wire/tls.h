@@ -1,4 +1,4 @@
-// Encryption between the programs: mutual TLS, with certificates from files that may be renewed while programs run.
+// Encryption between the programs: mutual TLS 1.3, with certificates from files that may be renewed while programs run.
 #pragma once
 
 #include <chrono>

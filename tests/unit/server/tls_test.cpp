@@ -1,6 +1,7 @@
 // A coordinator that speaks TLS: who gets in, and what they may do.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <openssl/ssl.h>
 
 #include <chrono>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "tls/authority.h"
 #include "wire/channel.h"
 #include "wire/digest.h"
+#include "wire/freer.h"
 #include "wire/tls.h"
 #include "wire/version.h"
 
@@ -225,6 +227,27 @@ TEST_F(Tls, StrangersDoNotGetIn) {
   }
   const auto plain = wire::make_channel("127.0.0.1:" + std::to_string(coordinator_->bound_port()));
   EXPECT_EQ(list_code(*plain), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(Tls, OlderVersionsOfTlsAreNotSpoken) {
+  const fs::path alice = farm_certificates() / "client-alice";
+  const auto connects_with = [&](int version) {
+    const std::unique_ptr<SSL_CTX, wire::Freer<SSL_CTX_free>> context{SSL_CTX_new(TLS_client_method())};
+    EXPECT_EQ(SSL_CTX_set_min_proto_version(context.get(), TLS1_VERSION), 1);
+    EXPECT_EQ(SSL_CTX_set_max_proto_version(context.get(), version), 1);
+    EXPECT_EQ(SSL_CTX_use_certificate_chain_file(context.get(), (alice / wire::kCertificateFile).c_str()), 1);
+    EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context.get(), (alice / wire::kKeyFile).c_str(), SSL_FILETYPE_PEM), 1);
+    const std::unique_ptr<BIO, wire::Freer<BIO_free_all>> connection{BIO_new_ssl_connect(context.get())};
+    SSL* ssl = nullptr;
+    BIO_get_ssl(connection.get(), &ssl);
+    constexpr unsigned char kHttp2[] = "\x02h2";
+    SSL_set_alpn_protos(ssl, kHttp2, sizeof(kHttp2) - 1);
+    BIO_set_conn_hostname(connection.get(), ("127.0.0.1:" + std::to_string(coordinator_->bound_port())).c_str());
+    return BIO_do_handshake(connection.get()) == 1;
+  };
+  EXPECT_FALSE(connects_with(TLS1_1_VERSION));
+  EXPECT_FALSE(connects_with(TLS1_2_VERSION));
+  EXPECT_TRUE(connects_with(TLS1_3_VERSION));
 }
 
 TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
