@@ -100,7 +100,7 @@ class Farm {
   /// Answers when there is work, after the wait asked for, or with nothing when `cancelled` turned true.
   void lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done);
   absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request);
-  void complete(const v1::CompleteRequest& request, DoneEmpty done);
+  void complete(const v1::CompleteRequest& request, Done<v1::CompleteResponse> done);
   void fail(const v1::FailRequest& request, DoneEmpty done);
   absl::Status deregister(const std::string& worker);
 
@@ -150,9 +150,11 @@ class Farm {
   absl::StatusOr<const JobEntry*> best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec);
   /// A new job, of which the scheduler knows, and what is to be journaled of it. With mutex_ held.
   absl::StatusOr<std::vector<JournalEntry>> add_job(JobEntry& entry, const std::optional<Donor>& donor);
+  /// Grants what is to be had now. With mutex_ held.
+  absl::StatusOr<v1::LeaseResponse> grant(const std::string& worker, const v1::LeaseRequest& request);
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
-  void accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done);
+  void accept_result(const v1::CompleteRequest& request, const std::string& digest, Done<v1::CompleteResponse> done);
   void tick();
 
   Journal& journal_;

@@ -77,6 +77,10 @@ void log_lease(spdlog::level::level_enum level, const std::string& worker, const
 
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
 
+bool names_few(const v1::LeaseRequest& request) {
+  return std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) <= kMaxNamedPerLease;
+}
+
 }  // namespace
 
 absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request) {
@@ -112,7 +116,7 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
 // ---------------------------------------------------------------- leases
 
 void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done) {
-  if (std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) > kMaxNamedPerLease) {
+  if (!names_few(request)) {
     return done(absl::ResourceExhaustedError(
         absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes are named in one call")));
   }
@@ -136,18 +140,32 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
   }
   const Served served(metrics_, FarmMetrics::Call::kLease);
   std::unique_lock lock(mutex_);
+  absl::StatusOr<v1::LeaseResponse> response = grant(request.worker_id(), request);
+  if (!response.ok()) {
+    lock.unlock();
+    done(response.status());
+    return true;
+  }
+  if (response->leases().empty() && !last) return false;
+  if (!scheduler_.has_events()) {
+    lock.unlock();
+    done(std::move(response));
+    return true;
+  }
+  // No worker may begin before it is durable with which ISA: after a restart another one could be chosen.
+  commit({}, {}, /*wait=*/false, [response = *std::move(response), done](const absl::Status& status) {
+    status.ok() ? done(response) : done(status);
+  });
+  return true;
+}
+
+absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v1::LeaseRequest& request) {
   absl::StatusOr<LeaseDecision> decision = scheduler_.lease(
-      {.worker = request.worker_id(),
+      {.worker = worker,
        .max_units = request.max_units(),
        .loaded_scenes = {request.loaded_scene_digests().begin(), request.loaded_scene_digests().end()}},
       now());
-  if (!decision.ok()) {
-    lock.unlock();
-    done(decision.status());
-    return true;
-  }
-  if (decision->leases.empty() && !last) return false;
-
+  if (!decision.ok()) return decision.status();
   metrics_.leased(decision->leases.size());
   v1::LeaseResponse response;
   const auto& known = request.known_job_ids();
@@ -161,16 +179,7 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     }
     *response.add_leases() = std::move(lease);
   }
-  if (!scheduler_.has_events()) {
-    lock.unlock();
-    done(std::move(response));
-    return true;
-  }
-  // No worker may begin before it is durable with which ISA: after a restart another one could be chosen.
-  commit({}, {}, /*wait=*/false, [response = std::move(response), done](const absl::Status& status) {
-    status.ok() ? done(response) : done(status);
-  });
-  return true;
+  return response;
 }
 
 google::protobuf::Duration Farm::heartbeat_interval() const {
@@ -230,7 +239,7 @@ void Farm::tick() {
 
 // ---------------------------------------------------------------- results
 
-void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
+void Farm::complete(const v1::CompleteRequest& request, Done<v1::CompleteResponse> done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (commits_.waiting_bytes() > kMaxWaitingBytes) {
     return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
@@ -243,7 +252,7 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
     if (!entry.ok()) return done(entry.status());
     if ((*entry)->past) {
       // All of its results are there; that this is one of them is all that can be said without reading them.
-      if ((*entry)->past->state == v1::DONE) return done(absl::OkStatus());
+      if ((*entry)->past->state == v1::DONE) return done(v1::CompleteResponse());
       return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
     }
     shape = (*entry)->shape;
@@ -263,7 +272,8 @@ void Farm::complete(const v1::CompleteRequest& request, DoneEmpty done) {
   accept_result(request, *digest, std::move(done));
 }
 
-void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest, DoneEmpty done) {
+void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest,
+                         Done<v1::CompleteResponse> done) {
   const v1::LeaseToken& token = request.token();
   const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
@@ -284,7 +294,9 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   // The first one may still be on its way to the disk: both are answered when it is there.
   if (decision->duplicate) {
     metrics_.repeated();
-    return commit({}, {}, /*wait=*/true, std::move(done));
+    return commit({}, {}, /*wait=*/true, [done = std::move(done)](const absl::Status& status) {
+      status.ok() ? done(v1::CompleteResponse()) : done(status);
+    });
   }
   metrics_.completed(std::chrono::nanoseconds(TimeUtil::DurationToNanoseconds(request.stats().wall_time())),
                      request.payload().size());
@@ -310,8 +322,14 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
     log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");
   }
   const bool free_hands = scheduler_.frees_workers();
+  v1::CompleteResponse response;
+  if (request.has_more() && names_few(request.more())) {
+    if (auto more = grant(request.worker_id(), request.more()); more.ok()) *response.mutable_more() = *std::move(more);
+  }
   commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
-         std::move(done));
+         [response = std::move(response), done = std::move(done)](const absl::Status& status) {
+           status.ok() ? done(response) : done(status);
+         });
   lock.unlock();
   dispatcher_.notify_worker(request.worker_id());
   if (free_hands) dispatcher_.notify_work();

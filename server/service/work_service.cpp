@@ -27,7 +27,9 @@ grpc::ServerUnaryReactor* WorkService::Heartbeat(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* context,
                                                 const v1::CompleteRequest* request, v1::CompleteResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.complete(*request, [reactor](const absl::Status& status) { answer(reactor, status); });
+  farm_.complete(*request, [reactor, response](absl::StatusOr<v1::CompleteResponse> result) {
+    answer(reactor, std::move(result), response);
+  });
   return reactor;
 }
 

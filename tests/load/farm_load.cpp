@@ -39,10 +39,13 @@ bool wait_for(Condition condition, Clock::duration patience) {
 }
 
 /// Until all jobs are done, or time is up; prints what was measured until the first of them was.
-int measure(FarmUnderLoad& farm, const Progress& progress, const StubFleet& fleet, Clock::duration patience) {
+int measure(FarmUnderLoad& farm, const Progress& progress, StubFleet& fleet, Clock::duration warm_up,
+            Clock::duration patience) {
+  std::this_thread::sleep_for(warm_up);
+  fleet.clear_latencies();
   const ProcessUse before = farm.use();
   const std::uint64_t done_before = progress.done();
-  const std::uint64_t heartbeats_before = fleet.tally().heartbeats;
+  const std::uint64_t heartbeats_before = fleet.tally().heartbeats, leased_before = fleet.tally().leased;
   const auto begin = Clock::now();
   wait_for([&] { return progress.one_is_done(); }, patience);
   const double took = seconds(Clock::now() - begin);
@@ -53,6 +56,8 @@ int measure(FarmUnderLoad& farm, const Progress& progress, const StubFleet& flee
   std::printf("%.0f durable completions in %.1f s: %.0f a second, with %.0f heartbeats a second\n", done, took,
               done / took, static_cast<double>(fleet.tally().heartbeats - heartbeats_before) / took);
   std::printf("coordinator: %.0f us of CPU a completion, %.2f cores\n", cpu_us / done, cpu_us / 1e6 / took);
+  std::printf("%llu units leased; \"lease\" are those that a worker with nothing to do waited for\n",
+              static_cast<unsigned long long>(fleet.tally().leased - leased_before));
   print("lease", fleet.tally().lease);
   print("complete", fleet.tally().complete);
   print("heartbeat", fleet.tally().heartbeat);
@@ -78,7 +83,7 @@ int main(int argc, char** argv) {
   FleetOptions fleet_options{.workers = 1000};
   JobsOptions jobs{.jobs = 100, .users = 5, .scenes = 100, .units = 1000};
   std::string server = TESSERA_SERVER_PROGRAM;
-  std::int64_t unit_ms = 0, patience_s = 120;
+  std::int64_t unit_ms = 0, warm_up_s = 0, patience_s = 120;
   bool restart = false;
   CLI::App app("Loads a coordinator with workers that render nothing.");
   app.add_option("--server", server, "The coordinator's program")->capture_default_str();
@@ -91,6 +96,8 @@ int main(int argc, char** argv) {
   app.add_option("--scenes", jobs.scenes)->capture_default_str();
   app.add_option("--units", jobs.units, "Of each job")->capture_default_str();
   app.add_option("--tile", jobs.tile_size, "Pixels")->capture_default_str();
+  app.add_option("--warm-up", warm_up_s, "Seconds of work before anything is measured: all workers come at once")
+      ->capture_default_str();
   app.add_option("--patience", patience_s, "Seconds after which it gives up")->capture_default_str();
   app.add_flag("--restart", restart, "At the end, kill the coordinator and start it again");
   CLI11_PARSE(app, argc, argv);
@@ -117,7 +124,7 @@ int main(int argc, char** argv) {
     fleet.start();
     wait_for([&] { return fleet.registered() == fleet_options.workers; }, patience);
     std::printf("%zu workers registered in %.2f s\n", fleet.registered(), seconds(Clock::now() - registering));
-    result = measure(farm, progress, fleet, patience);
+    result = measure(farm, progress, fleet, std::chrono::seconds(warm_up_s), patience);
   }
   print(farm.use(), "at the end");
   if (!restart) return result;

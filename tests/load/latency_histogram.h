@@ -20,6 +20,10 @@ class LatencyHistogram {
     buckets_[std::min(bucket_of(us), kBuckets - 1)].fetch_add(1, std::memory_order_relaxed);
   }
 
+  void clear() {
+    for (auto& bucket : buckets_) bucket = 0;
+  }
+
   std::uint64_t count() const {
     std::uint64_t sum = 0;
     for (const auto& bucket : buckets_) sum += bucket.load(std::memory_order_relaxed);

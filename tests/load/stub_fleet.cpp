@@ -129,10 +129,11 @@ class StubFleet::Worker {
     later(kRetry, std::move(action));
   }
 
+  std::uint32_t want(v1::LeaseRequest& request);
   void ask();
-  void note_wait(Clock::time_point asked);
   void take(const v1::LeaseResponse& response);
   void render_next();
+  void finish(const v1::Lease& lease);
   void deliver(const v1::Lease& lease, std::shared_ptr<const std::string> payload);
   void beat();
   void forget(const v1::LeaseToken& token);
@@ -151,7 +152,8 @@ class StubFleet::Worker {
   Clock::time_point idle_since_{};
   std::map<UnitKey, v1::LeaseToken> held_;
   std::deque<v1::Lease> queue_;
-  std::uint32_t busy_ = 0;  // threads
+  std::uint32_t busy_ = 0;   // threads
+  std::uint32_t asked_ = 0;  // units
   std::deque<std::string> jobs_, scenes_;
   std::map<std::string, std::string> scene_of_job_;
 };
@@ -179,6 +181,7 @@ void StubFleet::Worker::enroll() {
         id_ = call->response.worker_id();
         interval_ = std::chrono::milliseconds(TimeUtil::DurationToMilliseconds(call->response.heartbeat_interval()));
         begin_beating = !std::exchange(beating_, true);
+        idle_since_ = Clock::now();
       }
     }
     if (!status.ok()) return try_again([this] { enroll(); });
@@ -189,42 +192,47 @@ void StubFleet::Worker::enroll() {
   });
 }
 
-/// Asks for units when half of the queue is empty, and nobody asks already.
+/// How many units to ask for; they are on their way then. With mutex_ held.
+std::uint32_t StubFleet::Worker::want(v1::LeaseRequest& request) {
+  const std::size_t full = kQueuedPerThread * fleet_.options_.threads, expected = queue_.size() + asked_;
+  if (fleet_.stopping_ || id_.empty() || expected > full / 2) return 0;
+  const auto units = static_cast<std::uint32_t>(full - expected);
+  request.set_max_units(units);
+  for (const std::string& job : jobs_) request.add_known_job_ids(job);
+  for (const std::string& scene : scenes_) request.add_loaded_scene_digests(scene);
+  asked_ += units;
+  return units;
+}
+
+/// Asks when nothing is queued, and nothing on its way.
 void StubFleet::Worker::ask() {
   const auto call = std::make_shared<Call<v1::LeaseRequest, v1::LeaseResponse>>();
   {
     const std::lock_guard lock(mutex_);
-    const std::size_t full = kQueuedPerThread * fleet_.options_.threads;
-    if (fleet_.stopping_ || polling_ != nullptr || id_.empty() || queue_.size() > full / 2) return;
+    if (asked_ > 0 || !queue_.empty() || want(call->request) == 0) return;
     polling_ = &call->context;
     call->request.set_worker_id(id_);
-    call->request.set_max_units(static_cast<std::uint32_t>(full - queue_.size()));
-    for (const std::string& job : jobs_) call->request.add_known_job_ids(job);
-    for (const std::string& scene : scenes_) call->request.add_loaded_scene_digests(scene);
   }
   call->request.mutable_max_wait()->set_seconds(kLeaseWait.count());
   begin(call, &v1::WorkService::StubInterface::async_interface::Lease, [this, call](const grpc::Status& status) {
     {
       const std::lock_guard lock(mutex_);
       polling_ = nullptr;
+      asked_ -= call->request.max_units();
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
     if (!status.ok()) return try_again([this] { ask(); });
-    if (call->response.leases_size() > 0) note_wait(call->start);
     take(call->response);
     render_next();
     ask();
   });
 }
 
-/// A call that asks ahead waits, as it should, until the worker has done what it holds: it is late from then on only.
-void StubFleet::Worker::note_wait(Clock::time_point asked) {
-  const std::lock_guard lock(mutex_);
-  if (held_.empty()) fleet_.tally_.lease.add(since(std::max(asked, idle_since_)));
-}
-
 void StubFleet::Worker::take(const v1::LeaseResponse& response) {
+  if (response.leases_size() == 0) return;
   const std::lock_guard lock(mutex_);
+  fleet_.tally_.leased += static_cast<std::uint64_t>(response.leases_size());
+  if (busy_ == 0 && queue_.empty()) fleet_.tally_.lease.add(since(idle_since_));
   for (const auto& [id, spec] : response.specs()) {
     if (!scene_of_job_.emplace(id, spec.scene().digest()).second) continue;
     jobs_.push_back(id);
@@ -254,12 +262,21 @@ void StubFleet::Worker::render_next() {
     }
   }
   for (v1::Lease& lease : begun) {
-    const auto render = [this, lease = std::move(lease)] {
-      deliver(lease, std::make_shared<const std::string>(stub_result(lease.unit())));
-    };
     const Clock::duration takes = time_of(lease.unit(), fleet_.options_.unit_time);
+    const auto render = [this, lease = std::move(lease)] { finish(lease); };
     takes == Clock::duration::zero() ? render() : later(takes, render);
   }
+}
+
+/// The thread goes on with the next unit while the result is on its way.
+void StubFleet::Worker::finish(const v1::Lease& lease) {
+  const auto result = std::make_shared<const std::string>(stub_result(lease.unit()));
+  {
+    const std::lock_guard lock(mutex_);
+    if (--busy_ == 0 && queue_.empty()) idle_since_ = Clock::now();
+  }
+  deliver(lease, result);
+  render_next();
 }
 
 void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const std::string> payload) {
@@ -268,11 +285,16 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
     const std::lock_guard lock(mutex_);
     if (fleet_.stopping_) return;
     call->request.set_worker_id(id_);
+    if (want(*call->request.mutable_more()) == 0) call->request.clear_more();
   }
   *call->request.mutable_token() = lease.token();
   call->request.set_payload(*payload);
   *call->request.mutable_stats() = stub_stats(fleet_.options_.unit_time);
   const auto done = [this, call, lease, payload](const grpc::Status& status) {
+    {
+      const std::lock_guard lock(mutex_);
+      asked_ -= call->request.more().max_units();
+    }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) lost(call->request.worker_id());
     if (status.error_code() == grpc::StatusCode::NOT_FOUND || wire::is_transient(wire::from_grpc(status, "Complete"))) {
       return try_again([this, lease, payload] { deliver(lease, payload); });
@@ -284,6 +306,7 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
     } else if (!fleet_.stopping_) {
       ++fleet_.tally_.refused;
     }
+    take(call->response.more());
     forget(lease.token());
     render_next();
     ask();
@@ -294,8 +317,6 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
 void StubFleet::Worker::forget(const v1::LeaseToken& token) {
   const std::lock_guard lock(mutex_);
   held_.erase({token.job_id(), token.unit_index()});
-  --busy_;
-  if (held_.empty()) idle_since_ = Clock::now();
 }
 
 /// The coordinator does not know this worker any more: it started again.
@@ -348,6 +369,12 @@ StubFleet::~StubFleet() {
 
 void StubFleet::start() {
   for (const auto& worker : workers_) worker->enroll();
+}
+
+void StubFleet::clear_latencies() {
+  tally_.lease.clear();
+  tally_.complete.clear();
+  tally_.heartbeat.clear();
 }
 
 }  // namespace tessera::load

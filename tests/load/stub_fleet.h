@@ -29,7 +29,8 @@ struct FleetTally {
   std::atomic<std::uint64_t> heartbeats{0};
   std::atomic<std::uint64_t> revoked{0};  // leases
   std::atomic<std::uint64_t> retries{0};  // calls that were tried again
-  LatencyHistogram lease;                 // for how long a worker that asked had nothing to do
+  std::atomic<std::uint64_t> leased{0};   // units
+  LatencyHistogram lease;                 // for how long workers that had nothing to do waited for units
   LatencyHistogram complete;
   LatencyHistogram heartbeat;
 };
@@ -58,6 +59,8 @@ class StubFleet {
   std::size_t registered() const { return registered_; }
 
   const FleetTally& tally() const { return tally_; }
+  /// How long calls took is counted from now on.
+  void clear_latencies();
 
  private:
   class Worker;

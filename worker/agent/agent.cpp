@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <deque>
-#include <map>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -29,7 +26,6 @@ constexpr std::chrono::seconds kLeaseWait{10};
 constexpr std::size_t kQueuedPerThread = 2;
 constexpr std::size_t kResultsPerThread = 8;
 constexpr int kMaxSenders = 4;
-constexpr std::size_t kKnownJobs = 64;
 
 v1::RegisterRequest registration(const AgentOptions& options) {
   v1::RegisterRequest request;
@@ -44,27 +40,6 @@ v1::RegisterRequest registration(const AgentOptions& options) {
   return request;
 }
 
-/// Specs of the jobs leased from lately; the coordinator need not send them again.
-class KnownJobs {
- public:
-  void add(const std::string& job_id, const v1::JobSpec& spec) {
-    if (!specs_.emplace(job_id, std::make_shared<const v1::JobSpec>(spec)).second) return;
-    order_.push_back(job_id);
-    if (order_.size() <= kKnownJobs) return;
-    specs_.erase(order_.front());
-    order_.pop_front();
-  }
-  std::shared_ptr<const v1::JobSpec> find(const std::string& job_id) const {
-    const auto found = specs_.find(job_id);
-    return found == specs_.end() ? nullptr : found->second;
-  }
-  const std::deque<std::string>& ids() const { return order_; }
-
- private:
-  std::map<std::string, std::shared_ptr<const v1::JobSpec>> specs_;
-  std::deque<std::string> order_;  // oldest first
-};
-
 }  // namespace
 
 /// Everything that lives while the agent runs. Declared in the order in which it is built; torn down in reverse.
@@ -77,7 +52,10 @@ class Agent::Work {
         cache_(std::move(cache)),
         fetcher_(cache_ ? std::make_unique<BlobFetcher>(link_, *cache_) : nullptr),
         renderer_(options_, fetcher_.get()),
-        outbox_(link_, session_, leases_, kResultsPerThread * static_cast<std::size_t>(options_.threads),
+        intake_(leases_, renderer_, options_.address,
+                std::min<std::size_t>(kQueuedPerThread * static_cast<std::size_t>(options_.threads),
+                                      wire::kMaxLeasesPerCall)),
+        outbox_(link_, session_, leases_, intake_, kResultsPerThread * static_cast<std::size_t>(options_.threads),
                 std::min(kMaxSenders, options_.threads)) {}
 
   /// Until `stop`, a drain request, or a refusal, which is the error.
@@ -115,7 +93,6 @@ class Agent::Work {
 
  private:
   absl::Status lease_units(std::stop_token stop);
-  void take(const v1::LeaseResponse& response);
   void render_units(std::stop_token halt);
   void beat(std::stop_token halt);
   void wind_down();
@@ -127,34 +104,31 @@ class Agent::Work {
   const std::unique_ptr<BlobCache> cache_;      // null when the options name a blob source
   const std::unique_ptr<BlobFetcher> fetcher_;  // likewise
   UnitRenderer renderer_;
+  LeaseIntake intake_;
   Outbox outbox_;
-  KnownJobs jobs_;  // of the leasing thread alone
   std::stop_source drain_;
   std::atomic<std::uint64_t> handed_back_{0};
 };
 
 absl::Status Agent::Work::lease_units(std::stop_token stop) {
-  const std::size_t threads = static_cast<std::size_t>(options_.threads);
-  const std::size_t full = std::min<std::size_t>(kQueuedPerThread * threads, wire::kMaxLeasesPerCall);
   wire::Backoff backoff{milliseconds{100}, milliseconds{2000}};
   bool warned = false;
   while (true) {
-    const std::size_t queued = leases_.wait_for_room(full / 2, stop);
+    leases_.wait_until_hungry(stop);
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
     if (stop.stop_requested()) return absl::OkStatus();
     if (!worker_id.ok()) return worker_id.status();
 
     v1::LeaseRequest request;
     request.set_worker_id(*worker_id);
-    request.set_max_units(static_cast<std::uint32_t>(full - queued));
     request.mutable_max_wait()->set_seconds(kLeaseWait.count());
-    for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
-    for (const std::string& job_id : jobs_.ids()) request.add_known_job_ids(job_id);
-
+    const LeaseIntake::Ask ask = intake_.ask(request);
+    if (ask.units == 0) continue;  // a result that goes home has asked since
     const absl::StatusOr<v1::LeaseResponse> response = link_.lease(request, stop);
-    if (stop.stop_requested()) return absl::OkStatus();  // what was granted this instant goes back with Deregister
+    const bool stopped = stop.stop_requested();  // what was granted this instant goes back with Deregister
+    intake_.answered(ask, response.ok() && !stopped ? &*response : nullptr);
+    if (stopped) return absl::OkStatus();
     if (response.ok()) {
-      take(*response);
       backoff.reset();
       warned = false;
       continue;
@@ -167,23 +141,6 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
     if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
     warned = true;
     backoff.wait(stop);
-  }
-}
-
-void Agent::Work::take(const v1::LeaseResponse& response) {
-  for (const auto& [job_id, spec] : response.specs()) jobs_.add(job_id, spec);
-  for (const v1::Lease& lease : response.leases()) {
-    std::shared_ptr<const v1::JobSpec> spec = jobs_.find(lease.token().job_id());
-    if (spec == nullptr) {
-      // The lease runs out, and the next request no longer claims to know the job.
-      const v1::LeaseToken& token = lease.token();
-      wire::log(spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
-                "{} leased unit {} of job {} without the job's spec", link_.address(), token.unit_index(),
-                token.job_id());
-      continue;
-    }
-    leases_.add(lease, std::move(spec));
-    spdlog::debug("unit {} of job {} leased", lease.token().unit_index(), lease.token().job_id());
   }
 }
 

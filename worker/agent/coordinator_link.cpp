@@ -36,31 +36,37 @@ CoordinatorLink::~CoordinatorLink() = default;
 
 absl::StatusOr<v1::RegisterResponse> CoordinatorLink::register_worker(const v1::RegisterRequest& request,
                                                                       std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_, kCallTimeout, stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_, kCallTimeout,
+                          stop);
 }
 
 absl::StatusOr<v1::LeaseResponse> CoordinatorLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
   const milliseconds wait =
       seconds{request.max_wait().seconds()} + milliseconds{request.max_wait().nanos() / 1'000'000};
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_, wait + kLeaseMargin, stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_, wait + kLeaseMargin,
+                          stop);
 }
 
 absl::StatusOr<v1::HeartbeatResponse> CoordinatorLink::heartbeat(const v1::HeartbeatRequest& request,
                                                                  std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat", address_, kCallTimeout, stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat", address_,
+                          kCallTimeout, stop);
 }
 
-absl::Status CoordinatorLink::complete(const v1::CompleteRequest& request, std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_, kCallTimeout, stop)
-      .status();
+absl::StatusOr<v1::CompleteResponse> CoordinatorLink::complete(const v1::CompleteRequest& request,
+                                                               std::stop_token stop) {
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_, kCallTimeout,
+                          stop);
 }
 
 absl::Status CoordinatorLink::fail(const v1::FailRequest& request, std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_, kCallTimeout, stop).status();
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_, kCallTimeout, stop)
+      .status();
 }
 
 absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_, kDeregisterTimeout, {})
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_,
+                          kDeregisterTimeout, {})
       .status();
 }
 

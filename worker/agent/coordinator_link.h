@@ -30,7 +30,7 @@ class CoordinatorLink {
   /// The deadline is the request's `max_wait` and a margin.
   absl::StatusOr<v1::LeaseResponse> lease(const v1::LeaseRequest& request, std::stop_token stop);
   absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request, std::stop_token stop);
-  absl::Status complete(const v1::CompleteRequest& request, std::stop_token stop);
+  absl::StatusOr<v1::CompleteResponse> complete(const v1::CompleteRequest& request, std::stop_token stop);
   absl::Status fail(const v1::FailRequest& request, std::stop_token stop);
   absl::Status deregister(const v1::DeregisterRequest& request);
 

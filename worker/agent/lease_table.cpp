@@ -24,6 +24,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   held->spec = std::move(spec);
 
   std::lock_guard lock{mutex_};
+  if (closed_) return;
   Key key = key_of(*held);
   if (const auto found = entries_.find(key); found != entries_.end()) {
     const bool stopped = found->second.held->stop.stop_requested();
@@ -50,10 +51,23 @@ std::shared_ptr<HeldUnit> LeaseTable::next(std::stop_token stop) {
   return entry.held;
 }
 
-std::size_t LeaseTable::wait_for_room(std::size_t low_water, std::stop_token stop) {
+void LeaseTable::wait_until_hungry(std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  changed_.wait(lock, stop, [&] { return queue_.size() <= low_water; });
-  return queue_.size();
+  changed_.wait(lock, stop, [&] { return queue_.empty() && asked_ == 0; });
+}
+
+std::size_t LeaseTable::ask(std::size_t full) {
+  std::lock_guard lock{mutex_};
+  const std::size_t expected = queue_.size() + asked_;
+  if (closed_ || expected > full / 2) return 0;
+  asked_ += full - expected;
+  return full - expected;
+}
+
+void LeaseTable::answered(std::size_t asked) {
+  std::lock_guard lock{mutex_};
+  asked_ -= asked;
+  changed_.notify_all();
 }
 
 v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
@@ -98,6 +112,7 @@ void LeaseTable::revoke_all() {
 
 std::size_t LeaseTable::drop_queued() {
   std::lock_guard lock{mutex_};
+  closed_ = true;
   const std::size_t dropped = queue_.size();
   std::erase_if(entries_, [](const auto& item) { return !item.second.begun; });
   queue_.clear();

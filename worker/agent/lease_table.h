@@ -42,8 +42,14 @@ class LeaseTable {
   /// The oldest unit not begun; waits for one. Null when `stop` is requested.
   std::shared_ptr<HeldUnit> next(std::stop_token stop);
 
-  /// Waits until at most `low_water` units are queued; returns how many are. With `stop` requested it returns at once.
-  std::size_t wait_for_room(std::size_t low_water, std::stop_token stop);
+  /// Waits until nothing is queued, and nothing asked for. With `stop` requested it returns at once.
+  void wait_until_hungry(std::stop_token stop);
+
+  /// How many units to ask for, so that `full` are queued: none while more than half as many are queued or asked for
+  /// already. They count as asked for until answered().
+  std::size_t ask(std::size_t full);
+  /// What came of asking for so many has been added.
+  void answered(std::size_t asked);
 
   /// The current token of a held unit.
   v1::LeaseToken token(const HeldUnit& unit) const;
@@ -57,7 +63,7 @@ class LeaseTable {
   /// Stops everything that is held, and forgets what was not begun.
   void revoke_all();
 
-  /// Forgets what was not begun. Returns how many units that were.
+  /// Forgets what was not begun, and takes no more. Returns how many units that were.
   std::size_t drop_queued();
 
   void release(const HeldUnit& unit);
@@ -79,6 +85,8 @@ class LeaseTable {
   std::condition_variable_any changed_;
   std::map<Key, Entry> entries_;
   std::deque<Key> queue_;  // not begun, in the order of their grant
+  std::size_t asked_ = 0;
+  bool closed_ = false;
 };
 
 }  // namespace tessera::agent

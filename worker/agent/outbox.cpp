@@ -14,8 +14,9 @@ constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
 
 }  // namespace
 
-Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, std::size_t capacity, int senders)
-    : link_(link), session_(session), leases_(leases), capacity_(capacity) {
+Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, std::size_t capacity,
+               int senders)
+    : link_(link), session_(session), leases_(leases), intake_(intake), capacity_(capacity) {
   for (int i = 0; i < senders; ++i) senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
 }
 
@@ -110,7 +111,12 @@ absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker
     *request.mutable_token() = leases_.token(*outcome.unit);
     request.set_payload(outcome.payload);
     *request.mutable_stats() = outcome.stats;
-    return link_.complete(request, stop);
+    v1::LeaseRequest more;
+    const LeaseIntake::Ask ask = intake_.ask(more);
+    if (ask.units > 0) *request.mutable_more() = std::move(more);
+    const absl::StatusOr<v1::CompleteResponse> response = link_.complete(request, stop);
+    intake_.answered(ask, response.ok() ? &response->more() : nullptr);
+    return response.status();
   }
   v1::FailRequest request;
   request.set_worker_id(worker_id);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "agent/agent.h"
+#include "agent/lease_intake.h"
 #include "agent/lease_table.h"
 #include "agent/session.h"
 
@@ -32,7 +33,8 @@ struct Outcome {
 class Outbox {
  public:
   /// At most `capacity` results wait; `senders` calls run at once.
-  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, std::size_t capacity, int senders);
+  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, std::size_t capacity,
+         int senders);
   ~Outbox();
 
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
@@ -49,6 +51,7 @@ class Outbox {
   CoordinatorLink& link_;
   Session& session_;
   LeaseTable& leases_;
+  LeaseIntake& intake_;
   const std::size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

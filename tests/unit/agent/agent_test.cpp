@@ -148,6 +148,16 @@ TEST_F(AgentTest, RendersEveryUnitOnceOnOneLoadedScene) {
   EXPECT_TRUE(coordinator_.wait_for_deregistration());
 }
 
+TEST_F(AgentTest, AResultBringsTheNextUnits) {
+  coordinator_.offer("job", spec_for_scene(), 0, 100);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_results(100));
+  EXPECT_TRUE(stop_and_join().ok());
+  EXPECT_EQ(renderer_.renders, 100);
+  // When the renderer has done what is queued before a result is answered, there is a call now and then.
+  EXPECT_LT(coordinator_.granting_leases(), 50);
+}
+
 TEST_F(AgentTest, KeepsAResultUntilItIsAcknowledged) {
   coordinator_.fail_completes(3);
   coordinator_.offer("job", spec_for_scene(), 0, 1);
@@ -248,11 +258,11 @@ TEST_F(AgentTest, WhatTheBuilderDoesNotAskForIsNotFetched) {
 
 TEST_F(AgentTest, StoppingFinishesWhatWasBegunAndGivesTheRestBack) {
   renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 3);
+  coordinator_.offer("job", spec_for_scene(), 0, 2);
   start(1);
   wait_for_hanging(1);
-  ASSERT_TRUE(coordinator_.wait_for_leased(3));
-  ASSERT_TRUE(coordinator_.wait_for_heartbeat_with(3));
+  ASSERT_TRUE(coordinator_.wait_for_leased(2));
+  ASSERT_TRUE(coordinator_.wait_for_heartbeat_with(2));
   runner_.request_stop();
   ASSERT_TRUE(coordinator_.wait_for_heartbeat_with(1)) << "the units not begun are still held";
   renderer_.gate_open = true;

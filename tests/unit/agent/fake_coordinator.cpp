@@ -41,17 +41,8 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     owner_.changed_.wait_for(lock, std::chrono::milliseconds{20},
                              [&] { return owner_.closing_ || !owner_.offered_.empty(); });
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
-    while (!owner_.offered_.empty() && response->leases_size() < static_cast<int>(request->max_units())) {
-      const v1::Lease& lease = owner_.offered_.front();
-      const std::string& job_id = lease.token().job_id();
-      const auto& known = request->known_job_ids();
-      if (std::find(known.begin(), known.end(), job_id) == known.end()) {
-        (*response->mutable_specs())[job_id] = owner_.specs_[job_id];
-      }
-      *response->add_leases() = lease;
-      owner_.offered_.pop_front();
-      ++owner_.leased_;
-    }
+    owner_.grant(*request, *response);
+    if (response->leases_size() > 0) ++owner_.granting_leases_;
     owner_.changed_.notify_all();
     return grpc::Status::OK;
   }
@@ -69,7 +60,8 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     return grpc::Status::OK;
   }
 
-  grpc::Status Complete(grpc::ServerContext*, const v1::CompleteRequest* request, v1::CompleteResponse*) override {
+  grpc::Status Complete(grpc::ServerContext*, const v1::CompleteRequest* request,
+                        v1::CompleteResponse* response) override {
     std::lock_guard lock{owner_.mutex_};
     ++owner_.completes_;
     if (owner_.completes_to_fail_ > 0) {
@@ -78,6 +70,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     }
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
     owner_.results_[request->token().unit_index()] = *request;
+    owner_.grant(request->more(), *response->mutable_more());
     owner_.changed_.notify_all();
     return grpc::Status::OK;
   }
@@ -200,6 +193,25 @@ void FakeCoordinator::fail_completes(int count, grpc::StatusCode code) {
   std::lock_guard lock{mutex_};
   completes_to_fail_ = count;
   failure_code_ = code;
+}
+
+void FakeCoordinator::grant(const v1::LeaseRequest& request, v1::LeaseResponse& response) {
+  while (!offered_.empty() && response.leases_size() < static_cast<int>(request.max_units())) {
+    const v1::Lease& lease = offered_.front();
+    const std::string& job_id = lease.token().job_id();
+    const auto& known = request.known_job_ids();
+    if (std::find(known.begin(), known.end(), job_id) == known.end()) {
+      (*response.mutable_specs())[job_id] = specs_[job_id];
+    }
+    *response.add_leases() = lease;
+    offered_.pop_front();
+    ++leased_;
+  }
+}
+
+int FakeCoordinator::granting_leases() {
+  std::lock_guard lock{mutex_};
+  return granting_leases_;
 }
 
 void FakeCoordinator::misread(int count) {

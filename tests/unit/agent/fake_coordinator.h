@@ -57,6 +57,7 @@ class FakeCoordinator {
   std::map<std::uint32_t, v1::CompleteRequest> results();
   std::vector<v1::FailRequest> failures();
   int registrations();
+  int granting_leases();    // calls of Lease that brought units
   std::size_t completes();  // calls, refused ones included
   std::vector<std::uint64_t> download_offsets();
 
@@ -69,7 +70,9 @@ class FakeCoordinator {
     int corrupt_downloads = 0;
     std::size_t break_after = 0;
   };
-  bool misreads();  // with the mutex held
+  // With the mutex held.
+  bool misreads();
+  void grant(const v1::LeaseRequest& request, v1::LeaseResponse& response);
   template <class Condition>
   bool wait_for(Condition condition);
 
@@ -79,6 +82,7 @@ class FakeCoordinator {
   std::map<std::string, v1::JobSpec> specs_;
   std::deque<v1::Lease> offered_;
   std::size_t leased_ = 0;
+  int granting_leases_ = 0;
   std::size_t leases_in_heartbeat_ = 0;
   std::map<std::uint32_t, v1::CompleteRequest> results_;
   std::vector<v1::FailRequest> failures_;

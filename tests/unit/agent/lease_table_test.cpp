@@ -44,7 +44,7 @@ TEST_F(LeaseTableTest, AHeldUnitTakesOverANewerTokenAndIsNotRenderedTwice) {
   add(lease(1, 3, 2));
   EXPECT_EQ(table_.token(*held).attempt(), 3U);
   EXPECT_EQ(table_.token(*held).epoch(), 2U);
-  EXPECT_EQ(table_.wait_for_room(0, {}), 0U);
+  table_.wait_until_hungry({});
   EXPECT_EQ(table_.tokens().size(), 1U);
 }
 
@@ -61,7 +61,7 @@ TEST_F(LeaseTableTest, ARevokedUnitThatWasNotBegunIsForgotten) {
   add(lease(1));
   table_.revoke(std::array{lease(1).token()});
   EXPECT_TRUE(table_.tokens().empty());
-  EXPECT_EQ(table_.wait_for_room(0, {}), 0U);
+  table_.wait_until_hungry({});
 }
 
 TEST_F(LeaseTableTest, AUnitGrantedAnewAfterItsRevocationIsAFreshStart) {
@@ -78,6 +78,18 @@ TEST_F(LeaseTableTest, AUnitGrantedAnewAfterItsRevocationIsAFreshStart) {
   EXPECT_TRUE(table_.wait_until_empty(std::chrono::milliseconds{0}));
 }
 
+TEST_F(LeaseTableTest, WhatIsAskedForIsNotAskedForAgain) {
+  EXPECT_EQ(table_.ask(4), 4U);
+  EXPECT_EQ(table_.ask(4), 0U);
+  for (const std::uint32_t unit : {1, 2, 3}) add(lease(unit));
+  table_.answered(4);
+  EXPECT_EQ(table_.ask(4), 0U) << "more than half is there";
+  static_cast<void>(table_.next({}));
+  EXPECT_EQ(table_.ask(4), 2U);
+  table_.answered(2);
+  EXPECT_EQ(table_.ask(1), 0U) << "two are queued";
+}
+
 TEST_F(LeaseTableTest, DropQueuedKeepsWhatWasBegun) {
   add(lease(1));
   add(lease(2));
@@ -86,6 +98,9 @@ TEST_F(LeaseTableTest, DropQueuedKeepsWhatWasBegun) {
   ASSERT_EQ(table_.tokens().size(), 1U);
   EXPECT_EQ(table_.tokens()[0].unit_index(), 1U);
   EXPECT_FALSE(begun->stop.stop_requested());
+  add(lease(3));
+  EXPECT_EQ(table_.tokens().size(), 1U) << "what comes late goes back";
+  EXPECT_EQ(table_.ask(8), 0U);
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+#include "agent/lease_intake.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "agent/unit_renderer.h"
+#include "wire/log.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr std::size_t kKnownJobs = 64;
+
+}  // namespace
+
+LeaseIntake::LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string address, std::size_t full)
+    : leases_(leases), renderer_(renderer), address_(std::move(address)), full_(full) {}
+
+LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
+  Ask ask{.units = leases_.ask(full_), .known = nullptr};
+  if (ask.units == 0) return ask;
+  request.set_max_units(static_cast<std::uint32_t>(ask.units));
+  for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
+  {
+    const std::lock_guard lock{mutex_};
+    ask.known = known_;
+  }
+  for (const auto& [job_id, spec] : *ask.known) request.add_known_job_ids(job_id);
+  return ask;
+}
+
+void LeaseIntake::answered(const Ask& ask, const v1::LeaseResponse* response) {
+  if (response != nullptr) take(*ask.known, *response);
+  leases_.answered(ask.units);
+}
+
+void LeaseIntake::take(const Specs& known, const v1::LeaseResponse& response) {
+  Specs sent;
+  for (const auto& [job_id, spec] : response.specs()) sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
+  if (!sent.empty()) know(sent);
+  for (const v1::Lease& lease : response.leases()) {
+    const v1::LeaseToken& token = lease.token();
+    auto spec = known.find(token.job_id());
+    if (spec == known.end()) spec = sent.find(token.job_id());
+    if (spec == sent.end()) {
+      // The lease runs out.
+      wire::log(spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
+                "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
+      continue;
+    }
+    leases_.add(lease, spec->second);
+    spdlog::debug("unit {} of job {} leased", token.unit_index(), token.job_id());
+  }
+}
+
+void LeaseIntake::know(const Specs& sent) {
+  const std::lock_guard lock{mutex_};
+  // A copy: whoever has asked goes by what was known then.
+  auto specs = std::make_shared<Specs>(*known_);
+  for (const auto& [job_id, spec] : sent) {
+    if (!specs->emplace(job_id, spec).second) continue;
+    order_.push_back(job_id);
+    if (order_.size() <= kKnownJobs) continue;
+    specs->erase(order_.front());
+    order_.pop_front();
+  }
+  known_ = std::move(specs);
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,50 @@
+// What the worker asks the coordinator for, and what becomes of the answer.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "agent/lease_table.h"
+
+namespace tessera::agent {
+
+class UnitRenderer;
+
+/// Units are asked for with each result that is delivered, and by a call of their own when nothing is left to do.
+/// Thread-safe.
+class LeaseIntake {
+ public:
+  /// Keeps `full` units queued in `leases`. `address`: the coordinator's, for messages.
+  LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string address, std::size_t full);
+
+  using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // by job
+  struct Ask {
+    std::size_t units = 0;
+    std::shared_ptr<const Specs> known;  // which the answer may leave out
+  };
+
+  /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing when none
+  /// is wanted. Each Ask is to be answered.
+  Ask ask(v1::LeaseRequest& request);
+
+  /// `response` is null when the call brought none.
+  void answered(const Ask& ask, const v1::LeaseResponse* response);
+
+ private:
+  void take(const Specs& known, const v1::LeaseResponse& response);
+  void know(const Specs& sent);
+
+  LeaseTable& leases_;
+  UnitRenderer& renderer_;
+  const std::string address_;
+  const std::size_t full_;
+  std::mutex mutex_;
+  std::shared_ptr<const Specs> known_ = std::make_shared<const Specs>();  // of the jobs leased from lately
+  std::deque<std::string> order_;                                         // of them, the oldest first
+};
+
+}  // namespace tessera::agent
