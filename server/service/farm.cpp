@@ -32,10 +32,11 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
 absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& blobs, const FarmOptions& options,
                                                  std::function<void(absl::Status)> on_failure) {
   std::unique_ptr<Farm> farm(new Farm(journal, blobs, options, std::move(on_failure)));
+  // Until all is recovered no tick may come between: by half of the jobs it would judge which blobs nobody needs.
+  const std::lock_guard lock(farm->mutex_);
   absl::Status status = restore_farm(farm->scheduler_, journal);
   status.Update(journal.recover([&](JobRecord record) { return farm->recover(std::move(record)); }));
   if (!status.ok()) return status;
-  const std::lock_guard lock(farm->mutex_);
   farm->commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   return farm;
 }
@@ -50,7 +51,6 @@ void Farm::stop() {
 absl::Status Farm::recover(JobRecord record) {
   absl::StatusOr<JobEntry> made = entry_of(record);
   if (!made.ok()) return made.status();
-  const std::lock_guard lock(mutex_);
   JobEntry& entry = jobs_.add(*std::move(made));
   if (entry.past) return absl::OkStatus();
 

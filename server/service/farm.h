@@ -109,11 +109,11 @@ class Farm {
  private:
   Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure);
 
-  absl::Status recover(JobRecord record);
   Time now() const;
   absl::Status check_serving() const;
 
   // With mutex_ held.
+  absl::Status recover(JobRecord record);
   absl::StatusOr<JobEntry*> find_job(const std::string& id);
   JobView view_of(const JobEntry& entry) const;
   std::uint64_t claim_uploads(const v1::JobSpec& spec);

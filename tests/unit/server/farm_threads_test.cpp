@@ -1,0 +1,189 @@
+// A farm called by many threads at once, without gRPC in between: what the thread sanitizer says of it is about the
+// farm alone.
+#include <google/protobuf/util/time_util.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <set>
+#include <thread>
+
+#include "coordinator_fixture.h"
+#include "service/farm.h"
+#include "wire/digest.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+using google::protobuf::util::TimeUtil;
+using std::chrono::hours;
+using std::chrono::milliseconds;
+
+constexpr std::uint32_t kUnits = 16;  // of a job
+constexpr char kScene[] = "a scene";
+
+/// What a call that answers through a `done` answers; waits for it.
+template <typename T, typename Call>
+T answer_of(const Call& call) {
+  auto promise = std::make_shared<std::promise<T>>();
+  std::future<T> future = promise->get_future();
+  call([promise](const T& answer) { promise->set_value(answer); });
+  return future.get();
+}
+
+class FarmThreads : public testing::Test {
+ protected:
+  FarmThreads() : journal_(*open_journal({})), blobs_(make_memory_blob_store()) {
+    auto writer = blobs_->write(wire::sha256_hex(kScene), 0);
+    EXPECT_TRUE(writer.ok() && (*writer)->append(kScene).ok() && (*writer)->finish().ok());
+    auto farm = Farm::open(*journal_, *blobs_,
+                           {.heartbeat_interval = milliseconds(50),
+                            .lease_timeout = std::chrono::seconds(60),
+                            .late_results = milliseconds(0),
+                            .retention = {.fetched = hours(1),
+                                          .unfetched = hours(1),
+                                          .max_bytes = std::uint64_t{1} << 40,
+                                          .blobs = hours(1),
+                                          .interval = milliseconds(1)}},
+                           [](const absl::Status& why) { ADD_FAILURE() << why; });
+    EXPECT_TRUE(farm.ok()) << farm.status();
+    farm_ = *std::move(farm);
+  }
+
+  absl::StatusOr<std::string> submit(int seed) {
+    v1::SubmitJobRequest request;
+    request.set_request_id("request " + std::to_string(seed));
+    v1::JobSpec& spec = *request.mutable_spec();
+    spec.mutable_scene()->set_digest(wire::sha256_hex(kScene));
+    spec.set_width(64);
+    spec.set_height(64);
+    spec.mutable_crop()->set_x1(64);
+    spec.mutable_crop()->set_y1(64);
+    spec.set_tile_size(16);
+    spec.set_samples_per_unit(4);
+    spec.mutable_settings()->set_spp(4);
+    spec.mutable_settings()->set_seed(static_cast<std::uint64_t>(seed));
+    return answer_of<absl::StatusOr<std::string>>([&](auto done) { farm_->submit(request, done); });
+  }
+
+  /// Until the job is over: its results, each once.
+  void watch(const std::string& id) {
+    std::set<std::uint32_t> units;
+    for (std::uint64_t after = 0; true; std::this_thread::sleep_for(milliseconds{5})) {
+      const absl::StatusOr<WatchBatch> batch = farm_->next_results(id, after, /*status_only=*/false);
+      ASSERT_TRUE(batch.ok()) << batch.status();
+      after = batch->last;
+      for (const v1::UnitResult& result : batch->response.results()) {
+        EXPECT_TRUE(units.insert(result.unit().index()).second);
+      }
+      if (!batch->finished) continue;
+      EXPECT_TRUE(units.size() == kUnits || batch->response.status().state() == v1::CANCELLED) << units.size();
+      farm_->note_fetched(id);
+      return;
+    }
+  }
+
+  void work(const std::string& name, std::stop_token stop) {
+    v1::RegisterRequest registration;
+    registration.set_protocol(wire::kProtocolVersion);
+    registration.set_build(wire::build_version());
+    registration.set_isa("avx2");
+    registration.add_supported_isas("avx2");
+    registration.set_name(name);
+    registration.set_host(name);
+    registration.set_threads(2);
+    const auto worker = farm_->register_worker(registration);
+    ASSERT_TRUE(worker.ok()) << worker.status();
+    v1::LeaseRequest request;
+    request.set_worker_id(worker->worker_id());
+    request.set_max_units(3);
+    *request.mutable_max_wait() = TimeUtil::MillisecondsToDuration(100);
+    while (!stop.stop_requested()) {
+      const auto response = answer_of<absl::StatusOr<v1::LeaseResponse>>([&](auto done) {
+        farm_->lease(
+            request, [] { return false; }, done);
+      });
+      if (absl::IsUnavailable(response.status())) return;  // the farm is stopping
+      ASSERT_TRUE(response.ok()) << response.status();
+      v1::HeartbeatRequest beat;
+      beat.set_worker_id(worker->worker_id());
+      for (const v1::Lease& lease : response->leases()) *beat.add_leases() = lease.token();
+      static_cast<void>(farm_->heartbeat(beat));
+      for (const v1::Lease& lease : response->leases()) complete(worker->worker_id(), lease);
+    }
+    static_cast<void>(farm_->deregister(worker->worker_id()));
+  }
+
+  /// What a job that was cancelled meanwhile answers does not matter.
+  void complete(const std::string& worker, const v1::Lease& lease) {
+    v1::CompleteRequest request;
+    request.set_worker_id(worker);
+    *request.mutable_token() = lease.token();
+    request.set_payload(payload_for(lease.unit()));
+    *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(3);
+    static_cast<void>(answer_of<absl::Status>([&](auto done) { farm_->complete(request, done); }));
+  }
+
+  std::unique_ptr<Journal> journal_;
+  std::unique_ptr<BlobStore> blobs_;
+  std::unique_ptr<Farm> farm_;
+};
+
+TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
+  std::vector<std::jthread> workers, clients;
+  for (const char* name : {"a", "b", "c"}) {
+    workers.emplace_back([this, name](std::stop_token stop) { work(name, stop); });
+  }
+  workers.emplace_back([this](std::stop_token stop) {  // somebody who looks on
+    while (!stop.stop_requested()) {
+      const v1::ListJobsResponse jobs = farm_->list_jobs();
+      for (const v1::JobStatus& job : jobs.jobs()) static_cast<void>(farm_->get_job(job.job_id()));
+      static_cast<void>(farm_->list_workers());
+      farm_->note_upload(wire::sha256_hex(kScene), 1);
+      std::this_thread::sleep_for(milliseconds{1});
+    }
+  });
+  for (int client = 0; client < 3; ++client) {
+    clients.emplace_back([this, client] {
+      for (int i = 0; i < 6; ++i) {
+        const auto id = submit(10 * client + i);
+        ASSERT_TRUE(id.ok()) << id.status();
+        if (client == 2 && i % 2 == 1) {
+          static_cast<void>(answer_of<absl::StatusOr<v1::JobStatus>>([&](auto done) { farm_->cancel(*id, done); }));
+        }
+        watch(*id);
+      }
+    });
+  }
+  clients.clear();  // joins
+  workers.clear();
+  const v1::ListJobsResponse jobs = farm_->list_jobs();
+  for (const v1::JobStatus& job : jobs.jobs()) {
+    EXPECT_TRUE(job.state() == v1::DONE || job.state() == v1::CANCELLED) << job.job_id();
+  }
+}
+
+TEST_F(FarmThreads, EveryCallIsAnsweredWhenTheFarmStops) {
+  std::vector<std::jthread> callers;
+  for (const char* name : {"a", "b"}) {
+    callers.emplace_back([this, name](std::stop_token stop) { work(name, stop); });
+  }
+  std::atomic<int> wakes = 0;
+  farm_->subscribe([&wakes] {
+    ++wakes;
+    return true;
+  });
+  callers.emplace_back([this] {
+    for (int seed = 0; submit(seed).ok();) ++seed;
+  });
+  std::this_thread::sleep_for(milliseconds{300});
+  farm_->stop();
+  callers.clear();  // joins: each got its answer
+  EXPECT_GT(wakes, 0);
+  EXPECT_TRUE(absl::IsUnavailable(submit(1000).status()));
+}
+
+}  // namespace
+}  // namespace tessera::server
