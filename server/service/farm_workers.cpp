@@ -275,13 +275,12 @@ void Farm::complete(const v1::CompleteRequest& request, Done<v1::CompleteRespons
 void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest,
                          Done<v1::CompleteResponse> done) {
   const v1::LeaseToken& token = request.token();
+  const v1::UnitStats stats = bounded(request.stats());
   const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
-  const absl::StatusOr<CompleteDecision> decision =
-      scheduler_.complete(request.worker_id(), token,
-                          {.fingerprint = fingerprint_of(digest),
-                           .cost = Time(TimeUtil::DurationToMilliseconds(request.stats().wall_time()))},
-                          now());
+  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(
+      request.worker_id(), token,
+      {.fingerprint = fingerprint_of(digest), .cost = std::chrono::duration_cast<Time>(time_of(stats))}, now());
   if (!decision.ok()) {
     metrics_.refused();
     // A result that is refused may still decide who is at fault.
@@ -298,11 +297,9 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
       status.ok() ? done(v1::CompleteResponse()) : done(status);
     });
   }
-  metrics_.completed(std::chrono::nanoseconds(TimeUtil::DurationToNanoseconds(request.stats().wall_time())),
-                     request.payload().size());
+  metrics_.completed(time_of(stats), request.payload().size());
 
   JobEntry& entry = *jobs_.find(token.job_id());
-  const v1::UnitStats stats = bounded(request.stats());
   add_stats(entry.stats, stats);
   const std::string host = scheduler_.host_of(request.worker_id());
   entry.hosts.count(host);

@@ -6,6 +6,11 @@ namespace tessera::server {
 
 using std::chrono::nanoseconds;
 
+namespace {
+constexpr std::uint64_t kLongestSaved = std::uint64_t{1}
+                                        << 62;  // a damaged journal may say more; room for sums is left
+}
+
 HostShares::Share* HostShares::share_of(const std::string& host) {
   if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return nullptr;
   return &hosts_[host];
@@ -38,7 +43,7 @@ HostShares HostShares::restored(const Saved& saved) {
     if (shares.hosts_.size() >= kMostHosts) break;
     shares.hosts_[host.name()] = {.units = host.units(),
                                   .timed_units = host.timed_units(),
-                                  .total = nanoseconds{static_cast<std::int64_t>(host.timed_ns())}};
+                                  .total = nanoseconds(static_cast<std::int64_t>(std::min(host.timed_ns(), kLongestSaved)))};
   }
   return shares;
 }

@@ -122,6 +122,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     if (i < record.stats.results) continue;
     v1::UnitStats stats;
     if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
+    stats = bounded(std::move(stats));
     add_stats(entry.stats, stats);
     entry.hosts.time(result.host, time_of(stats));
   }
@@ -222,6 +223,21 @@ void add_times(TimeMap& total, const TimeMap& unit) {
   }
 }
 
+/// Of durations that may be anything: a damaged journal has some, too. At most what a Duration may hold, 10,000 years.
+google::protobuf::Duration sum_of(const google::protobuf::Duration& a, const google::protobuf::Duration& b) {
+  using google::protobuf::util::TimeUtil;
+  constexpr std::int32_t kSecond = 1'000'000'000;  // nanoseconds
+  const auto seconds_of = [](const google::protobuf::Duration& time) {
+    return std::clamp<std::int64_t>(time.seconds(), 0, TimeUtil::kDurationMaxSeconds);
+  };
+  const std::int32_t nanos = std::clamp(a.nanos(), 0, kSecond - 1) + std::clamp(b.nanos(), 0, kSecond - 1);
+  google::protobuf::Duration sum;
+  sum.set_seconds(
+      std::min<std::int64_t>(seconds_of(a) + seconds_of(b) + nanos / kSecond, TimeUtil::kDurationMaxSeconds));
+  sum.set_nanos(nanos % kSecond);
+  return sum;
+}
+
 /// Names from a broken worker must not fill the memory, nor its clock spoil the sum.
 void bound_times(TimeMap& times, std::uint64_t most) {
   bool sound = times.size() <= kMaxTimesPerJob;
@@ -245,12 +261,8 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   total.set_fireflies(total.fireflies() + unit.fireflies());
   total.set_firefly_light(total.firefly_light() + unit.firefly_light());
   total.set_light(total.light() + unit.light());
-  using google::protobuf::util::TimeUtil;
-  const auto add = [](const auto& a, const auto& b) {
-    return TimeUtil::NanosecondsToDuration(TimeUtil::DurationToNanoseconds(a) + TimeUtil::DurationToNanoseconds(b));
-  };
-  *total.mutable_cpu_time() = add(total.cpu_time(), unit.cpu_time());
-  *total.mutable_wall_time() = add(total.wall_time(), unit.wall_time());
+  *total.mutable_cpu_time() = sum_of(total.cpu_time(), unit.cpu_time());
+  *total.mutable_wall_time() = sum_of(total.wall_time(), unit.wall_time());
   total.set_blob_bytes_fetched(total.blob_bytes_fetched() + unit.blob_bytes_fetched());
   add_times(*total.mutable_stage_ns(), unit.stage_ns());
   add_times(*total.mutable_shading_part_ns(), unit.shading_part_ns());
