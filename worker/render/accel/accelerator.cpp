@@ -94,13 +94,13 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
     const bool sdf = shape.kind == ShapeKind::kSdfGrid;
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, sdf ? static_cast<unsigned>(table.sdf_grids[shape.quadric].voxels.size()) : 1);
-    rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(&table, index));
+    rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(QuadricGeometry{&table, index}));
     rtcSetGeometryBoundsFunction(geometry, sdf ? sdf_bounds : quadric_bounds, nullptr);
     rtcSetGeometryIntersectFunction(geometry, sdf ? callbacks.intersect_sdf : callbacks.intersect_quadric);
     rtcSetGeometryOccludedFunction(geometry, sdf ? callbacks.occluded_sdf : callbacks.occluded_quadric);
   }
   if ((shape.flags & kHasAlpha) && (shape.kind == ShapeKind::kTriangles || shape.kind == ShapeKind::kCurves)) {
-    rtcSetGeometryUserData(geometry, &alphas_.emplace_back(&table, &textures, index));
+    rtcSetGeometryUserData(geometry, &alphas_.emplace_back(AlphaGeometry{&table, &textures, index}));
     rtcSetGeometryIntersectFilterFunction(geometry, callbacks.filter_alpha);
     rtcSetGeometryOccludedFilterFunction(geometry, callbacks.filter_alpha);
   }
