@@ -58,11 +58,22 @@ function(tessera_library name)
   tessera_precompiled(${name} "${arg_PRECOMPILED}" "")
 endfunction()
 
+# What every test, and whatever it starts, is told by its environment.
+set(TESSERA_TEST_ENVIRONMENT)
+if(TESSERA_SANITIZE)
+  # A sanitizer's own dlopen() looks for modules along the sanitizer's run path, not the program's.
+  list(APPEND TESSERA_TEST_ENVIRONMENT "LD_LIBRARY_PATH=${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
+endif()
+if(TESSERA_SANITIZE MATCHES "thread")
+  list(APPEND TESSERA_TEST_ENVIRONMENT
+    "TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=${CMAKE_SOURCE_DIR}/tests/support/tsan.supp")
+endif()
+
 # The long form of a test (tests/support/long_form.h): the entry NAME_long, labelled `long`.
 function(tessera_long_form name timeout)
   add_test(NAME ${name}_long COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   set_tests_properties(${name}_long PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77 LABELS "${ARGN};long"
-    ENVIRONMENT TESSERA_TEST_FORM=long)
+    ENVIRONMENT "TESSERA_TEST_FORM=long;${TESSERA_TEST_ENVIRONMENT}")
 endfunction()
 
 # tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set] [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a GoogleTest
@@ -79,7 +90,8 @@ function(tessera_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}"
+    ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
   if(arg_LONG)
     tessera_long_form(${name} ${arg_LONG} ${arg_LABELS})
   endif()
@@ -165,7 +177,8 @@ function(tessera_kernel_test name)
     target_link_libraries(${test} PRIVATE ${arg_DEPENDS})
     set_target_properties(${test} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
     add_test(NAME ${test} COMMAND ${test} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
-    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}")
+    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
+      ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
     if(arg_LONG)
       tessera_long_form(${test} ${arg_LONG} ${arg_LABELS})
     endif()
