@@ -24,8 +24,8 @@ bool read_pfm(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixe
 /// One part, not deep, of halves or floats, with the channels R, G, B, A, or R, G, B, or Y.
 bool read_exr(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels);
 
-/// Whether the attributes of an EXR file's headers fit into it. OpenEXR makes room for whatever an attribute says that it
-/// takes, before it looks.
+/// Whether the attributes of an EXR file's headers fit into it, and the blocks of pixels that they tell of into some
+/// memory. OpenEXR makes room for whatever an attribute says that it takes, before it looks.
 bool is_plausible_exr(std::string_view blob);
 
 /// Gives `pixels` a size, and room for bytes (or for floats). False, and nothing is allocated, when the size is not

@@ -177,6 +177,20 @@ TEST_F(ImageBlob, TellsTheSizeOfAFileFromItsHeader) {
   EXPECT_EQ(size->height, kHeight);
 }
 
+TEST_F(ImageBlob, AHeaderMayNotAskForMoreMemoryThanAFileIsWorth) {
+  std::string bytes = file("wide.exr", 3, OIIO::TypeDesc::FLOAT);
+  using std::string_literals::operator""s;
+  const std::string window = "dataWindow\0box2i\0\x10\0\0\0"s;
+  const std::size_t at = bytes.find(window);
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at + window.size() + 8, 4,
+                "\0\0\0\x05"s);  // 84 million pixels a line: OpenEXR makes room for some lines
+  const absl::Status status = decode_image(bytes, "wide.exr").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("image wide.exr: "));
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("256 MB"));
+}
+
 TEST_F(ImageBlob, SaysWhatIsWrongWithABrokenFile) {
   const std::string bytes = file("noise.png", 3, OIIO::TypeDesc::UINT8);
   const auto cut = decode_image(bytes.substr(0, bytes.size() / 2), "cut.png");
