@@ -50,8 +50,8 @@ Process::Process(std::vector<std::string> command, std::vector<std::string> envi
   }
   ::close(out_write);
   ::close(err_write);
-  threads_.emplace_back([this, out_read] { collect(out_read, out_); });
-  threads_.emplace_back([this, err_read] { collect(err_read, err_); });
+  threads_.emplace_back([this, out_read = out_read] { collect(out_read, out_); });
+  threads_.emplace_back([this, err_read = err_read] { collect(err_read, err_); });
   threads_.emplace_back([this] { reap(); });
 }
 
