@@ -64,6 +64,10 @@ if(TESSERA_SANITIZE)
   # A sanitizer's own dlopen() looks for modules along the sanitizer's run path, not the program's.
   list(APPEND TESSERA_TEST_ENVIRONMENT "LD_LIBRARY_PATH=${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
 endif()
+if(TESSERA_SANITIZE MATCHES "address")
+  list(APPEND TESSERA_TEST_ENVIRONMENT "ASAN_OPTIONS=fast_unwind_on_malloc=0"
+    "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/lsan.supp")
+endif()
 if(TESSERA_SANITIZE MATCHES "thread")
   list(APPEND TESSERA_TEST_ENVIRONMENT
     "TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=${CMAKE_SOURCE_DIR}/tests/support/tsan.supp")

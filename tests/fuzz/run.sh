@@ -47,7 +47,7 @@ for target in "${targets[@]}"; do
   mkdir -p "$corpus"
   printf '== %s, %s s\n' "$target" "$seconds"
   # Leaks of what the system's libraries hold for good are not ours; a gigabyte is more than any input may ask for.
-  # The time is the clock's: a busy machine may well keep a process waiting for some seconds.
+  # The time is the clock's: a process that is stopped, or kept waiting by others, is no finding.
   TMPDIR=$scratch ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 "build/fuzz/tests/fuzz_$target" \
     -max_total_time="$seconds" -timeout=120 -rss_limit_mb=3072 -malloc_limit_mb=1024 -max_len=16384 \
     -artifact_prefix="build/fuzz/found/$target-" -print_final_stats=1 "$corpus" "tests/fuzz/corpus/$target" \
