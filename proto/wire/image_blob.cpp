@@ -40,9 +40,10 @@ const Format* detect_format(std::string_view bytes, const std::string& name) {
 absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string& name) {
   const Format* format = detect_format(blob, name);
   if (format != nullptr && format->reader == read_exr && !is_plausible_exr(blob)) {
-    return invalid(name,
-                   "an attribute of its header is longer than the file, its blocks are of more than 256 MB, or the "
-                   "header has no end");
+    return invalid(
+        name,
+        "an attribute of its header does not have its size or is longer than the file, its blocks are of more "
+        "than 256 MB, or the header has no end");
   }
   if (format != nullptr) return format;
   return invalid(name, "it is none of PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
