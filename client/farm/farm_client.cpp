@@ -29,7 +29,7 @@ std::string make_request_id() {
 }  // namespace
 
 FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options)
-    : stubs_(std::make_unique<Stubs>(v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel))),
+    : stubs_(std::make_unique<Stubs>(Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
       contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice)) {}
 
 FarmClient::~FarmClient() = default;

@@ -29,7 +29,7 @@ struct CoordinatorLink::Stubs {
 };
 
 CoordinatorLink::CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address)
-    : stubs_(std::make_unique<Stubs>(v1::WorkService::NewStub(channel), v1::BlobService::NewStub(channel))),
+    : stubs_(std::make_unique<Stubs>(Stubs{v1::WorkService::NewStub(channel), v1::BlobService::NewStub(channel)})),
       address_(std::move(address)) {}
 
 CoordinatorLink::~CoordinatorLink() = default;
