@@ -7,9 +7,11 @@ namespace tessera::server {
 using std::chrono::nanoseconds;
 
 namespace {
-constexpr std::uint64_t kLongestSaved = std::uint64_t{1}
-                                        << 62;  // a damaged journal may say more; room for sums is left
-}
+
+// A damaged journal may say more; room for sums is left.
+constexpr std::uint64_t kLongestSaved = std::uint64_t{1} << 62;
+
+}  // namespace
 
 HostShares::Share* HostShares::share_of(const std::string& host) {
   if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return nullptr;
@@ -41,9 +43,10 @@ HostShares HostShares::restored(const Saved& saved) {
   HostShares shares;
   for (const v1::JobCost::Host& host : saved) {
     if (shares.hosts_.size() >= kMostHosts) break;
-    shares.hosts_[host.name()] = {.units = host.units(),
-                                  .timed_units = host.timed_units(),
-                                  .total = nanoseconds(static_cast<std::int64_t>(std::min(host.timed_ns(), kLongestSaved)))};
+    shares.hosts_[host.name()] = {
+        .units = host.units(),
+        .timed_units = host.timed_units(),
+        .total = nanoseconds(static_cast<std::int64_t>(std::min(host.timed_ns(), kLongestSaved)))};
   }
   return shares;
 }
