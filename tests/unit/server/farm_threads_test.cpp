@@ -123,7 +123,8 @@ class FarmThreads : public testing::Test {
     *request.mutable_token() = lease.token();
     request.set_payload(payload_for(lease.unit()));
     *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(3);
-    static_cast<void>(answer_of<absl::Status>([&](auto done) { farm_->complete(request, done); }));
+    static_cast<void>(
+        answer_of<absl::StatusOr<v1::CompleteResponse>>([&](auto done) { farm_->complete(request, done); }));
   }
 
   std::unique_ptr<Journal> journal_;
