@@ -85,7 +85,7 @@ TEST_F(Network, RefusesConnectionsForAWhile) { cut(TcpProxy::Fault::kRefusing); 
 TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
   // Nothing but the digests of blobs and the checksums of results protects what TCP lets pass.
   ASSERT_TRUE(farm_.worker(0).wait_for_err("registered with", kPatience)) << farm_.worker(0).err();
-  proxy_.flip_a_bit_in(test::long_form() ? 3'000 : 20'000);
+  proxy_.flip_a_bit_in(test::long_form() ? 6'000 : 20'000);
   // A bit in a name or a number is a job that nobody knows, or a unit that fails: the job may end incomplete.
   const std::string job_id = farm_.submit_detached(kJob);
   int ends = 0;
