@@ -94,6 +94,50 @@ TEST_F(WorkersTest, KnownSpecsAreNotSentAgain) {
   EXPECT_TRUE(response.specs().empty());
 }
 
+TEST_F(WorkersTest, AResultIsAnsweredWithTheNextUnits) {
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  v1::LeaseResponse held = lease(worker, 1);
+  ASSERT_EQ(held.leases_size(), 1);
+  const auto deliver = [&](const v1::Lease& lease, const std::string& payload, v1::CompleteResponse& response,
+                           const v1::LeaseRequest& more) {
+    v1::CompleteRequest request;
+    request.set_worker_id(worker);
+    *request.mutable_token() = lease.token();
+    request.set_payload(payload);
+    *request.mutable_more() = more;
+    grpc::ClientContext context;
+    return work_->Complete(&context, request, &response);
+  };
+  v1::LeaseRequest more;
+  more.set_max_units(1);
+  v1::CompleteResponse refused;
+  EXPECT_EQ(deliver(held.leases(0), "no result", refused, more).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused.more().leases_size(), 0);
+
+  v1::CompleteResponse first;
+  ASSERT_TRUE(deliver(held.leases(0), payload_for(held.leases(0).unit()), first, more).ok());
+  ASSERT_EQ(first.more().leases_size(), 1);
+  EXPECT_NE(first.more().leases(0).unit().index(), held.leases(0).unit().index());
+  EXPECT_EQ(first.more().specs().count(id), 1u);
+  EXPECT_EQ(job(id).units_leased(), 1u);
+
+  more.add_known_job_ids(id);
+  v1::CompleteResponse second;
+  const v1::Lease next = first.more().leases(0);
+  ASSERT_TRUE(deliver(next, payload_for(next.unit()), second, more).ok());
+  ASSERT_EQ(second.more().leases_size(), 1);
+  EXPECT_TRUE(second.more().specs().empty());
+
+  // Naming too much costs the units, not the result.
+  for (int i = 0; i < 5000; ++i) more.add_known_job_ids("job");
+  v1::CompleteResponse third;
+  const v1::Lease last = second.more().leases(0);
+  ASSERT_TRUE(deliver(last, payload_for(last.unit()), third, more).ok());
+  EXPECT_EQ(third.more().leases_size(), 0);
+  EXPECT_EQ(job(id).units_done(), 3u);
+}
+
 TEST_F(WorkersTest, OnlyResultsOfTheUnitAreTaken) {
   submit(job_spec());
   const std::string worker = register_worker();
