@@ -158,6 +158,7 @@ class Scheduler {
   bool lease_audit(Batch& batch);
   bool lease_dangerous(Batch& batch);
   bool has_room(const Batch& batch, const Job& job) const;
+  bool is_left(const Batch& batch, std::int32_t priority, std::uint64_t wanted) const;
   bool would_come_late(const Batch& batch, const Job& job) const;
   bool may_work_on(const Worker& worker, const Job& job, Time now) const;
   bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;

@@ -14,6 +14,14 @@ struct Scheduler::Batch {
   std::vector<const Job*> nothing_for_it;  // jobs whose pending units are not for this worker
   LeaseDecision decision;
 
+  /// Pending units that this worker may take, of jobs of at least this priority: all, or as many as were looked for.
+  struct Left {
+    std::int32_t priority = 0;
+    std::uint64_t units = 0;
+    bool all = false;
+  };
+  mutable std::optional<Left> left;
+
   std::size_t in_hand() const { return held + decision.leases.size(); }
 };
 
@@ -28,7 +36,8 @@ absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time
               .held = held,
               .scenes = request.loaded_scenes,
               .nothing_for_it = {},
-              .decision = {}};
+              .decision = {},
+              .left = {}};
   if (batch.worker.draining || distrusted_.contains(batch.worker.info.host)) return LeaseDecision{};
 
   const std::size_t room = wire::kMaxLeasesPerWorker - std::min<std::size_t>(held, wire::kMaxLeasesPerWorker);
@@ -182,17 +191,34 @@ Time Scheduler::unit_cost(const Worker& worker, const Job& job) const {
   return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(usual) * worker.slowness)));
 }
 
-/// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, as much as takes
-/// SchedulerOptions::batch, and no more than half of what would be the worker's part of all that is left: so batches
-/// shrink towards the end [Polychronopoulos1987].
+/// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, until
+/// SchedulerOptions::batch is in hand, and no more than half of what would be the worker's part of all that is left: so
+/// batches shrink towards the end [Polychronopoulos1987]. What the unit itself costs does not count, or jobs of units
+/// that just fit would get whatever is given out ahead, whoever's turn it is.
 bool Scheduler::has_room(const Batch& batch, const Job& job) const {
   const Worker& worker = batch.worker;
   const std::uint64_t threads = worker.info.threads;
   if (job.mean_cost == Time{0} || batch.in_hand() < threads) return true;
   const auto in_hand_ms = static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness);
-  const Time full = options_.batch * static_cast<std::int64_t>(threads);
-  if (Time(in_hand_ms) + unit_cost(worker, job) > full) return false;
-  return batch.in_hand() < threads + std::uint64_t{job.units.pending()} * threads / (2 * threads_);
+  if (Time(in_hand_ms) >= options_.batch * static_cast<std::int64_t>(threads)) return false;
+  const std::uint64_t ahead = batch.in_hand() + 1 - threads;
+  return is_left(batch, job.request.priority, (2 * threads_ * ahead + threads - 1) / threads);
+}
+
+/// Whether so many units are pending in jobs of at least this priority that the worker may take.
+bool Scheduler::is_left(const Batch& batch, std::int32_t priority, std::uint64_t wanted) const {
+  std::optional<Batch::Left>& left = batch.left;
+  if (!left || left->priority != priority || (left->units < wanted && !left->all)) {
+    left = {.priority = priority, .units = 0, .all = true};
+    turns_.for_each([&](const TurnOrder::Turn& turn) {
+      if (turn.priority < priority) return false;
+      const Job& job = *jobs_.at(turn.job);
+      if (job.units.pending() > 0 && may_work_on(batch.worker, job, batch.now)) left->units += job.units.pending();
+      left->all = left->units < 2 * wanted;  // the next unit wants more
+      return left->all;
+    });
+  }
+  return left->units >= wanted;
 }
 
 /// Whether the others will have done all that is left well before this slow worker would have done one unit.
@@ -235,6 +261,7 @@ bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit)
 
 void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
   Worker& worker = batch.worker;
+  if (batch.left && batch.left->priority <= job.request.priority && batch.left->units > 0) --batch.left->units;
   job.state = v1::RUNNING;
   if (job.request.isa.empty()) {
     job.request.isa = worker.info.isa;
