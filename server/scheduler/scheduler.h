@@ -36,8 +36,10 @@ class Scheduler {
   static constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is a worker's only one
   static constexpr std::size_t kMaxCopies = 2;          // leases of one unit at a time, second opinions apart
   static constexpr std::int64_t kAffinitySlackMs = 4000;
-  static constexpr std::int64_t kUnknownCostMs = 1000;  // of a unit, before any is done
-  static constexpr Time kFirstBar{60'000};              // doubled each time
+  static constexpr std::int64_t kUnknownCostMs = 1000;       // of a unit, before any is done
+  static constexpr std::size_t kHeartbeatsPerSecond = 2000;  // that are bearable
+  static constexpr Time kLongestHeartbeat{5000};
+  static constexpr Time kFirstBar{60'000};  // doubled each time
   static constexpr Time kLongestBar{3'600'000};
   static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
 
@@ -110,6 +112,10 @@ class Scheduler {
   absl::StatusOr<HeartbeatDecision> heartbeat(std::string_view worker, const std::vector<v1::LeaseToken>& leases,
                                               Time now);
 
+  /// How often each worker is to be heard of: of thousands, heartbeats would be most of what a coordinator does. Leases
+  /// of such farms live longer for it.
+  Time heartbeat_interval() const;
+
   /// A result. Valid from any lease of the job's generation, expired or not. NotFound (job), FailedPrecondition (the
   /// job was cancelled, failed, or is of another generation; the worker's ISA is not the job's; its host is in
   /// quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted before: one of two is at fault).
@@ -165,6 +171,7 @@ class Scheduler {
   void grant(Batch& batch, Job& job, std::uint32_t unit, bool audit);
   bool take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
   Time unit_cost(const Worker& worker, const Job& job) const;
+  Time lease_time() const;
   void add_lease(Job& job, Worker& worker, Lease lease);
   /// The unit goes back to pending when it is leased and this was its last lease.
   void drop_lease(LeaseId id);

@@ -276,7 +276,7 @@ void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
               .epoch = options_.epoch,
               .worker = worker.info.id,
               .granted_at = batch.now,
-              .deadline = batch.now + options_.lease_timeout,
+              .deadline = batch.now + lease_time(),
               .audit = audit,
               .expected_end = job.mean_cost == Time{0} ? Time{0} : batch.now + Time(ahead) + cost};
   v1::Lease& out = batch.decision.leases.emplace_back();
@@ -296,6 +296,14 @@ void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
 
 // ---------------------------------------------------------------- keeping alive
 
+Time Scheduler::heartbeat_interval() const {
+  const Time bearable{static_cast<std::int64_t>(workers_.size() * 1000 / kHeartbeatsPerSecond)};
+  return std::clamp(bearable, options_.heartbeat_interval, std::max(options_.heartbeat_interval, kLongestHeartbeat));
+}
+
+/// Two beats within it, one of which may be lost, are the least.
+Time Scheduler::lease_time() const { return std::max(options_.lease_timeout, 5 * heartbeat_interval() / 2); }
+
 absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_id,
                                                        const std::vector<v1::LeaseToken>& leases, Time now) {
   const absl::StatusOr<Worker*> worker = find_worker(worker_id, now);
@@ -306,7 +314,7 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
     if (job.ok()) absolve(**job, token, (*worker)->info.host);
     const std::optional<LeaseId> lease = job.ok() ? find_lease(**job, token, worker_id) : std::nullopt;
     if (lease) {
-      leases_.refresh(*lease, now + options_.lease_timeout);
+      leases_.refresh(*lease, now + lease_time());
     } else if (!job.ok() || !take_up(**worker, **job, token, now)) {
       decision.revoked.push_back(token);
     }
@@ -329,15 +337,16 @@ bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, T
              .epoch = token.epoch(),
              .worker = worker.info.id,
              .granted_at = now,
-             .deadline = now + options_.lease_timeout});
+             .deadline = now + lease_time()});
   return true;
 }
 
 Expiry Scheduler::advance(Time now) {
   Expiry expiry;
   const std::size_t before = leases_.size();
+  const Time patience = lease_time();
   for (const auto& [id, worker] : workers_) {
-    if (now - worker.last_seen >= options_.lease_timeout) expiry.lost_workers.push_back(worker.info);
+    if (now - worker.last_seen >= patience) expiry.lost_workers.push_back(worker.info);
   }
   blame_loss(expiry.lost_workers, now);
   for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);

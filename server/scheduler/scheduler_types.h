@@ -15,6 +15,7 @@
 namespace tessera::server {
 
 struct SchedulerOptions {
+  Time heartbeat_interval{1000};     // of each worker in farms that are not large
   Time lease_timeout{8000};          // a lease, and a worker, that was not heard of for so long is given up
   Time min_copy_age{500};            // a unit is not copied to a second worker before it was out for so long
   Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs

@@ -34,7 +34,7 @@ struct CoordinatorOptions {
   bool share_jobs = false;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
-  /// What workers are told of small farms; more of thousands (Farm::heartbeat_interval).
+  /// What workers are told of small farms; more of thousands (Scheduler::heartbeat_interval).
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};

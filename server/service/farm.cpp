@@ -24,7 +24,9 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       blobs_(blobs),
       options_(options),
       on_failure_(std::move(on_failure)),
-      scheduler_({.lease_timeout = options.lease_timeout, .epoch = journal.epoch()}),
+      scheduler_({.heartbeat_interval = options.heartbeat_interval,
+                  .lease_timeout = options.lease_timeout,
+                  .epoch = journal.epoch()}),
       next_collection_(now() + kLongestBetweenCollections),
       dispatcher_([this] { tick(); }),
       commits_(journal) {}

@@ -139,8 +139,6 @@ class Farm {
   // Uploads that no job came of leave blobs behind even when no job is deleted.
   static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
   void retire_jobs();
-  /// How often a worker of a farm of this size is to be heard of. With mutex_ held.
-  google::protobuf::Duration heartbeat_interval() const;
   /// A result that was journaled cannot be read any more. With mutex_ held.
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 
@@ -152,6 +150,8 @@ class Farm {
   absl::StatusOr<std::vector<JournalEntry>> add_job(JobEntry& entry, const std::optional<Donor>& donor);
   /// Grants what is to be had now. With mutex_ held.
   absl::StatusOr<v1::LeaseResponse> grant(const std::string& worker, const v1::LeaseRequest& request);
+  /// A heartbeat, whatever brought it. With mutex_ held.
+  absl::StatusOr<v1::HeartbeatResponse> beat(const std::string& worker, const v1::HeartbeatRequest& request);
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
   void accept_result(const v1::CompleteRequest& request, const std::string& digest, Done<v1::CompleteResponse> done);

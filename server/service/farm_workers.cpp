@@ -19,8 +19,6 @@ using google::protobuf::util::TimeUtil;
 // What waits for the disk; more results are sent back to be tried again.
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
-// Of thousands of workers, heartbeats would be most of what the coordinator does: they come less often then.
-constexpr std::size_t kHeartbeatsPerSecond = 2000;
 constexpr int kMaxIsas = 16;
 constexpr int kMaxTags = 64;
 constexpr int kMaxNamedPerLease = 4096;  // jobs or scenes that a worker says it knows
@@ -93,9 +91,8 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
   v1::RegisterResponse response;
   response.set_worker_id(random_identifier(16));
   response.set_epoch(journal_.epoch());
-  *response.mutable_lease_timeout() = TimeUtil::MillisecondsToDuration(options_.lease_timeout.count());
   const std::lock_guard lock(mutex_);
-  *response.mutable_heartbeat_interval() = heartbeat_interval();
+  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
   const absl::Status status =
       scheduler_.register_worker({.id = response.worker_id(),
                                   .name = request.name(),
@@ -182,28 +179,26 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   return response;
 }
 
-google::protobuf::Duration Farm::heartbeat_interval() const {
-  // Two beats within a lease's time, one of which may be lost, are the least.
-  const std::chrono::milliseconds longest = std::max(options_.heartbeat_interval, 2 * options_.lease_timeout / 5);
-  const std::chrono::milliseconds bearable{scheduler_.worker_count() * 1000 / kHeartbeatsPerSecond};
-  return TimeUtil::MillisecondsToDuration(std::clamp(bearable, options_.heartbeat_interval, longest).count());
-}
-
 absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
+  const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
+  const std::lock_guard lock(mutex_);
+  absl::StatusOr<v1::HeartbeatResponse> response = beat(request.worker_id(), request);
+  if (response.ok()) commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  return response;
+}
+
+absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker, const v1::HeartbeatRequest& request) {
   if (request.leases_size() > kMaxLeasesPerHeartbeat) {
     return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
   }
-  const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
-  const std::lock_guard lock(mutex_);
   absl::StatusOr<HeartbeatDecision> decision =
-      scheduler_.heartbeat(request.worker_id(), {request.leases().begin(), request.leases().end()}, now());
+      scheduler_.heartbeat(worker, {request.leases().begin(), request.leases().end()}, now());
   if (!decision.ok()) return decision.status();
   v1::HeartbeatResponse response;
   for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
   response.set_drain(decision->drain);
-  *response.mutable_heartbeat_interval() = heartbeat_interval();
-  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
   return response;
 }
 
@@ -320,6 +315,10 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   }
   const bool free_hands = scheduler_.frees_workers();
   v1::CompleteResponse response;
+  if (request.has_beat()) {
+    if (auto beaten = beat(request.worker_id(), request.beat()); beaten.ok())
+      *response.mutable_beat() = *std::move(beaten);
+  }
   if (request.has_more() && names_few(request.more())) {
     if (auto more = grant(request.worker_id(), request.more()); more.ok()) *response.mutable_more() = *std::move(more);
   }

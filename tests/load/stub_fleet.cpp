@@ -130,6 +130,8 @@ class StubFleet::Worker {
   }
 
   std::uint32_t want(v1::LeaseRequest& request);
+  void ride(const v1::LeaseToken& home, v1::CompleteRequest& request);
+  void beaten(const v1::HeartbeatResponse& response);
   void ask();
   void take(const v1::LeaseResponse& response);
   void render_next();
@@ -149,6 +151,7 @@ class StubFleet::Worker {
   bool beating_ = false;
   grpc::ClientContext* polling_ = nullptr;
   std::chrono::milliseconds interval_{1000};
+  Clock::time_point last_beat_{};
   Clock::time_point idle_since_{};
   std::map<UnitKey, v1::LeaseToken> held_;
   std::deque<v1::Lease> queue_;
@@ -286,6 +289,7 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
     if (fleet_.stopping_) return;
     call->request.set_worker_id(id_);
     if (want(*call->request.mutable_more()) == 0) call->request.clear_more();
+    ride(lease.token(), call->request);
   }
   *call->request.mutable_token() = lease.token();
   call->request.set_payload(*payload);
@@ -300,6 +304,7 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
       return try_again([this, lease, payload] { deliver(lease, payload); });
     }
     if (status.ok()) {
+      if (call->response.has_beat()) beaten(call->response.beat());
       fleet_.tally_.complete.add(since(call->start));
       ++fleet_.tally_.completed;
       fleet_.completed_(lease.token().job_id(), lease.token().unit_index());
@@ -328,10 +333,29 @@ void StubFleet::Worker::lost(const std::string& id) {
   enroll();
 }
 
+/// A heartbeat that is due soon goes with the result. With mutex_ held.
+void StubFleet::Worker::ride(const v1::LeaseToken& home, v1::CompleteRequest& request) {
+  if (last_beat_ + interval_ / 2 > Clock::now()) return;
+  last_beat_ = Clock::now();
+  v1::HeartbeatRequest& beat = *request.mutable_beat();
+  for (const auto& [unit, token] : held_) {
+    if (unit != UnitKey{home.job_id(), home.unit_index()}) *beat.add_leases() = token;
+  }
+}
+
+void StubFleet::Worker::beaten(const v1::HeartbeatResponse& response) {
+  const std::lock_guard lock(mutex_);
+  interval_ = std::chrono::milliseconds(TimeUtil::DurationToMilliseconds(response.heartbeat_interval()));
+  fleet_.tally_.revoked += static_cast<std::uint64_t>(response.revoked_size());
+}
+
 void StubFleet::Worker::beat() {
   const auto call = std::make_shared<Call<v1::HeartbeatRequest, v1::HeartbeatResponse>>();
   {
     const std::lock_guard lock(mutex_);
+    const Clock::duration early = last_beat_ + interval_ - Clock::now();
+    if (early > Clock::duration::zero()) return later(early, [this] { beat(); });
+    last_beat_ = Clock::now();
     call->request.set_worker_id(id_);
     for (const auto& [unit, token] : held_) *call->request.add_leases() = token;
   }
@@ -342,9 +366,7 @@ void StubFleet::Worker::beat() {
     if (!status.ok()) return;
     ++fleet_.tally_.heartbeats;
     fleet_.tally_.heartbeat.add(since(call->start));
-    const std::lock_guard lock(mutex_);
-    interval_ = std::chrono::milliseconds(TimeUtil::DurationToMilliseconds(call->response.heartbeat_interval()));
-    fleet_.tally_.revoked += static_cast<std::uint64_t>(call->response.revoked_size());
+    beaten(call->response);
   });
 }
 

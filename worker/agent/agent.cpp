@@ -7,6 +7,7 @@
 
 #include "agent/blob_fetcher.h"
 #include "agent/coordinator_link.h"
+#include "agent/heart.h"
 #include "agent/lease_table.h"
 #include "agent/outbox.h"
 #include "agent/session.h"
@@ -55,7 +56,9 @@ class Agent::Work {
         intake_(leases_, renderer_, options_.address,
                 std::min<std::size_t>(kQueuedPerThread * static_cast<std::size_t>(options_.threads),
                                       wire::kMaxLeasesPerCall)),
-        outbox_(link_, session_, leases_, intake_, kResultsPerThread * static_cast<std::size_t>(options_.threads),
+        heart_(link_, session_, leases_, drain_),
+        outbox_(link_, session_, leases_, intake_, heart_,
+                kResultsPerThread * static_cast<std::size_t>(options_.threads),
                 std::min(kMaxSenders, options_.threads)) {}
 
   /// Until `stop`, a drain request, or a refusal, which is the error.
@@ -65,7 +68,7 @@ class Agent::Work {
     for (int i = 0; i < options_.threads; ++i) {
       renderers.emplace_back([this](std::stop_token halt) { render_units(halt); });
     }
-    std::jthread heart{[this](std::stop_token halt) { beat(halt); }};
+    std::jthread heart{[this](std::stop_token halt) { heart_.beat(halt); }};
 
     const absl::Status status = lease_units(drain_.get_token());
     if (status.ok()) wind_down();
@@ -94,7 +97,6 @@ class Agent::Work {
  private:
   absl::Status lease_units(std::stop_token stop);
   void render_units(std::stop_token halt);
-  void beat(std::stop_token halt);
   void wind_down();
 
   const AgentOptions options_;
@@ -105,8 +107,9 @@ class Agent::Work {
   const std::unique_ptr<BlobFetcher> fetcher_;  // likewise
   UnitRenderer renderer_;
   LeaseIntake intake_;
-  Outbox outbox_;
   std::stop_source drain_;
+  Heart heart_;
+  Outbox outbox_;
   std::atomic<std::uint64_t> handed_back_{0};
 };
 
@@ -156,33 +159,6 @@ void Agent::Work::render_units(std::stop_token halt) {
                 outcome.failure.ToString());
     }
     outbox_.push(std::move(outcome), halt);
-  }
-}
-
-void Agent::Work::beat(std::stop_token halt) {
-  bool warned = false;
-  std::string known;  // the registration that was last heard of
-  while (true) {
-    // At once after a new registration: a coordinator that has started again learns what is held here before it gives
-    // it to others.
-    const absl::StatusOr<std::string> worker_id = session_.wait_for_beat(known, halt);
-    if (!worker_id.ok()) return;
-    known = *worker_id;
-    v1::HeartbeatRequest request;
-    request.set_worker_id(*worker_id);
-    for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);
-    const absl::StatusOr<v1::HeartbeatResponse> response = link_.heartbeat(request, halt);
-    if (!response.ok()) {
-      if (absl::IsNotFound(response.status())) session_.lost(*worker_id);
-      if (!halt.stop_requested() && !warned) spdlog::warn("{}", response.status().ToString());
-      warned = true;
-      continue;
-    }
-    warned = false;
-    if (response->has_heartbeat_interval()) session_.set_heartbeat_interval(response->heartbeat_interval());
-    const std::vector<v1::LeaseToken> revoked{response->revoked().begin(), response->revoked().end()};
-    if (const std::size_t stopped = leases_.revoke(revoked); stopped > 0) spdlog::info("{} leases revoked", stopped);
-    if (response->drain()) drain_.request_stop();
   }
 }
 

@@ -38,7 +38,7 @@ struct AgentOptions {
   std::uint64_t cache_cap_bytes = std::uint64_t{64} << 30;
   // Scenes stay loaded for jobs to come, those used last.
   std::size_t scenes_kept = 16;
-  std::size_t scene_memory_cap_bytes = 0;  // beside the last; 0: half of the machine's memory
+  std::size_t scene_memory_cap_bytes = 0;   // beside the last; 0: half of the machine's memory
   std::chrono::milliseconds unit_limit{0};  // longer than this no unit may take, its scene not counted; 0: any time
   // After a request to stop: how long units may take to finish and results to arrive.
   std::chrono::milliseconds grace{10'000};

@@ -14,9 +14,9 @@ constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
 
 }  // namespace
 
-Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, std::size_t capacity,
-               int senders)
-    : link_(link), session_(session), leases_(leases), intake_(intake), capacity_(capacity) {
+Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
+               std::size_t capacity, int senders)
+    : link_(link), session_(session), leases_(leases), intake_(intake), heart_(heart), capacity_(capacity) {
   for (int i = 0; i < senders; ++i) senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
 }
 
@@ -114,7 +114,11 @@ absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker
     v1::LeaseRequest more;
     const LeaseIntake::Ask ask = intake_.ask(more);
     if (ask.units > 0) *request.mutable_more() = std::move(more);
+    v1::HeartbeatRequest beat;
+    const bool beats = heart_.ride(*outcome.unit, beat);
+    if (beats) *request.mutable_beat() = std::move(beat);
     const absl::StatusOr<v1::CompleteResponse> response = link_.complete(request, stop);
+    if (beats) heart_.arrived(response.ok() && response->has_beat() ? &response->beat() : nullptr);
     intake_.answered(ask, response.ok() ? &response->more() : nullptr);
     return response.status();
   }

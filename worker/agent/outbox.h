@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "agent/agent.h"
+#include "agent/heart.h"
 #include "agent/lease_intake.h"
 #include "agent/lease_table.h"
 #include "agent/session.h"
@@ -33,8 +34,8 @@ struct Outcome {
 class Outbox {
  public:
   /// At most `capacity` results wait; `senders` calls run at once.
-  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, std::size_t capacity,
-         int senders);
+  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
+         std::size_t capacity, int senders);
   ~Outbox();
 
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
@@ -52,6 +53,7 @@ class Outbox {
   Session& session_;
   LeaseTable& leases_;
   LeaseIntake& intake_;
+  Heart& heart_;
   const std::size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

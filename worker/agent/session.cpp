@@ -11,6 +11,8 @@
 namespace tessera::agent {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::chrono::milliseconds kShortestHeartbeat{50};
 constexpr std::chrono::milliseconds kReconnectCap{2000};
 
@@ -90,9 +92,26 @@ std::string Session::current() const {
 absl::StatusOr<std::string> Session::wait_for_beat(const std::string& known, std::stop_token stop) {
   {
     std::unique_lock lock{mutex_};
-    changed_.wait_for(lock, stop, heartbeat_interval_, [&] { return worker_id_ != known; });
+    const auto due = [&] { return worker_id_ != known || last_beat_ + heartbeat_interval_ <= Clock::now(); };
+    // Again where a heartbeat went out early meanwhile.
+    while (!due() && !stop.stop_requested()) changed_.wait_until(lock, stop, last_beat_ + heartbeat_interval_, due);
+    last_beat_ = Clock::now();
   }
   return worker_id(stop);
+}
+
+bool Session::beat_early() {
+  const std::lock_guard lock{mutex_};
+  const Clock::time_point now = Clock::now();
+  if (last_beat_ + heartbeat_interval_ / 2 > now) return false;
+  last_beat_ = now;
+  return true;
+}
+
+void Session::beat_at_once() {
+  const std::lock_guard lock{mutex_};
+  last_beat_ = {};
+  changed_.notify_all();
 }
 
 }  // namespace tessera::agent

@@ -31,7 +31,12 @@ class Session {
   /// The worker's id, when it is time for a heartbeat: as often as the coordinator wants to hear from the worker, and
   /// at once for an id other than `known`. Otherwise as worker_id().
   absl::StatusOr<std::string> wait_for_beat(const std::string& known, std::stop_token stop);
-  /// How often it wants to hear from the worker from now on.
+  /// Whether a heartbeat may go out with another call now, for half of the interval is over; the next one is due an
+  /// interval later.
+  bool beat_early();
+  /// That heartbeat did not arrive.
+  void beat_at_once();
+  /// How often the coordinator wants to hear from the worker from now on.
   void set_heartbeat_interval(const google::protobuf::Duration& interval);
 
  private:
@@ -46,6 +51,7 @@ class Session {
   std::string worker_id_;
   absl::Status refused_;
   std::chrono::milliseconds heartbeat_interval_{1000};
+  std::chrono::steady_clock::time_point last_beat_;
 };
 
 }  // namespace tessera::agent

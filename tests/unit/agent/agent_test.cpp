@@ -158,6 +158,35 @@ TEST_F(AgentTest, AResultBringsTheNextUnits) {
   EXPECT_LT(coordinator_.granting_leases(), 50);
 }
 
+TEST_F(AgentTest, AHeartbeatThatIsDueSoonGoesWithAResult) {
+  coordinator_.set_heartbeat_interval(std::chrono::milliseconds{200});
+  coordinator_.revoke_with_result(0);
+  renderer_.hanging_tiles = {0};
+  const v1::JobSpec spec = spec_for_scene();
+  coordinator_.offer("job", spec, 0, 1);
+  start(2);
+  wait_for_hanging(1);
+  // Only the answer to a result's heartbeat stops the unit that hangs.
+  std::uint32_t results = 0;
+  while (!agent_->report().units_stopped && results < 2000) {
+    coordinator_.offer("job", spec, 1 + results, 1);
+    ASSERT_TRUE(coordinator_.wait_for_results(++results));
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  EXPECT_TRUE(stop_and_join().ok());
+  const std::map<std::uint32_t, v1::CompleteRequest> sent = coordinator_.results();
+  EXPECT_FALSE(sent.contains(0));
+  const auto beats = std::count_if(sent.begin(), sent.end(), [](const auto& entry) {
+    const v1::CompleteRequest& request = entry.second;
+    for (const v1::LeaseToken& token : request.beat().leases()) {
+      EXPECT_NE(token.unit_index(), request.token().unit_index()) << "a unit that goes home is not held";
+    }
+    return request.has_beat();
+  });
+  EXPECT_GE(beats, 1);
+  EXPECT_LE(beats, results / 2) << "not with each result";
+}
+
 TEST_F(AgentTest, KeepsAResultUntilItIsAcknowledged) {
   coordinator_.fail_completes(3);
   coordinator_.offer("job", spec_for_scene(), 0, 1);

@@ -1,5 +1,6 @@
 #include "unit/agent/fake_coordinator.h"
 
+#include <google/protobuf/util/time_util.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 
@@ -29,7 +30,8 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     if (owner_.misreads()) return kMisread;
     if (!owner_.refusal_.empty()) return {grpc::StatusCode::FAILED_PRECONDITION, owner_.refusal_};
     response->set_worker_id("w" + std::to_string(++owner_.registrations_));
-    response->mutable_heartbeat_interval()->set_nanos(50'000'000);
+    *response->mutable_heartbeat_interval() =
+        google::protobuf::util::TimeUtil::MillisecondsToDuration(owner_.heartbeat_interval_.count());
     owner_.workers_.insert(response->worker_id());
     return grpc::Status::OK;
   }
@@ -51,10 +53,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
                          v1::HeartbeatResponse* response) override {
     std::lock_guard lock{owner_.mutex_};
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
-    for (const v1::LeaseToken& token : request->leases()) {
-      if (owner_.revoked_.contains(token.unit_index())) *response->add_revoked() = token;
-    }
-    response->set_drain(owner_.drain_);
+    owner_.hear(*request, owner_.revoked_, *response);
     owner_.leases_in_heartbeat_ = static_cast<std::size_t>(request->leases_size());
     owner_.changed_.notify_all();
     return grpc::Status::OK;
@@ -71,6 +70,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
     owner_.results_[request->token().unit_index()] = *request;
     owner_.grant(request->more(), *response->mutable_more());
+    if (request->has_beat()) owner_.hear(request->beat(), owner_.revoked_with_result_, *response->mutable_beat());
     owner_.changed_.notify_all();
     return grpc::Status::OK;
   }
@@ -189,6 +189,11 @@ void FakeCoordinator::refuse_registration(std::string message) {
   refusal_ = std::move(message);
 }
 
+void FakeCoordinator::set_heartbeat_interval(std::chrono::milliseconds interval) {
+  std::lock_guard lock{mutex_};
+  heartbeat_interval_ = interval;
+}
+
 void FakeCoordinator::fail_completes(int count, grpc::StatusCode code) {
   std::lock_guard lock{mutex_};
   completes_to_fail_ = count;
@@ -207,6 +212,14 @@ void FakeCoordinator::grant(const v1::LeaseRequest& request, v1::LeaseResponse& 
     offered_.pop_front();
     ++leased_;
   }
+}
+
+void FakeCoordinator::hear(const v1::HeartbeatRequest& request, const std::set<std::uint32_t>& revoked,
+                           v1::HeartbeatResponse& response) {
+  for (const v1::LeaseToken& token : request.leases()) {
+    if (revoked.contains(token.unit_index())) *response.add_revoked() = token;
+  }
+  response.set_drain(drain_);
 }
 
 int FakeCoordinator::granting_leases() {
@@ -233,6 +246,11 @@ void FakeCoordinator::forget_workers() {
 void FakeCoordinator::revoke(std::uint32_t unit_index) {
   std::lock_guard lock{mutex_};
   revoked_.insert(unit_index);
+}
+
+void FakeCoordinator::revoke_with_result(std::uint32_t unit_index) {
+  std::lock_guard lock{mutex_};
+  revoked_with_result_.insert(unit_index);
 }
 
 void FakeCoordinator::ask_to_drain() {

@@ -3,6 +3,7 @@
 
 #include <grpcpp/support/status_code_enum.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -36,6 +37,8 @@ class FakeCoordinator {
   void offer(const std::string& job_id, const v1::JobSpec& spec, std::uint32_t first, std::uint32_t count);
 
   void refuse_registration(std::string message);
+  /// Said to workers that register from now on.
+  void set_heartbeat_interval(std::chrono::milliseconds interval);
   /// The next `count` Complete calls are answered with this code.
   void fail_completes(int count, grpc::StatusCode code = grpc::StatusCode::UNAVAILABLE);
   /// The next `count` calls of Lease and Register are answered as gRPC answers bytes that it cannot parse.
@@ -44,6 +47,8 @@ class FakeCoordinator {
   void forget_workers();
   /// The next heartbeat that carries this unit is told that it is revoked.
   void revoke(std::uint32_t unit_index);
+  /// The same for heartbeats that come with a result.
+  void revoke_with_result(std::uint32_t unit_index);
   void ask_to_drain();
 
   // Each waits, at most 20 s, for the event, and is false when it did not come.
@@ -73,6 +78,8 @@ class FakeCoordinator {
   // With the mutex held.
   bool misreads();
   void grant(const v1::LeaseRequest& request, v1::LeaseResponse& response);
+  void hear(const v1::HeartbeatRequest& request, const std::set<std::uint32_t>& revoked,
+            v1::HeartbeatResponse& response);
   template <class Condition>
   bool wait_for(Condition condition);
 
@@ -93,7 +100,8 @@ class FakeCoordinator {
   int calls_to_misread_ = 0;
   grpc::StatusCode failure_code_ = grpc::StatusCode::UNAVAILABLE;
   std::size_t completes_ = 0;
-  std::set<std::uint32_t> revoked_;
+  std::chrono::milliseconds heartbeat_interval_{50};
+  std::set<std::uint32_t> revoked_, revoked_with_result_;
   bool drain_ = false;
   bool deregistered_ = false;
   bool closing_ = false;

@@ -173,6 +173,34 @@ TEST_F(WorkersTest, HeartbeatsRevokeWhatWasCancelled) {
             grpc::StatusCode::FAILED_PRECONDITION);
 }
 
+TEST_F(WorkersTest, AResultBringsAHeartbeat) {
+  CoordinatorOptions options;
+  options.lease_timeout = std::chrono::seconds(6);
+  start(std::move(options));
+  const std::string worker = register_worker();
+  const std::string id = submit(job_spec());
+  const v1::LeaseResponse held = lease(worker, 4);
+  ASSERT_EQ(held.leases_size(), 4);
+  // Nothing else is heard of the worker for longer than leases live without it.
+  for (int i = 0; i < 3; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    const v1::Lease& home = held.leases(i);
+    v1::CompleteRequest request;
+    request.set_worker_id(worker);
+    *request.mutable_token() = home.token();
+    request.set_payload(payload_for(home.unit()));
+    *request.mutable_beat()->add_leases() = held.leases(3).token();
+    if (i == 2) *request.mutable_beat()->add_leases() = held.leases(0).token();
+    grpc::ClientContext context;
+    v1::CompleteResponse response;
+    ASSERT_TRUE(work_->Complete(&context, request, &response).ok());
+    ASSERT_TRUE(response.has_beat());
+    ASSERT_EQ(response.beat().revoked_size(), i == 2 ? 1 : 0) << "the unit that is done";
+    EXPECT_EQ(response.beat().heartbeat_interval().seconds(), 1);
+  }
+  EXPECT_EQ(job(id).units_leased(), 1u) << "the fourth unit was not given up";
+}
+
 TEST_F(WorkersTest, AWorkerThatLeavesGivesItsLeasesBackAtOnce) {
   submit(job_spec());
   const std::string first = register_worker(), second = register_worker();

@@ -1,0 +1,36 @@
+// How the coordinator learns that this worker lives, and what it holds.
+#pragma once
+
+#include <stop_token>
+
+#include "agent/coordinator_link.h"
+#include "agent/lease_table.h"
+#include "agent/session.h"
+
+namespace tessera::agent {
+
+/// Heartbeats go with results that are sent when one is due soon, and by a call of their own otherwise. Thread-safe.
+class Heart {
+ public:
+  /// `drain` is asked to stop when the coordinator wants no more of this worker.
+  Heart(CoordinatorLink& link, Session& session, LeaseTable& leases, std::stop_source drain);
+
+  /// Calls whenever it is time, until `halt`, or until the worker is refused.
+  void beat(std::stop_token halt);
+
+  /// Fills in `request` when a heartbeat may go with the result of this unit, which is not held for long any more;
+  /// false when none is due soon. What came of it is to be told to arrived().
+  bool ride(const HeldUnit& home, v1::HeartbeatRequest& request);
+  /// `response` is null when the heartbeat was not taken.
+  void arrived(const v1::HeartbeatResponse* response);
+
+ private:
+  void obey(const v1::HeartbeatResponse& response);
+
+  CoordinatorLink& link_;
+  Session& session_;
+  LeaseTable& leases_;
+  std::stop_source drain_;
+};
+
+}  // namespace tessera::agent
