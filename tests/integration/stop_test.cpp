@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <regex>
 #include <thread>
 
 #include "integration/farm_under_test.h"
@@ -60,6 +61,71 @@ TEST(Stop, TheCoordinator) {
   stop_for(farm.coordinator(), pause_of(10));
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
   EXPECT_TRUE(farm.client().job(job_id, {})->status().set_aside().empty()) << "nobody is to blame";
+}
+
+/// Lets a program run for a tenth of the time.
+class Throttle {
+ public:
+  explicit Throttle(support::Process& process)
+      : thread_([&process](std::stop_token halt) {
+          while (!halt.stop_requested()) {
+            process.send_signal(SIGSTOP);
+            std::this_thread::sleep_for(std::chrono::milliseconds{90});
+            process.send_signal(SIGCONT);
+            std::this_thread::sleep_for(std::chrono::milliseconds{10});
+          }
+        }) {}
+
+ private:
+  std::jthread thread_;
+};
+
+/// For how long all threads of a program ran, or would have run had there been a core for them.
+double busy_seconds(const support::Process& process) {
+  double busy = 0;
+  const std::filesystem::path tasks = "/proc/" + std::to_string(process.id()) + "/task";
+  for (const auto& task : std::filesystem::directory_iterator{tasks}) {
+    double ran = 0, waited = 0;  // ns
+    std::ifstream{task.path() / "schedstat"} >> ran >> waited;
+    busy += (ran + waited) / 1e9;
+  }
+  return busy;
+}
+
+/// Units that a worker has begun, as it says when it leaves.
+std::uint64_t units_begun(support::Process& worker) {
+  worker.send_signal(SIGTERM);
+  EXPECT_TRUE(worker.wait(kPatience));
+  const std::string log = worker.err();
+  std::smatch said;
+  EXPECT_TRUE(std::regex_search(log, said, std::regex{"(\\d+) units rendered, (\\d+) stopped"})) << log;
+  return said.empty() ? 0 : std::stoull(said[1]) + std::stoull(said[2]);
+}
+
+TEST(Stop, AWorkerThatRunsForATenthOfTheTimeKeepsNobodyWaiting) {
+  if (!test::long_form()) GTEST_SKIP() << "in a short job the last unit is too large a part of the time";
+  FarmUnderTest farm;
+  for (int i = 0; i < 3; ++i) farm.add_worker(1);
+  const Arguments job{
+      "scenes/cornell-box/scene.pbrt", "--resolution", "256x256", "--spp", "512", "--tile", "8", "--quiet"};
+  const Throttle throttle{farm.worker(2)};
+  const std::string job_id = farm.submit_detached(job);
+  farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_done() > 0; });
+  const auto begin = std::chrono::steady_clock::now();
+  const double busy_before = busy_seconds(farm.worker(0)) + busy_seconds(farm.worker(1));
+  const v1::JobStatus end = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+  const double busy = busy_seconds(farm.worker(0)) + busy_seconds(farm.worker(1)) - busy_before;
+  const double makespan = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ASSERT_EQ(end.state(), v1::DONE);
+
+  // Ideal: the fast ones never wait, and the slow one does its tenth.
+  const double over_ideal = makespan / (busy / 2) * (2.1 / 2);
+  std::uint64_t begun = 0;
+  for (std::size_t i = 0; i < 3; ++i) begun += units_begun(farm.worker(i));
+  const double twice = static_cast<double>(begun) / end.units_total() - 1;
+  std::printf("%.1f s, %.3f of ideal; %.1f %% of the units begun twice\n", makespan, over_ideal, 100 * twice);
+  EXPECT_LE(twice, 0.02);
+  EXPECT_LE(over_ideal, 1.15);
 }
 
 /// The clock on the wall of a program, as its own library shows it.
