@@ -19,8 +19,8 @@ packages=(
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev
-  # tests
-  libgtest-dev libgmock-dev libbenchmark-dev
+  # tests; the last two for clocks that jump and networks that lose packets
+  libgtest-dev libgmock-dev libbenchmark-dev libfaketime iproute2
 )
 
 missing_packages() {

@@ -72,21 +72,23 @@ double json_number(const std::filesystem::path& file, const std::string& name) {
   return nlohmann::json::parse(in).at(name).get<double>();
 }
 
-FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::string> environment)
+FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::string> environment,
+                             const std::string& host)
     : wrapper_(std::move(wrapper)), environment_(std::move(environment)) {
-  start_coordinator("127.0.0.1:0");
+  start_coordinator(host + ":0");
   client_ = new_client();
 }
 
 std::unique_ptr<client::FarmClient> FarmUnderTest::new_client() const {
-  auto channel = wire::make_channel(address_);
+  auto channel = wire::make_channel(address_, {.allow_insecure = true});
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
   return std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
 }
 
 void FarmUnderTest::start_coordinator(const std::string& listen) {
   coordinator_ = std::make_unique<support::Process>(
-      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string()}, environment_);
+      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string(), "--allow-insecure"},
+      environment_);
   const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
   if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + coordinator_->err()};
   address_ = *address;
@@ -96,7 +98,7 @@ std::unique_ptr<support::Process> FarmUnderTest::start_worker(const WorkerSetup&
   return std::make_unique<support::Process>(
       setup.wrapper + Arguments{worker_program(), "--server", setup.server.empty() ? address_ : setup.server,
                                 "--threads", std::to_string(setup.threads), "--cache", setup.cache.string(), "--name",
-                                setup.name, "--log-level", "debug"},
+                                setup.name, "--log-level", "debug", "--allow-insecure"},
       setup.environment);
 }
 
@@ -134,7 +136,7 @@ void FarmUnderTest::kill_and_restart_coordinator() {
 }
 
 std::vector<std::string> FarmUnderTest::on_farm(std::vector<std::string> arguments) const {
-  arguments.insert(arguments.end(), {"--server", address_});
+  arguments.insert(arguments.end(), {"--server", address_, "--allow-insecure"});
   return arguments;
 }
 

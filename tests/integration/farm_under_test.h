@@ -52,8 +52,10 @@ struct WorkerSetup {
 
 class FarmUnderTest {
  public:
-  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own.
-  explicit FarmUnderTest(std::vector<std::string> wrapper = {}, std::vector<std::string> environment = {});
+  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own. It listens on a free port
+  /// of `host`, without encryption.
+  explicit FarmUnderTest(std::vector<std::string> wrapper = {}, std::vector<std::string> environment = {},
+                         const std::string& host = "127.0.0.1");
 
   /// Directory for what the test writes.
   const std::filesystem::path& directory() const { return directory_.path(); }

@@ -4,10 +4,14 @@
 
 #include <chrono>
 #include <csignal>
+#include <functional>
+#include <optional>
 #include <thread>
+#include <vector>
 
 #include "integration/farm_under_test.h"
 #include "support/long_form.h"
+#include "support/network_namespace.h"
 #include "support/tcp_proxy.h"
 
 namespace tessera::integration {
@@ -31,25 +35,32 @@ bool a_quarter_is_done(const v1::JobStatus& status) {
   return status.units_total() > 0 && 4 * status.units_done() >= status.units_total();
 }
 
+/// Cuts the farm's one worker off in the midst of a job, for longer and for less long than its leases last.
+void cut_off(FarmUnderTest& farm, const std::function<void()>& begin, const std::function<void()>& end) {
+  std::vector<int> durations{static_cast<int>(test::how_often("TESSERA_CUT_SECONDS", 3, 0))};
+  if (test::long_form()) durations = {1, 12};
+  for (const int duration : durations) {
+    const std::string job_id = farm.submit_detached(kJob + Arguments{"--fresh"});
+    farm.watch_until(job_id, a_quarter_is_done);
+    begin();
+    std::this_thread::sleep_for(seconds{duration});
+    end();
+    const v1::JobStatus last = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
+    EXPECT_EQ(last.state(), v1::DONE) << last.error() << farm.worker(0).err();
+    EXPECT_EQ(last.set_aside_size(), 0);
+    EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob)) << "after " << duration << " s";
+  }
+}
+
 class Network : public testing::Test {
  protected:
   Network() : proxy_(std::stoi(farm_.address().substr(farm_.address().rfind(':') + 1))) {
     farm_.add_worker(WorkerSetup{.server = proxy_.address()});
   }
 
-  /// Cuts the one worker off in the midst of a job, for longer and for less long than its leases last.
   void cut(TcpProxy::Fault fault) {
-    for (const int duration : durations()) {
-      const std::string job_id = farm_.submit_detached(kJob + Arguments{"--fresh"});
-      farm_.watch_until(job_id, a_quarter_is_done);
-      proxy_.set_fault(fault);
-      std::this_thread::sleep_for(seconds{duration});
-      proxy_.set_fault(TcpProxy::Fault::kNone);
-      const v1::JobStatus end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
-      EXPECT_EQ(end.state(), v1::DONE) << end.error() << farm_.worker(0).err();
-      EXPECT_EQ(end.set_aside_size(), 0);
-      EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJob)) << "after " << duration << " s";
-    }
+    cut_off(
+        farm_, [&] { proxy_.set_fault(fault); }, [&] { proxy_.set_fault(TcpProxy::Fault::kNone); });
   }
 
   /// Starts the worker again whenever it has ended, as a service manager does, until `stop`; returns how often.
@@ -69,18 +80,34 @@ class Network : public testing::Test {
 
   FarmUnderTest farm_;
   TcpProxy proxy_;
-
- private:
-  static std::vector<int> durations() {
-    if (test::long_form()) return {1, 12};
-    return {static_cast<int>(test::how_often("TESSERA_CUT_SECONDS", 3, 0))};
-  }
 };
 
 TEST_F(Network, LosesEverythingForAWhile) { cut(TcpProxy::Fault::kSilence); }
 TEST_F(Network, LosesWhatTheWorkerSays) { cut(TcpProxy::Fault::kDeaf); }
 TEST_F(Network, LosesWhatTheCoordinatorSays) { cut(TcpProxy::Fault::kMute); }
 TEST_F(Network, RefusesConnectionsForAWhile) { cut(TcpProxy::Fault::kRefusing); }
+
+/// The same with packets that are lost, where the machine lets the test make a network.
+TEST(Packets, AreLostOnTheirWayInOutAndBothWays) {
+  std::optional<support::NetworkNamespace> network;
+  try {
+    network.emplace();
+  } catch (const std::exception& error) {
+    GTEST_SKIP() << "no network of its own: " << error.what();
+  }
+  FarmUnderTest farm{{}, {}, network->outer_address()};
+  farm.add_worker(WorkerSetup{.wrapper = network->wrapper()});
+  struct Loss {
+    bool in, out;
+  };
+  for (const Loss loss : {Loss{true, true}, Loss{true, false}, Loss{false, true}}) {
+    cut_off(
+        farm, [&] { network->lose(loss.in, loss.out); }, [&] { network->lose(false, false); });
+    if (!test::long_form()) return;
+    // Longer than the worker's leases: what it said did not arrive.
+    if (loss.in && loss.out) EXPECT_TRUE(farm.coordinator().wait_for_err("was lost", kPatience));
+  }
+}
 
 TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
   // Nothing but the digests of blobs and the checksums of results protects what TCP lets pass.
