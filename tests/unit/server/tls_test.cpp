@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "service/coordinator.h"
+#include "support/tcp_proxy.h"
 #include "support/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
@@ -41,9 +42,10 @@ class Tls : public testing::Test {
 
   fs::path farm_certificates() const { return folder_.path() / "farm"; }
 
+  std::string address() const { return "127.0.0.1:" + std::to_string(coordinator_->bound_port()); }
+
   std::shared_ptr<grpc::Channel> channel(const fs::path& certificates) const {
-    auto made = wire::make_channel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),
-                                   {.certificates = certificates.string()});
+    auto made = wire::make_channel(address(), {.certificates = certificates.string()});
     EXPECT_TRUE(made.ok()) << made.status();
     return made.ok() ? *made : nullptr;
   }
@@ -221,11 +223,10 @@ TEST_F(Tls, StrangersDoNotGetIn) {
   for (const fs::path& untimely : {expired, early}) {
     EXPECT_TRUE(absl::IsFailedPrecondition(wire::check_certificates(untimely.string()))) << untimely;
     // The client's own check set aside, the coordinator refuses as well.
-    const auto direct = grpc::CreateChannel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),
-                                            wire::channel_credentials(untimely));
+    const auto direct = grpc::CreateChannel(address(), wire::channel_credentials(untimely));
     EXPECT_EQ(list_code(direct), grpc::StatusCode::UNAVAILABLE);
   }
-  const auto plain = wire::make_channel("127.0.0.1:" + std::to_string(coordinator_->bound_port()));
+  const auto plain = wire::make_channel(address());
   EXPECT_EQ(list_code(*plain), grpc::StatusCode::UNAVAILABLE);
 }
 
@@ -242,12 +243,30 @@ TEST_F(Tls, OlderVersionsOfTlsAreNotSpoken) {
     BIO_get_ssl(connection.get(), &ssl);
     constexpr unsigned char kHttp2[] = "\x02h2";
     SSL_set_alpn_protos(ssl, kHttp2, sizeof(kHttp2) - 1);
-    BIO_set_conn_hostname(connection.get(), ("127.0.0.1:" + std::to_string(coordinator_->bound_port())).c_str());
+    BIO_set_conn_hostname(connection.get(), address().c_str());
     return BIO_do_handshake(connection.get()) == 1;
   };
   EXPECT_FALSE(connects_with(TLS1_1_VERSION));
   EXPECT_FALSE(connects_with(TLS1_2_VERSION));
   EXPECT_TRUE(connects_with(TLS1_3_VERSION));
+}
+
+TEST_F(Tls, AHandshakeMayTakeItsTime) {
+  // A coordinator that nothing reaches for the first half second, as on a long way or a busy machine.
+  support::TcpProxy slow{coordinator_->bound_port()};
+  slow.set_fault(support::TcpProxy::Fault::kSilence);
+  const auto channel =
+      wire::make_channel(slow.address(), {.certificates = (farm_certificates() / "client-alice").string()});
+  ASSERT_TRUE(channel.ok()) << channel.status();
+  const std::jthread later{[&slow] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{500});
+    slow.set_fault(support::TcpProxy::Fault::kNone);
+  }};
+  // Calls end with the first attempt to connect that fails.
+  grpc::ClientContext context;
+  v1::ListJobsResponse jobs;
+  const grpc::Status status = v1::FarmService::NewStub(*channel)->ListJobs(&context, {}, &jobs);
+  EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
 TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
