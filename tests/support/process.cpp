@@ -1,6 +1,7 @@
 #include "support/process.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,6 +21,15 @@ std::pair<int, int> make_pipe() {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw std::system_error{errno, std::generic_category(), "pipe"};
   return {ends[0], ends[1]};
+}
+
+/// Whether a sanitizer has found something. Not its complaints about too little memory, which lack the colon.
+bool has_sanitizer_report(const std::string& err) {
+  for (const char* report :
+       {"WARNING: ThreadSanitizer:", "ERROR: AddressSanitizer:", "ERROR: LeakSanitizer:", ": runtime error: "}) {
+    if (err.find(report) != std::string::npos) return true;
+  }
+  return false;
 }
 
 std::vector<char*> pointers(std::vector<std::string>& strings) {
@@ -58,6 +68,8 @@ Process::Process(std::vector<std::string> command, std::vector<std::string> envi
 Process::~Process() {
   kill();
   threads_.clear();
+  // Most programs of a test are killed in the end, or started again when they die: no exit code would tell.
+  if (has_sanitizer_report(err_)) ADD_FAILURE() << "a sanitizer's report:\n" << err_;
 }
 
 void Process::send_signal(int signal) {

@@ -21,7 +21,7 @@ struct ExitStatus {
 };
 
 /// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor, and also
-/// when the test itself dies. Thread-safe.
+/// when the test itself dies. When a sanitizer has reported something on its stderr the test fails. Thread-safe.
 class Process {
  public:
   /// Throws std::system_error when it cannot be started. `environment` is added to the test's own: "NAME=VALUE".
