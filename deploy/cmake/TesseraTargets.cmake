@@ -129,6 +129,11 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   list(APPEND TESSERA_KERNEL_FLAGS -Wno-maybe-uninitialized)
 endif()
 
+if(TESSERA_SANITIZE)
+  # Checks that additions to pointers do not overflow make a kernel take ten times as long to compile (Clang 14: 53 s instead of 5 s).
+  list(APPEND TESSERA_KERNEL_FLAGS -O1 -fno-sanitize=pointer-overflow)
+endif()
+
 # Highway's headers are half of the compiler's work on a kernel: precompiled once an ISA, by tessera_wide_kernel_<isa>. Whoever uses them
 # must have the very same flags, -fPIC among them.
 foreach(isa ${TESSERA_ISAS})
