@@ -58,6 +58,13 @@ class Network : public testing::Test {
     farm_.add_worker(WorkerSetup{.server = proxy_.address()});
   }
 
+  /// Whatever the network does, nobody starts the coordinator again.
+  void TearDown() override {
+    const std::optional<support::ExitStatus> end = farm_.coordinator().wait(std::chrono::milliseconds{0});
+    EXPECT_FALSE(end) << "the coordinator ended: exit code " << end->code << ", signal " << end->signal << "\n"
+                      << farm_.coordinator().err();
+  }
+
   void cut(TcpProxy::Fault fault) {
     cut_off(
         farm_, [&] { proxy_.set_fault(fault); }, [&] { proxy_.set_fault(TcpProxy::Fault::kNone); });
