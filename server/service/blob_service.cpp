@@ -21,11 +21,16 @@ absl::Status check_digest(const v1::BlobRef& blob) {
 /// Sends a blob from an offset on, a chunk at a time, as fast as it is read.
 class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadResponse> {
  public:
-  DownloadReactor(BlobStore& blobs, const v1::DownloadRequest& request) : offset_(request.offset()) {
+  DownloadReactor(BlobStore& blobs, OpenStreams& streams, grpc::CallbackServerContext* context,
+                  const v1::DownloadRequest& request)
+      : stream_(streams, context, "download"), offset_(request.offset()) {
     start(blobs, request);
   }
 
-  void OnWriteDone(bool ok) override { ok ? send_chunk() : Finish(grpc::Status::CANCELLED); }
+  void OnWriteDone(bool ok) override {
+    stream_.end_message();
+    ok ? send_chunk() : Finish(grpc::Status::CANCELLED);
+  }
 
   void OnDone() override { delete this; }
 
@@ -51,9 +56,11 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
     if (!bytes.ok()) return Finish(wire::to_grpc(bytes.status()));
     offset_ += bytes->size();
     message_.set_data(*std::move(bytes));
+    stream_.begin_message();
     StartWrite(&message_);
   }
 
+  OpenStreams::Stream stream_;
   std::unique_ptr<BlobReader> reader_;
   std::uint64_t offset_;
   v1::DownloadResponse message_;
@@ -78,7 +85,7 @@ grpc::ServerUnaryReactor* BlobService::FindMissing(grpc::CallbackServerContext* 
 
 grpc::ServerReadReactor<v1::UploadRequest>* BlobService::Upload(grpc::CallbackServerContext* context,
                                                                 v1::UploadResponse* response) {
-  return upload_blob(blobs_, uploaded_, context, response);
+  return upload_blob(blobs_, streams_, uploaded_, context, response);
 }
 
 grpc::ServerUnaryReactor* BlobService::QueryUpload(grpc::CallbackServerContext* context,
@@ -94,7 +101,7 @@ grpc::ServerUnaryReactor* BlobService::QueryUpload(grpc::CallbackServerContext* 
 
 grpc::ServerWriteReactor<v1::DownloadResponse>* BlobService::Download(grpc::CallbackServerContext* context,
                                                                       const v1::DownloadRequest* request) {
-  return new DownloadReactor(blobs_, *request);
+  return new DownloadReactor(blobs_, streams_, context, *request);
 }
 
 }  // namespace tessera::server

@@ -6,18 +6,20 @@
 #include <functional>
 #include <string>
 
+#include "service/open_streams.h"
 #include "store/blob_store.h"
 #include "tessera/v1/blob.grpc.pb.h"
 
 namespace tessera::server {
 
-/// The store must outlive the service.
+/// Store and streams must outlive the service.
 class BlobService final : public v1::BlobService::CallbackService {
  public:
   /// Digest, and bytes that this call brought.
   using Uploaded = std::function<void(const std::string&, std::uint64_t)>;
 
-  BlobService(BlobStore& blobs, Uploaded uploaded) : blobs_(blobs), uploaded_(std::move(uploaded)) {}
+  BlobService(BlobStore& blobs, OpenStreams& streams, Uploaded uploaded)
+      : blobs_(blobs), streams_(streams), uploaded_(std::move(uploaded)) {}
 
   grpc::ServerUnaryReactor* FindMissing(grpc::CallbackServerContext* context, const v1::FindMissingRequest* request,
                                         v1::FindMissingResponse* response) override;
@@ -30,6 +32,7 @@ class BlobService final : public v1::BlobService::CallbackService {
 
  private:
   BlobStore& blobs_;
+  OpenStreams& streams_;
   Uploaded uploaded_;
 };
 

@@ -98,9 +98,14 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
 
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (absl::Status status = open_joining(options); !status.ok()) return status;
-  farm_service.emplace(*farm, joining.get(), options.share_jobs);
+  streams.emplace(options.stream_patience);
+  farm->subscribe([this] {
+    streams->cut_stalled(OpenStreams::Clock::now());
+    return true;
+  });
+  farm_service.emplace(*farm, *streams, joining.get(), options.share_jobs);
   work_service.emplace(*farm);
-  blob_service.emplace(*blobs,
+  blob_service.emplace(*blobs, *streams,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
 
   // grpc.health.v1 tells balancers and probes that calls are served; reflection tells tools what may be called.
@@ -134,8 +139,8 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
         absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
   }
   if (options.metrics.empty()) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving =
-      wire::MetricsServer::start(options.metrics, {farm->metrics().collectable(), farm_gauges(*farm)});
+  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving = wire::MetricsServer::start(
+      options.metrics, {farm->metrics().collectable(), farm_gauges(*farm), stream_counter(*streams)});
   if (serving.ok()) metrics = *std::move(serving);
   return serving.status();
 }

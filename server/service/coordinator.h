@@ -38,6 +38,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up.
   std::chrono::milliseconds lease_timeout{8000};
+  /// A stream whose other end takes, or sends, nothing for so long is cut off.
+  std::chrono::milliseconds stream_patience{60'000};
   /// So long after its end, late results of a job's units are still compared with those that count; then the memory
   /// that it takes does not depend on its size any more.
   std::chrono::milliseconds late_results{60'000};

@@ -14,6 +14,7 @@
 #include "service/farm_service.h"
 #include "service/join_service.h"
 #include "service/metrics.h"
+#include "service/open_streams.h"
 #include "service/work_service.h"
 #include "store/blob_store.h"
 #include "store/data_dir.h"
@@ -34,6 +35,7 @@ struct Coordinator::Impl {
   std::optional<DataDir> data_dir;
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
+  std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;
   std::unique_ptr<JoinServer> joining;
   std::optional<FarmService> farm_service;

@@ -128,7 +128,7 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,
                                                                       const v1::WatchJobRequest* request) {
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return new RefusedWatch{s};
-  return watch_job(farm_, context, *request);
+  return watch_job(farm_, streams_, context, *request);
 }
 
 grpc::ServerUnaryReactor* FarmService::ListWorkers(grpc::CallbackServerContext* context,

@@ -5,17 +5,18 @@
 
 #include "service/farm.h"
 #include "service/join_service.h"
+#include "service/open_streams.h"
 #include "tessera/v1/farm.grpc.pb.h"
 
 namespace tessera::server {
 
-/// Farm and joining must outlive the service. Where callers are known by their certificates, each sees and changes its
-/// own jobs, administrators all; `share_jobs`: everybody all.
+/// Farm, streams and joining must outlive the service. Where callers are known by their certificates, each sees and
+/// changes its own jobs, administrators all; `share_jobs`: everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
   /// `joining` may be null: no workers join.
-  FarmService(Farm& farm, JoinServer* joining, bool share_jobs)
-      : farm_(farm), joining_(joining), share_jobs_(share_jobs) {}
+  FarmService(Farm& farm, OpenStreams& streams, JoinServer* joining, bool share_jobs)
+      : farm_(farm), streams_(streams), joining_(joining), share_jobs_(share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
@@ -43,6 +44,7 @@ class FarmService final : public v1::FarmService::CallbackService {
   absl::Status check_access(const grpc::CallbackServerContext& context, const std::string& job) const;
 
   Farm& farm_;
+  OpenStreams& streams_;
   JoinServer* const joining_;
   const bool share_jobs_;
 };

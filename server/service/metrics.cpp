@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "service/farm.h"
+#include "service/open_streams.h"
 #include "wire/metrics.h"
 
 namespace tessera::server {
@@ -67,6 +68,21 @@ class FarmGauges final : public prometheus::Collectable {
 
  private:
   Farm& farm_;
+};
+
+class StreamCounter final : public prometheus::Collectable {
+ public:
+  explicit StreamCounter(const OpenStreams& streams) : streams_(streams) {}
+
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    wire::ReadFamily cut{prometheus::MetricType::Counter, "tessera_cut_streams_total",
+                         "Streams that were cut off because their other end took, or sent, nothing"};
+    cut[""] = static_cast<double>(streams_.cut_count());
+    return {std::move(cut).family()};
+  }
+
+ private:
+  const OpenStreams& streams_;
 };
 
 }  // namespace
@@ -131,5 +147,9 @@ void FarmMetrics::uploaded(std::uint64_t bytes) { series_->blob_bytes.Increment(
 std::shared_ptr<prometheus::Collectable> FarmMetrics::collectable() const { return series_->registry; }
 
 std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) { return std::make_shared<FarmGauges>(farm); }
+
+std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams) {
+  return std::make_shared<StreamCounter>(streams);
+}
 
 }  // namespace tessera::server

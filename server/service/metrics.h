@@ -12,6 +12,7 @@ class Collectable;
 namespace tessera::server {
 
 class Farm;
+class OpenStreams;
 
 /// Counters and histograms, added to as things happen. Thread-safe.
 class FarmMetrics {
@@ -40,5 +41,7 @@ class FarmMetrics {
 
 /// Gauges of the farm's jobs, units and workers as they are when asked for. The farm must outlive them.
 std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm);
+/// How many streams were cut off. They must outlive it.
+std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams);
 
 }  // namespace tessera::server

@@ -10,16 +10,24 @@ namespace {
 
 class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
  public:
-  UploadReactor(BlobStore& blobs, const BlobService::Uploaded& uploaded, grpc::CallbackServerContext* context,
-                v1::UploadResponse* response)
-      : upload_(blobs), uploaded_(uploaded), context_(context), response_(response) {}
+  UploadReactor(BlobStore& blobs, OpenStreams& streams, const BlobService::Uploaded& uploaded,
+                grpc::CallbackServerContext* context, v1::UploadResponse* response)
+      : upload_(blobs),
+        stream_(streams, context, "upload"),
+        uploaded_(uploaded),
+        context_(context),
+        response_(response) {}
 
-  void start() { StartRead(&chunk_); }
+  void read() {
+    stream_.begin_message();
+    StartRead(&chunk_);
+  }
 
   void OnReadDone(bool ok) override {
+    stream_.end_message();
     if (!ok) return context_->IsCancelled() ? end(absl::CancelledError("the client hung up")) : end(finish());
     const absl::Status status = upload_->take(chunk_);
-    if (status.ok() && upload_->wants_more()) return StartRead(&chunk_);
+    if (status.ok() && upload_->wants_more()) return read();
     end(status);
   }
 
@@ -40,6 +48,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
   }
 
   std::optional<BlobUpload> upload_;
+  OpenStreams::Stream stream_;
   const BlobService::Uploaded& uploaded_;
   grpc::CallbackServerContext* const context_;
   v1::UploadResponse* const response_;
@@ -48,11 +57,12 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(BlobStore& blobs, const BlobService::Uploaded& uploaded,
+grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(BlobStore& blobs, OpenStreams& streams,
+                                                        const BlobService::Uploaded& uploaded,
                                                         grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response) {
-  auto* const reactor = new UploadReactor(blobs, uploaded, context, response);
-  reactor->start();
+  auto* const reactor = new UploadReactor(blobs, streams, uploaded, context, response);
+  reactor->read();
   return reactor;
 }
 

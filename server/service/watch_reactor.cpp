@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "wire/status.h"
 
@@ -10,14 +11,14 @@ namespace tessera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kSlowReader{60};            // for a message of at most a few MB
 constexpr std::chrono::milliseconds kStatusInterval{800};  // below the second that watchers are promised
 
 class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
  public:
-  WatchReactor(Farm& farm, grpc::CallbackServerContext* context, const v1::WatchJobRequest& request)
+  WatchReactor(Farm& farm, OpenStreams& streams, grpc::CallbackServerContext* context,
+               const v1::WatchJobRequest& request)
       : farm_(farm),
-        context_(context),
+        stream_(std::in_place, streams, context, "watch"),
         job_(request.job_id()),
         status_only_(request.status_only()),
         after_(request.after()) {}
@@ -33,6 +34,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     bool fetched = false;
     {
       const std::lock_guard lock(mutex_);
+      stream_->end_message();
       writing_ = false;
       broken_ |= !ok;
       fetched = ok && last_message_sent_ && !status_only_;
@@ -51,18 +53,18 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   }
 
   /// gRPC is done with the reactor; a wake that is under way may still hold it.
-  void OnDone() override { self_.reset(); }
+  void OnDone() override {
+    const std::shared_ptr<WatchReactor> self = std::move(self_);
+    const std::lock_guard lock(mutex_);
+    stream_.reset();
+  }
 
  private:
   /// Sends what there is to send; false when there never will be more.
   bool wake() {
     const std::lock_guard lock(mutex_);
     if (over_) return false;
-    if (writing_) {
-      // Messages of a reader that takes none must not stay in memory. It may come back for the rest.
-      if (!broken_ && Clock::now() - last_message_ > kSlowReader) context_->TryCancel();
-      return true;
-    }
+    if (writing_) return true;
     if (broken_) return finish(grpc::Status::CANCELLED);
     if (last_message_sent_) return finish(grpc::Status::OK);
     if (farm_.stopping()) return finish({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
@@ -76,6 +78,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     last_message_sent_ = batch->finished;
     last_message_ = Clock::now();
     writing_ = true;
+    stream_->begin_message();
     StartWrite(&message_);
     return true;
   }
@@ -87,7 +90,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   }
 
   Farm& farm_;
-  grpc::CallbackServerContext* const context_;
+  std::optional<OpenStreams::Stream> stream_;  // until gRPC is done with it; with mutex_ held
   const std::string job_;
   const bool status_only_;
 
@@ -104,9 +107,10 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, grpc::CallbackServerContext* context,
+grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, OpenStreams& streams,
+                                                          grpc::CallbackServerContext* context,
                                                           const v1::WatchJobRequest& request) {
-  auto* const reactor = new WatchReactor(farm, context, request);
+  auto* const reactor = new WatchReactor(farm, streams, context, request);
   reactor->start();
   return reactor;
 }
