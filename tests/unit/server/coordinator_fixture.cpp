@@ -2,11 +2,11 @@
 
 #include <google/protobuf/util/time_util.h>
 
+#include "requests.h"
 #include "service/in_process.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"
-#include "wire/version.h"
 
 namespace tessera::server {
 
@@ -62,16 +62,8 @@ grpc::Status CoordinatorTest::upload(const std::string& bytes) {
 v1::JobSpec CoordinatorTest::job_spec(std::uint32_t ranges) {
   const std::string scene = "a scene";
   EXPECT_TRUE(upload(scene).ok());
-  v1::JobSpec spec;
+  v1::JobSpec spec = square_spec(scene, 32, ranges);
   spec.set_name("test");
-  spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
-  spec.set_width(32);
-  spec.set_height(32);
-  spec.mutable_crop()->set_x1(32);
-  spec.mutable_crop()->set_y1(32);
-  spec.set_tile_size(16);
-  spec.set_samples_per_unit(4);
-  spec.mutable_settings()->set_spp(4 * ranges);
   return spec;
 }
 
@@ -107,13 +99,7 @@ std::vector<v1::WatchJobResponse> CoordinatorTest::watch(const v1::WatchJobReque
 
 std::string CoordinatorTest::register_worker(const std::string& isa) {
   grpc::ClientContext context;
-  v1::RegisterRequest request;
-  request.set_protocol(wire::kProtocolVersion);
-  request.set_build(wire::build_version());
-  request.set_isa(isa);
-  request.add_supported_isas(isa);
-  request.set_name("test worker");
-  request.set_threads(2);
+  const v1::RegisterRequest request = registration("test worker", isa);
   v1::RegisterResponse response;
   const grpc::Status status = work_->Register(&context, request, &response);
   EXPECT_TRUE(status.ok()) << status.error_message();

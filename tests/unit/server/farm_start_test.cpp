@@ -5,8 +5,8 @@
 #include <chrono>
 #include <thread>
 
+#include "requests.h"
 #include "service/farm.h"
-#include "wire/digest.h"
 
 namespace tessera::server {
 namespace {
@@ -20,15 +20,7 @@ class SlowJournal : public Journal {
   std::uint64_t epoch() const override { return 2; }
 
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override {
-    v1::JobSpec spec;
-    spec.mutable_scene()->set_digest(wire::sha256_hex("a scene"));
-    spec.set_width(16);
-    spec.set_height(16);
-    spec.mutable_crop()->set_x1(16);
-    spec.mutable_crop()->set_y1(16);
-    spec.set_tile_size(16);
-    spec.set_samples_per_unit(4);
-    spec.mutable_settings()->set_spp(4);
+    const v1::JobSpec spec = square_spec("a scene", 16);
     JobRecord record;
     record.added = {.id = "old", .request_id = "request", .spec = spec.SerializeAsString()};
     record.ended = {.id = "old", .state = v1::CANCELLED, .error = "", .finished_unix_ms = 1};

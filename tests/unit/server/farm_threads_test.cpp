@@ -10,9 +10,9 @@
 #include <thread>
 
 #include "coordinator_fixture.h"
+#include "requests.h"
 #include "service/farm.h"
 #include "wire/digest.h"
-#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -55,16 +55,8 @@ class FarmThreads : public testing::Test {
   absl::StatusOr<std::string> submit(int seed) {
     v1::SubmitJobRequest request;
     request.set_request_id("request " + std::to_string(seed));
-    v1::JobSpec& spec = *request.mutable_spec();
-    spec.mutable_scene()->set_digest(wire::sha256_hex(kScene));
-    spec.set_width(64);
-    spec.set_height(64);
-    spec.mutable_crop()->set_x1(64);
-    spec.mutable_crop()->set_y1(64);
-    spec.set_tile_size(16);
-    spec.set_samples_per_unit(4);
-    spec.mutable_settings()->set_spp(4);
-    spec.mutable_settings()->set_seed(static_cast<std::uint64_t>(seed));
+    *request.mutable_spec() = square_spec(kScene, 64);
+    request.mutable_spec()->mutable_settings()->set_seed(static_cast<std::uint64_t>(seed));
     return answer_of<absl::StatusOr<std::string>>([&](auto done) { farm_->submit(request, done); });
   }
 
@@ -86,15 +78,7 @@ class FarmThreads : public testing::Test {
   }
 
   void work(const std::string& name, std::stop_token stop) {
-    v1::RegisterRequest registration;
-    registration.set_protocol(wire::kProtocolVersion);
-    registration.set_build(wire::build_version());
-    registration.set_isa("avx2");
-    registration.add_supported_isas("avx2");
-    registration.set_name(name);
-    registration.set_host(name);
-    registration.set_threads(2);
-    const auto worker = farm_->register_worker(registration);
+    const auto worker = farm_->register_worker(registration(name));
     ASSERT_TRUE(worker.ok()) << worker.status();
     v1::LeaseRequest request;
     request.set_worker_id(worker->worker_id());

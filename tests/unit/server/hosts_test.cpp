@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "coordinator_fixture.h"
+#include "requests.h"
 #include "support/temp_dir.h"
-#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -17,13 +17,7 @@ class Hosts : public CoordinatorTest {
  protected:
   std::string register_host(const std::string& host) {
     grpc::ClientContext context;
-    v1::RegisterRequest request;
-    request.set_protocol(wire::kProtocolVersion);
-    request.set_build(wire::build_version());
-    request.set_isa("avx2");
-    request.add_supported_isas("avx2");
-    request.set_name(host);
-    request.set_host(host);
+    v1::RegisterRequest request = registration(host);
     request.set_threads(4);
     v1::RegisterResponse response;
     EXPECT_TRUE(work_->Register(&context, request, &response).ok());

@@ -7,18 +7,10 @@
 #include <filesystem>
 #include <thread>
 
-#include "service/coordinator.h"
 #include "support/tcp_proxy.h"
-#include "support/temp_dir.h"
-#include "tessera/v1/blob.grpc.pb.h"
-#include "tessera/v1/farm.grpc.pb.h"
-#include "tessera/v1/work.grpc.pb.h"
-#include "tls/authority.h"
-#include "wire/channel.h"
-#include "wire/digest.h"
+#include "tls_fixture.h"
 #include "wire/freer.h"
 #include "wire/tls.h"
-#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -27,56 +19,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::system_clock;
 using std::chrono::hours;
 
-class Tls : public testing::Test {
+class Tls : public TlsTest {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(write_farm_certificates(farm_certificates(), {}, {"alice", "bob"}).ok());
-    CoordinatorOptions options;
-    options.listen = "127.0.0.1:0";
-    options.certificates = farm_certificates() / "server";
-    options.certificate_interval = std::chrono::seconds{1};
-    auto started = Coordinator::start(options);
-    ASSERT_TRUE(started.ok()) << started.status();
-    coordinator_ = *std::move(started);
-  }
-
-  fs::path farm_certificates() const { return folder_.path() / "farm"; }
-
-  std::string address() const { return "127.0.0.1:" + std::to_string(coordinator_->bound_port()); }
-
-  std::shared_ptr<grpc::Channel> channel(const fs::path& certificates) const {
-    auto made = wire::make_channel(address(), {.certificates = certificates.string()});
-    EXPECT_TRUE(made.ok()) << made.status();
-    return made.ok() ? *made : nullptr;
-  }
-  std::shared_ptr<grpc::Channel> channel_of(const std::string& program) const {
-    return channel(farm_certificates() / program);
-  }
-
-  static grpc::Status list(const std::shared_ptr<grpc::Channel>& channel, v1::ListJobsResponse& jobs) {
-    grpc::ClientContext context;
-    context.set_deadline(Clock::now() + std::chrono::seconds{5});
-    return v1::FarmService::NewStub(channel)->ListJobs(&context, {}, &jobs);
-  }
-  static grpc::StatusCode list_code(const std::shared_ptr<grpc::Channel>& channel) {
-    v1::ListJobsResponse jobs;
-    return list(channel, jobs).error_code();
-  }
-
-  static grpc::StatusCode register_code(const std::shared_ptr<grpc::Channel>& channel) {
-    grpc::ClientContext context;
-    v1::RegisterRequest request;
-    request.set_name("w");
-    request.set_host("h");
-    request.set_protocol(wire::kProtocolVersion);
-    request.set_build(wire::build_version());
-    request.set_isa("avx2");
-    request.add_supported_isas("avx2");
-    request.set_threads(1);
-    v1::RegisterResponse response;
-    return v1::WorkService::NewStub(channel)->Register(&context, request, &response).error_code();
-  }
-
   static grpc::StatusCode find_missing_code(const std::shared_ptr<grpc::Channel>& channel) {
     grpc::ClientContext context;
     v1::FindMissingResponse response;
@@ -92,42 +36,6 @@ class Tls : public testing::Test {
     while (stream->Read(&response)) {
     }
     return stream->Finish().error_code();
-  }
-
-  /// Submits a job of a scene that is one blob; `id` is its own, or that of the one to continue.
-  static grpc::StatusCode submit(const std::shared_ptr<grpc::Channel>& channel, const std::string& user,
-                                 std::string& id) {
-    const std::string scene = "a scene";
-    {
-      grpc::ClientContext context;
-      v1::UploadResponse response;
-      const auto stream = v1::BlobService::NewStub(channel)->Upload(&context, &response);
-      v1::UploadRequest chunk;
-      chunk.mutable_blob()->set_digest(wire::sha256_hex(scene));
-      chunk.mutable_blob()->set_size_bytes(scene.size());
-      chunk.set_data(scene);
-      stream->Write(chunk);
-      stream->WritesDone();
-      EXPECT_TRUE(stream->Finish().ok());
-    }
-    v1::SubmitJobRequest request;
-    request.set_request_id("of " + user + id);
-    request.set_continued(id);
-    v1::JobSpec& spec = *request.mutable_spec();
-    spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
-    spec.set_user(user);
-    spec.set_width(16);
-    spec.set_height(16);
-    spec.mutable_crop()->set_x1(16);
-    spec.mutable_crop()->set_y1(16);
-    spec.set_tile_size(16);
-    spec.set_samples_per_unit(4);
-    spec.mutable_settings()->set_spp(4);
-    grpc::ClientContext context;
-    v1::SubmitJobResponse response;
-    const grpc::Status status = v1::FarmService::NewStub(channel)->SubmitJob(&context, request, &response);
-    id = response.job_id();
-    return status.error_code();
   }
 
   /// What a caller hears who asks for a job in every way there is.
@@ -154,9 +62,6 @@ class Tls : public testing::Test {
     codes.push_back(stream->Finish().error_code());
     return codes;
   }
-
-  support::TempDir folder_;
-  std::unique_ptr<Coordinator> coordinator_;
 };
 
 TEST_F(Tls, EveryRoleCallsWhatIsItsOwnOnly) {

@@ -4,6 +4,7 @@
 #include <future>
 
 #include "coordinator_fixture.h"
+#include "requests.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -33,12 +34,7 @@ class WorkersTest : public CoordinatorTest {
 };
 
 TEST_F(WorkersTest, AMismatchIsRefusedByName) {
-  v1::RegisterRequest request;
-  request.set_protocol(wire::kProtocolVersion);
-  request.set_build(wire::build_version());
-  request.set_isa("avx2");
-  request.add_supported_isas("avx2");
-  request.set_threads(1);
+  const v1::RegisterRequest request = registration("render7");
   EXPECT_TRUE(try_register(request).ok());
 
   v1::RegisterRequest other = request;
