@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -90,6 +91,11 @@ int main(int argc, char** argv) {
   app.add_option("--max-results", max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
       ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
+  std::optional<double> keep_free_gigabytes;
+  app.add_option(
+         "--keep-free", keep_free_gigabytes,
+         "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2 GB)")
+      ->check(CLI::Range(0.0, 1e9));
   app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
   app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
       ->type_name("DIR");
@@ -117,6 +123,7 @@ int main(int argc, char** argv) {
   options.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(keep_days * 86400));
   options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
   options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
+  if (keep_free_gigabytes) options.keep_free_bytes = static_cast<std::uint64_t>(*keep_free_gigabytes * 1e9);
   tessera::wire::set_up_log(log);
   tessera::wire::log_grpc();
   if (!new_certificates.empty()) {

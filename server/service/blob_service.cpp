@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "service/answer.h"
-#include "service/upload_reactor.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/status.h"
@@ -78,14 +77,14 @@ grpc::ServerUnaryReactor* BlobService::FindMissing(grpc::CallbackServerContext* 
   }
   for (const v1::BlobRef& blob : request->blobs()) {
     if (absl::Status status = check_digest(blob); !status.ok()) return answer(reactor, status);
-    if (!blobs_.query(blob.digest()).complete) *response->add_missing() = blob;
+    if (!uploads_.blobs.query(blob.digest()).complete) *response->add_missing() = blob;
   }
   return answer(reactor, absl::OkStatus());
 }
 
 grpc::ServerReadReactor<v1::UploadRequest>* BlobService::Upload(grpc::CallbackServerContext* context,
                                                                 v1::UploadResponse* response) {
-  return upload_blob(blobs_, streams_, uploaded_, context, response);
+  return upload_blob(uploads_, context, response);
 }
 
 grpc::ServerUnaryReactor* BlobService::QueryUpload(grpc::CallbackServerContext* context,
@@ -93,7 +92,7 @@ grpc::ServerUnaryReactor* BlobService::QueryUpload(grpc::CallbackServerContext* 
                                                    v1::QueryUploadResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status status = check_digest(request->blob()); !status.ok()) return answer(reactor, status);
-  const UploadState state = blobs_.query(request->blob().digest());
+  const UploadState state = uploads_.blobs.query(request->blob().digest());
   response->set_stored_bytes(state.stored_bytes);
   response->set_complete(state.complete);
   return answer(reactor, absl::OkStatus());
@@ -101,7 +100,7 @@ grpc::ServerUnaryReactor* BlobService::QueryUpload(grpc::CallbackServerContext* 
 
 grpc::ServerWriteReactor<v1::DownloadResponse>* BlobService::Download(grpc::CallbackServerContext* context,
                                                                       const v1::DownloadRequest* request) {
-  return new DownloadReactor(blobs_, streams_, context, *request);
+  return new DownloadReactor(uploads_.blobs, uploads_.streams, context, *request);
 }
 
 }  // namespace tessera::server

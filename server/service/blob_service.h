@@ -3,11 +3,9 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <functional>
-#include <string>
+#include <utility>
 
-#include "service/open_streams.h"
-#include "store/blob_store.h"
+#include "service/upload_reactor.h"
 #include "tessera/v1/blob.grpc.pb.h"
 
 namespace tessera::server {
@@ -15,11 +13,8 @@ namespace tessera::server {
 /// Store and streams must outlive the service.
 class BlobService final : public v1::BlobService::CallbackService {
  public:
-  /// Digest, and bytes that this call brought.
-  using Uploaded = std::function<void(const std::string&, std::uint64_t)>;
-
-  BlobService(BlobStore& blobs, OpenStreams& streams, Uploaded uploaded)
-      : blobs_(blobs), streams_(streams), uploaded_(std::move(uploaded)) {}
+  BlobService(BlobStore& blobs, OpenStreams& streams, Uploads::Done uploaded)
+      : uploads_{.blobs = blobs, .streams = streams, .done = std::move(uploaded)} {}
 
   grpc::ServerUnaryReactor* FindMissing(grpc::CallbackServerContext* context, const v1::FindMissingRequest* request,
                                         v1::FindMissingResponse* response) override;
@@ -31,9 +26,7 @@ class BlobService final : public v1::BlobService::CallbackService {
                                                            const v1::DownloadRequest* request) override;
 
  private:
-  BlobStore& blobs_;
-  OpenStreams& streams_;
-  Uploaded uploaded_;
+  Uploads uploads_;
 };
 
 }  // namespace tessera::server

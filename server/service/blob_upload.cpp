@@ -19,6 +19,9 @@ absl::Status BlobUpload::begin(const v1::UploadRequest& chunk) {
     return absl::InvalidArgumentError(
         absl::StrCat("the upload of ", digest_, " begins at ", stored_, " of ", size_, " bytes"));
   }
+  // Before anything is made for it; a blob that is there takes none.
+  if (absl::Status room = blobs_.check_room(size_ - stored_); !room.ok() && !blobs_.query(digest_).complete)
+    return room;
   auto writer = blobs_.write(digest_, chunk.offset());
   if (!writer.ok()) return writer.status();
   writer_ = *std::move(writer);
@@ -40,6 +43,8 @@ absl::Status BlobUpload::take(const v1::UploadRequest& chunk) {
       return absl::InvalidArgumentError(
           absl::StrCat("blob ", digest_, " is longer than the ", size_, " bytes announced"));
     }
+    // Others may have taken the room meanwhile.
+    if (absl::Status room = blobs_.check_room(data.size()); !room.ok()) return room;
     if (absl::Status status = writer_->append(data); !status.ok()) return status;
     stored_ += data.size();
     received_ += data.size();

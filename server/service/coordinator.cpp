@@ -55,7 +55,8 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   journal = *std::move(opened_journal);
   blobs = options.blobs;
   if (blobs == nullptr) {
-    blobs = options.data_dir.empty() ? make_memory_blob_store() : make_file_blob_store(options.data_dir);
+    blobs = options.data_dir.empty() ? make_memory_blob_store()
+                                     : make_file_blob_store(options.data_dir, {.bytes = options.keep_free_bytes});
   }
 
   absl::StatusOr<std::unique_ptr<Farm>> opened_farm =

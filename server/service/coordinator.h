@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -52,6 +53,8 @@ struct CoordinatorOptions {
   std::chrono::seconds keep_blobs{std::chrono::hours{24}};
   /// How often that is looked at.
   std::chrono::milliseconds prune_interval{15'000};
+  /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as there.
+  std::optional<std::uint64_t> keep_free_bytes = {};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };

@@ -293,6 +293,9 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   const absl::StatusOr<std::optional<Donor>> donor = find_donor(request, **shape);
   if (!donor.ok()) return done(donor.status());
 
+  // The journal keeps the spec, and results follow.
+  const absl::Status room = blobs_.check_room(request.ByteSizeLong());
+
   std::unique_lock lock(mutex_);
   if (const JobEntry* const known = jobs_.find_request(request.request_id())) {
     // Sent a second time: the answer is the same, once the first is durable.
@@ -300,6 +303,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
       status.ok() ? done(id) : done(status);
     });
   }
+  if (!room.ok()) return done(room);
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
   JobEntry& entry = jobs_.add({.id = id,

@@ -2,7 +2,9 @@
 
 #include <optional>
 
+#include "service/access.h"
 #include "service/blob_upload.h"
+#include "wire/log.h"
 #include "wire/status.h"
 
 namespace tessera::server {
@@ -10,11 +12,10 @@ namespace {
 
 class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
  public:
-  UploadReactor(BlobStore& blobs, OpenStreams& streams, const BlobService::Uploaded& uploaded,
-                grpc::CallbackServerContext* context, v1::UploadResponse* response)
-      : upload_(blobs),
-        stream_(streams, context, "upload"),
-        uploaded_(uploaded),
+  UploadReactor(Uploads& uploads, grpc::CallbackServerContext* context, v1::UploadResponse* response)
+      : uploads_(uploads),
+        upload_(uploads.blobs),
+        stream_(uploads.streams, context, "upload"),
         context_(context),
         response_(response) {}
 
@@ -35,6 +36,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 
  private:
   void end(const absl::Status& status) {
+    if (absl::IsResourceExhausted(status)) log_refusal(status);
     response_->set_received_bytes(upload_->received_bytes());
     // Stored parts are found by the next call as soon as the client has the answer.
     upload_.reset();
@@ -43,13 +45,23 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 
   absl::Status finish() {
     const absl::Status status = upload_->finish();
-    if (status.ok() && upload_->wants_more()) uploaded_(upload_->digest(), upload_->received_bytes());
+    if (status.ok() && upload_->wants_more()) uploads_.done(upload_->digest(), upload_->received_bytes());
     return status;
   }
 
+  void log_refusal(const absl::Status& why) {
+    const auto [write, left_out] = uploads_.refusals.count();
+    if (!write) return;
+    const std::string user = caller_of(context_->auth_context().get()).user;
+    const std::string peer = context_->peer();
+    wire::log(spdlog::level::warn, {.user = user, .peer = peer},
+              "an upload of {} is refused: {} ({} such lines left out before)", upload_->digest(),
+              std::string(why.message()), left_out);
+  }
+
+  Uploads& uploads_;
   std::optional<BlobUpload> upload_;
   OpenStreams::Stream stream_;
-  const BlobService::Uploaded& uploaded_;
   grpc::CallbackServerContext* const context_;
   v1::UploadResponse* const response_;
   v1::UploadRequest chunk_;
@@ -57,11 +69,9 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(BlobStore& blobs, OpenStreams& streams,
-                                                        const BlobService::Uploaded& uploaded,
-                                                        grpc::CallbackServerContext* context,
+grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads, grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response) {
-  auto* const reactor = new UploadReactor(blobs, streams, uploaded, context, response);
+  auto* const reactor = new UploadReactor(uploads, context, response);
   reactor->read();
   return reactor;
 }

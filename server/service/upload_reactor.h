@@ -3,17 +3,28 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include "service/blob_service.h"
+#include <functional>
+#include <string>
+
 #include "service/open_streams.h"
 #include "store/blob_store.h"
 #include "tessera/v1/blob.pb.h"
+#include "wire/line_limit.h"
 
 namespace tessera::server {
 
+/// What all uploads have in common.
+struct Uploads {
+  BlobStore& blobs;
+  OpenStreams& streams;
+  /// Told of each that ended well: digest, and bytes that the call brought.
+  using Done = std::function<void(const std::string&, std::uint64_t)>;
+  Done done;
+  wire::LineLimit refusals = {};  // of lines about uploads that there was no room for
+};
+
 /// Deletes itself when the call is over. What came before a break stays stored.
-grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(BlobStore& blobs, OpenStreams& streams,
-                                                        const BlobService::Uploaded& uploaded,
-                                                        grpc::CallbackServerContext* context,
+grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads, grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response);
 
 }  // namespace tessera::server

@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "store/file.h"
 
 namespace tessera::server {
 
@@ -47,6 +49,10 @@ class BlobStore {
   /// not where the stored part ends (zero starts anew).
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) = 0;
 
+  /// ResourceExhausted when `bytes` more would leave less free than is kept for others; said with how much that is.
+  /// Stores without a disk have room.
+  virtual absl::Status check_room(std::uint64_t bytes) const { return absl::OkStatus(); }
+
   /// NotFound when the blob is not complete.
   virtual absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const = 0;
 
@@ -68,8 +74,19 @@ class BlobStore {
 /// what to do.
 absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest);
 
+/// What blobs leave free of their disk, for the journal and results that are on it too.
+struct DiskReserve {
+  /// 0: nothing. Absent: a twentieth of the disk, and at most kMostBytes. But for 0, a twentieth of the files that the
+  /// disk can have, and at most kMostFiles, are kept as well: blobs may be small.
+  std::optional<std::uint64_t> bytes = {};
+  static constexpr std::uint64_t kMostBytes = 2'000'000'000;
+  static constexpr std::uint64_t kMostFiles = 10'000;
+  /// How much there is.
+  std::function<absl::StatusOr<DiskSpace>(const std::filesystem::path&)> space = disk_space;
+};
+
 /// Below a data directory.
-std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir);
+std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir, DiskReserve reserve = {});
 
 std::unique_ptr<BlobStore> make_memory_blob_store();
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -92,6 +93,15 @@ absl::Status File::truncate(std::uint64_t size) {
 }
 
 absl::Status File::sync() { return ::fdatasync(descriptor_) == 0 ? absl::OkStatus() : error("sync"); }
+
+absl::StatusOr<DiskSpace> disk_space(const std::filesystem::path& path) {
+  struct statvfs info {};
+  if (::statvfs(path.c_str(), &info) != 0) return errno_status("look at the file system of", path);
+  return DiskSpace{.free_bytes = std::uint64_t{info.f_bavail} * info.f_frsize,
+                   .total_bytes = std::uint64_t{info.f_blocks} * info.f_frsize,
+                   .free_files = info.f_favail,
+                   .total_files = info.f_files};
+}
 
 absl::Status sync_directory(const std::filesystem::path& directory) {
   const int descriptor = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

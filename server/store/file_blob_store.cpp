@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "store/blob_store.h"
 #include "store/file.h"
 #include "store/upload_guard.h"
@@ -14,6 +15,8 @@ namespace tessera::server {
 namespace {
 
 constexpr std::size_t kHashChunkBytes = std::size_t{1} << 20;
+
+double gigabytes(std::uint64_t bytes) { return 1e-9 * static_cast<double>(bytes); }
 
 class FileBlobWriter final : public BlobWriter {
  public:
@@ -86,7 +89,8 @@ class FileBlobReader final : public BlobReader {
 
 class FileBlobStore final : public BlobStore {
  public:
-  explicit FileBlobStore(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
+  FileBlobStore(std::filesystem::path data_dir, DiskReserve reserve)
+      : data_dir_(std::move(data_dir)), reserve_(std::move(reserve)) {}
 
   UploadState query(const std::string& digest) const override {
     // Together with the mark, so that what was just said to be there is not collected.
@@ -100,6 +104,26 @@ class FileBlobStore final : public BlobStore {
     }
     const auto size = std::filesystem::file_size(partial_path(digest), error);
     return {error ? 0 : size, false};
+  }
+
+  absl::Status check_room(std::uint64_t bytes) const override {
+    if (reserve_.bytes == std::uint64_t{0}) return absl::OkStatus();
+    const absl::StatusOr<DiskSpace> space = reserve_.space(data_dir_);
+    if (!space.ok()) return space.status();
+    const std::uint64_t kept = reserve_.bytes.value_or(std::min(space->total_bytes / 20, DiskReserve::kMostBytes));
+    if (space->free_bytes < kept || space->free_bytes - kept < bytes) {
+      return absl::ResourceExhaustedError(
+          absl::StrFormat("the coordinator's disk has %.3f GB left and keeps %.3f GB for results (tessera-server "
+                          "--keep-free): there is "
+                          "no room for %.3f GB; try again when old jobs are deleted",
+                          gigabytes(space->free_bytes), gigabytes(kept), gigabytes(bytes)));
+    }
+    if (space->free_files < std::min(space->total_files / 20, DiskReserve::kMostFiles)) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the coordinator's disk has room for no more than ", space->free_files,
+                       " files, which it keeps for results; try again when old jobs are deleted"));
+    }
+    return absl::OkStatus();
   }
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) override {
@@ -168,15 +192,16 @@ class FileBlobStore final : public BlobStore {
   }
   std::filesystem::path partial_path(const std::string& digest) const { return data_dir_ / "partial" / digest; }
 
-  std::filesystem::path data_dir_;
+  const std::filesystem::path data_dir_;
+  const DiskReserve reserve_;
   mutable std::mutex collecting_;
   std::shared_ptr<UploadsUnderWay> uploads_ = std::make_shared<UploadsUnderWay>();
 };
 
 }  // namespace
 
-std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir) {
-  return std::make_unique<FileBlobStore>(data_dir);
+std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir, DiskReserve reserve) {
+  return std::make_unique<FileBlobStore>(data_dir, std::move(reserve));
 }
 
 absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest) {

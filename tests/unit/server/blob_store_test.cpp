@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <optional>
 #include <random>
 
 #include "store/data_dir.h"
@@ -123,6 +124,40 @@ TEST(FileBlobStore, OutlivesTheProcessAndNoticesTornParts) {
   ASSERT_TRUE(writer->append(bytes).ok());
   ASSERT_TRUE(writer->finish().ok());
   EXPECT_TRUE(make_file_blob_store(directory.path())->query(digest).complete);
+}
+
+TEST(FileBlobStore, LeavesRoomForOthers) {
+  const support::TempDir directory;
+  DiskSpace space{.free_bytes = 60'000, .total_bytes = 1'000'000, .free_files = 100, .total_files = 1000};
+  const auto store_that_keeps = [&](std::optional<std::uint64_t> bytes) {
+    return make_file_blob_store(directory.path(), {.bytes = bytes, .space = [&](const auto&) { return space; }});
+  };
+  const auto usual = store_that_keeps({});  // a twentieth: 50,000 bytes, and 50 files
+  EXPECT_TRUE(usual->check_room(10'000).ok());
+  const absl::Status full = usual->check_room(10'001);
+  EXPECT_TRUE(absl::IsResourceExhausted(full));
+  EXPECT_NE(std::string(full.message()).find("--keep-free"), std::string::npos) << full;
+  EXPECT_TRUE(store_that_keeps(59'000)->check_room(1'000).ok());
+  EXPECT_FALSE(store_that_keeps(59'000)->check_room(1'001).ok());
+
+  space.free_files = 49;
+  EXPECT_TRUE(absl::IsResourceExhausted(usual->check_room(0)));
+  space = {.free_bytes = 10, .total_bytes = 1'000'000};
+  EXPECT_TRUE(absl::IsResourceExhausted(usual->check_room(0)));
+  EXPECT_TRUE(store_that_keeps(0)->check_room(1'000'000).ok()) << "somebody wants no reserve";
+  // Of a large disk less than a twentieth, and where there is no limit to files, none is made up.
+  space = {.free_bytes = DiskReserve::kMostBytes, .total_bytes = std::uint64_t{1} << 50};
+  EXPECT_TRUE(usual->check_room(0).ok());
+  EXPECT_FALSE(usual->check_room(1).ok());
+}
+
+TEST(FileBlobStore, KnowsItsDisk) {
+  const support::TempDir directory;
+  const absl::StatusOr<DiskSpace> space = disk_space(directory.path());
+  ASSERT_TRUE(space.ok()) << space.status();
+  EXPECT_GT(space->total_bytes, 0u);
+  EXPECT_LE(space->free_bytes, space->total_bytes);
+  EXPECT_FALSE(disk_space(directory.path() / "nowhere").ok());
 }
 
 TEST(DataDir, BelongsToOneAtATime) {

@@ -1,7 +1,12 @@
 // BlobService.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "coordinator_fixture.h"
+#include "service/blob_upload.h"
+#include "store/data_dir.h"
+#include "support/temp_dir.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -112,6 +117,79 @@ TEST_F(BlobsTest, WhatIsNotTheBlobIsRefused) {
   EXPECT_EQ(upload_chunks(0, {"x"}).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   blob_.set_digest("../x");
   EXPECT_EQ(upload_chunks(0, {"x"}).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(BlobUpload, StopsWhereTheRoomEndsAndGoesOnWhenThereIsMore) {
+  const support::TempDir directory;
+  ASSERT_TRUE(DataDir::open(directory.path()).ok());
+  DiskSpace space{.free_bytes = 100, .total_bytes = 1000};
+  const auto blobs = make_file_blob_store(directory.path(), {.bytes = 50, .space = [&](const auto&) { return space; }});
+  const std::string bytes(40, 'b');
+  v1::UploadRequest first;
+  first.mutable_blob()->set_digest(wire::sha256_hex(bytes));
+  first.mutable_blob()->set_size_bytes(60);
+  EXPECT_TRUE(absl::IsResourceExhausted(BlobUpload{*blobs}.take(first))) << "there never would be room for it";
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() / "partial")) << "so nothing was made";
+
+  first.mutable_blob()->set_size_bytes(bytes.size());
+  first.set_data(bytes.substr(0, 20));
+  {
+    BlobUpload upload{*blobs};
+    EXPECT_TRUE(upload.take(first).ok());
+    space.free_bytes = 60;  // somebody else wrote
+    v1::UploadRequest second;
+    second.set_data(bytes.substr(20));
+    EXPECT_TRUE(absl::IsResourceExhausted(upload.take(second)));
+    EXPECT_TRUE(absl::IsResourceExhausted(upload.finish()));
+  }
+  EXPECT_EQ(blobs->query(first.blob().digest()).stored_bytes, 20u);
+
+  space.free_bytes = 100;
+  first.set_offset(20);
+  first.set_data(bytes.substr(20));
+  {
+    BlobUpload upload{*blobs};
+    EXPECT_TRUE(upload.take(first).ok());
+    EXPECT_TRUE(upload.finish().ok());
+  }
+  // What is there takes no room.
+  space.free_bytes = 0;
+  first.set_offset(0);
+  BlobUpload again{*blobs};
+  EXPECT_TRUE(again.take(first).ok());
+  EXPECT_FALSE(again.wants_more());
+}
+
+TEST_F(BlobsTest, ADiskThatIsFullOfThemStillTakesResults) {
+  const support::TempDir directory;
+  start(directory.path());
+  const v1::JobSpec spec = job_spec();
+  const std::string id = submit(spec);
+  CoordinatorOptions full;
+  full.data_dir = directory.path();
+  full.keep_free_bytes = std::uint64_t{1} << 60;  // more than any disk has
+  start(full);
+  const grpc::Status refused = upload(bytes_);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), testing::HasSubstr("try again"));
+  EXPECT_TRUE(upload("a scene").ok()) << "it is there";
+
+  grpc::ClientContext context;
+  v1::SubmitJobRequest request;
+  request.set_request_id("one more");
+  *request.mutable_spec() = spec;
+  v1::SubmitJobResponse response;
+  EXPECT_EQ(farm_->SubmitJob(&context, request, &response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  const std::string worker = register_worker();
+  while (job(id).state() != v1::DONE) {
+    const v1::LeaseResponse leases = lease(worker, 4);
+    for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  }
+  v1::WatchJobRequest watched;
+  watched.set_job_id(id);
+  int results = 0;
+  for (const v1::WatchJobResponse& message : watch(watched)) results += message.results_size();
+  EXPECT_EQ(results, 4);
 }
 
 }  // namespace
