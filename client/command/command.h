@@ -19,6 +19,7 @@ void add_priority_command(CommandLine& line);
 void add_workers_command(CommandLine& line);
 void add_trust_command(CommandLine& line);
 void add_token_command(CommandLine& line);
+void add_expel_command(CommandLine& line);
 void add_convert_command(CommandLine& line);
 void add_compare_command(CommandLine& line);
 void add_bench_command(CommandLine& line);

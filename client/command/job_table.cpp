@@ -27,6 +27,12 @@ std::string noise_text(const v1::RenderSettings& settings) {
 // From this multiple of the usual time on, a worker is called slow.
 constexpr double kSlow = 2;
 
+/// Whose certificate a worker has, where that is not its host's.
+std::string certificate_text(const v1::WorkerStatus& worker) {
+  const std::string& name = worker.certificate();
+  return name.empty() || name == worker.host() ? "" : absl::StrCat(", certificate of ", name);
+}
+
 std::string slowness_text(const v1::WorkerStatus& worker) {
   return worker.slowness() < kSlow ? "" : absl::StrFormat(", slow: %.1f times the usual time", worker.slowness());
 }
@@ -79,12 +85,12 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
   std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
                                       "UNITS DONE", "LAST SEEN");
   for (const v1::WorkerStatus& worker : workers) {
-    absl::StrAppend(&table,
-                    absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s\n", worker.worker_id(),
-                                    worker.name(), worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
-                                    1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
-                                    worker.draining() ? ", draining" : "", slowness_text(worker),
-                                    worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
+    absl::StrAppend(
+        &table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s%s\n", worker.worker_id(),
+                                worker.name(), worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
+                                1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
+                                worker.draining() ? ", draining" : "", slowness_text(worker), certificate_text(worker),
+                                worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
   }
   return table;
 }

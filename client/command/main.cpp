@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   for (const auto add : {add_render_command, add_submit_command, add_jobs_command, add_job_command, add_watch_command,
                          add_fetch_command, add_cancel_command, add_retry_command, add_pause_command,
                          add_resume_command, add_priority_command, add_workers_command, add_trust_command,
-                         add_token_command, add_convert_command, add_compare_command, add_bench_command}) {
+                         add_token_command, add_expel_command, add_convert_command, add_compare_command, add_bench_command}) {
     add(line);
   }
   return line.run(argc, argv, interrupt);

@@ -122,6 +122,13 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
   return response->token();
 }
 
+absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& request, std::stop_token stop) {
+  return contact_.retried(stop, [&] {
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel", contact_.address(),
+                            kCallTimeout, stop);
+  });
+}
+
 absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
     return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{}, "ListWorkers",

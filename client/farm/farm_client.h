@@ -61,6 +61,9 @@ class FarmClient {
   absl::Status trust(const std::string& host, std::stop_token stop);
   /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes no joins.
   absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses, std::stop_token stop);
+  /// Puts whoever has such a certificate out of the farm, or, with `undo`, lets them in again. FailedPrecondition where
+  /// callers have no certificates; NotFound when there is nothing to undo.
+  absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
   struct WatchHandlers {

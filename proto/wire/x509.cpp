@@ -6,6 +6,7 @@
 #include <openssl/pem.h>
 
 #include <array>
+#include <ctime>
 
 #include "wire/digest.h"
 
@@ -56,6 +57,13 @@ std::string to_pem(EVP_PKEY* key) {
 
 std::string digest_of(X509* certificate) {
   return sha256_hex(written_by([&](BIO* bio) { i2d_X509_bio(bio, certificate); }));
+}
+
+std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate) {
+  std::tm time{};
+  const ASN1_TIME* const begin = X509_get0_notBefore(certificate);
+  if (begin == nullptr || ASN1_TIME_to_tm(begin, &time) != 1) return std::nullopt;
+  return std::chrono::system_clock::from_time_t(::timegm(&time));
 }
 
 Key make_key() { return Key{EVP_EC_gen("P-256")}; }

@@ -4,7 +4,9 @@
 #include <openssl/evp.h>
 #include <openssl/x509.h>
 
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -28,6 +30,9 @@ std::string to_pem(EVP_PKEY* key);
 
 /// SHA-256 of the certificate, in DER, as 64 hexadecimal digits.
 std::string digest_of(X509* certificate);
+
+/// From when on it is valid; nothing when it does not say so.
+std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate);
 
 /// What every program of a farm has: an elliptic key on P-256. Null when OpenSSL has none to give.
 Key make_key();

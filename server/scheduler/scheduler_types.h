@@ -71,6 +71,8 @@ struct WorkerInfo {
   std::uint32_t threads = 1;
   std::string host;  // what faults are counted by
   std::vector<std::string> tags;
+  // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not known.
+  std::string certificate = {}, peer = {};
 };
 
 struct WorkerView {

@@ -4,6 +4,8 @@
 #include <grpcpp/security/auth_metadata_processor.h>
 
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -28,8 +30,8 @@ bool is_allowed(Role role, std::string_view method) {
   if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
   if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
   if (is_of("/tessera.v1.BlobService/Download") && role == Role::kWorker) return true;
-  if (is_of("/tessera.v1.FarmService/TrustHost") || is_of("/tessera.v1.FarmService/MakeJoinToken")) {
-    return role == Role::kAdmin;
+  for (const char* for_admins : {"TrustHost", "MakeJoinToken", "Expel"}) {
+    if (is_of(absl::StrCat("/tessera.v1.FarmService/", for_admins).c_str())) return role == Role::kAdmin;
   }
   if (is_of("/tessera.v1.FarmService/") || is_of("/tessera.v1.BlobService/")) {
     return role == Role::kClient || role == Role::kAdmin;
@@ -39,18 +41,42 @@ bool is_allowed(Role role, std::string_view method) {
 
 class AccessByRole final : public grpc::AuthMetadataProcessor {
  public:
+  explicit AccessByRole(std::shared_ptr<const Expelled> expelled) : expelled_(std::move(expelled)) {}
+
   bool IsBlocking() const override { return false; }
 
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata*,
                        OutputMetadata*) override {
     const std::string method = method_of(metadata);
     const Caller caller = caller_of(context);
+    if (caller.role && is_expelled(caller, *context)) return refuse_expelled(caller, method);
     if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
     wire::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not for ", who)};
   }
+
+ private:
+  bool is_expelled(const Caller& caller, const grpc::AuthContext& context) const {
+    const std::vector<grpc::string_ref> pem = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+    return expelled_->refuses(*caller.role, caller.user,
+                              pem.empty() ? std::string_view{} : std::string_view{pem[0].data(), pem[0].size()});
+  }
+
+  grpc::Status refuse_expelled(const Caller& caller, const std::string& method) {
+    const std::string who = absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")");
+    if (const auto [write, left_out] = expelled_calls_.count(); write) {
+      wire::log(spdlog::level::warn, {.user = caller.user},
+                "refused: {}, who is expelled, called {} ({} such lines left out before)", who, method, left_out);
+    }
+    return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(who,
+                                                              " was expelled from the farm: a new certificate is "
+                                                              "needed")};
+  }
+
+  const std::shared_ptr<const Expelled> expelled_;
+  wire::LineLimit expelled_calls_;  // a machine that was taken over may call as often as it likes
 };
 
 class AccessToJoining final : public grpc::AuthMetadataProcessor {
@@ -76,15 +102,17 @@ class AccessToJoining final : public grpc::AuthMetadataProcessor {
 Caller caller_of(const grpc::AuthContext* context) {
   Caller caller;
   if (context == nullptr) return caller;
-  for (const grpc::string_ref uri : context->FindPropertyValues(GRPC_PEER_URI_PROPERTY_NAME)) {
+  for (const grpc::string_ref& uri : context->FindPropertyValues(GRPC_PEER_URI_PROPERTY_NAME)) {
     if (const auto role = role_of_uri({uri.data(), uri.size()})) caller.role = role;
   }
-  for (const grpc::string_ref name : context->FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME))
+  for (const grpc::string_ref& name : context->FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME))
     caller.user = text_of(name);
   return caller;
 }
 
-std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role() { return std::make_shared<AccessByRole>(); }
+std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<const Expelled> expelled) {
+  return std::make_shared<AccessByRole>(std::move(expelled));
+}
 std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining() { return std::make_shared<AccessToJoining>(); }
 
 }  // namespace tessera::server

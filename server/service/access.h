@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "tls/expelled.h"
 #include "tls/role.h"
 
 namespace grpc {
@@ -28,9 +29,9 @@ Caller caller_of(const grpc::AuthContext* context);
 
 /// Refuses, and logs, every call that the caller's role is not for, before it reaches a service: workers call
 /// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do, trust
-/// hosts again and make join tokens.
-/// Everybody may ask for health.
-std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role();
+/// hosts again, make join tokens and expel others.
+/// Everybody may ask for health. But whoever is expelled may do nothing.
+std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<const Expelled> expelled);
 
 /// Refuses, and logs, all but JoinService, for callers without a certificate.
 std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining();

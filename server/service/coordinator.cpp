@@ -21,7 +21,8 @@ constexpr std::chrono::seconds kGrace{2};
 constexpr int kMaxStreamsPerConnection = 512;
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
-                                                                         const CoordinatorOptions& options) {
+                                                                         const CoordinatorOptions& options,
+                                                                         std::shared_ptr<const Expelled> expelled) {
   if (options.certificates.empty()) {
     if (absl::Status s = wire::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
     return grpc::InsecureServerCredentials();
@@ -30,7 +31,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const w
     return absl::InvalidArgumentError(s.message());
   }
   auto credentials = wire::server_credentials(options.certificates, options.certificate_interval);
-  credentials->SetAuthMetadataProcessor(access_by_role());
+  credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled)));
   return credentials;
 }
 
@@ -53,6 +54,10 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   absl::StatusOr<std::unique_ptr<Journal>> opened_journal = open_journal(options.data_dir);
   if (!opened_journal.ok()) return opened_journal.status();
   journal = *std::move(opened_journal);
+  absl::StatusOr<std::unique_ptr<Expelled>> opened_expelled =
+      Expelled::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "expelled");
+  if (!opened_expelled.ok()) return opened_expelled.status();
+  expelled = *std::move(opened_expelled);
   blobs = options.blobs;
   if (blobs == nullptr) {
     blobs = options.data_dir.empty() ? make_memory_blob_store()
@@ -104,7 +109,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
     streams->cut_stalled(OpenStreams::Clock::now());
     return true;
   });
-  farm_service.emplace(*farm, *streams, joining.get(), options.share_jobs);
+  farm_service.emplace(*farm, *streams, *expelled, joining.get(), options.share_jobs);
   work_service.emplace(*farm);
   blob_service.emplace(*blobs, *streams,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
@@ -129,7 +134,8 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (!options.listen.empty()) {
     const absl::StatusOr<wire::HostPort> parsed = wire::parse_host_port(options.listen);
     if (!parsed.ok()) return parsed.status();
-    const absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials = credentials_for(*parsed, options);
+    const absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials =
+        credentials_for(*parsed, options, expelled);
     if (!credentials.ok()) return credentials.status();
     address = parsed->to_string();
     builder.AddListeningPort(address, *credentials, &port);

@@ -37,6 +37,7 @@ struct Coordinator::Impl {
   std::shared_ptr<BlobStore> blobs;
   std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;
+  std::shared_ptr<Expelled> expelled;
   std::unique_ptr<JoinServer> joining;
   std::optional<FarmService> farm_service;
   std::optional<WorkService> work_service;

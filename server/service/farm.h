@@ -96,7 +96,13 @@ class Farm {
 
   // ---- workers
 
-  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request);
+  struct Origin {
+    std::string certificate, peer;  // the name in the caller's certificate, and its address; empty when not known
+  };
+  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, const Origin& origin = {});
+  /// Workers that registered with a certificate of this name leave at once; others get what they had leased. How many
+  /// that were.
+  std::uint32_t expel(const std::string& certificate);
   /// Answers when there is work, after the wait asked for, or with nothing when `cancelled` turned true.
   void lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done);
   absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request);

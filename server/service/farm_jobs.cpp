@@ -165,6 +165,7 @@ v1::ListWorkersResponse Farm::list_workers() {
     for (const std::string& tag : view.info.tags) worker.add_tags(tag);
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
+    worker.set_certificate(view.info.certificate);
   }
   return response;
 }

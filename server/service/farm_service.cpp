@@ -1,6 +1,8 @@
 #include "service/farm_service.h"
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "service/access.h"
@@ -123,6 +125,38 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
     response->set_token(*std::move(token));
   }
   return answer(reactor, token.status());
+}
+
+absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request, const Caller& who) {
+  const std::optional<Role> role = role_of_name(request.role());
+  if (!who.role) return absl::FailedPreconditionError("callers have no certificates here, so nobody can be expelled");
+  if (!role || role == Role::kServer) {
+    return absl::InvalidArgumentError("expected the role of a worker, a client or an admin");
+  }
+  const std::string& name = request.name();
+  if (request.undo()) {
+    if (absl::Status status = expelled_.readmit(*role, name); !status.ok()) return status;
+    wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user, request.role(), name);
+    return v1::ExpelResponse{};
+  }
+  if (role == who.role && name == who.user) {
+    return absl::FailedPreconditionError("this is the name in your own certificate: nobody could undo it");
+  }
+  if (absl::Status s = expelled_.expel(*role, name, std::chrono::system_clock::now()); !s.ok()) return s;
+  wire::log(spdlog::level::warn, {.user = who.user}, "'{}' expelled {} '{}'", who.user, request.role(), name);
+  streams_.cut_off(*role, name);
+  v1::ExpelResponse response;
+  if (role != Role::kWorker) return response;
+  response.set_workers(farm_.expel(name));
+  if (joining_ == nullptr) return response;
+  const absl::StatusOr<std::size_t> tokens = joining_->call_tokens_back();
+  if (tokens.ok()) response.set_join_tokens(static_cast<std::uint32_t>(*tokens));
+  return tokens.ok() ? absl::StatusOr<v1::ExpelResponse>{response} : tokens.status();
+}
+
+grpc::ServerUnaryReactor* FarmService::Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
+                                             v1::ExpelResponse* response) {
+  return answer(context->DefaultReactor(), expel(*request, caller(*context)), response);
 }
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,

@@ -3,6 +3,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include "service/access.h"
 #include "service/farm.h"
 #include "service/join_service.h"
 #include "service/open_streams.h"
@@ -10,13 +11,13 @@
 
 namespace tessera::server {
 
-/// Farm, streams and joining must outlive the service. Where callers are known by their certificates, each sees and
-/// changes its own jobs, administrators all; `share_jobs`: everybody all.
+/// Farm, streams, list of the expelled and joining must outlive the service. Where callers are known by their
+/// certificates, each sees and changes its own jobs, administrators all; `share_jobs`: everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
   /// `joining` may be null: no workers join.
-  FarmService(Farm& farm, OpenStreams& streams, JoinServer* joining, bool share_jobs)
-      : farm_(farm), streams_(streams), joining_(joining), share_jobs_(share_jobs) {}
+  FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, JoinServer* joining, bool share_jobs)
+      : farm_(farm), streams_(streams), expelled_(expelled), joining_(joining), share_jobs_(share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
@@ -34,6 +35,8 @@ class FarmService final : public v1::FarmService::CallbackService {
                                       v1::TrustHostResponse* response) override;
   grpc::ServerUnaryReactor* MakeJoinToken(grpc::CallbackServerContext* context, const v1::MakeJoinTokenRequest* request,
                                           v1::MakeJoinTokenResponse* response) override;
+  grpc::ServerUnaryReactor* Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
+                                  v1::ExpelResponse* response) override;
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(grpc::CallbackServerContext* context,
                                                            const v1::WatchJobRequest* request) override;
   grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context, const v1::ListWorkersRequest* request,
@@ -43,8 +46,11 @@ class FarmService final : public v1::FarmService::CallbackService {
   /// NotFound for a job that is not there, PermissionDenied for one that is not the caller's.
   absl::Status check_access(const grpc::CallbackServerContext& context, const std::string& job) const;
 
+  absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, const Caller& who);
+
   Farm& farm_;
   OpenStreams& streams_;
+  Expelled& expelled_;
   JoinServer* const joining_;
   const bool share_jobs_;
 };

@@ -81,11 +81,12 @@ bool names_few(const v1::LeaseRequest& request) {
 
 }  // namespace
 
-absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request) {
+absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request, const Origin& origin) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   if (absl::Status status = check_registration(request); !status.ok()) {
     const std::string name = request.name().substr(0, kMaxNameBytes);
-    wire::log(spdlog::level::warn, {.worker = name}, "worker {} refused: {}", name, std::string(status.message()));
+    wire::log(spdlog::level::warn, {.worker = name, .peer = origin.peer}, "worker {} refused: {}", name,
+              std::string(status.message()));
     return status;
   }
   v1::RegisterResponse response;
@@ -101,10 +102,12 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
                                   .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
                                   .threads = request.threads(),
                                   .host = request.host(),
-                                  .tags = {request.tags().begin(), request.tags().end()}},
+                                  .tags = {request.tags().begin(), request.tags().end()},
+                                  .certificate = origin.certificate,
+                                  .peer = origin.peer},
                                  now());
   if (!status.ok()) return status;
-  wire::log(spdlog::level::info, {.worker = request.name(), .host = request.host()},
+  wire::log(spdlog::level::info, {.worker = request.name(), .host = request.host(), .peer = origin.peer},
             "worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
             response.worker_id());
   return response;
@@ -213,6 +216,22 @@ absl::Status Farm::deregister(const std::string& worker) {
   wire::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
   dispatcher_.notify_work();
   return absl::OkStatus();
+}
+
+std::uint32_t Farm::expel(const std::string& certificate) {
+  std::uint32_t expelled = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const WorkerView& worker : scheduler_.workers()) {
+      const WorkerInfo& info = worker.info;
+      if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
+      ++expelled;
+      wire::log(spdlog::level::warn, {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
+                "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id, worker.leases);
+    }
+  }
+  dispatcher_.notify_work();
+  return expelled;
 }
 
 void Farm::tick() {

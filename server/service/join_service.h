@@ -37,6 +37,8 @@ class JoinServer {
 
   /// A join token, as text. Errors as JoinTokens::make.
   absl::StatusOr<std::string> make_token(std::chrono::seconds life, std::uint32_t uses);
+  /// Tokens that were made so far are accepted no more. How many that were.
+  absl::StatusOr<std::size_t> call_tokens_back() { return tokens_.call_back(); }
 
  private:
   class Service;

@@ -1,7 +1,5 @@
 #include "service/open_streams.h"
 
-#include <string>
-
 #include "wire/log.h"
 
 namespace tessera::server {
@@ -39,6 +37,13 @@ void OpenStreams::cut_stalled(Clock::time_point now) {
     wire::log(spdlog::level::warn, {.user = stream->caller_.user, .peer = peer},
               "cut off: the other end of a stream ({}) let a message wait for {:.1f} s ({} such lines left out before)",
               stream->kind_, std::chrono::duration<double>(now.time_since_epoch() - since).count(), left_out);
+  }
+}
+
+void OpenStreams::cut_off(Role role, const std::string& user) {
+  const std::lock_guard lock(mutex_);
+  for (Stream* const stream : streams_) {
+    if (stream->caller_.role == role && stream->caller_.user == user) stream->context_->TryCancel();
   }
 }
 

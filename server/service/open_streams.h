@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <list>
 #include <mutex>
+#include <string>
 
 #include "service/access.h"
 #include "wire/line_limit.h"
@@ -53,7 +54,9 @@ class OpenStreams {
   /// Cuts off every stream whose message has been on its way for longer than its patience. To be called every second or
   /// so, or more often.
   void cut_stalled(Clock::time_point now);
-  /// How many were, so far.
+  /// Cuts off the streams of everybody who calls by this name in this role.
+  void cut_off(Role role, const std::string& user);
+  /// How many stalled, so far.
   std::uint64_t cut_count() const { return cut_; }
 
  private:

@@ -1,12 +1,15 @@
 #include "service/work_service.h"
 
+#include "service/access.h"
 #include "service/answer.h"
 
 namespace tessera::server {
 
 grpc::ServerUnaryReactor* WorkService::Register(grpc::CallbackServerContext* context,
                                                 const v1::RegisterRequest* request, v1::RegisterResponse* response) {
-  return answer(context->DefaultReactor(), farm_.register_worker(*request), response);
+  const Caller caller = caller_of(context->auth_context().get());
+  return answer(context->DefaultReactor(),
+                farm_.register_worker(*request, {.certificate = caller.user, .peer = context->peer()}), response);
 }
 
 grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* context, const v1::LeaseRequest* request,

@@ -74,6 +74,12 @@ absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uin
   return secret;
 }
 
+absl::StatusOr<std::size_t> JoinTokens::call_back() {
+  const std::lock_guard lock{mutex_};
+  if (absl::Status status = write({}); !status.ok()) return status;
+  return std::exchange(tokens_, {}).size();
+}
+
 bool JoinTokens::may_try(const std::string& address, Time now) {
   // Also when the clock was set back.
   if (now - minute_ >= std::chrono::minutes{1} || now < minute_) {

@@ -37,6 +37,9 @@ class JoinTokens {
   /// time is over; ResourceExhausted, whatever the secret, after kFailuresAMinute of those from `address`.
   absl::Status redeem(const std::string& secret, const std::string& address, Time now);
 
+  /// No token that was made so far is accepted any more; durable when it returns. How many that were.
+  absl::StatusOr<std::size_t> call_back();
+
  private:
   struct Token {
     std::string digest;  // of the secret

@@ -15,6 +15,13 @@ const char* to_string(Role role) {
   return kNames[static_cast<std::size_t>(role)];
 }
 
+std::optional<Role> role_of_name(std::string_view name) {
+  for (const Role role : kRoles) {
+    if (name == to_string(role)) return role;
+  }
+  return std::nullopt;
+}
+
 std::string role_uri(Role role) { return std::string{kPrefix} + to_string(role); }
 
 std::optional<Role> role_of_uri(std::string_view uri) {

@@ -16,6 +16,7 @@ enum class Role {
 
 /// "worker" ...
 const char* to_string(Role role);
+std::optional<Role> role_of_name(std::string_view name);
 
 /// The subject alternative name of a certificate that says the role: "tessera:worker" ...
 std::string role_uri(Role role);

@@ -34,6 +34,22 @@ TEST(JoinTokens, AreAcceptedAsOftenAsWasSaid) {
   EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kAddress, kNow + minutes{59})));
 }
 
+TEST(JoinTokens, AreCalledBackTogether) {
+  const support::TempDir folder;
+  const std::filesystem::path file = folder.path() / "join-tokens";
+  auto tokens = JoinTokens::open(file);
+  ASSERT_TRUE(tokens.ok());
+  const auto one = tokens->make(hours{1}, 2, kNow), other = tokens->make(hours{2}, 2, kNow);
+  ASSERT_TRUE(one.ok() && other.ok());
+  EXPECT_EQ(tokens->call_back().value(), 2U);
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*one, kAddress, kNow)));
+  auto restarted = JoinTokens::open(file);
+  ASSERT_TRUE(restarted.ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(restarted->redeem(*other, kAddress, kNow)));
+  const auto later = tokens->make(hours{1}, 1, kNow);
+  EXPECT_TRUE(tokens->redeem(*later, kAddress, kNow).ok());
+}
+
 TEST(JoinTokens, Expire) {
   auto tokens = JoinTokens::open({});
   const auto secret = tokens->make(hours{1}, 1, kNow);

@@ -1,0 +1,56 @@
+// tessera expel NAME
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "command/server_option.h"
+
+namespace tessera::client {
+namespace {
+
+struct Options {
+  ServerOption server;
+  std::string name;
+  std::string role = "worker";
+  bool undo = false;
+};
+
+int run(const Options& options, Interrupt& interrupt) {
+  const auto farm = connect(options.server);
+  if (!farm.ok()) return report_farm_error(farm.status());
+  v1::ExpelRequest request;
+  request.set_role(options.role);
+  request.set_name(options.name);
+  request.set_undo(options.undo);
+  const absl::StatusOr<v1::ExpelResponse> response = (*farm)->expel(request, interrupt.token());
+  if (!response.ok()) return report_farm_error(response.status());
+  if (options.undo) {
+    std::cout << options.role << " " << options.name << " may come back\n";
+    return kDone;
+  }
+  std::cout << options.role << " " << options.name << " is expelled";
+  if (options.role == "worker") {
+    std::cout << ": " << response->workers() << " at work, " << response->join_tokens() << " join tokens called back";
+  }
+  std::cout << '\n';
+  return kDone;
+}
+
+}  // namespace
+
+void add_expel_command(CommandLine& line) {
+  auto options = std::make_shared<Options>();
+  Command command =
+      line.add_command("expel", "Puts a member out of the farm: its certificates of until now are refused from now on");
+  command.add("NAME", options->name, "the name in the certificate (tessera workers)").required();
+  command.add("--role", options->role, "what the certificate is for")
+      .one_of({"worker", "client", "admin"})
+      .with_default();
+  command.add_flag("--undo", options->undo, "accept the certificates again");
+  define_server_option(command, options->server);
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+}
+
+}  // namespace tessera::client

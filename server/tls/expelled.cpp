@@ -1,0 +1,101 @@
+#include "tls/expelled.h"
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "absl/strings/str_cat.h"
+#include "tls/authority.h"
+#include "wire/private_file.h"
+#include "wire/x509.h"
+
+namespace tessera::server {
+namespace {
+
+std::int64_t unix_seconds(Expelled::Time time) {
+  return std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
+}
+
+bool is_name(std::string_view name) {
+  const auto is_plain = [](char c) { return c > ' ' && c != '\x7f'; };
+  return !name.empty() && name.size() <= Expelled::kLongestName && std::all_of(name.begin(), name.end(), is_plain);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Expelled>> Expelled::open(std::filesystem::path file) {
+  std::unique_ptr<Expelled> expelled{new Expelled{std::move(file)}};
+  if (absl::Status status = expelled->read(); !status.ok()) return status;
+  return expelled;
+}
+
+absl::Status Expelled::read() {
+  if (file_.empty() || !std::filesystem::exists(file_)) return absl::OkStatus();
+  std::ifstream in{file_};
+  if (!in) return absl::UnavailableError(absl::StrCat(file_.string(), " cannot be read"));
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words{line};
+    std::string role_name, name, more;
+    std::int64_t seconds = 0;
+    words >> role_name >> name >> seconds;
+    const std::optional<Role> role = role_of_name(role_name);
+    if (!words || !role || !is_name(name) || words >> more) {
+      return absl::DataLossError(
+          absl::StrCat(file_.string(), ": \"", line, "\" is not: role, name, seconds since 1970"));
+    }
+    members_[{*role, name}] = Time{std::chrono::seconds{seconds}};
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Expelled::write(const Members& members) const {
+  if (file_.empty()) return absl::OkStatus();
+  std::string text;
+  for (const auto& [member, since] : members) {
+    absl::StrAppend(&text, to_string(member.first), " ", member.second, " ", unix_seconds(since), "\n");
+  }
+  return wire::replace_file(file_, 0600, text);
+}
+
+absl::Status Expelled::expel(Role role, const std::string& name, Time now) {
+  if (!is_name(name)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no certificate has this name: 1 to ", kLongestName, " characters without spaces were expected"));
+  }
+  const std::lock_guard lock{mutex_};
+  Members members = members_;
+  members[{role, name}] = now;
+  if (members.size() > kMostNames) {
+    return absl::ResourceExhaustedError("too many are expelled already; a new authority makes all certificates void");
+  }
+  if (absl::Status status = write(members); !status.ok()) return status;
+  members_ = std::move(members);
+  return absl::OkStatus();
+}
+
+absl::Status Expelled::readmit(Role role, const std::string& name) {
+  const std::lock_guard lock{mutex_};
+  Members members = members_;
+  if (members.erase({role, name}) == 0) {
+    return absl::NotFoundError(absl::StrCat(to_string(role), " '", name, "' is not expelled"));
+  }
+  if (absl::Status status = write(members); !status.ok()) return status;
+  members_ = std::move(members);
+  return absl::OkStatus();
+}
+
+bool Expelled::refuses(Role role, const std::string& name, std::string_view certificate_pem) const {
+  Time since;
+  {
+    const std::lock_guard lock{mutex_};
+    const auto found = members_.find({role, name});
+    if (found == members_.end()) return false;
+    since = found->second;
+  }
+  const wire::Certificate certificate = wire::certificate_from_pem(certificate_pem);
+  const std::optional<Time> begin = certificate == nullptr ? std::nullopt : wire::begin_of(certificate.get());
+  // Certificates of a farm begin a while before they are made.
+  return !begin || unix_seconds(*begin + kClockSlack) <= unix_seconds(since);
+}
+
+}  // namespace tessera::server
