@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "integration/farm_under_test.h"
 
@@ -91,6 +93,35 @@ TEST_F(Join, ATokenOfAnotherFarmIsNotToldToThisOne) {
   EXPECT_FALSE(fs::exists(here() / "mine" / "certificate.pem"));
   const auto senseless = worker("tessera-join:1", here() / "mine");
   EXPECT_EQ(senseless->wait(kPatience)->code, 2) << senseless->err();
+}
+
+TEST_F(Join, WhoeverIsExpelledLeavesAndComesBackWithANewTokenOnly) {
+  const auto leaves = [](support::Process& worker, const std::string& why) {
+    const auto ended = worker.wait(kPatience);
+    ASSERT_TRUE(ended) << worker.err();
+    EXPECT_EQ(ended->code, 4) << worker.err();
+    EXPECT_THAT(worker.err(), HasSubstr(why));
+  };
+  const std::string good_for_two = token({"--uses", "2"});
+  const auto first = worker(good_for_two, here() / "mine");
+  ASSERT_TRUE(first->wait_for_err("registered with", kPatience)) << first->err();
+  // A machine joins by its own name, whatever its worker calls itself.
+  const nlohmann::json workers = nlohmann::json::parse(as("admin", {"workers", "--json"}).out);
+  const std::string machine = workers["workers"][0]["certificate"];
+  EXPECT_THAT(as("admin", {"workers"}).out, HasSubstr("certificate of " + machine));
+
+  EXPECT_EQ(as("admin", {"expel", "nobody"}).out, "worker nobody is expelled: 0 at work, 1 join tokens called back\n");
+  const support::Finished expelled = as("admin", {"expel", machine});
+  EXPECT_EQ(expelled.out, "worker " + machine + " is expelled: 1 at work, 0 join tokens called back\n") << expelled.err;
+  const std::string told = "'" + machine + "' (worker) was expelled from the farm";
+  leaves(*first, told);
+  leaves(*worker(good_for_two, here() / "mine"), told);
+  leaves(*worker(good_for_two, here() / "other"), "the join token is not valid");
+  EXPECT_TRUE(coordinator_->wait_for_err("is expelled; its 0 leases go to others", kPatience));
+
+  std::this_thread::sleep_for(std::chrono::seconds{1});  // certificates know of whole seconds only
+  const auto again = worker(token(), here() / "anew");
+  EXPECT_TRUE(again->wait_for_err("registered with", kPatience)) << again->err();
 }
 
 TEST_F(Join, EveryLineOfAJsonLogIsAnObject) {
