@@ -73,7 +73,8 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
                                 .unfetched = options.keep_unfetched,
                                 .max_bytes = options.max_result_bytes,
                                 .blobs = options.keep_blobs,
-                                .interval = options.prune_interval}},
+                                .interval = options.prune_interval},
+                  .max_open_units = options.max_open_units},
                  [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);

@@ -55,6 +55,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds prune_interval{15'000};
   /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as there.
   std::optional<std::uint64_t> keep_free_bytes = {};
+  /// Most units that the jobs have together that are not over; each takes 29 bytes.
+  std::uint64_t max_open_units = std::uint64_t{1} << 27;
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };

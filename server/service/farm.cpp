@@ -178,6 +178,15 @@ absl::Status Farm::check_blobs(const v1::JobSpec& spec) const {
                                                     first->digest(), " (", first->path(), ")"));
 }
 
+absl::Status Farm::check_capacity(const JobShape& shape) const {
+  std::uint64_t units = shape.plan->unit_count();
+  for (const auto& entry : jobs_.all()) units += entry->past ? 0 : entry->shape->plan->unit_count();
+  if (units <= options_.max_open_units) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("with this job's, the jobs that are not over would have ", units,
+                                                   " units, more than the ", options_.max_open_units,
+                                                   " that the coordinator keeps; try again when some are done"));
+}
+
 std::uint64_t Farm::claim_uploads(const v1::JobSpec& spec) {
   std::uint64_t bytes = 0;
   const auto claim = [&](const v1::BlobRef& blob) {
@@ -304,6 +313,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
     });
   }
   if (!room.ok()) return done(room);
+  if (absl::Status status = check_capacity(**shape); !status.ok()) return done(std::move(status));
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
   JobEntry& entry = jobs_.add({.id = id,

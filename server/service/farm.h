@@ -42,6 +42,7 @@ struct FarmOptions {
   std::chrono::milliseconds lease_timeout;
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
+  std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
 };
 
 /// Some results of a job, and its status.
@@ -149,6 +150,8 @@ class Farm {
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
+  /// Whether the units of one more job fit into memory. With mutex_ held.
+  absl::Status check_capacity(const JobShape& shape) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.
   absl::StatusOr<std::optional<Donor>> find_donor(const v1::SubmitJobRequest& request, const JobShape& shape);
   absl::StatusOr<const JobEntry*> best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec);

@@ -21,7 +21,8 @@ constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr int kMaxIsas = 16;
 constexpr int kMaxTags = 64;
-constexpr int kMaxNamedPerLease = 4096;  // jobs or scenes that a worker says it knows
+constexpr int kMaxNamedPerLease = 4096;                       // jobs or scenes that a worker says it knows
+constexpr std::size_t kMaxLeaseBytes = std::size_t{1} << 20;  // of a call that waits, with all its names
 // A worker that took over its leases from an earlier coordinator may hold more than this one would give it.
 constexpr int kMaxLeasesPerHeartbeat = 4 * wire::kMaxLeasesPerWorker;
 // After so many results of a job, their cost is journaled as a sum: a restart adds up the rest only.
@@ -43,8 +44,10 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
     return absl::InvalidArgumentError(absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
   }
-  const bool long_tag = std::any_of(request.tags().begin(), request.tags().end(),
-                                    [](const std::string& tag) { return tag.size() > kMaxNameBytes; });
+  const auto is_long = [](const std::string& name) { return name.size() > kMaxNameBytes; };
+  if (std::any_of(isas.begin(), isas.end(), is_long))
+    return absl::InvalidArgumentError("the name of an ISA is too long");
+  const bool long_tag = std::any_of(request.tags().begin(), request.tags().end(), is_long);
   if (request.host().size() > kMaxNameBytes || request.tags_size() > kMaxTags || long_tag) {
     return absl::InvalidArgumentError("the host or a tag is too long, or there are too many tags");
   }
@@ -76,7 +79,8 @@ void log_lease(spdlog::level::level_enum level, const std::string& worker, const
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
 
 bool names_few(const v1::LeaseRequest& request) {
-  return std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) <= kMaxNamedPerLease;
+  return std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) <= kMaxNamedPerLease &&
+         request.ByteSizeLong() <= kMaxLeaseBytes;
 }
 
 }  // namespace
@@ -118,7 +122,7 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
 void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done) {
   if (!names_few(request)) {
     return done(absl::ResourceExhaustedError(
-        absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes are named in one call")));
+        absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes, or too long names, in one call")));
   }
   const auto wait = std::clamp<std::int64_t>(TimeUtil::DurationToMilliseconds(request.max_wait()), 0,
                                              std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);

@@ -186,6 +186,28 @@ TEST_F(JobsTest, UnsoundJobsAreRefused) {
   EXPECT_EQ(try_submit("a", spec).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
+TEST_F(JobsTest, HaveSoManyUnitsTogetherAndNoMore) {
+  CoordinatorOptions options;
+  options.max_open_units = 8;
+  options.late_results = std::chrono::milliseconds{0};
+  start(options);
+  const v1::JobSpec spec = job_spec();  // four units
+  std::string first, second, again;
+  ASSERT_TRUE(try_submit("first", spec, &first).ok());
+  ASSERT_TRUE(try_submit("second", spec, &second).ok());
+  const grpc::Status refused = try_submit("third", spec);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), testing::HasSubstr("12 units"));
+  EXPECT_TRUE(try_submit("second", spec, &again).ok()) << "it is there";
+  EXPECT_EQ(again, second);
+  // Once a job is over, there is room: at the next tick, when its units are forgotten.
+  ASSERT_TRUE(cancel(first).ok());
+  while (try_submit("third", spec).error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});  // the test's own timeout is the limit
+  }
+  EXPECT_EQ(try_submit("fourth", spec).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
 TEST_F(JobsTest, ShutdownEndsEveryCall) {
   const std::string id = submit(job_spec());
   grpc::ClientContext watch_context;

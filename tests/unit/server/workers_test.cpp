@@ -49,6 +49,9 @@ TEST_F(WorkersTest, AMismatchIsRefusedByName) {
   other.set_isa("avx512");
   EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   other = request;
+  other.add_supported_isas(std::string(1000, 'x'));
+  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  other = request;
   other.set_threads(0);
   EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
@@ -132,6 +135,17 @@ TEST_F(WorkersTest, AResultIsAnsweredWithTheNextUnits) {
   ASSERT_TRUE(deliver(last, payload_for(last.unit()), third, more).ok());
   EXPECT_EQ(third.more().leases_size(), 0);
   EXPECT_EQ(job(id).units_done(), 3u);
+}
+
+TEST_F(WorkersTest, ACallThatWaitsIsShort) {
+  v1::LeaseRequest request;
+  request.set_worker_id(register_worker());
+  request.set_max_units(1);
+  request.mutable_max_wait()->set_seconds(20);
+  request.add_known_job_ids(std::string(2 << 20, 'x'));
+  grpc::ClientContext context;
+  v1::LeaseResponse response;
+  EXPECT_EQ(work_->Lease(&context, request, &response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
 }
 
 TEST_F(WorkersTest, OnlyResultsOfTheUnitAreTaken) {
