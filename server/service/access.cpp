@@ -49,7 +49,8 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
                        OutputMetadata*) override {
     const std::string method = method_of(metadata);
     const Caller caller = caller_of(context);
-    if (caller.role && is_expelled(caller, *context)) return refuse_expelled(caller, method);
+    if (caller.role && expelled_->refuses(*caller.role, caller.user, certificate_of(*context)))
+      return refuse_expelled(caller, method);
     if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
@@ -58,12 +59,6 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
   }
 
  private:
-  bool is_expelled(const Caller& caller, const grpc::AuthContext& context) const {
-    const std::vector<grpc::string_ref> pem = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
-    return expelled_->refuses(*caller.role, caller.user,
-                              pem.empty() ? std::string_view{} : std::string_view{pem[0].data(), pem[0].size()});
-  }
-
   grpc::Status refuse_expelled(const Caller& caller, const std::string& method) {
     const std::string who = absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")");
     if (const auto [write, left_out] = expelled_calls_.count(); write) {
@@ -108,6 +103,11 @@ Caller caller_of(const grpc::AuthContext* context) {
   for (const grpc::string_ref& name : context->FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME))
     caller.user = text_of(name);
   return caller;
+}
+
+std::string certificate_of(const grpc::AuthContext& context) {
+  const std::vector<grpc::string_ref> pem = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+  return pem.empty() ? "" : text_of(pem.front());
 }
 
 std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<const Expelled> expelled) {

@@ -26,6 +26,8 @@ struct Caller {
 };
 
 Caller caller_of(const grpc::AuthContext* context);
+/// The certificate itself, in PEM; empty where there is none.
+std::string certificate_of(const grpc::AuthContext& context);
 
 /// Refuses, and logs, every call that the caller's role is not for, before it reaches a service: workers call
 /// WorkService and download blobs, clients call FarmService and move blobs, administrators do what clients do, trust

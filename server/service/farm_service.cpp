@@ -127,7 +127,8 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
   return answer(reactor, token.status());
 }
 
-absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request, const Caller& who) {
+absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request, const grpc::AuthContext* by) {
+  const Caller who = caller_of(by);
   const std::optional<Role> role = role_of_name(request.role());
   if (!who.role) return absl::FailedPreconditionError("callers have no certificates here, so nobody can be expelled");
   if (!role || role == Role::kServer) {
@@ -139,10 +140,14 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
     wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user, request.role(), name);
     return v1::ExpelResponse{};
   }
+  auto until = std::chrono::system_clock::now();
   if (role == who.role && name == who.user) {
-    return absl::FailedPreconditionError("this is the name in your own certificate: nobody could undo it");
+    // A certificate that leaked is put out by the one that takes its place.
+    const auto own = time_made(certificate_of(*by));
+    if (!own) return absl::FailedPreconditionError("your own certificate does not say when it was made");
+    until = *own - std::chrono::seconds{1};
   }
-  if (absl::Status s = expelled_.expel(*role, name, std::chrono::system_clock::now()); !s.ok()) return s;
+  if (absl::Status s = expelled_.expel(*role, name, until); !s.ok()) return s;
   wire::log(spdlog::level::warn, {.user = who.user}, "'{}' expelled {} '{}'", who.user, request.role(), name);
   streams_.cut_off(*role, name);
   v1::ExpelResponse response;
@@ -156,7 +161,7 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
 
 grpc::ServerUnaryReactor* FarmService::Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
                                              v1::ExpelResponse* response) {
-  return answer(context->DefaultReactor(), expel(*request, caller(*context)), response);
+  return answer(context->DefaultReactor(), expel(*request, context->auth_context().get()), response);
 }
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::CallbackServerContext* context,

@@ -46,7 +46,7 @@ class FarmService final : public v1::FarmService::CallbackService {
   /// NotFound for a job that is not there, PermissionDenied for one that is not the caller's.
   absl::Status check_access(const grpc::CallbackServerContext& context, const std::string& job) const;
 
-  absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, const Caller& who);
+  absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, const grpc::AuthContext* by);
 
   Farm& farm_;
   OpenStreams& streams_;

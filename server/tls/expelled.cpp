@@ -23,6 +23,13 @@ bool is_name(std::string_view name) {
 
 }  // namespace
 
+std::optional<std::chrono::system_clock::time_point> time_made(std::string_view certificate_pem) {
+  const wire::Certificate certificate = wire::certificate_from_pem(certificate_pem);
+  const auto begin = certificate == nullptr ? std::nullopt : wire::begin_of(certificate.get());
+  if (!begin) return std::nullopt;
+  return *begin + kClockSlack;  // they begin a while before
+}
+
 absl::StatusOr<std::unique_ptr<Expelled>> Expelled::open(std::filesystem::path file) {
   std::unique_ptr<Expelled> expelled{new Expelled{std::move(file)}};
   if (absl::Status status = expelled->read(); !status.ok()) return status;
@@ -64,7 +71,8 @@ absl::Status Expelled::expel(Role role, const std::string& name, Time now) {
   }
   const std::lock_guard lock{mutex_};
   Members members = members_;
-  members[{role, name}] = now;
+  Time& since = members[{role, name}];
+  since = std::max(since, now);  // nobody comes back because a clock was set back
   if (members.size() > kMostNames) {
     return absl::ResourceExhaustedError("too many are expelled already; a new authority makes all certificates void");
   }
@@ -92,10 +100,8 @@ bool Expelled::refuses(Role role, const std::string& name, std::string_view cert
     if (found == members_.end()) return false;
     since = found->second;
   }
-  const wire::Certificate certificate = wire::certificate_from_pem(certificate_pem);
-  const std::optional<Time> begin = certificate == nullptr ? std::nullopt : wire::begin_of(certificate.get());
-  // Certificates of a farm begin a while before they are made.
-  return !begin || unix_seconds(*begin + kClockSlack) <= unix_seconds(since);
+  const std::optional<Time> made = time_made(certificate_pem);
+  return !made || unix_seconds(*made) <= unix_seconds(since);
 }
 
 }  // namespace tessera::server

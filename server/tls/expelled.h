@@ -16,6 +16,9 @@
 
 namespace tessera::server {
 
+/// When a farm's authority made a certificate, given in PEM; nothing when that cannot be read.
+std::optional<std::chrono::system_clock::time_point> time_made(std::string_view certificate_pem);
+
 /// Role and name of a certificate, with the time at which they were expelled: certificates that were made until then
 /// are refused, later ones are not. Kept in one file. Thread-safe. Time is given by the caller.
 class Expelled {

@@ -47,6 +47,8 @@ TEST(ExpelledMembers, AreRefusedByCertificatesOfBeforeOnly) {
 
   ASSERT_TRUE(expelled->expel(Role::kWorker, "render7", kNow + seconds{1}).ok());
   EXPECT_TRUE(expelled->refuses(Role::kWorker, "render7", after)) << "a second time";
+  ASSERT_TRUE(expelled->expel(Role::kWorker, "render7", kNow - hours{1}).ok());
+  EXPECT_TRUE(expelled->refuses(Role::kWorker, "render7", after)) << "a clock that goes back lets nobody in";
   ASSERT_TRUE(expelled->readmit(Role::kWorker, "render7").ok());
   EXPECT_FALSE(expelled->refuses(Role::kWorker, "render7", before));
   EXPECT_TRUE(absl::IsNotFound(expelled->readmit(Role::kWorker, "render7")));
@@ -174,14 +176,28 @@ TEST_F(Expelling, AClientsStreamsEnd) {
   EXPECT_EQ(list_code(channel_of("client-bob")), OK);
 }
 
-TEST_F(Expelling, IsForAdministratorsAndNotAgainstThemselves) {
+TEST_F(Expelling, IsForAdministrators) {
   EXPECT_EQ(expel("worker", "client", "alice"), PERMISSION_DENIED);
   EXPECT_EQ(expel("client-alice", "client", "bob"), PERMISSION_DENIED);
   EXPECT_EQ(list_code(channel_of("client-bob")), OK);
-  EXPECT_EQ(expel("admin", "admin", "admin"), FAILED_PRECONDITION);
   EXPECT_EQ(expel("admin", "server", "tessera-server"), INVALID_ARGUMENT);
   EXPECT_EQ(expel("admin", "", "alice"), INVALID_ARGUMENT);
   EXPECT_EQ(expel("admin", "client", ""), INVALID_ARGUMENT);
+}
+
+TEST_F(Expelling, ALeakedCertificateOfAnAdministratorIsPutOutByTheNextOne) {
+  const auto authority = Authority::open(farm_certificates() / "authority");
+  ASSERT_TRUE(authority.ok());
+  const auto before = std::chrono::system_clock::now() - seconds{10};
+  const std::filesystem::path leaked = folder_.path() / "leaked";
+  ASSERT_TRUE(authority
+                  ->issue({.role = Role::kAdmin, .name = "admin", .hosts = {}}, leaked, before - kClockSlack,
+                          before + hours{24})
+                  .ok());
+  EXPECT_EQ(list_code(channel(leaked)), OK);
+  ASSERT_EQ(expel("admin", "admin", "admin"), OK);
+  EXPECT_EQ(list_code(channel(leaked)), PERMISSION_DENIED);
+  EXPECT_EQ(list_code(channel_of("admin")), OK);
 }
 
 TEST_F(CoordinatorTest, NobodyIsExpelledWhereNobodyHasACertificate) {
