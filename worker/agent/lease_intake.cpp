@@ -18,14 +18,10 @@ LeaseIntake::LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string
     : leases_(leases), renderer_(renderer), address_(std::move(address)), full_(full) {}
 
 LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
-  Ask ask{.units = leases_.ask(full_), .known = nullptr};
+  Ask ask{.units = leases_.ask(full_), .known = known()};
   if (ask.units == 0) return ask;
   request.set_max_units(static_cast<std::uint32_t>(ask.units));
   for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
-  {
-    const std::lock_guard lock{mutex_};
-    ask.known = known_;
-  }
   for (const auto& [job_id, spec] : *ask.known) request.add_known_job_ids(job_id);
   return ask;
 }
@@ -42,8 +38,9 @@ void LeaseIntake::take(const Specs& known, const v1::LeaseResponse& response) {
   for (const v1::Lease& lease : response.leases()) {
     const v1::LeaseToken& token = lease.token();
     auto spec = known.find(token.job_id());
-    if (spec == known.end()) spec = sent.find(token.job_id());
-    if (spec == sent.end()) {
+    const bool is_known = spec != known.end();
+    if (!is_known) spec = sent.find(token.job_id());
+    if (!is_known && spec == sent.end()) {
       // The lease runs out.
       wire::log(spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
                 "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
@@ -52,6 +49,11 @@ void LeaseIntake::take(const Specs& known, const v1::LeaseResponse& response) {
     leases_.add(lease, spec->second);
     spdlog::debug("unit {} of job {} leased", token.unit_index(), token.job_id());
   }
+}
+
+std::shared_ptr<const LeaseIntake::Specs> LeaseIntake::known() {
+  const std::lock_guard lock{mutex_};
+  return known_;
 }
 
 void LeaseIntake::know(const Specs& sent) {

@@ -24,18 +24,19 @@ class LeaseIntake {
   using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // by job
   struct Ask {
     std::size_t units = 0;
-    std::shared_ptr<const Specs> known;  // which the answer may leave out
+    std::shared_ptr<const Specs> known;  // which the answer may leave out; never null
   };
 
   /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing when none
   /// is wanted. Each Ask is to be answered.
   Ask ask(v1::LeaseRequest& request);
 
-  /// `response` is null when the call brought none.
+  /// `response` is null when the call brought none. Units that nobody asked for are taken, too.
   void answered(const Ask& ask, const v1::LeaseResponse* response);
 
  private:
   void take(const Specs& known, const v1::LeaseResponse& response);
+  std::shared_ptr<const Specs> known();
   void know(const Specs& sent);
 
   LeaseTable& leases_;

@@ -187,6 +187,15 @@ TEST_F(AgentTest, AHeartbeatThatIsDueSoonGoesWithAResult) {
   EXPECT_LE(beats, results / 2) << "not with each result";
 }
 
+TEST_F(AgentTest, UnitsThatNobodyAskedForAreRenderedToo) {
+  coordinator_.be_generous();
+  coordinator_.offer("job", spec_for_scene(), 0, 40);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_results(40));
+  EXPECT_TRUE(stop_and_join().ok());
+  EXPECT_EQ(renderer_.renders, 40);
+}
+
 TEST_F(AgentTest, KeepsAResultUntilItIsAcknowledged) {
   coordinator_.fail_completes(3);
   coordinator_.offer("job", spec_for_scene(), 0, 1);

@@ -69,7 +69,9 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     }
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
     owner_.results_[request->token().unit_index()] = *request;
-    owner_.grant(request->more(), *response->mutable_more());
+    v1::LeaseRequest wanted = request->more();
+    if (owner_.generous_) wanted.set_max_units(wanted.max_units() + 1);
+    owner_.grant(wanted, *response->mutable_more());
     if (request->has_beat()) owner_.hear(request->beat(), owner_.revoked_with_result_, *response->mutable_beat());
     owner_.changed_.notify_all();
     return grpc::Status::OK;
@@ -198,6 +200,11 @@ void FakeCoordinator::fail_completes(int count, grpc::StatusCode code) {
   std::lock_guard lock{mutex_};
   completes_to_fail_ = count;
   failure_code_ = code;
+}
+
+void FakeCoordinator::be_generous() {
+  std::lock_guard lock{mutex_};
+  generous_ = true;
 }
 
 void FakeCoordinator::grant(const v1::LeaseRequest& request, v1::LeaseResponse& response) {

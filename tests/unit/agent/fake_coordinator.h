@@ -50,6 +50,8 @@ class FakeCoordinator {
   /// The same for heartbeats that come with a result.
   void revoke_with_result(std::uint32_t unit_index);
   void ask_to_drain();
+  /// From now on each result brings a unit more than was asked for.
+  void be_generous();
 
   // Each waits, at most 20 s, for the event, and is false when it did not come.
   bool wait_for_results(std::size_t count);
@@ -103,6 +105,7 @@ class FakeCoordinator {
   std::chrono::milliseconds heartbeat_interval_{50};
   std::set<std::uint32_t> revoked_, revoked_with_result_;
   bool drain_ = false;
+  bool generous_ = false;
   bool deregistered_ = false;
   bool closing_ = false;
   std::vector<std::uint64_t> download_offsets_;
