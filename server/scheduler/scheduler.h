@@ -169,6 +169,7 @@ class Scheduler {
   bool may_work_on(const Worker& worker, const Job& job, Time now) const;
   bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;
   void grant(Batch& batch, Job& job, std::uint32_t unit, bool audit);
+  std::optional<LeaseId> find_own_lease(const Job& job, std::uint32_t unit, std::string_view worker) const;
   bool take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
   Time unit_cost(const Worker& worker, const Job& job) const;
   Time lease_time() const;

@@ -312,7 +312,7 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
   for (const v1::LeaseToken& token : leases) {
     const absl::StatusOr<Job*> job = find_open_job(token);
     if (job.ok()) absolve(**job, token, (*worker)->info.host);
-    const std::optional<LeaseId> lease = job.ok() ? find_lease(**job, token, worker_id) : std::nullopt;
+    const std::optional<LeaseId> lease = job.ok() ? find_own_lease(**job, token.unit_index(), worker_id) : std::nullopt;
     if (lease) {
       leases_.refresh(*lease, now + lease_time());
     } else if (!job.ok() || !take_up(**worker, **job, token, now)) {
@@ -320,6 +320,15 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
     }
   }
   return decision;
+}
+
+/// The worker's lease of a unit, whichever grant it names: after a restart a unit may be granted anew to the worker
+/// that has it in its hands, and the answer that says so may still be on its way.
+std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, std::uint32_t unit, std::string_view worker) const {
+  for (const LeaseId id : leases_.of_unit(job.number, unit)) {
+    if (leases_.get(id).worker == worker) return id;
+  }
+  return std::nullopt;
 }
 
 /// A lease that is not known any more goes on where it was, when nobody else has begun with its unit.

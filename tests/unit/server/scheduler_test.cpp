@@ -3,26 +3,67 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <string>
+
 #include "absl/strings/str_cat.h"
 
 namespace tessera::server {
 namespace {
 
+WorkerInfo worker_called(const std::string& id) {
+  return {.id = id,
+          .name = "",
+          .build = "",
+          .isa = "avx2",
+          .supported_isas = {"avx2"},
+          .threads = 1,
+          .host = id,
+          .tags = {}};
+}
+
+TEST(Scheduler, AUnitThatIsGrantedAnewToItsHolderIsNotRevoked) {
+  v1::JobSpec spec;
+  spec.set_width(8);
+  spec.set_height(8);
+  spec.mutable_crop()->set_x1(8);
+  spec.mutable_crop()->set_y1(8);
+  spec.set_tile_size(8);
+  spec.set_samples_per_unit(16);
+  spec.mutable_settings()->set_spp(16);
+  spec.mutable_scene()->set_digest(std::string(64, 'a'));
+  const auto plan = std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
+
+  // After a restart, the worker asks for units before it has said what it holds from the coordinator of before.
+  v1::LeaseToken held;
+  for (const std::uint64_t epoch : {1, 2}) {
+    Scheduler scheduler({.epoch = epoch});
+    ASSERT_TRUE(
+        scheduler
+            .add_job({.id = "job", .plan = plan, .scene_digest = "s", .isa = "avx2", .user = "", .required_tags = {}})
+            .ok());
+    ASSERT_TRUE(scheduler.register_worker(worker_called("w"), Time{0}).ok());
+    ASSERT_TRUE(scheduler.register_worker(worker_called("other"), Time{0}).ok());
+    const auto granted = scheduler.lease({.worker = "w", .max_units = 1, .loaded_scenes = {}}, Time{0});
+    ASSERT_EQ(granted->leases.size(), 1u);
+    if (epoch == 1) {
+      held = granted->leases[0].token();
+      continue;
+    }
+    EXPECT_TRUE(scheduler.heartbeat("w", {held}, Time{5000})->revoked.empty()) << "it goes on with what it holds";
+    EXPECT_EQ(scheduler.heartbeat("other", {held}, Time{5000})->revoked.size(), 1u);
+    scheduler.advance(Time{9000});
+    EXPECT_EQ(scheduler.leases_out(), 1u) << "it was heard of";
+    EXPECT_TRUE(scheduler.complete("w", held, {.fingerprint = 1, .cost = Time{1}}, Time{9000}).ok());
+    EXPECT_EQ(scheduler.job("job")->state, v1::DONE);
+  }
+}
+
 TEST(Scheduler, LargeFarmsAreHeardOfLessOftenAndAreMorePatient) {
   Scheduler scheduler({.heartbeat_interval = Time{1000}, .lease_timeout = Time{8000}});
   const auto grow = [&](int first, int last) {
     for (int i = first; i < last; ++i) {
-      EXPECT_TRUE(scheduler
-                      .register_worker({.id = absl::StrCat(i),
-                                        .name = "",
-                                        .build = "",
-                                        .isa = "avx2",
-                                        .supported_isas = {"avx2"},
-                                        .threads = 1,
-                                        .host = absl::StrCat(i),
-                                        .tags = {}},
-                                       Time{0})
-                      .ok());
+      EXPECT_TRUE(scheduler.register_worker(worker_called(absl::StrCat(i)), Time{0}).ok());
     }
   };
   grow(0, 2000);
