@@ -37,7 +37,7 @@ struct CoordinatorOptions {
   bool allow_insecure = false;
   /// What workers are told of small farms; more of thousands (Scheduler::heartbeat_interval).
   std::chrono::milliseconds heartbeat_interval{1000};
-  /// A lease, and a worker, that was not heard of for so long is given up.
+  /// A lease, and a worker, that was not heard of for so long is given up; later in farms of thousands.
   std::chrono::milliseconds lease_timeout{8000};
   /// A stream whose other end takes, or sends, nothing for so long is cut off.
   std::chrono::milliseconds stream_patience{60'000};

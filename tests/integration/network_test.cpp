@@ -94,6 +94,16 @@ TEST_F(Network, LosesWhatTheWorkerSays) { cut(TcpProxy::Fault::kDeaf); }
 TEST_F(Network, LosesWhatTheCoordinatorSays) { cut(TcpProxy::Fault::kMute); }
 TEST_F(Network, RefusesConnectionsForAWhile) { cut(TcpProxy::Fault::kRefusing); }
 
+/// Or given up meanwhile. Half a second is what may have been on its way.
+void expect_not_heard_of_since(FarmUnderTest& farm, std::chrono::steady_clock::time_point begun) {
+  const auto silence = std::chrono::steady_clock::now() - begun - std::chrono::milliseconds{500};
+  const auto workers = farm.client().workers({});
+  ASSERT_TRUE(workers.ok()) << workers.status();
+  for (const v1::WorkerStatus& worker : *workers) {
+    EXPECT_GE(std::chrono::milliseconds{worker.last_seen_ms_ago()}, silence) << "packets still arrive";
+  }
+}
+
 /// The same with packets that are lost, where the machine lets the test make a network.
 TEST(Packets, AreLostOnTheirWayInOutAndBothWays) {
   std::optional<support::NetworkNamespace> network;
@@ -108,8 +118,17 @@ TEST(Packets, AreLostOnTheirWayInOutAndBothWays) {
     bool in, out;
   };
   for (const Loss loss : {Loss{true, true}, Loss{true, false}, Loss{false, true}}) {
+    std::chrono::steady_clock::time_point begun;
     cut_off(
-        farm, [&] { network->lose(loss.in, loss.out); }, [&] { network->lose(false, false); });
+        farm,
+        [&] {
+          network->lose(loss.in, loss.out);
+          begun = std::chrono::steady_clock::now();
+        },
+        [&] {
+          if (loss.out) expect_not_heard_of_since(farm, begun);
+          network->lose(false, false);
+        });
     if (!test::long_form()) return;
     // Longer than the worker's leases: what it said did not arrive.
     if (loss.in && loss.out) EXPECT_TRUE(farm.coordinator().wait_for_err("was lost", kPatience));

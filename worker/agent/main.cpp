@@ -187,10 +187,11 @@ int run_worker(const Options& options) {
   const absl::Status status = (*agent)->run(stop.get_token());
   const agent::AgentReport report = (*agent)->report();
   spdlog::info(
-      "{} units rendered, {} stopped, {} results delivered; {} scenes loaded, {} of them upon another's geometry; {} of {} "
+      "{} units rendered, {} stopped, {} results delivered; {} scenes loaded, {} of them upon another's geometry; {} "
+      "of {} "
       "bytes downloaded",
-      report.units_rendered, report.units_stopped, report.results_acknowledged, report.scenes_loaded, report.scenes_shared,
-      report.downloaded_bytes, report.referenced_bytes);
+      report.units_rendered, report.units_stopped, report.results_acknowledged, report.scenes_loaded,
+      report.scenes_shared, report.downloaded_bytes, report.referenced_bytes);
   if (!status.ok()) {
     spdlog::error("{}", status.ToString());
     return kUnreachable;
