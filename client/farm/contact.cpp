@@ -8,11 +8,12 @@
 namespace tessera::client {
 
 Contact::Contact(std::string address, std::chrono::milliseconds first_patience,
-                 std::chrono::milliseconds later_patience, Notice notice)
+                 std::chrono::milliseconds later_patience, Notice notice, Wait wait)
     : address_(std::move(address)),
       first_patience_(first_patience),
       later_patience_(later_patience),
-      notice_(std::move(notice)) {}
+      notice_(std::move(notice)),
+      wait_(std::move(wait)) {}
 
 void Contact::succeeded() {
   if (broken_ && reached_) notice_(absl::StrCat("the coordinator at ", address_, " answers again"));
@@ -32,7 +33,7 @@ absl::Status Contact::failed(const absl::Status& status, std::stop_token stop) {
     }
   }
   if (Clock::now() - broken_since_ >= (reached_ ? later_patience_ : first_patience_)) return status;
-  return backoff_.wait(stop) ? absl::OkStatus() : absl::CancelledError("interrupted");
+  return wait_(backoff_.next(), stop) ? absl::OkStatus() : absl::CancelledError("interrupted");
 }
 
 }  // namespace tessera::client

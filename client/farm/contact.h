@@ -16,11 +16,13 @@ class Contact {
  public:
   using Clock = std::chrono::steady_clock;
   using Notice = std::function<void(const std::string&)>;
+  /// Sleeps for the time given, or until another attempt is worth while; false when a stop was requested.
+  using Wait = std::function<bool(std::chrono::milliseconds, std::stop_token)>;
 
   /// Errors that may pass are waited out for `first_patience` while the coordinator was never reached, later for
   /// `later_patience`. `notice` is told once a break that contact is lost, and that it is back.
   Contact(std::string address, std::chrono::milliseconds first_patience, std::chrono::milliseconds later_patience,
-          Notice notice);
+          Notice notice, Wait wait = wire::interruptible_sleep);
 
   /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end.
   template <class Call>
@@ -48,7 +50,8 @@ class Contact {
   const std::chrono::milliseconds first_patience_;
   const std::chrono::milliseconds later_patience_;
   const Notice notice_;
-  wire::Backoff backoff_{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
+  const Wait wait_;
+  wire::Backoff backoff_{std::chrono::milliseconds{100}, std::chrono::milliseconds{1000}};
   bool reached_ = false;
   bool broken_ = false;
   Clock::time_point broken_since_;

@@ -7,6 +7,7 @@
 
 #include "farm/stubs.h"
 #include "wire/call.h"
+#include "wire/channel.h"
 
 namespace tessera::client {
 namespace {
@@ -30,7 +31,10 @@ std::string make_request_id() {
 
 FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options)
     : stubs_(std::make_unique<Stubs>(Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
-      contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice)) {}
+      contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice),
+               [channel](milliseconds delay, std::stop_token stop) {
+                 return wire::wait_for_connection(*channel, delay, std::move(stop));
+               }) {}
 
 FarmClient::~FarmClient() = default;
 

@@ -23,7 +23,7 @@ namespace tessera::client {
 struct FarmClientOptions {
   std::string address;  // for messages
   // How long the coordinator is waited for: before it was ever reached, and when it went away later.
-  std::chrono::milliseconds first_contact_patience{3'000};
+  std::chrono::milliseconds first_contact_patience{5'000};
   std::chrono::milliseconds later_patience{120'000};
   // Told once a break that the connection is lost and once that it is back. For people.
   std::function<void(const std::string&)> notice = [](const std::string&) {};

@@ -15,8 +15,6 @@ Backoff::Duration Backoff::next() {
   return delay;
 }
 
-bool Backoff::wait(std::stop_token stop) { return interruptible_sleep(next(), stop); }
-
 bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop) {
   std::mutex mutex;
   std::condition_variable_any wake;

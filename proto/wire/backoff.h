@@ -23,9 +23,6 @@ class Backoff {
   /// After a success: the next delay is short again.
   void reset() { bound_ = first_; }
 
-  /// Sleeps for next(). False when `stop` was requested meanwhile.
-  bool wait(std::stop_token stop);
-
  private:
   Duration first_;
   Duration cap_;

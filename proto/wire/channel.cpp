@@ -1,14 +1,24 @@
 #include "wire/channel.h"
 
+#include <grpcpp/channel.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 
+#include <algorithm>
+
 #include "wire/address.h"
+#include "wire/backoff.h"
 #include "wire/limits.h"
 #include "wire/tls.h"
 
 namespace tessera::wire {
+namespace {
+
+// How late a request to stop may be noticed.
+constexpr std::chrono::milliseconds kLongestWait{50};
+
+}  // namespace
 
 grpc::ChannelArguments channel_arguments() {
   grpc::ChannelArguments arguments;
@@ -23,7 +33,8 @@ grpc::ChannelArguments channel_arguments() {
   // links, on busy machines, and when ten thousand workers come back at once; packets that were lost on the way are
   // sent again 1, 3 and 7 s later.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
+  // Jitter makes it a fifth longer.
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 800);
   return arguments;
 }
 
@@ -37,6 +48,21 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view add
   }
   if (absl::Status status = check_unencrypted_allowed(*host_port, options.allow_insecure); !status.ok()) return status;
   return grpc::CreateCustomChannel(host_port->to_string(), grpc::InsecureChannelCredentials(), channel_arguments());
+}
+
+bool wait_for_connection(grpc::Channel& channel, std::chrono::milliseconds delay, std::stop_token stop) {
+  grpc_connectivity_state state = channel.GetState(/*try_to_connect=*/true);
+  if (state == GRPC_CHANNEL_READY) return interruptible_sleep(delay, stop);
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + delay;
+  while (state != GRPC_CHANNEL_READY && !stop.stop_requested()) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+    if (left.count() <= 0) break;
+    const auto patience = gpr_time_from_millis(std::min(left, kLongestWait).count(), GPR_TIMESPAN);
+    channel.WaitForStateChange(state, gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), patience));
+    state = channel.GetState(/*try_to_connect=*/true);
+  }
+  return !stop.stop_requested();
 }
 
 }  // namespace tessera::wire

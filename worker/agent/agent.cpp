@@ -143,7 +143,7 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
     if (wire::is_refusal(response.status())) return response.status();
     if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
     warned = true;
-    backoff.wait(stop);
+    link_.wait(backoff, stop);
   }
 }
 

@@ -43,7 +43,7 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
     const bool try_again = wire::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
     if (!try_again) return status;
     spdlog::warn("blob {}: {}; trying again", digest, status.ToString());
-    if (!backoff.wait(stop)) return absl::CancelledError("stopped while fetching a blob");
+    if (!link_.wait(backoff, stop)) return absl::CancelledError("stopped while fetching a blob");
   }
 }
 

@@ -8,6 +8,7 @@
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
 #include "wire/call.h"
+#include "wire/channel.h"
 #include "wire/status.h"
 
 namespace tessera::agent {
@@ -29,7 +30,8 @@ struct CoordinatorLink::Stubs {
 };
 
 CoordinatorLink::CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address)
-    : stubs_(std::make_unique<Stubs>(Stubs{v1::WorkService::NewStub(channel), v1::BlobService::NewStub(channel)})),
+    : channel_(std::move(channel)),
+      stubs_(std::make_unique<Stubs>(Stubs{v1::WorkService::NewStub(channel_), v1::BlobService::NewStub(channel_)})),
       address_(std::move(address)) {}
 
 CoordinatorLink::~CoordinatorLink() = default;
@@ -68,6 +70,10 @@ absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
   return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_,
                           kDeregisterTimeout, {})
       .status();
+}
+
+bool CoordinatorLink::wait(wire::Backoff& backoff, std::stop_token stop) {
+  return wire::wait_for_connection(*channel_, backoff.next(), std::move(stop));
 }
 
 absl::Status CoordinatorLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {

@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "tessera/v1/work.pb.h"
+#include "wire/backoff.h"
 
 namespace grpc {
 class Channel;
@@ -44,10 +45,15 @@ class CoordinatorLink {
   /// has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop);
 
+  /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected again. False
+  /// when `stop` was requested meanwhile.
+  bool wait(wire::Backoff& backoff, std::stop_token stop);
+
   const std::string& address() const { return address_; }
 
  private:
   struct Stubs;
+  std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<Stubs> stubs_;
   std::string address_;
 };

@@ -22,6 +22,7 @@ namespace {
 using Stub = v1::JoinService::Stub;
 
 constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::seconds kFirstContact{5};  // for a coordinator that starts at the same time
 
 /// One call over a connection of its own.
 template <class Request, class Response>
@@ -29,6 +30,7 @@ absl::StatusOr<Response> call(const std::string& address, const std::shared_ptr<
                               grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                               const Request& request, const char* name) {
   const auto channel = grpc::CreateCustomChannel(address, credentials, wire::channel_arguments());
+  wire::wait_for_connection(*channel, kFirstContact, std::stop_token{});
   const auto stub = v1::JoinService::NewStub(channel);
   return wire::unary_call(*stub, method, request, name, address, kPatience, std::stop_token{});
 }

@@ -100,7 +100,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
                 outcome.unit->job_id, status.ToString());
       warned = true;
     }
-    backoff.wait(stop);
+    link_.wait(backoff, stop);
   }
 }
 

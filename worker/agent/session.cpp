@@ -72,7 +72,7 @@ absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool register
       spdlog::warn("{}; trying again", message);
       last_message = std::move(message);
     }
-    if (!backoff.wait(stop)) return absl::CancelledError("stopped while registering");
+    if (!link_.wait(backoff, stop)) return absl::CancelledError("stopped while registering");
   }
 }
 
