@@ -96,9 +96,11 @@ void FarmUnderTest::start_coordinator(const std::string& listen) {
 
 std::unique_ptr<support::Process> FarmUnderTest::start_worker(const WorkerSetup& setup) const {
   return std::make_unique<support::Process>(
-      setup.wrapper + Arguments{worker_program(), "--server", setup.server.empty() ? address_ : setup.server,
-                                "--threads", std::to_string(setup.threads), "--cache", setup.cache.string(), "--name",
-                                setup.name, "--log-level", "debug", "--allow-insecure"},
+      setup.wrapper +
+          Arguments{worker_program(), "--server", setup.server.empty() ? address_ : setup.server, "--threads",
+                    std::to_string(setup.threads), "--cache", setup.cache.string(), "--name", setup.name, "--log-level",
+                    "debug", "--allow-insecure"} +
+          setup.options,
       setup.environment);
 }
 

@@ -48,6 +48,7 @@ struct WorkerSetup {
   std::filesystem::path cache = {};       // empty: one of its own, which stays when it is started again
   std::vector<std::string> wrapper = {};  // a command that runs the worker's
   std::vector<std::string> environment = {};
+  Arguments options = {};  // more of the worker's own
 };
 
 class FarmUnderTest {

@@ -27,12 +27,11 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   if (closed_) return;
   Key key = key_of(*held);
   if (const auto found = entries_.find(key); found != entries_.end()) {
-    const bool stopped = found->second.held->stop.stop_requested();
-    if (!stopped) {
+    const bool on_its_way_out = found->second.given_up || found->second.held->stop.stop_requested();
+    if (!on_its_way_out) {
       found->second.token = lease.token();
       return;
     }
-    // The earlier grant was revoked and is on its way out; this one is a fresh start.
     entries_.erase(found);
   }
   entries_.emplace(key, Entry{std::move(held), lease.token()});
@@ -72,12 +71,19 @@ void LeaseTable::answered(std::size_t asked) {
 
 v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
   std::lock_guard lock{mutex_};
-  if (const auto found = entries_.find(key_of(unit)); found != entries_.end()) return found->second.token;
-  v1::LeaseToken token;  // released meanwhile: only the unit's name is left
+  const auto found = entries_.find(key_of(unit));
+  if (found != entries_.end() && found->second.held.get() == &unit) return found->second.token;
+  v1::LeaseToken token;  // released meanwhile, or granted anew: only the unit's name is left
   token.set_job_id(unit.job_id);
   token.set_generation(unit.generation);
   token.set_unit_index(unit.unit.index());
   return token;
+}
+
+void LeaseTable::give_up(const HeldUnit& unit) {
+  std::lock_guard lock{mutex_};
+  const auto found = entries_.find(key_of(unit));
+  if (found != entries_.end() && found->second.held.get() == &unit) found->second.given_up = true;
 }
 
 std::vector<v1::LeaseToken> LeaseTable::tokens() const {

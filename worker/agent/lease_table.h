@@ -54,6 +54,9 @@ class LeaseTable {
   /// The current token of a held unit.
   v1::LeaseToken token(const HeldUnit& unit) const;
 
+  /// The unit was not rendered, which the coordinator is about to hear: a grant of it from now on is a fresh start.
+  void give_up(const HeldUnit& unit);
+
   /// Tokens of everything held.
   std::vector<v1::LeaseToken> tokens() const;
 
@@ -77,6 +80,7 @@ class LeaseTable {
     std::shared_ptr<HeldUnit> held;
     v1::LeaseToken token;
     bool begun = false;
+    bool given_up = false;
   };
   static Key key_of(const HeldUnit& unit);
   void forget_if_queued(std::map<Key, Entry>::iterator entry);

@@ -122,6 +122,7 @@ absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker
     intake_.answered(ask, response.ok() ? &response->more() : nullptr);
     return response.status();
   }
+  leases_.give_up(*outcome.unit);
   v1::FailRequest request;
   request.set_worker_id(worker_id);
   *request.mutable_token() = leases_.token(*outcome.unit);

@@ -9,13 +9,8 @@ TimeLimit::TimeLimit(std::chrono::milliseconds limit) : limit_(limit) {
   if (limit_ > limit_.zero()) thread_ = std::jthread{[this](std::stop_token stop) { run(stop); }};
 }
 
-TimeLimit::Watch::Watch(TimeLimit& limit, std::stop_source stop) : limit_(limit) {
-  {
-    std::lock_guard lock{limit.mutex_};
-    at_ = limit.watches_.emplace(Clock::now() + limit.limit_, Watched{std::move(stop), false});
-  }
-  limit.changed_.notify_all();
-}
+TimeLimit::Watch::Watch(TimeLimit& limit, std::stop_token stop)
+    : limit_(limit), at_(limit.add(work_)), outer_(std::move(stop), Forward{work_}) {}
 
 TimeLimit::Watch::~Watch() {
   std::lock_guard lock{limit_.mutex_};
@@ -25,6 +20,12 @@ TimeLimit::Watch::~Watch() {
 bool TimeLimit::Watch::expired() const {
   std::lock_guard lock{limit_.mutex_};
   return at_->second.expired;
+}
+
+TimeLimit::Watches::iterator TimeLimit::add(std::stop_source work) {
+  std::lock_guard lock{mutex_};
+  changed_.notify_all();
+  return watches_.emplace(Clock::now() + limit_, Watched{std::move(work), false});
 }
 
 TimeLimit::Watches::iterator TimeLimit::next() {

@@ -26,22 +26,34 @@ class TimeLimit {
   /// Work that goes on for as long as this lives. Must not outlive the limit.
   class Watch {
    public:
-    /// `stop` is requested when the time is over.
-    Watch(TimeLimit& limit, std::stop_source stop);
+    /// `stop`: why the work may have to end besides. The limit does not request it: whoever sees that it was requested
+    /// knows that it was not for the time.
+    Watch(TimeLimit& limit, std::stop_token stop);
     ~Watch();
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
 
-    /// Whether it was stopped for that.
+    /// Requested when the time is over, and with `stop`.
+    std::stop_token token() const { return work_.get_token(); }
+
+    /// Whether the time is over.
     bool expired() const;
 
    private:
+    struct Forward {
+      std::stop_source to;
+      void operator()() { to.request_stop(); }
+    };
+
     TimeLimit& limit_;
+    std::stop_source work_;
     Watches::iterator at_;
+    std::stop_callback<Forward> outer_;
   };
 
  private:
   void run(std::stop_token stop);
+  Watches::iterator add(std::stop_source work);
   /// The one that ends next; the limit is the same for all, so those that have ended are at the front.
   Watches::iterator next();
 

@@ -106,7 +106,7 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   } catch (const std::exception& error) {  // out of memory, above all
     outcome.failure = absl::ResourceExhaustedError(absl::StrCat("rendering: ", error.what()));
   }
-  if (outcome.unit->stop.stop_requested() && !absl::IsDeadlineExceeded(outcome.failure)) {
+  if (outcome.unit->stop.stop_requested()) {
     outcome.failure = absl::CancelledError("the lease was revoked");
   }
   if (!outcome.failure.ok()) {
@@ -135,8 +135,8 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
   const render::TileRequest request{pixels.x0(), pixels.y0(), pixels.x1(), pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;
-  const TimeLimit::Watch watch(time_limit_, unit.stop);
-  const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, stop, counts);
+  const TimeLimit::Watch watch(time_limit_, stop);
+  const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, watch.token(), counts);
   if (!result.ok() && watch.expired()) {
     return absl::DeadlineExceededError(
         absl::StrCat("the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),

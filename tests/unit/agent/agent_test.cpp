@@ -85,7 +85,8 @@ class AgentTest : public ::testing::Test {
     return spec;
   }
 
-  void start(int threads, std::chrono::milliseconds grace = std::chrono::seconds{10}) {
+  void start(int threads, std::chrono::milliseconds grace = std::chrono::seconds{10},
+             std::chrono::milliseconds unit_limit = {}) {
     AgentOptions options;
     options.name = "test";
     options.address = "the fake";
@@ -93,6 +94,7 @@ class AgentTest : public ::testing::Test {
     options.isas = {"avx2"};
     options.cache_dir = cache_.path();
     options.grace = grace;
+    options.unit_limit = unit_limit;
     options.load_scene = [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
                                 const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
       ++renderer_.loads;
@@ -259,6 +261,36 @@ TEST_F(AgentTest, ARevokedUnitStopsAndIsNotReported) {
   ASSERT_TRUE(coordinator_.wait_for_results(1)) << "the only render thread did not come free";
   EXPECT_TRUE(stop_and_join().ok());
   EXPECT_FALSE(coordinator_.results().contains(0));
+  EXPECT_TRUE(coordinator_.failures().empty());
+}
+
+TEST_F(AgentTest, AUnitThatTakesTooLongIsReportedAndMayComeBack) {
+  renderer_.hanging_tiles = {0};
+  const v1::JobSpec spec = spec_for_scene();
+  coordinator_.offer("job", spec, 0, 1);
+  start(1, std::chrono::seconds{10}, /*unit_limit=*/std::chrono::milliseconds{20});
+  ASSERT_TRUE(coordinator_.wait_for_failures(1));
+  EXPECT_EQ(coordinator_.failures()[0].token().unit_index(), 0U);
+  EXPECT_FALSE(coordinator_.failures()[0].scene_fault());
+  EXPECT_THAT(coordinator_.failures()[0].message(), HasSubstr("longer than 1 s, the worker's --unit-limit"));
+  coordinator_.offer("job", spec, 0, 1);
+  ASSERT_TRUE(coordinator_.wait_for_failures(2));
+  coordinator_.offer("job", spec, 1, 1);
+  ASSERT_TRUE(coordinator_.wait_for_results(1)) << "the only render thread did not come free";
+  EXPECT_TRUE(stop_and_join().ok());
+  EXPECT_EQ(agent_->report().units_failed, 2U);
+  EXPECT_EQ(agent_->report().units_stopped, 0U);
+}
+
+TEST_F(AgentTest, AUnitWithATimeLimitIsStillCalledBack) {
+  renderer_.hanging_tiles = {0};
+  coordinator_.offer("job", spec_for_scene(), 0, 1);
+  start(1, std::chrono::seconds{10}, /*unit_limit=*/std::chrono::hours{1});
+  wait_for_hanging(1);
+  coordinator_.revoke(0);
+  coordinator_.offer("job", spec_for_scene(), 1, 1);
+  ASSERT_TRUE(coordinator_.wait_for_results(1)) << "the only render thread did not come free";
+  EXPECT_TRUE(stop_and_join().ok());
   EXPECT_TRUE(coordinator_.failures().empty());
 }
 

@@ -78,6 +78,20 @@ TEST_F(LeaseTableTest, AUnitGrantedAnewAfterItsRevocationIsAFreshStart) {
   EXPECT_TRUE(table_.wait_until_empty(std::chrono::milliseconds{0}));
 }
 
+TEST_F(LeaseTableTest, AUnitGrantedAnewAfterItFailedIsAFreshStart) {
+  add(lease(1, 0));
+  const auto failed = table_.next({});
+  table_.give_up(*failed);
+  EXPECT_EQ(table_.token(*failed).attempt(), 0U);
+  add(lease(1, 5));
+  const auto anew = table_.next({});
+  EXPECT_NE(anew, failed);
+  EXPECT_EQ(table_.token(*anew).attempt(), 5U);
+  EXPECT_EQ(table_.token(*failed).attempt(), 0U) << "a failure must not be told of the new grant";
+  table_.release(*failed);
+  EXPECT_EQ(table_.tokens().size(), 1U);
+}
+
 TEST_F(LeaseTableTest, WhatIsAskedForIsNotAskedForAgain) {
   EXPECT_EQ(table_.ask(4), 4U);
   EXPECT_EQ(table_.ask(4), 0U);

@@ -11,30 +11,43 @@ using std::chrono::milliseconds;
 
 TEST(TimeLimit, StopsWhatTakesTooLong) {
   TimeLimit limit{milliseconds{20}};
-  std::stop_source long_work;
-  TimeLimit::Watch watch(limit, long_work);
+  const std::stop_source revoked;
+  const TimeLimit::Watch watch(limit, revoked.get_token());
   std::latch stopped{1};
-  const std::stop_callback on_stop{long_work.get_token(), [&] { stopped.count_down(); }};
+  const std::stop_callback on_stop{watch.token(), [&] { stopped.count_down(); }};
   stopped.wait();
   EXPECT_TRUE(watch.expired());
+  EXPECT_FALSE(revoked.stop_requested()) << "a unit that took too long was not called back";
+}
+
+TEST(TimeLimit, PassesOnARequestToStop) {
+  TimeLimit limit{std::chrono::hours{1}};
+  std::stop_source revoked;
+  const TimeLimit::Watch watch(limit, revoked.get_token());
+  EXPECT_FALSE(watch.token().stop_requested());
+  revoked.request_stop();
+  EXPECT_TRUE(watch.token().stop_requested());
+  EXPECT_FALSE(watch.expired());
 }
 
 TEST(TimeLimit, LeavesAloneWhatEndsInTime) {
-  std::stop_source done, later;
   TimeLimit limit{milliseconds{20}};
-  { const TimeLimit::Watch watch(limit, done); }
+  std::stop_token done;
+  {
+    const TimeLimit::Watch watch(limit, {});
+    done = watch.token();
+  }
   // Once the second watch has expired, the first would have.
-  const TimeLimit::Watch watch(limit, later);
+  const TimeLimit::Watch watch(limit, {});
   std::latch stopped{1};
-  const std::stop_callback on_stop{later.get_token(), [&] { stopped.count_down(); }};
+  const std::stop_callback on_stop{watch.token(), [&] { stopped.count_down(); }};
   stopped.wait();
   EXPECT_FALSE(done.stop_requested());
 }
 
 TEST(TimeLimit, ZeroIsNone) {
   TimeLimit limit{milliseconds{0}};
-  std::stop_source work;
-  const TimeLimit::Watch watch(limit, work);
+  const TimeLimit::Watch watch(limit, {});
   EXPECT_FALSE(watch.expired());
 }
 
