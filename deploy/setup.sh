@@ -4,6 +4,7 @@
 #
 #   deploy/setup.sh           install what is missing
 #   deploy/setup.sh --check   only print what is missing; exit status 1 when something is
+#   deploy/setup.sh --ci      install also what single tests start and skip without: a Slurm cluster
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 # THE list of packages; deploy/cmake/TesseraDependencies.cmake finds them. The names are the same on all three systems;
@@ -19,9 +20,10 @@ packages=(
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev
-  # tests; the last two for clocks that jump and networks that lose packets
-  libgtest-dev libgmock-dev libbenchmark-dev libfaketime iproute2
+  # tests; faketime and iproute2 for clocks that jump and networks that lose packets
+  libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libfaketime iproute2
 )
+ci_packages=(slurm-wlm munge)
 
 missing_packages() {
   local package
@@ -33,6 +35,7 @@ missing_packages() {
 check_only=
 case "${1:-}" in
   '') ;;
+  --ci) packages+=("${ci_packages[@]}") ;;
   --check) check_only=1 ;;
   -h | --help)
     usage

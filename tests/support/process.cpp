@@ -38,7 +38,14 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
 }  // namespace
 
 Process::Process(std::vector<std::string> command, std::vector<std::string> environment) {
-  for (char** variable = environ; *variable != nullptr; ++variable) environment.emplace_back(*variable);
+  // Of two values of one variable, programs take either.
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view own{*variable}, name = own.substr(0, own.find('=') + 1);
+    if (std::none_of(environment.begin(), environment.end(),
+                     [&](const std::string& given) { return given.starts_with(name); })) {
+      environment.emplace_back(own);
+    }
+  }
   // Nothing may be allocated between fork and exec: another thread may hold the heap's lock.
   std::vector<char*> arguments = pointers(command);
   std::vector<char*> variables = pointers(environment);

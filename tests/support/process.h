@@ -24,7 +24,7 @@ struct ExitStatus {
 /// when the test itself dies. When a sanitizer has reported something on its stderr the test fails. Thread-safe.
 class Process {
  public:
-  /// Throws std::system_error when it cannot be started. `environment` is added to the test's own: "NAME=VALUE".
+  /// Throws std::system_error when it cannot be started. `environment`, "NAME=VALUE", goes before the test's own.
   explicit Process(std::vector<std::string> command, std::vector<std::string> environment = {});
   ~Process();
   Process(const Process&) = delete;
