@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
          "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2 GB)")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
+  app.add_option("--health", options.health, "ADDR:PORT to answer gRPC health checks on, without certificates");
   app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
       ->type_name("DIR");
   app.add_option("--join-authority", options.join_authority,
@@ -158,6 +159,7 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
   if (const int port = (*coordinator)->join_port(); port != 0) spdlog::info("workers join on port {}", port);
   if (const int port = (*coordinator)->metrics_port(); port != 0) spdlog::info("metrics on port {}", port);
+  if (const int port = (*coordinator)->health_port(); port != 0) spdlog::info("health checks on port {}", port);
   spdlog::info("data directory {}", options.data_dir.string());
 
   const absl::Status status = serve(**coordinator, signals);

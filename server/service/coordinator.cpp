@@ -115,6 +115,11 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   blob_service.emplace(*blobs, *streams,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
 
+  if (!options.health.empty()) {
+    absl::StatusOr<std::unique_ptr<HealthServer>> started = HealthServer::start(options.health);
+    if (!started.ok()) return started.status();
+    health = *std::move(started);
+  }
   // grpc.health.v1 tells balancers and probes that calls are served; reflection tells tools what may be called.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -146,6 +151,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
     return absl::UnavailableError(
         absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
   }
+  if (health != nullptr) health->set_serving(true);
   if (options.metrics.empty()) return absl::OkStatus();
   absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving = wire::MetricsServer::start(
       options.metrics, {farm->metrics().collectable(), farm_gauges(*farm), stream_counter(*streams)});
@@ -167,6 +173,7 @@ absl::Status Coordinator::Impl::wait() {
   }
   std::call_once(shut_down, [this] {
     // Waiting calls are answered first, so that the server finds none that would not end by itself.
+    if (health != nullptr) health->set_serving(false);
     farm->stop();
     server->Shutdown(std::chrono::system_clock::now() + kGrace);
     server->Wait();
@@ -192,6 +199,7 @@ Coordinator::~Coordinator() {
 int Coordinator::bound_port() const { return impl_->port; }
 int Coordinator::join_port() const { return impl_->joining ? impl_->joining->port() : 0; }
 int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
+int Coordinator::health_port() const { return impl_->health ? impl_->health->port() : 0; }
 void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }
 absl::Status Coordinator::wait() { return impl_->wait(); }
 

@@ -46,6 +46,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds late_results{60'000};
   /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
   std::string metrics = {};
+  /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls are served.
+  std::string health = {};
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
   std::chrono::seconds keep_unfetched{std::chrono::hours{24 * 30}};
@@ -75,6 +77,9 @@ class Coordinator {
 
   /// Of the metrics; 0 when they are not served.
   int metrics_port() const;
+
+  /// Of health checks alone; 0 when they have no port of their own.
+  int health_port() const;
 
   /// Shuts down and waits for it.
   ~Coordinator();

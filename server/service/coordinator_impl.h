@@ -12,6 +12,7 @@
 #include "service/coordinator.h"
 #include "service/farm.h"
 #include "service/farm_service.h"
+#include "service/health_server.h"
 #include "service/join_service.h"
 #include "service/metrics.h"
 #include "service/open_streams.h"
@@ -42,6 +43,7 @@ struct Coordinator::Impl {
   std::optional<FarmService> farm_service;
   std::optional<WorkService> work_service;
   std::optional<BlobService> blob_service;
+  std::unique_ptr<HealthServer> health;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<wire::MetricsServer> metrics;
   int port = 0;

@@ -85,9 +85,9 @@ TEST_F(Observability, MetricsThatCannotBeServedAreAnError) {
   EXPECT_TRUE(absl::IsUnavailable(Coordinator::start(same).status()));
 }
 
-TEST_F(Observability, HealthIsServing) {
-  start();
-  grpc::GenericStub stub{in_process_channel(*coordinator_)};
+/// What grpc.health.v1.Health/Check answers, in bytes.
+std::string ask_for_health(const std::shared_ptr<grpc::Channel>& channel) {
+  grpc::GenericStub stub{channel};
   grpc::ClientContext context;
   grpc::CompletionQueue queue;
   const grpc::ByteBuffer empty_request{nullptr, 0};
@@ -98,14 +98,40 @@ TEST_F(Observability, HealthIsServing) {
   call->Finish(&answer, &status, nullptr);
   void* tag = nullptr;
   bool ok = false;
-  ASSERT_TRUE(queue.Next(&tag, &ok));
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(queue.Next(&tag, &ok));
+  EXPECT_TRUE(status.ok()) << status.error_message();
   grpc::Slice bytes;
-  ASSERT_TRUE(answer.DumpToSingleSlice(&bytes).ok());
-  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.begin()), bytes.size()), "\x08\x01");  // status: SERVING
+  EXPECT_TRUE(answer.DumpToSingleSlice(&bytes).ok());
   queue.Shutdown();
   while (queue.Next(&tag, &ok)) {
   }
+  return {reinterpret_cast<const char*>(bytes.begin()), bytes.size()};
+}
+
+constexpr char kServing[] = "\x08\x01";  // status: SERVING
+
+TEST_F(Observability, HealthIsServing) {
+  start();
+  EXPECT_EQ(ask_for_health(in_process_channel(*coordinator_)), kServing);
+}
+
+TEST_F(Observability, HealthHasAPortOfItsOwnForProbesWithoutCertificates) {
+  CoordinatorOptions options;
+  options.health = "127.0.0.1:0";
+  start(options);
+  const std::string address = absl::StrCat("127.0.0.1:", coordinator_->health_port());
+  const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
+  EXPECT_EQ(ask_for_health(channel), kServing);
+
+  // Nothing else is served there.
+  const auto farm = v1::FarmService::NewStub(channel);
+  grpc::ClientContext context;
+  v1::ListJobsResponse jobs;
+  EXPECT_EQ(farm->ListJobs(&context, {}, &jobs).error_code(), grpc::StatusCode::UNIMPLEMENTED);
+
+  CoordinatorOptions same;
+  same.health = address;
+  EXPECT_TRUE(absl::IsUnavailable(Coordinator::start(same).status()));
 }
 
 }  // namespace
