@@ -12,6 +12,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "scheduler/scheduler_types.h"
 #include "scheduler/unit_ledger.h"
+#include "scheduler/worker_pace.h"
 
 namespace tessera::server {
 
@@ -30,7 +31,7 @@ struct Audit {
 
 struct FarmJob {
   FarmJob(std::uint64_t job_number, JobRequest job_request)
-      : number(job_number), request(std::move(job_request)), units(request.plan->unit_count()) {}
+      : number(job_number), request(std::move(job_request)), units(request.plan->unit_count()), pace(job_number) {}
 
   std::uint64_t number;  // in order of submission
   JobRequest request;
@@ -45,6 +46,7 @@ struct FarmJob {
   std::uint32_t revision = 0;
   Time mean_duration{0};  // from grant to result, moving average; 0 before the first result
   Time mean_cost{0};      // of one unit on one thread of a usual worker, likewise
+  JobPace pace;
   std::vector<std::string> notes;
   std::uint32_t adopted = 0;  // results taken over
   std::string adopted_from;
@@ -65,6 +67,7 @@ struct FarmWorker {
   std::uint64_t units_done = 0;
   bool draining = false;
   Time last_seen{};
+  WorkerPace pace{};
   double slowness = 1;       // how long its units take, relative to the usual worker
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
   bool isolated = false;     // holds a dangerous unit, and so nothing else

@@ -3,6 +3,7 @@
 #include "scheduler/scheduler.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 
@@ -265,7 +266,9 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   if (info.host.empty()) info.host = info.name;
   const std::string id = info.id;
   const std::uint32_t threads = info.threads;
-  const bool added = workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now}).second;
+  // Until results show otherwise, it is as fast as the others.
+  const WorkerPace pace{.worker = ++workers_added_, .log_time = usual_pace_.log_time};
+  const bool added = workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
   threads_ += threads;
   return absl::OkStatus();
@@ -309,6 +312,7 @@ void Scheduler::drop_worker(std::string_view id) {
   threads_ -= found->second.info.threads;
   freeing_.erase(worker);
   workers_.erase(found);
+  results_since_comparison_ = workers_.size();  // the next one is compared with those that are left
 }
 
 std::string Scheduler::host_of(const std::string& worker) const {
@@ -353,7 +357,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   if (token.generation() == (*known)->request.generation && unit < (*known)->units.count() &&
       (*known)->units.state(unit) == UnitState::kDone) {
     if (const std::optional<LeaseId> lease = find_lease(**known, token, worker_id)) {
-      measure(**known, worker, leases_.get(*lease), result.cost, now);
+      measure(**known, worker, leases_.get(*lease), result, now);
       drop_lease(*lease);
     }
     return second_result(**known, worker, unit, result.fingerprint);
@@ -366,7 +370,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
 
   // Every lease of the unit is over; this one's duration counts for the averages.
   if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
-    measure(job, worker, leases_.get(*lease), result.cost, now);
+    measure(job, worker, leases_.get(*lease), result, now);
   }
   job.units.finish(
       unit, {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(worker.info.host)});
@@ -386,18 +390,30 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
 }
 
 /// Takes one finished lease into the averages of its job and the pace of its worker.
-void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, Time cost, Time now) {
+void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now) {
   const Time duration = std::max(Time{1}, now - lease.granted_at);
-  if (cost <= Time{0} || cost > duration) cost = duration;
-  if (job.mean_cost > Time{0}) {
-    const double ratio = static_cast<double>(cost.count()) / static_cast<double>(job.mean_cost.count());
-    worker.slowness = std::clamp(0.75 * worker.slowness + 0.25 * ratio, 0.1, 100.0);
+  const bool told = result.cost.count() > 0 && result.cost <= duration + Time{1};
+  const Time cost = told ? std::max(Time{1}, std::chrono::round<Time>(result.cost)) : duration;
+  if (told) {
+    const auto work = static_cast<double>(std::max<std::uint64_t>(1, result.work));
+    job.pace.compare(worker.pace, usual_pace_, std::log(static_cast<double>(result.cost.count()) / work));
+    worker.slowness = slowness_of(worker.pace, usual_pace_);
+    if (++results_since_comparison_ > workers_.size() / 4) compare_workers();
   }
   // What a slow worker needs says little of the unit.
-  const Time usual(
-      std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(cost.count()) / worker.slowness)));
-  job.mean_cost = job.mean_cost == Time{0} ? cost : (7 * job.mean_cost + usual) / 8;
+  const Time usual = std::max(Time{1}, Time(std::lround(static_cast<double>(cost.count()) / worker.slowness)));
+  job.mean_cost = job.mean_cost == Time{0} ? usual : (7 * job.mean_cost + usual) / 8;
   job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
+}
+
+/// Finds the usual pace anew, and each worker's relative to it.
+void Scheduler::compare_workers() {
+  results_since_comparison_ = 0;
+  std::vector<const WorkerPace*> paces;
+  paces.reserve(workers_.size());
+  for (const auto& [id, worker] : workers_) paces.push_back(&worker.pace);
+  usual_pace_ = usual_pace(paces);
+  for (auto& [id, worker] : workers_) worker.slowness = slowness_of(worker.pace, usual_pace_);
 }
 
 // ---------------------------------------------------------------- finding

@@ -145,7 +145,8 @@ class Scheduler {
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
   std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token, std::string_view worker) const;
   absl::Status check_may_complete(const Worker& worker, const Job& job) const;
-  void measure(Job& job, Worker& worker, const Lease& lease, Time cost, Time now);
+  void measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now);
+  void compare_workers();
   /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
   void settle(Job& job);
   void end_job(Job& job, v1::JobState state, std::string error);
@@ -211,7 +212,10 @@ class Scheduler {
   std::set<std::uint64_t> endangered_;                                       // open jobs with dangerous units
   std::set<std::string> freeing_;  // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, Worker> workers_;
+  std::uint64_t workers_added_ = 0;
   std::uint64_t threads_ = 0;  // of all workers
+  UsualPace usual_pace_;
+  std::size_t results_since_comparison_ = 0;  // of workers' paces
   LeaseTable leases_;
   std::vector<std::string> hosts_;  // by number
   absl::flat_hash_map<std::string, HostNumber> host_numbers_;

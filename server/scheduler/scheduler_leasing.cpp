@@ -224,12 +224,14 @@ bool Scheduler::is_left(const Batch& batch, std::int32_t priority, std::uint64_t
 /// Whether the others will have done all that is left well before this slow worker would have done one unit.
 bool Scheduler::would_come_late(const Batch& batch, const Job& job) const {
   if (job.mean_cost == Time{0} || batch.worker.slowness < 2) return false;
-  const auto own = job.holders.find(batch.worker.info.id);
-  const std::uint64_t elsewhere = job.leases - (own == job.holders.end() ? 0 : own->second);
-  const auto at_work = static_cast<std::int64_t>(std::min(elsewhere, threads_));
-  if (at_work == 0) return false;
-  const Time rest = job.mean_cost + job.mean_cost * job.units.pending() / at_work;
-  return unit_cost(batch.worker, job) > 2 * rest;
+  double at_work = 0;  // threads of others, each by its pace
+  for (const auto& [id, leases] : job.holders) {
+    if (id == batch.worker.info.id) continue;
+    const Worker& other = workers_.at(id);
+    at_work += std::min(leases, other.info.threads) / other.slowness;
+  }
+  // Both in what a usual worker takes for a unit; nobody else at work, and there is no end to wait for.
+  return at_work > 0 && batch.worker.slowness > 2 * (1 + job.units.pending() / at_work);
 }
 
 bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) const {

@@ -1,6 +1,7 @@
 // What goes into the scheduler and what comes out.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -103,7 +104,10 @@ struct HeartbeatDecision {
 /// A result as a worker brings it.
 struct DeliveredResult {
   ResultFingerprint fingerprint = 0;
-  Time cost{0};  // wall time that the unit took; 0: not known
+  std::chrono::nanoseconds cost{0};  // wall time that the unit took; 0: not known
+  // How much there was to do in it, in a measure by which units of one job differ less than by their cost (rays that
+  // were traced); 0: not known.
+  std::uint64_t work = 0;
 };
 
 /// A result that another job has of the same pixels and samples.

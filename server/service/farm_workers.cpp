@@ -296,9 +296,12 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   const v1::UnitStats stats = bounded(request.stats());
   const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
-  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(
-      request.worker_id(), token,
-      {.fingerprint = fingerprint_of(digest), .cost = std::chrono::duration_cast<Time>(time_of(stats))}, now());
+  const absl::StatusOr<CompleteDecision> decision =
+      scheduler_.complete(request.worker_id(), token,
+                          {.fingerprint = fingerprint_of(digest),
+                           .cost = time_of(stats),
+                           .work = stats.camera_rays() + stats.bounce_rays() + stats.shadow_rays()},
+                          now());
   if (!decision.ok()) {
     metrics_.refused();
     // A result that is refused may still decide who is at fault.

@@ -1,5 +1,5 @@
 // How long a job takes when workers differ, and what it costs in work done twice: the scheduler with workers that do
-// nothing but take their time, exactly.
+// nothing but take their time, exactly. And what is known of workers that differ, when units differ too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scenario/scenario_runner.h"
+#include "scenario/steady_farm.h"
 
 namespace tessera::server {
 namespace {
@@ -101,6 +102,73 @@ TEST(Pace, EqualWorkersDoNothingTwice) {
   // Twenty rounds, and a step of the clock between each two.
   EXPECT_LE(pace.makespan_seconds, 200 * 1.03);
   EXPECT_EQ(pace.duplicated, 0.0);
+}
+
+/// Six machines of which the first one is as given, after so many units that differ by two decades in cost; workers say
+/// how many rays there were, and a ray's cost differs by a third.
+SteadyFarm farm_with(SteadyFarmOptions::Machine first, std::uint32_t units) {
+  std::vector<SteadyFarmOptions::Machine> machines(6);
+  machines[0] = first;
+  SteadyFarm farm({.machines = machines,
+                   .jobs = {{.user = "ann", .scene = "s", .units = units}},
+                   .spread = 1.15,
+                   .correlation = 0.8,
+                   .ray_spread = 0.3});
+  farm.run();
+  return farm;
+}
+
+/// What is not proven is not said, so the pace that is known lies between the usual and the true one, closer to the
+/// latter: at 4.5 standard deviations of 0.1, a logarithm of 2.3 becomes 2.2. A third of a decade is left for noise.
+constexpr double kLeast = 5, kMost = 15;
+
+TEST(Pace, AHostThatIsTenTimesSlowIsKnownForIt) {
+  const SteadyFarm farm = farm_with({.slowness = 10}, 2000);
+  EXPECT_GE(farm.slowness(0), kLeast);
+  EXPECT_LE(farm.slowness(0), kMost);
+  for (int machine = 1; machine < 6; ++machine) EXPECT_EQ(farm.slowness(machine), 1) << machine;
+}
+
+TEST(Pace, ASlowHostThatJoinsLateIsKnownForIt) {
+  const SteadyFarm farm = farm_with({.slowness = 10, .joins = Time{300'000}}, 3000);
+  EXPECT_GE(farm.slowness(0), kLeast);
+  EXPECT_LE(farm.slowness(0), kMost);
+}
+
+TEST(Pace, AHostThatBecomesSlowIsKnownForIt) {
+  const SteadyFarm farm = farm_with({.changes = Time{200'000}, .then = 10}, 3000);
+  EXPECT_GE(farm.slowness(0), kLeast);
+  EXPECT_LE(farm.slowness(0), kMost);
+}
+
+TEST(Pace, AHostThatRecoversIsAsFastAsTheOthers) {
+  const SteadyFarm farm = farm_with({.slowness = 10, .changes = Time{400'000}, .then = 1}, 3000);
+  EXPECT_GE(farm.slowness(0), 1 / 1.2);
+  EXPECT_LE(farm.slowness(0), 1.2);
+}
+
+TEST(Pace, OfTwoHostsTheFasterIsTheUsualOne) {
+  SteadyFarm farm({.machines = {{.slowness = 10}, {}},
+                   .jobs = {{.user = "ann", .scene = "s", .units = 2000}},
+                   .spread = 1.15,
+                   .ray_spread = 0.3});
+  farm.run();
+  EXPECT_GE(farm.slowness(0), kLeast);
+  EXPECT_EQ(farm.slowness(1), 1);
+}
+
+TEST(Pace, SlowHostsWorkAlongWithFastOnes) {
+  std::vector<SteadyFarmOptions::Machine> machines(6);
+  for (int machine = 0; machine < 3; ++machine) machines[machine].slowness = 10;
+  SteadyFarm farm({.machines = machines,
+                   .jobs = {{.user = "ann", .scene = "s", .units = 3000}},
+                   .spread = 1.15,
+                   .correlation = 0.8,
+                   .ray_spread = 0.3});
+  farm.run();
+  for (int machine = 0; machine < 3; ++machine) EXPECT_GE(farm.slowness(machine), kLeast);
+  // The last 3 * 20 units go to the fast ones alone: a twentieth of 20 s, of 1700 s.
+  EXPECT_LE(farm.idle_while_units_wait(), 0.02);
 }
 
 }  // namespace

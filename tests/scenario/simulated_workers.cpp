@@ -1,5 +1,7 @@
 // The workers of the simulated farm.
 #include <algorithm>
+#include <cmath>
+#include <random>
 
 #include "absl/strings/str_cat.h"
 #include "scenario/simulation.h"
@@ -18,6 +20,13 @@ bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
 
 ResultFingerprint Simulation::truth_of(const v1::LeaseToken& token) const {
   return std::hash<std::string>{}(promises_.at(token.job_id()).content) * 31 + token.unit_index();
+}
+
+Simulation::Effort Simulation::effort_of(const v1::LeaseToken& token) const {
+  std::mt19937_64 random(truth_of(token));
+  const double milliseconds = std::lognormal_distribution<double>(std::log(800.0), std::log(100.0) / 4)(random);
+  const double rays_per_ms = std::lognormal_distribution<double>(std::log(1000.0), 0.3)(random);
+  return {.milliseconds = milliseconds, .rays = 1 + static_cast<std::uint64_t>(milliseconds * rays_per_ms)};
 }
 
 void Simulation::start_worker(std::size_t index) {
@@ -100,6 +109,7 @@ void Simulation::ask_for_units(std::size_t index) {
                         [this, index, id, wanted](const absl::StatusOr<LeaseDecision>& decision) {
                           if (!decision.ok()) return;
                           if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
+                          if (decision->leases.empty()) check_sent_away(workers_[index], id);
                           for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
                           to_worker(index, [this, index, decision] { receive_units(index, *decision); });
                         });
@@ -117,6 +127,42 @@ void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) 
   if (result.acknowledged && !second_opinion) violate(absl::StrCat(unit, " was acknowledged and is given out again"));
 }
 
+/// Whoever has nothing in hand gets a unit where one waits that it may take, unless it is slow.
+void Simulation::check_sent_away(const Worker& worker, const std::string& id) {
+  if (chaos_ || worker.slowness > 1 || !is_usual_pace_common()) return;
+  const Scheduler& scheduler = coordinator_->scheduler();
+  for (const WorkerView& view : scheduler.workers()) {
+    // Answers that were lost may have been leases, which run out.
+    if (view.info.id == id && (view.leases > 0 || !view.quarantine.empty())) return;
+  }
+  for (const auto& [job, promise] : promises_) {
+    const absl::StatusOr<JobView> view = scheduler.job(job);
+    // Units that failed or were lost go to other hosts first, or to somebody alone.
+    if (!view.ok() || view->paused || promise.request.max_workers > 0 || promise.failed) continue;
+    if (view->state != v1::QUEUED && view->state != v1::RUNNING) continue;
+    const std::uint32_t begun = view->units_done + view->units_leased + view->units_set_aside;
+    if (begun < view->units_total) violate(absl::StrCat(worker.host, " is sent away though ", job, " has units"));
+  }
+}
+
+bool Simulation::is_usual_pace_common() const {
+  const auto slow =
+      std::count_if(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.slowness > 1; });
+  return 2 * static_cast<std::size_t>(slow) < workers_.size();
+}
+
+/// Equal machines are held for equal, whatever their units cost.
+void Simulation::check_paces() {
+  if (!is_usual_pace_common()) return;
+  for (const WorkerView& view : coordinator_->scheduler().workers()) {
+    const auto made = std::find_if(workers_.begin(), workers_.end(),
+                                   [&](const Worker& worker) { return worker.host == view.info.host; });
+    if (made->slowness == 1 && (view.slowness > 1.2 || view.slowness < 1 / 1.2)) {
+      violate(absl::StrCat(view.info.host, " is taken for ", view.slowness, " times slow"));
+    }
+  }
+}
+
 bool Simulation::poisonous(const v1::LeaseToken& token) const {
   return poison_ && token.unit_index() == 3 && token.job_id() == "j0";
 }
@@ -128,9 +174,9 @@ void Simulation::receive_units(std::size_t index, const LeaseDecision& decision)
     const auto known =
         std::find_if(worker.held.begin(), worker.held.end(), [&](const Held& held) { return same(held.token, token); });
     if (known != worker.held.end()) continue;  // the reply came twice
-    const auto milliseconds = static_cast<std::int64_t>(static_cast<double>(200 + pick(3000)) * worker.slowness);
-    worker.held.push_back({.token = token, .done_at = now_ + Time(milliseconds)});
-    at(Time(milliseconds), [this, index, token, life = worker.life] {
+    const Time cost(std::lround(1 + effort_of(token).milliseconds * worker.slowness));
+    worker.held.push_back({.token = token, .done_at = now_ + cost, .cost = cost});
+    at(cost, [this, index, token, life = worker.life] {
       Worker& there = workers_[index];
       if (!there.alive || there.life != life) return;
       const auto held =
@@ -172,7 +218,8 @@ void Simulation::deliver(std::size_t index, const Held& held) {
     });
   }
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
-  const DeliveredResult result{.fingerprint = truth_of(token) + (lies ? 1 + index : 0), .cost = Time{0}};
+  const DeliveredResult result{
+      .fingerprint = truth_of(token) + (lies ? 1 + index : 0), .cost = held.cost, .work = effort_of(token).rays};
   to_coordinator(
       [this, id = worker.id, token, result, settled] { coordinator_->complete(id, token, result, now_, settled); });
 }

@@ -185,6 +185,7 @@ void Simulation::check() {
   }
   // Bookkeeping is checked against itself now and then, for it takes a look at everything.
   if (counts_.steps % (options_.workers > 0 ? 4096 : 16) != 0) return;
+  check_paces();
   std::size_t leases = 0;
   for (const WorkerView& worker : scheduler.workers()) {
     leases += worker.leases;
@@ -270,6 +271,8 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     if (event == nullptr) continue;
     const auto kind = static_cast<FarmEvent::Kind>(event->kind);
     counts_.quarantines += kind == FarmEvent::Kind::kDistrusted;
+    if (kind == FarmEvent::Kind::kUnitFailed || kind == FarmEvent::Kind::kUnitLost)
+      promises_.at(event->job).failed = true;
     if (kind != FarmEvent::Kind::kRevoked) continue;
     ++counts_.revoked;
     Promise& promise = promises_.at(event->job);

@@ -61,10 +61,12 @@ class Simulation {
     std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
     v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
+    bool failed = false;  // a unit of it was not rendered, once
   };
   struct Held {
     v1::LeaseToken token;
     Time done_at{};
+    Time cost{};
     bool sent = false;
   };
   struct Worker {
@@ -115,6 +117,16 @@ class Simulation {
   /// What an honest worker returns.
   ResultFingerprint truth_of(const v1::LeaseToken& token) const;
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
+  void check_sent_away(const Worker& worker, const std::string& id);
+  void check_paces();
+  bool is_usual_pace_common() const;
+  /// What a unit takes on a usual thread: log-normal over two decades, and a
+  /// ray's part of it by a third.
+  struct Effort {
+    double milliseconds = 0;
+    std::uint64_t rays = 0;
+  };
+  Effort effort_of(const v1::LeaseToken& token) const;
 
   // ---- clients
   void submit_job();

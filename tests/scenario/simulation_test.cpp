@@ -1,20 +1,13 @@
-// Farms of random jobs, machines and mishaps (simulation.h). TESSERA_SCHEDULES=N in the environment runs that many
-// seeds, from TESSERA_FIRST_SEED on, for the long form.
+// Farms of random jobs, machines and mishaps (simulation.h), of as many seeds as seeds.h says.
 #include "scenario/simulation.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "absl/strings/str_cat.h"
+#include "scenario/seeds.h"
 
 namespace tessera::server {
 namespace {
-
-std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
-  const char* const text = std::getenv(variable);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
 
 SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t workers) {
   SimulationCounts total;

@@ -1,0 +1,71 @@
+// How fast workers are, relative to one another. Only results of different workers for the same job are compared, so
+// nothing that a job's units cost, however uneven they are, can pass for a property of all workers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tessera::server {
+
+/// What is known of one worker's time for a unit, as a natural logarithm. Ratings of players are kept in the same way
+/// [Glickman1999]: one says something only in comparison with another, and has a variance.
+struct WorkerPace {
+  static constexpr double kUnknownVariance = 1;  // before anything is known: within e times the usual, mostly
+
+  std::uint64_t worker = 0;  // no other has this number
+  double log_time = 0;
+  double variance = kUnknownVariance;
+
+  // Its latest result: of which job (none: no job has this number), and what it cost.
+  std::uint64_t last_job = ~std::uint64_t{0};
+  double last_log_cost = 0;
+  double surprise = 0;  // moving average of deviations from what was expected, in standard deviations
+};
+
+/// The pace by which all others are judged: the median of those about whom something is known.
+struct UsualPace {
+  double log_time = 0;
+  double variance = 0;
+};
+UsualPace usual_pace(const std::vector<const WorkerPace*>& workers);
+
+/// How long the worker's units take, as a multiple of the usual time: 1 until results show beyond doubt that it is not
+/// (a non-negative garrote [Breiman1995] at kDoubt standard deviations).
+double slowness_of(const WorkerPace& pace, const UsualPace& usual);
+
+/// The latest results of one job, which the next one is compared with.
+class JobPace {
+ public:
+  static constexpr std::size_t kCompared = 8;  // at most
+
+  explicit JobPace(std::uint64_t job) : job_(job) {}
+
+  /// Takes in a result: `log_cost` is the logarithm of what it took on one thread, for each piece of work in it where
+  /// that is known. Says nothing of a worker that is alone on the job.
+  void compare(WorkerPace& worker, const UsualPace& usual, double log_cost);
+
+ private:
+  struct Result {
+    std::uint64_t worker = 0;
+    double log_cost = 0;  // as a usual worker would have had it
+  };
+
+  void learn_spread(WorkerPace& worker, double log_cost, double usual_log_cost);
+  double noise() const;
+  double level() const;
+
+  std::uint64_t job_;
+  std::vector<Result> latest_;  // the oldest first
+
+  // What units of this job cost on workers of one pace: mean, variance, and half the mean square difference of a
+  // worker's successive ones [vonNeumann1941]. Neighbours cost much the same, so ten of them say less than ten from
+  // all over the picture.
+  static constexpr double kFirstSpread = 1.3;  // costs over two decades: a standard deviation is a factor of three
+  static constexpr double kFirstWeight = 8;
+  double results_ = 0;  // so many are in the mean
+  double mean_ = 0, spread_ = kFirstSpread, spread_weight_ = kFirstWeight;
+  double step_ = kFirstSpread, step_weight_ = kFirstWeight;
+};
+
+}  // namespace tessera::server
