@@ -74,6 +74,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("tessera-server ") + tessera::wire::build_version());
   app.add_option("--listen", options.listen, "ADDR:PORT to serve on; port 0 takes a free one")->capture_default_str();
   app.add_option("--data", options.data_dir, "Directory for the journal, results and blobs")->capture_default_str();
+  app.add_flag("--accept-loss", options.accept_loss,
+               "Start although the data lacks something that was acknowledged, and go on with what there is");
   app.add_option("--log-level", log.level, "What goes to standard error")
       ->check(CLI::IsMember(tessera::wire::kLogLevels))
       ->capture_default_str();

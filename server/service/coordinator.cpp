@@ -51,9 +51,6 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
     if (!opened.ok()) return opened.status();
     data_dir.emplace(*std::move(opened));
   }
-  absl::StatusOr<std::unique_ptr<Journal>> opened_journal = open_journal(options.data_dir);
-  if (!opened_journal.ok()) return opened_journal.status();
-  journal = *std::move(opened_journal);
   absl::StatusOr<std::unique_ptr<Expelled>> opened_expelled =
       Expelled::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "expelled");
   if (!opened_expelled.ok()) return opened_expelled.status();
@@ -64,6 +61,18 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
                                      : make_file_blob_store(options.data_dir, {.bytes = options.keep_free_bytes});
   }
 
+  absl::Status status = open_farm(options);
+  // The journal has noted that it is damaged, and is made anew when it is opened again.
+  if (absl::IsDataLoss(status) && journal != nullptr) status = open_farm(options);
+  return status;
+}
+
+absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
+  journal.reset();
+  absl::StatusOr<std::unique_ptr<Journal>> opened_journal =
+      open_journal(options.data_dir, {.accept_loss = options.accept_loss});
+  if (!opened_journal.ok()) return opened_journal.status();
+  journal = *std::move(opened_journal);
   absl::StatusOr<std::unique_ptr<Farm>> opened_farm =
       Farm::open(*journal, *blobs,
                  {.heartbeat_interval = options.heartbeat_interval,

@@ -20,6 +20,8 @@ struct CoordinatorOptions {
   std::string listen;
   /// Journal, results and blobs; made when it does not exist. Empty: everything is kept in memory.
   std::filesystem::path data_dir;
+  /// Go on with what there is when something is lost that was acknowledged.
+  bool accept_loss = false;
   /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data directory, or
   /// in memory.
   std::shared_ptr<BlobStore> blobs;
@@ -68,8 +70,8 @@ class Coordinator {
  public:
   /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address), PermissionDenied
   /// (not loopback, and neither encrypted nor allowed to be), Unavailable (cannot listen there), FailedPrecondition
-  /// (another coordinator uses the data directory, or its format is not known), DataLoss and Internal (data directory
-  /// damaged, disk).
+  /// (another coordinator uses the data directory, its format is not known, or something is lost that was acknowledged),
+  /// DataLoss and Internal (data directory damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
 
   /// Where workers join; 0 when none do.

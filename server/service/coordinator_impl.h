@@ -27,6 +27,7 @@ namespace tessera::server {
 struct Coordinator::Impl {
   absl::Status open(const CoordinatorOptions& options);
   absl::Status open_data(const CoordinatorOptions& options);
+  absl::Status open_farm(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
   absl::Status open_joining(const CoordinatorOptions& options);
   void request_shutdown(const absl::Status& reason);

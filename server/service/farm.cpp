@@ -54,7 +54,15 @@ absl::Status Farm::recover(JobRecord record) {
   absl::StatusOr<JobEntry> made = entry_of(record);
   if (!made.ok()) return made.status();
   JobEntry& entry = jobs_.add(*std::move(made));
-  if (entry.past) return absl::OkStatus();
+  if (entry.past) {
+    if (record.whole_results < record.result_count) {
+      wire::log(spdlog::level::err, fields_of(entry),
+                "job {}: its result file is missing or too short; {}", entry.id,
+                entry.past->state == v1::DONE ? "what is lost is rendered again when somebody fetches it"
+                                              : "what is lost cannot be fetched");
+    }
+    return absl::OkStatus();
+  }
 
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
   if (record.whole_results < record.result_count) {

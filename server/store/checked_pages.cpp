@@ -5,6 +5,8 @@
 #include <new>
 #include <string>
 
+#include "store/checksum.h"
+
 namespace tessera::server {
 namespace {
 
@@ -25,16 +27,9 @@ sqlite3_file* machine_file(sqlite3_file* file) {
 }
 sqlite3_vfs* machine_vfs(sqlite3_vfs* vfs) { return static_cast<sqlite3_vfs*>(vfs->pAppData); }
 
-/// Each step is one-to-one in its word, so that no damage within one word goes unnoticed.
+/// Of a page without the sum at its end, and of its place.
 std::uint64_t sum_of(const char* page, int size, sqlite3_int64 offset) {
-  std::uint64_t sum = 0xcbf29ce484222325u ^ static_cast<std::uint64_t>(offset);
-  for (int at = 0; at + kSumBytes < size; at += kSumBytes) {
-    std::uint64_t word;
-    std::memcpy(&word, page + at, sizeof(word));
-    sum = (sum ^ word) * 0x9e3779b97f4a7c15u;
-    sum ^= sum >> 29;
-  }
-  return sum;
+  return checksum({page, static_cast<std::size_t>(size - kSumBytes)}, static_cast<std::uint64_t>(offset));
 }
 
 bool is_page(int size, sqlite3_int64 offset) {

@@ -2,18 +2,30 @@
 //
 //   lock                     held while a coordinator runs
 //   journal.sqlite           jobs and results (journal.h)
+//   manifest                 what the journal must hold (manifest.h)
+//   farm.log                 what was journaled of the whole farm (entry_log.h)
 //   results/JOB              payloads of a job's results, one after another (result_file.h)
+//   results/JOB.log          all else that was journaled of the job
 //   blobs/ab/abcdef...       blobs, named by digest (blob_store.h)
 //   partial/abcdef...        uploads that are not complete
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <utility>
 
 #include "absl/status/statusor.h"
 #include "store/file.h"
 
 namespace tessera::server {
+
+inline std::filesystem::path result_path(const std::filesystem::path& data_dir, const std::string& job) {
+  return data_dir / "results" / job;
+}
+/// The farm's for an empty `job`.
+inline std::filesystem::path log_path(const std::filesystem::path& data_dir, const std::string& job) {
+  return job.empty() ? data_dir / "farm.log" : data_dir / "results" / (job + ".log");
+}
 
 class DataDir {
  public:

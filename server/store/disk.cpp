@@ -24,6 +24,7 @@ class MachineFile final : public DiskFile {
   absl::Status read_at(std::uint64_t offset, char* out, std::size_t size) const override {
     return file_.read_at(offset, out, size);
   }
+  absl::Status truncate(std::uint64_t size) override { return file_.truncate(size); }
   absl::Status sync() override { return file_.sync(); }
 
  private:
@@ -41,6 +42,23 @@ class MachineDisk final : public Disk {
     std::error_code error;
     std::filesystem::remove(path, error);
     return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove ", path.string())) : absl::OkStatus();
+  }
+  absl::Status move(const std::filesystem::path& from, const std::filesystem::path& to) override {
+    const absl::Status status = rename_file(from, to);
+    return absl::IsNotFound(status) ? absl::OkStatus() : status;
+  }
+  absl::StatusOr<std::vector<std::string>> list(const std::filesystem::path& directory) override {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end;
+         entry.increment(error)) {
+      names.push_back(entry->path().filename().string());
+    }
+    if (error && error != std::errc::no_such_file_or_directory) {
+      return absl::ErrnoToStatus(error.value(), absl::StrCat("look into ", directory.string()));
+    }
+    std::sort(names.begin(), names.end());
+    return names;
   }
   absl::Status sync(const std::vector<DiskFile*>& files) override {
     std::atomic<std::size_t> next = 0;

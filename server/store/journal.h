@@ -105,7 +105,8 @@ struct JobRecord {
   std::vector<SchedulerEvent> events;
   bool fetched = false;
   std::uint64_t result_bytes = 0;
-  std::uint64_t whole_results = 0;  // so many, from the first on, lie within the result file; set by recover()
+  // So many, from the first on, lie within the result file; of jobs that are over all or none. Set by recover().
+  std::uint64_t whole_results = 0;
 };
 
 /// Safe to use from any number of threads.
@@ -117,8 +118,8 @@ class Journal {
   virtual std::uint64_t epoch() const = 0;
 
   /// Every job ever added, in that order; costs of single results only where JobRecord::stats does not have them. To be
-  /// called once, before the first commit. DataLoss when the data is
-  /// damaged.
+  /// called once, before the first commit. DataLoss when the data is damaged: opened once more, the journal is made
+  /// anew.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
 
   /// What was committed about one job until now. NotFound when there is no such job.
@@ -139,9 +140,16 @@ class Journal {
                                                                 std::uint32_t most) = 0;
 };
 
-/// In a data directory, made when there is nothing yet; an empty path: in memory. FailedPrecondition when a newer
-/// version wrote it.
+struct JournalOptions {
+  /// Goes on with what there is when something is lost that was committed.
+  bool accept_loss = false;
+};
+
+/// In a data directory, made when there is nothing yet; an empty path: in memory. Tables that are damaged are made anew
+/// from the logs that stand beside the results, and the damaged ones kept as journal.sqlite.damaged. FailedPrecondition
+/// when a newer version wrote it, and when something that was committed is lost, with what; DataLoss when the tables
+/// are damaged and there are no logs.
 absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir,
-                                                      Disk& disk = machine_disk());
+                                                      const JournalOptions& options = {}, Disk& disk = machine_disk());
 
 }  // namespace tessera::server

@@ -7,9 +7,9 @@
 namespace tessera::server {
 namespace {
 
-// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`. Older formats are brought
-// up to date when they are opened.
-constexpr int kFormatVersion = 3;
+// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs beside the
+// tables (entry_log.h). Older formats are brought up to date when they are opened.
+constexpr int kFormatVersion = 4;
 
 constexpr char kSchema[] = R"(
   CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -42,6 +42,10 @@ constexpr char kSchema[] = R"(
     host TEXT NOT NULL,
     text TEXT NOT NULL);
   CREATE INDEX IF NOT EXISTS events_by_job ON events (job);
+  CREATE TABLE IF NOT EXISTS logs (
+    job TEXT PRIMARY KEY,     -- empty: the farm's
+    bytes INTEGER NOT NULL    -- of its log, that the tables have
+  ) WITHOUT ROWID;
 )";
 
 constexpr char kFromFormat1[] = R"(
@@ -56,13 +60,15 @@ constexpr char kFromFormat2[] = R"(
   UPDATE meta SET value = 3 WHERE key = 'format';
 )";
 
+// Jobs without a row in `logs` get their logs when the journal is opened (log_recovery.h).
+constexpr char kFromFormat3[] = "UPDATE meta SET value = 4 WHERE key = 'format'";
+
 }  // namespace
 
-absl::StatusOr<std::uint64_t> JournalTables::begin_epoch(SQLite::Database& database) {
+absl::Status JournalTables::prepare(SQLite::Database& database) {
   database.exec(kSchema);
   SQLite::Transaction transaction(database);
-  database.exec("INSERT OR IGNORE INTO meta VALUES ('format', 1), ('epoch', 0)");
-  database.exec("UPDATE meta SET value = value + 1 WHERE key = 'epoch'");
+  database.exec("INSERT OR IGNORE INTO meta VALUES ('format', 1), ('epoch', 0), ('commit', 0)");
   int format = database.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
   if (format == 1) {
     database.exec(kFromFormat1);
@@ -70,15 +76,25 @@ absl::StatusOr<std::uint64_t> JournalTables::begin_epoch(SQLite::Database& datab
   }
   if (format == 2) {
     database.exec(kFromFormat2);
+    format = 3;
+  }
+  if (format == 3) {
+    database.exec(kFromFormat3);
     format = kFormatVersion;
   }
   if (format != kFormatVersion) {
     return absl::FailedPreconditionError(
         absl::StrCat("the journal has format ", format, "; this version knows formats 1 to ", kFormatVersion));
   }
-  const auto epoch = database.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64();
   transaction.commit();
-  return static_cast<std::uint64_t>(epoch);
+  return absl::OkStatus();
+}
+
+std::uint64_t JournalTables::begin_epoch(SQLite::Database& database, std::uint64_t past) {
+  SQLite::Statement update(database, "UPDATE meta SET value = MAX(value, ?) + 1 WHERE key = 'epoch'");
+  update.bind(1, static_cast<std::int64_t>(past));
+  update.exec();
+  return static_cast<std::uint64_t>(database.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
 }
 
 JournalTables::JournalTables(SQLite::Database& database)
@@ -93,10 +109,32 @@ JournalTables::JournalTables(SQLite::Database& database)
       fetched_(database, "UPDATE jobs SET fetched = 1 WHERE id = ?"),
       prune_job_(database, "DELETE FROM jobs WHERE id = ?"),
       prune_results_(database, "DELETE FROM results WHERE job = ?"),
-      prune_events_(database, "DELETE FROM events WHERE job = ?") {}
+      prune_events_(database, "DELETE FROM events WHERE job = ?"),
+      log_(database, "INSERT OR REPLACE INTO logs VALUES (?, ?)"),
+      forget_log_(database, "DELETE FROM logs WHERE job = ?"),
+      commit_(database, "UPDATE meta SET value = ? WHERE key = 'commit'") {}
 
 void JournalTables::write(const JournalEntry& entry, std::uint64_t end) {
   std::visit([&](const auto& row) { write_row(row, end); }, entry);
+}
+
+void JournalTables::write_log(const std::string& job, std::uint64_t bytes) {
+  log_.reset();
+  log_.bind(1, job);
+  log_.bind(2, static_cast<std::int64_t>(bytes));
+  log_.exec();
+}
+
+void JournalTables::forget_log(const std::string& job) {
+  forget_log_.reset();
+  forget_log_.bind(1, job);
+  forget_log_.exec();
+}
+
+void JournalTables::write_commit(std::uint64_t commit) {
+  commit_.reset();
+  commit_.bind(1, static_cast<std::int64_t>(commit));
+  commit_.exec();
 }
 
 void JournalTables::write_row(const JobAdded& entry, std::uint64_t) {
@@ -174,7 +212,7 @@ void JournalTables::write_row(const JobFetched& entry, std::uint64_t) {
 }
 
 void JournalTables::write_row(const JobPruned& entry, std::uint64_t) {
-  for (SQLite::Statement* const row : {&prune_job_, &prune_results_, &prune_events_}) {
+  for (SQLite::Statement* const row : {&prune_job_, &prune_results_, &prune_events_, &forget_log_}) {
     row->reset();
     row->bind(1, entry.id);
     row->exec();

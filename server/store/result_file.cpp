@@ -18,12 +18,17 @@ ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::
 ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end)
     : disk_(disk), path_(std::move(path)), count_(count), before_(count), begin_(end), kept_(end), appended_(end) {}
 
-std::uint64_t ResultFile::whole_results() const {
+std::uint64_t ResultFile::size() const {
   const auto file = disk_.open(path_, /*create=*/false);
   const absl::StatusOr<std::uint64_t> size = file.ok() ? (*file)->size() : file.status();
-  const std::uint64_t there = size.ok() ? *size : 0;
-  return static_cast<std::uint64_t>(std::upper_bound(ends_.begin(), ends_.end(), there) - ends_.begin());
+  return size.ok() ? *size : 0;
 }
+
+std::uint64_t ResultFile::whole_results() const {
+  return static_cast<std::uint64_t>(std::upper_bound(ends_.begin(), ends_.end(), size()) - ends_.begin());
+}
+
+bool ResultFile::holds(std::uint64_t bytes) const { return bytes == 0 || size() >= bytes; }
 
 absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
   const std::lock_guard lock(mutex_);

@@ -30,6 +30,9 @@ class ResultFile {
   /// journaled when something cut it.
   std::uint64_t whole_results() const;
 
+  /// Whether the file is at least so long.
+  bool holds(std::uint64_t bytes) const;
+
   /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
   /// end.
   absl::StatusOr<std::uint64_t> append(std::string_view payload);
@@ -53,6 +56,7 @@ class ResultFile {
 
  private:
   bool in_memory() const { return path_.empty(); }
+  std::uint64_t size() const;
 
   Disk& disk_;
   const std::filesystem::path path_;

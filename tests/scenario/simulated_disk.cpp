@@ -34,6 +34,7 @@ class SimulatedFile final : public DiskFile {
     std::memcpy(out, contents_->bytes.data() + offset, size);
     return absl::OkStatus();
   }
+  absl::Status truncate(std::uint64_t size) override { return disk_.truncate(*contents_, size); }
   absl::Status sync() override { return disk_.sync(*contents_); }
 
  private:
@@ -215,6 +216,24 @@ absl::Status SimulatedDisk::remove(const std::filesystem::path& path) {
     files_.erase(found);
   }
   return absl::OkStatus();
+}
+
+absl::Status SimulatedDisk::move(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (absl::Status status = remove(to); !status.ok()) return status;
+  if (auto node = files_.extract(from.string()); !node.empty()) {
+    node.key() = to.string();
+    files_.insert(std::move(node));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> SimulatedDisk::list(const std::filesystem::path& directory) {
+  std::vector<std::string> names;
+  for (const auto& [path, contents] : files_) {
+    const std::filesystem::path file(path);
+    if (file.parent_path() == directory) names.push_back(file.filename().string());
+  }
+  return names;
 }
 
 absl::Status SimulatedDisk::sync_directory(const std::filesystem::path&) { return operate(); }

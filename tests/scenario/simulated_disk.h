@@ -31,6 +31,8 @@ class SimulatedDisk final : public Disk {
 
   absl::StatusOr<std::unique_ptr<DiskFile>> open(const std::filesystem::path& path, bool create) override;
   absl::Status remove(const std::filesystem::path& path) override;
+  absl::Status move(const std::filesystem::path& from, const std::filesystem::path& to) override;
+  absl::StatusOr<std::vector<std::string>> list(const std::filesystem::path& directory) override;
   absl::Status sync_directory(const std::filesystem::path& directory) override;
   std::string sqlite_vfs() const override;
 

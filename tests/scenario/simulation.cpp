@@ -128,7 +128,7 @@ void Simulation::to_worker(std::size_t worker, Step message) {
 void Simulation::start_coordinator() {
   Journal* journal = &model_;
   if (options_.real_journal) {
-    auto opened = open_journal("/data", *disk_);
+    auto opened = open_journal("/data", {}, *disk_);
     if (absl::IsResourceExhausted(opened.status())) {
       // The power failed on a disk that was full. It says so and ends; somebody makes room and starts it again.
       ++counts_.disk_full;

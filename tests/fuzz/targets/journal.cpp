@@ -115,7 +115,7 @@ bool accepts(std::string_view bytes) {
   spdlog::set_level(spdlog::level::off);
   server::SimulatedDisk disk(1);
   fill_disk(disk, split_parts(bytes));
-  const auto journal = server::open_journal("/farm", disk);
+  const auto journal = server::open_journal("/farm", {}, disk);
   if (!journal.ok()) {
     require(!journal.status().message().empty(), "an error without a message");
     return false;
