@@ -1,6 +1,7 @@
 // tessera fetch ID -o OUT
 #include <memory>
 
+#include "absl/strings/str_cat.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/follow.h"
@@ -16,6 +17,7 @@ struct Options {
   std::string job_id;
   std::string output;
   bool half = false;
+  bool partial = false;
   bool quiet = false;
 };
 
@@ -28,7 +30,14 @@ int run(const Options& options, Interrupt& interrupt) {
   if (!farm.ok()) return report_farm_error(farm.status());
   const auto job = (*farm)->job(options.job_id, stop);
   if (!job.ok()) return report_farm_error(job.status());
-  auto followed = follow_job(**farm, options.job_id, job->spec(), options.quiet, stop);
+  PartialImage partial;
+  if (options.partial) {
+    partial = {.wanted = true, .units = job->status().units_done()};
+    if (partial.units == 0 && !has_ended(job->status().state())) {
+      return report(kIncomplete, absl::StrCat("job ", options.job_id, " has no results yet"));
+    }
+  }
+  auto followed = follow_job(**farm, options.job_id, job->spec(), options.quiet, stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status());
   return deliver(*followed, job->spec(), options.output, options.half, options.quiet);
 }
@@ -41,6 +50,7 @@ void add_fetch_command(CommandLine& line) {
   command.add("ID", options->job_id).required();
   command.add("-o,--output", options->output, "the image, .exr or .png").required();
   command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--partial", options->partial, "what there is of it now, of a job that is not done");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });

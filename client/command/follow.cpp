@@ -79,7 +79,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 }  // namespace
 
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
-                                       std::stop_token stop) {
+                                       std::stop_token stop, const PartialImage& partial) {
   absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
       wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
@@ -89,22 +89,39 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
 
   const Clock::time_point start = Clock::now();
   Progress progress = make_progress(spec, quiet);
+  FollowedJob followed;
+  std::uint32_t units = 0;
+  std::stop_source enough;
+  const std::stop_callback stopped{stop, [&] { enough.request_stop(); }};
   FarmClient::WatchHandlers handlers;
-  handlers.result = [&](const v1::UnitResult& unit) { return add_result(unit, *assembler); };
-  handlers.status = [&](const v1::JobStatus&) { progress.update(assembler->samples_done(), Clock::now()); };
+  handlers.result = [&](const v1::UnitResult& unit) {
+    ++units;
+    return add_result(unit, *assembler);
+  };
+  handlers.status = [&](const v1::JobStatus& status) {
+    followed.status = status;
+    progress.update(assembler->samples_done(), Clock::now());
+    if (partial.units > 0 && units >= partial.units) enough.request_stop();
+  };
   handlers.restart = [&]() -> absl::Status {
     auto again = Assembler::create(options);
     if (again.ok()) assembler = std::move(again);
+    units = 0;
     return again.status();
   };
-  absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
+  absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, enough.get_token());
   progress.update(assembler->samples_done(), Clock::now());
   progress.finish(Clock::now());
-  if (!status.ok()) return status.status();
+  if (status.ok()) {
+    followed.status = *std::move(status);
+  } else if (!partial.wanted) {
+    return status.status();
+  } else if (stop.stop_requested() || !enough.stop_requested()) {
+    followed.broken_off = status.status();
+  }
 
-  FollowedJob followed;
-  followed.status = *std::move(status);
-  if (followed.status.state() == v1::DONE || followed.status.state() == v1::INCOMPLETE) {
+  const bool over = followed.status.state() == v1::DONE || followed.status.state() == v1::INCOMPLETE;
+  if (over || (partial.wanted && assembler->samples_done() > 0)) {
     absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
     if (!assembly.ok()) return assembly.status();
     followed.image = std::move(assembly->image);
@@ -140,17 +157,38 @@ int report_end(const v1::JobStatus& status) {
   return report(kJobFailed, absl::StrCat("job ", status.job_id(), " failed: ", status.error()));
 }
 
+namespace {
+
+/// The exit code, with a message where the job, or following it, did not end well.
+int end_of(const FollowedJob& followed) {
+  const v1::JobStatus& status = followed.status;
+  if (!followed.broken_off.ok()) {
+    const int code = report_farm_error(followed.broken_off);
+    if (!followed.image) return report(static_cast<ExitCode>(code), "nothing was rendered, so no image is written");
+    return report(static_cast<ExitCode>(code), absl::StrCat("the image is a partial one: ", status.units_done(), " of ",
+                                                            status.units_total(), " units"));
+  }
+  return has_ended(status.state()) ? report_end(status) : kDone;
+}
+
+}  // namespace
+
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings()) std::cerr << "warning: " << warning << '\n';
   }
-  const int code = report_end(followed.status);
+  const int code = end_of(followed);
   if (!followed.image) return code;
   set_render_info(render_info(spec, followed.status), *followed.image);
+  if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
+    followed.image->metadata["tessera.partial"] =
+        absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
+  }
   if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
   if (const absl::Status status = write_image(*followed.image, output, half); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }
+  followed.written = true;
   if (code == kDone && followed.incomplete_pixels > 0) {
     return report(kIncomplete, absl::StrCat(followed.incomplete_pixels, " pixels lack samples"));
   }

@@ -13,18 +13,27 @@
 
 namespace tessera::client {
 
+/// What is wanted of a job that is not over.
+struct PartialImage {
+  bool wanted = false;  // also when following is stopped, or broken off, or the job was cancelled or failed
+  // Following is over when so many units have come; 0: with the job.
+  std::uint32_t units = 0;
+};
+
 struct FollowedJob {
   v1::JobStatus status;
-  std::optional<Image> image;  // when the job is done, or incomplete
+  absl::Status broken_off;     // why following ended before the job did, where a partial image is wanted
+  std::optional<Image> image;  // when the job is done, or incomplete, or a partial one is wanted and there is something
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;
   double wall_seconds = 0;  // of following
+  bool written = false;     // deliver() has written the image
 };
 
 /// Follows the job to its end, with progress on stderr unless `quiet`. Errors: those of FarmClient::watch; Internal
 /// when results do not fit the job.
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
-                                       std::stop_token stop);
+                                       std::stop_token stop, const PartialImage& partial = {});
 
 /// The same without an image: progress only.
 absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
@@ -34,8 +43,9 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// and what is missing.
 int report_end(const v1::JobStatus& status);
 
-/// What ends a command that followed a job: lists holes in the image's attribute "tessera.holes", prints the job's
-/// warnings (unless quiet) and its error, writes the image with its metadata to `output`, and returns the exit code.
+/// What ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
+/// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and its
+/// error, writes the image with its metadata to `output`, and returns the exit code.
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet);
 
 }  // namespace tessera::client

@@ -1,10 +1,16 @@
 // tessera render SCENE -o OUT: everything in this process.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <thread>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/follow.h"
@@ -14,26 +20,77 @@
 #include "command/stats_file.h"
 #include "command/time_spent.h"
 #include "farm/farm_client.h"
+#include "local/checkpoint.h"
 #include "local/local_farm.h"
 #include "wire/cpu_time.h"
+#include "wire/version.h"
 
 namespace tessera::client {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The job from submission to its end.
-absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet, std::stop_token stop) {
-  FarmClient client{farm.channel(), {.address = "this process"}};
-  const absl::StatusOr<std::string> job_id = client.submit(spec, {}, stop);
-  if (!job_id.ok()) return job_id.status();
-  return follow_job(client, *job_id, spec, quiet, stop);
+/// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they have may
+/// be taken over. Empty when there is none.
+absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec spec, std::stop_token stop) {
+  spec.set_build(wire::build_version());
+  const auto jobs = client.jobs(stop);
+  if (!jobs.ok()) return jobs.status();
+  std::string found;
+  for (const v1::JobStatus& status : *jobs) {
+    if (has_ended(status.state()) && status.state() != v1::DONE) continue;
+    const auto job = client.job(status.job_id(), stop);
+    if (!job.ok()) return job.status();
+    if (job->spec().SerializeAsString() == spec.SerializeAsString()) {
+      found = status.job_id();
+    } else if (has_ended(status.state())) {
+      continue;
+    } else if (const auto cancelled = client.cancel(status.job_id(), stop); !cancelled.ok()) {
+      return cancelled.status();
+    }
+  }
+  return found;
 }
 
-int run(const RenderOptions& options, Interrupt& interrupt) {
-  if (const absl::Status status = check_output(options.output); !status.ok()) {
-    return report(kUsage, std::string{status.message()});
+/// The job from submission, or from where it was, to its end.
+absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet, std::stop_token stop) {
+  FarmClient client{farm.channel(), {.address = "this process"}};
+  absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
+  if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
+  if (!job_id.ok()) return job_id.status();
+  return follow_job(client, *job_id, spec, quiet, stop, {.wanted = true});
+}
+
+/// Where an image is kept that could not be written where it was to be: the state folder, or that of temporary files.
+std::vector<std::filesystem::path> other_folders() {
+  std::vector<std::filesystem::path> folders;
+  const char* const state = std::getenv("XDG_STATE_HOME");
+  const char* const home = std::getenv("HOME");
+  if (state != nullptr && *state != '\0') {
+    folders.push_back(std::filesystem::path(state) / "tessera");
+  } else if (home != nullptr && *home != '\0') {
+    folders.push_back(std::filesystem::path(home) / ".local" / "state" / "tessera");
   }
+  std::error_code error;
+  folders.push_back(std::filesystem::temp_directory_path(error));
+  return folders;
+}
+
+/// The image could not be written, and no checkpoint has its results: it is kept elsewhere, if that can be.
+void keep_image(const Image& image, const RenderOptions& options) {
+  for (const std::filesystem::path& folder : other_folders()) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    const std::string name = std::filesystem::path(options.output).stem().string();
+    const std::string path = (folder / absl::StrCat(name, "-", getpid(), ".exr")).string();
+    if (!write_image(image, path, /*half=*/false).ok()) continue;
+    report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
+    return;
+  }
+}
+
+/// `is_whole`: the job is done, and its image written.
+int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
@@ -41,18 +98,31 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   if (const std::vector<std::string> isas = local_isas(); spec.isa().empty() && !isas.empty())
     spec.set_isa(isas.front());
 
-  const std::stop_token stop = interrupt.token();
-  const absl::StatusOr<std::unique_ptr<LocalFarm>> farm = LocalFarm::start(
-      {.threads = options.threads, .isa = spec.isa(), .blobs = loaded->job->blobs, .geometry_read = [&loaded] {
-         loaded->free_meshes();
-       }});
+  // An interrupt ends the job, and so does a disk on which nothing can be kept.
+  std::stop_source ended;
+  const std::stop_callback interrupted{interrupt.token(), [&ended] { ended.request_stop(); }};
+  absl::Status failure;
+  const auto failed = [&](const absl::Status& status) {
+    failure = status;
+    ended.request_stop();
+  };
+  const absl::StatusOr<std::unique_ptr<LocalFarm>> farm =
+      LocalFarm::start({.threads = options.threads,
+                        .isa = spec.isa(),
+                        .blobs = loaded->job->blobs,
+                        .geometry_read = [&loaded] { loaded->free_meshes(); },
+                        .checkpoint = options.checkpoint,
+                        .failed = failed});
   if (!farm.ok()) return report(kJobFailed, std::string{farm.status().message()});
 
   const Clock::time_point start = Clock::now();
-  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, options.quiet, stop);
+  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, options.quiet, ended.get_token());
+  if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   exit_code = deliver(*followed, spec, options.output, options.half, options.quiet);
+  if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed->image, options);
+  is_whole = followed->written && followed->status.state() == v1::DONE;
   const TimeSpent spent =
       time_spent(followed->status.stats(), ProcessTime{.import_seconds = loaded->import_cpu_seconds,
                                                        .total_seconds = wire::in_seconds(wire::process_cpu_time())});
@@ -73,6 +143,21 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   return exit_code;
 }
 
+int run(const RenderOptions& options, Interrupt& interrupt) {
+  absl::Status status = check_output(options.output);
+  if (status.ok() && !options.checkpoint.empty()) status = open_checkpoint(options.checkpoint);
+  if (!status.ok()) return report(kUsage, std::string{status.message()});
+  bool is_whole = false;
+  const int exit_code = render(options, interrupt, is_whole);
+  if (options.checkpoint.empty()) return exit_code;
+  if (!is_whole) {
+    std::cerr << "what was rendered is in " << options.checkpoint << ": the same command goes on with it\n";
+  } else if (status = delete_checkpoint(options.checkpoint); !status.ok()) {
+    std::cerr << "warning: " << status.message() << '\n';
+  }
+  return exit_code;
+}
+
 }  // namespace
 
 void add_render_command(CommandLine& line) {
@@ -83,6 +168,8 @@ void add_render_command(CommandLine& line) {
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.option("--isa").one_of(local_isas());
+  command.add("--checkpoint", options->checkpoint, "keep results in this folder; the same command goes on with them")
+      .type_name("FOLDER");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -19,6 +19,7 @@ struct RenderOptions {
   int threads = 0;                   // of this process
   bool half = false;                 // 16-bit EXR
   std::string stats;                 // a JSON file; empty: none
+  std::string checkpoint;            // a folder; empty: none. `render` only
   bool quiet = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <thread>
 #include <utility>
 
@@ -12,12 +13,18 @@
 
 namespace tessera::client {
 
-// Torn down in reverse: the worker first.
 struct LocalFarm::Parts {
   std::shared_ptr<SceneBlobs> blobs;
   std::unique_ptr<server::Coordinator> coordinator;
+  std::jthread failure;  // waits for the coordinator's
   std::unique_ptr<agent::Agent> agent;
   std::jthread worker;
+
+  /// The worker goes first.
+  ~Parts() {
+    if (worker.joinable()) worker.request_stop(), worker.join();
+    if (coordinator != nullptr) coordinator->request_shutdown();
+  }
 };
 
 std::vector<std::string> local_isas() { return render::supported_isas(); }
@@ -30,10 +37,17 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
 
   server::CoordinatorOptions coordinator_options;
   coordinator_options.blobs = parts->blobs;
+  coordinator_options.data_dir = options.checkpoint;
+  // What a checkpoint has lost is rendered again, and it is deleted by whoever made it.
+  coordinator_options.accept_loss = true;
+  coordinator_options.keep_fetched = coordinator_options.keep_unfetched = std::chrono::hours{24 * 36500};
   absl::StatusOr<std::unique_ptr<server::Coordinator>> coordinator =
       server::Coordinator::start(std::move(coordinator_options));
   if (!coordinator.ok()) return coordinator.status();
   parts->coordinator = *std::move(coordinator);
+  parts->failure = std::jthread{[&farm = *parts->coordinator, failed = std::move(options.failed)] {
+    if (const absl::Status status = farm.wait(); !status.ok() && failed) failed(status);
+  }};
 
   agent::AgentOptions agent_options;
   agent_options.name = "local";

@@ -1,4 +1,4 @@
-// A farm within this process: the coordinator and the worker of the big one, in memory and without sockets.
+// A farm within this process: the coordinator and the worker of the big one, without sockets.
 #pragma once
 
 #include <functional>
@@ -22,6 +22,10 @@ struct LocalFarmOptions {
   // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then be freed,
   // if there is one job alone.
   std::function<void()> geometry_read = {};
+  // Folder for jobs and results; the next farm with the same goes on with them. Empty: they are kept in memory.
+  std::string checkpoint = {};
+  // Called, where there is one, once, from another thread, when results cannot be kept any more: nothing comes then.
+  std::function<void(const absl::Status&)> failed = {};
 };
 
 /// The kernels that this machine can run, best first.
@@ -29,7 +33,7 @@ std::vector<std::string> local_isas();
 
 class LocalFarm {
  public:
-  /// FailedPrecondition when there are no kernels for this machine.
+  /// FailedPrecondition when there are no kernels for this machine, or another process uses the checkpoint.
   static absl::StatusOr<std::unique_ptr<LocalFarm>> start(LocalFarmOptions options);
 
   /// Stops what is being rendered.

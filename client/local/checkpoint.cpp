@@ -1,0 +1,43 @@
+#include "local/checkpoint.h"
+
+#include <fstream>
+#include <string>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kMark[] = "tessera-render-checkpoint";
+
+absl::Status failed(const char* what, const fs::path& folder, const std::error_code& error) {
+  return absl::ErrnoToStatus(error.value(), absl::StrCat(what, " ", folder.string()));
+}
+
+}  // namespace
+
+absl::Status open_checkpoint(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder / kMark, error)) return absl::OkStatus();
+  if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error))) {
+    return absl::InvalidArgumentError(absl::StrCat(folder.string(), " is not empty, and no checkpoint of a render"));
+  }
+  fs::create_directories(folder, error);
+  if (error) return failed("make", folder, error);
+  if (!std::ofstream(folder / kMark).flush()) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot write to ", folder.string()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status delete_checkpoint(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder / kMark, error)) return absl::OkStatus();
+  fs::remove_all(folder, error);
+  return error ? failed("delete", folder, error) : absl::OkStatus();
+}
+
+}  // namespace tessera::client
