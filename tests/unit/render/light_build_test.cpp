@@ -57,6 +57,36 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
   }
 }
 
+TEST(AppendAreaLights, VertexNormalsCountWhereTheyAreNotTheTriangles) {
+  // Two triangles that would make a rectangle, with normals at their four corners.
+  const auto lights_of = [](std::array<float, 3> first_normal, float pick) {
+    ShapeTable shapes;
+    shapes.vertices = {{{0, 0, 1}}, {{2, 0, 1}}, {{2, 3, 1}}, {{0, 3, 1}}};
+    for (Vertex& vertex : shapes.vertices) vertex.normal[2] = 1;
+    std::copy(first_normal.begin(), first_normal.end(), shapes.vertices[1].normal);
+    shapes.triangles = {0, 1, 2, 0, 2, 3};
+    ShapeRecord shape;
+    shape.triangle_count = 2;
+    shape.flags = kHasNormals;
+    shapes.shapes = {shape};
+    std::vector<LightRecord> lights;
+    append_area_lights(shapes, 0, kRadiance, false, -1, lights, pick);
+    return lights;
+  };
+  // Flat ones, or a scene that does not ask: a rectangle as ever.
+  for (const auto& lights : {lights_of({0, 0, 1}, 0.25f), lights_of({0.1f, 0, 1}, 0)}) {
+    ASSERT_EQ(lights.size(), 2u);
+    EXPECT_EQ(lights[0].kind, LightKind::kRectangle);
+  }
+  const std::vector<LightRecord> lights = lights_of({0.1f, 0, 1}, 0.25f);
+  ASSERT_EQ(lights.size(), 2u);
+  EXPECT_EQ(lights[0].kind, LightKind::kTriangle);
+  EXPECT_EQ(lights[0].profile, kInterpolated);
+  EXPECT_FLOAT_EQ(lights[0].tan_x, 0.25f);
+  EXPECT_FLOAT_EQ(lights[0].tan_y, 6) << "of the whole mesh";
+  EXPECT_EQ(lights[1].profile, kPlainProfile);
+}
+
 /// The lights of two triangles.
 std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& triangles,
                                     std::int32_t texture = -1) {

@@ -218,7 +218,14 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
   put(emission(light.radiance()), scale, radiance);
   LightRecord textured;
   if (auto s = set_light_texture(light.texture(), textured); !s.ok()) return located(s, "area light");
-  append_area_lights(tables_.shapes, shape, radiance, light.two_sided(), textured.texture, tables_.lights.lights);
+  std::vector<LightRecord>& lights = tables_.lights.lights;
+  const std::size_t first = lights.size();
+  const float pick = light.interpolated_normal_pick();
+  if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("area light: a probability is not within 0 and 1");
+  append_area_lights(tables_.shapes, shape, radiance, light.two_sided(), textured.texture, lights, pick);
+  for (std::size_t i = first; i < lights.size(); ++i) {
+    tables_.lights.any_interpolated = tables_.lights.any_interpolated || lights[i].profile == kInterpolated;
+  }
   return absl::OkStatus();
 }
 

@@ -140,8 +140,12 @@ absl::Status SceneBuilder::set_maps(const v1::Material& material, MaterialRecord
     record.bump_step = difference_step(tables_.textures, *node);
     record.flags |= kHasBump;
   }
-  if (material.has_normal_map()) {
-    auto node = normal_map_node(material.normal_map());
+  if (material.has_normal_map() && !material.normal_texture().empty()) {
+    return absl::InvalidArgumentError("normal_map and normal_texture exclude each other");
+  }
+  if (material.has_normal_map() || !material.normal_texture().empty()) {
+    auto node = material.has_normal_map() ? normal_map_node(material.normal_map())
+                                          : texture_node(material.normal_texture());
     if (!node.ok()) return node.status();
     record.normal_texture = *node;
     record.flags |= kHasBump;

@@ -80,9 +80,15 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
   for (const MediumValue* value : {&record.sigma_t, &record.albedo, &record.emission}) {
     if (bounds < 0) bounds = value->grid;
   }
-  record.homogeneous = bounds < 0;
+  record.homogeneous = bounds < 0 && !medium.has_world_from_bounds();
   if (!record.homogeneous) {
-    record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
+    if (medium.has_world_from_bounds()) {
+      const auto bounds_from_render = unit_cube_from_render(medium.world_from_bounds());
+      if (!bounds_from_render.ok()) return located(bounds_from_render.status(), "bounds");
+      record.bounds_from_render = *bounds_from_render;
+    } else {
+      record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
+    }
     build_majorants(tables_.media, record);
     if (const double depth = largest_optical_depth(record); !(depth <= kLargestOpticalDepth)) {
       return absl::InvalidArgumentError(
@@ -124,6 +130,16 @@ absl::Status SceneBuilder::set_medium_value(const v1::VolumeValue& value, float 
   return absl::OkStatus();
 }
 
+absl::StatusOr<Affine> SceneBuilder::unit_cube_from_render(const v1::Matrix& world_from_cube) const {
+  const auto placement = Transform::from_proto(world_from_cube);
+  if (!placement.ok()) return placement.status();
+  Transform cube_from_render;
+  if (!(render_from_world_ * *placement).invert(cube_from_render)) {
+    return absl::InvalidArgumentError("its transform is singular");
+  }
+  return cube_from_render.to_affine();
+}
+
 absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
   const auto bytes = blobs_(grid.blob().digest());
   if (!bytes.ok()) return located(bytes.status(), absl::StrCat("volume ", grid.blob().digest()));
@@ -136,18 +152,14 @@ absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
   if (std::any_of(volume->samples.begin(), volume->samples.end(), [](float x) { return x < 0; })) {
     return absl::InvalidArgumentError("a grid has a negative sample");
   }
-  auto world_from_grid = Transform::from_proto(grid.world_from_grid());
-  if (!world_from_grid.ok()) return world_from_grid.status();
-  Transform grid_from_render;
-  if (!(render_from_world_ * *world_from_grid).invert(grid_from_render)) {
-    return absl::InvalidArgumentError("the transform of a grid is singular");
-  }
+  const auto grid_from_render = unit_cube_from_render(grid.world_from_grid());
+  if (!grid_from_render.ok()) return located(grid_from_render.status(), "grid");
   DensityGrid record;
   record.size[0] = static_cast<std::int32_t>(volume->nx);
   record.size[1] = static_cast<std::int32_t>(volume->ny);
   record.size[2] = static_cast<std::int32_t>(volume->nz);
   record.channels = static_cast<std::int32_t>(volume->channels);
-  record.grid_from_render = grid_from_render.to_affine();
+  record.grid_from_render = *grid_from_render;
   record.samples.assign(volume->samples.begin(), volume->samples.end());
   tables_.media.grids.push_back(std::move(record));
   return static_cast<int>(tables_.media.grids.size()) - 1;

@@ -83,6 +83,8 @@ class SceneBuilder {
   absl::Status build_medium(const v1::Medium& medium, MediumRecord& record);
   absl::Status set_medium_value(const v1::VolumeValue& value, float otherwise, float scale, MediumValue& result);
   absl::StatusOr<int> density_grid(const v1::VolumeGrid& grid);
+  /// To the unit cube that the matrix places.
+  absl::StatusOr<Affine> unit_cube_from_render(const v1::Matrix& world_from_cube) const;
   absl::StatusOr<int> medium_index(const std::string& name) const;
   /// Whether paths have to look for media and for surfaces that light passes.
   void decide_volumetric();

@@ -37,6 +37,42 @@ void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightR
   light.area = static_cast<float>(0.5 * length(cross(e1, e2)));
 }
 
+/// Whether the normals at the corners of a triangle light turn away from its own by more than roundings.
+bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRecord& light) {
+  if (!(shape.flags & kHasNormals)) return false;
+  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
+  const float* v = light.vertices;
+  const Vec n = cross({double{v[3]} - v[0], double{v[4]} - v[1], double{v[5]} - v[2]},
+                      {double{v[6]} - v[0], double{v[7]} - v[1], double{v[8]} - v[2]});
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const std::size_t vertex = static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    const float* at = table.vertices[vertex].normal;
+    const Vec normal = {at[0], at[1], at[2]};
+    if (length(cross(n, normal)) > 1e-4 * length(n) * length(normal)) return true;
+  }
+  return false;
+}
+
+void describe_triangles(const ShapeTable& shapes, const ShapeRecord& record, float interpolated_pick, LightRecord light,
+                        std::vector<LightRecord>& lights) {
+  const std::size_t first = lights.size();
+  double area = 0;
+  for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
+    describe_triangle(shapes, record, light);
+    area += light.area;
+    const bool smooth = interpolated_pick > 0 && is_smooth(shapes, record, light);
+    light.profile = smooth ? kInterpolated : kPlainProfile;
+    lights.push_back(light);
+    if (light.primitive > 0 && !smooth && lights.end()[-2].profile == kPlainProfile)
+      merge_into_rectangle(lights.end()[-2], static_cast<std::int32_t>(lights.size()) - 2, lights.back());
+  }
+  for (std::size_t i = first; i < lights.size(); ++i) {
+    if (lights[i].profile != kInterpolated) continue;
+    lights[i].tan_x = interpolated_pick;
+    lights[i].tan_y = static_cast<float>(area);
+  }
+}
+
 /// Area of a cylinder's wall under any affine map.
 double cylinder_area(const QuadricRecord& q) {
   const Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1),
@@ -103,7 +139,7 @@ void describe_sphere(const QuadricRecord& q, LightRecord& light) {
 }  // namespace
 
 void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
-                        std::int32_t texture, std::vector<LightRecord>& lights) {
+                        std::int32_t texture, std::vector<LightRecord>& lights, float interpolated_pick) {
   ShapeRecord& record = shapes.shapes[static_cast<std::size_t>(shape)];
   record.first_light = static_cast<std::int32_t>(lights.size());
   LightRecord light;
@@ -113,12 +149,7 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
   std::copy(radiance.begin(), radiance.end(), light.radiance);
   switch (record.kind) {
     case ShapeKind::kTriangles:
-      for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
-        describe_triangle(shapes, record, light);
-        lights.push_back(light);
-        if (light.primitive > 0)
-          merge_into_rectangle(lights.end()[-2], static_cast<std::int32_t>(lights.size()) - 2, lights.back());
-      }
+      describe_triangles(shapes, record, interpolated_pick, light, lights);
       return;
     case ShapeKind::kSphere:
       describe_sphere(shapes.quadrics[static_cast<std::size_t>(record.quadric)], light);

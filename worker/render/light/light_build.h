@@ -10,8 +10,9 @@ namespace tessera::render {
 /// Appends a light for every primitive of `shape` (which stands in the world, not in an object) and sets the shape's
 /// first_light. Two triangles in a row that make a rectangle, without a texture, get two records of one light.
 /// `texture` as in LightRecord. Spheres that are cut or not evenly scaled get radius 0, which has them sampled by area.
+/// `interpolated_pick` above 0 makes triangles kInterpolated whose vertex normals are not their own.
 void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
-                        std::int32_t texture, std::vector<LightRecord>& lights);
+                        std::int32_t texture, std::vector<LightRecord>& lights, float interpolated_pick = 0);
 
 /// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's radius.
 double light_power(const LightTable& table, const LightRecord& light);

@@ -49,9 +49,9 @@ struct LightRecord {
   float vertices[9] = {};
   std::int32_t texture = -1;  // factor of the radiance, a node of LightTable::textures; -1: none
   std::int32_t profile = 0;   // LightProfile
-  float tan_x = 0,
-        tan_y =
-            0;  // kProjection, kSpot with a texture: half of the picture's sides at distance 1; kRectangle: its sides
+  // kProjection, kSpot with a texture: half of the picture's sides at distance 1; kRectangle: its sides; kInterpolated:
+  // the probability with which Mitsuba picks the mesh, and the mesh's area.
+  float tan_x = 0, tan_y = 0;
   std::int32_t same_as = -1;  // kRectangle, its second triangle: the light that is picked for both; else -1
 };
 static_assert(sizeof(LightRecord) == 128);
@@ -61,6 +61,7 @@ enum LightProfile : std::int32_t {
   kPlainProfile = 0,  // kSpot: a smoothstep of the cosine [pbrt-v4]; kProjection: the same for all directions
   kLinearAngle = 1,   // kSpot: linear in the angle [Mitsuba 3]
   kEvenScreen = 2,    // kProjection: 1 / cos^3, so that a screen across the axis is lit evenly [Mitsuba 3]
+  kInterpolated = 3,  // kTriangle: as interpolated_normal.h says [Mitsuba 3]
 };
 
 enum class EnvironmentMapping : std::int32_t { kUniform, kEqualAreaOctahedral, kLatitudeLongitude };
@@ -90,6 +91,7 @@ struct LightTable {
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
   bool any_textures = false;          // some light has one
+  bool any_interpolated = false;      // some light is kInterpolated
   float scene_centre[3] = {0, 0, 0};  // render space
   float scene_radius = 1;             // of a sphere about the scene's bounds, render-space units
 };

@@ -43,8 +43,14 @@ void build_majorants(const MediumTable& table, MediumRecord& medium) {
     medium.majorants = {std::max({sigma_t.value[0], sigma_t.value[1], sigma_t.value[2]})};
     return;
   }
-  // The grid of sigma_t is what bounds the medium, so that cells of one are cells of the other.
   const DensityGrid& grid = table.grids[sigma_t.grid];
+  if (!std::ranges::equal(medium.bounds_from_render.m, grid.grid_from_render.m)) {
+    // Bounds of another shape: one majorant for all.
+    const auto all = [&](int axis) { return Range(0, 1, grid.size[axis]); };
+    medium.majorants = {largest(grid, sigma_t, all(0), all(1), all(2))};
+    return;
+  }
+  // The grid of sigma_t is what bounds the medium, so that cells of one are cells of the other.
   for (int axis = 0; axis < 3; ++axis) medium.cells[axis] = std::min(grid.size[axis], kMostCells);
   const auto range = [&](int axis, std::int32_t cell) {
     const double n = medium.cells[axis];

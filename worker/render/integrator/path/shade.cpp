@@ -3,6 +3,7 @@
 #include "render/integrator/interaction.h"
 #include "render/integrator/passing.h"
 #include "render/integrator/path/wavefront.h"
+#include "render/light/interpolated_normal.h"
 #include "render/light/pick.h"
 #include "render/medium/medium.h"
 #include "render/sampling/sampler.h"
@@ -148,6 +149,10 @@ void Wavefront::add_emission(const Vertex& v, Mask hit) {
         pick_pmf(scene_.lights, v.surface.light, v.reference, weighed);
     radiance *= select(weighed, power_heuristic(v.pdf, pdf), 1.0f);
   }
+  if (scene_.lights.any_interpolated) {
+    const Float distance = length(v.surface.p - v.reference.p);
+    radiance *= interpolated_normal_factor(scene_.lights, v.surface.light, v.surface, -v.direction, distance, v.pdf, lit);
+  }
   add_radiance(radiance * v.beta, v.slot, lit);
 }
 
@@ -210,7 +215,10 @@ void Wavefront::sample_one_light(const Vertex& v, Mask events, int depth) {
   shading_timer_.lap(ShadingPart::kMaterials);
   const Float pdf = light.pdf * choice.pmf;
   const Float weight = select(light.delta, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
-  const Spectrum contribution = v.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
+  Spectrum contribution = v.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
+  if (scene_.lights.any_interpolated) {
+    contribution *= interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
+  }
   const Mask shines = and_not(reachable, is_black(contribution));
 
   // From the offset origin to the point just before the light: the offset of a large surface may exceed the light's
