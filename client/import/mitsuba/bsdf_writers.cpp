@@ -5,6 +5,7 @@
 #include "import/input/concat.h"
 #include "import/mitsuba/ior.h"
 #include "import/spectra/linear_rgb.h"
+#include "import/spectra/metal_colors.h"
 #include "import/spectra/named_spectra.h"
 
 namespace tessera::client::mitsuba {
@@ -74,12 +75,15 @@ void write_thin_dielectric(PropertyReader& reader, TextureTable& textures, v1::M
 }
 
 /// The colour of a measured metal, without a light to see it in.
-v1::SpectrumValue metal_value(const SpectrumTable& table) {
-  std::array<double, 3> rgb = linear_rgb(table, SeenUnder::kEqualEnergy);
-  for (double& component : rgb) component = std::max(component, 0.0);
-  v1::SpectrumValue value;
-  *value.mutable_constant() = rgb_spectrum(rgb);
-  return value;
+std::optional<MetalColor> metal_color(const std::string& metal) {
+  const auto eta = find_named_spectrum(concat("metal-", metal, "-eta"));
+  const auto k = find_named_spectrum(concat("metal-", metal, "-k"));
+  if (!eta || !k) return find_metal_color(metal);
+  MetalColor color{linear_rgb(*eta, SeenUnder::kEqualEnergy), linear_rgb(*k, SeenUnder::kEqualEnergy)};
+  for (std::array<double, 3>* rgb : {&color.eta, &color.k}) {
+    for (double& component : *rgb) component = std::max(component, 0.0);
+  }
+  return color;
 }
 
 void write_conductor(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
@@ -92,15 +96,14 @@ void write_conductor(PropertyReader& reader, TextureTable& textures, v1::Materia
     if (reader.has("eta") || reader.has("k")) {
       reader.error(concat(reader.object().title(), ": expected either \"material\", or \"eta\" and \"k\""));
     }
-    const auto eta = find_named_spectrum(concat("metal-", metal, "-eta"));
-    const auto k = find_named_spectrum(concat("metal-", metal, "-k"));
-    if (eta && k) {
-      *conductor.mutable_eta() = metal_value(*eta);
-      *conductor.mutable_k() = metal_value(*k);
+    if (const std::optional<MetalColor> color = metal_color(metal)) {
+      *conductor.mutable_eta()->mutable_constant() = rgb_spectrum(color->eta);
+      *conductor.mutable_k()->mutable_constant() = rgb_spectrum(color->k);
     } else {
-      reader.error(*reader.find("material"),
-                   concat("there are no measurements of \"", metal,
-                          "\" here: expected Ag, Al, Au, Cu, CuZn, MgO, TiO2 or none, or \"eta\" and \"k\""));
+      std::string names = "Ag, Al, Au, Cu, CuZn, MgO, TiO2";
+      for (const std::string& name : metal_color_names()) names += concat(", ", name);
+      reader.error(*reader.find("material"), concat("there are no measurements of \"", metal, "\" here: expected ",
+                                                    names, " or none, or \"eta\" and \"k\""));
     }
   }
   if (reader.has("specular_reflectance")) {

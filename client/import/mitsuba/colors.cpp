@@ -56,7 +56,6 @@ std::optional<Color> color_of_texture(PropertyReader& reader, Object& texture, C
     color = read_color(nested, "color", 1, ColorUse::kUnbounded);
     for (double& component : *color) component *= scale;
   }
-  if (color) nested.warn_of_unused();
   return color;
 }
 

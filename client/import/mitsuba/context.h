@@ -17,6 +17,7 @@ struct Context {
   v1::Scene scene;
   Document document;
   int threads = 0;  // 0: one a core
+  double emitter_weight = 0;  // "sampling_weight" of all emitters so far
 
   /// The object's id, else `kind` and a number; not in `taken`, which it joins.
   static std::string unique_name(const Object& object, const std::string& kind, std::set<std::string>& taken);

@@ -130,6 +130,14 @@ void write_projector(PropertyReader& reader, TextureTable& textures, v1::Light& 
   if (aspect != 1) projector.set_aspect(static_cast<float>(aspect));
 }
 
+/// The emitter's weight in Mitsuba's choice among emitters. It only changes what the image converges to where vertex
+/// normals stand in for true ones (AreaLight.interpolated_normal_pick).
+double read_sampling_weight(PropertyReader& reader) {
+  const double weight = reader.number("sampling_weight", 1);
+  if (!(weight >= 0)) reader.error(*reader.find("sampling_weight"), concat("expected 0 or more, found ", weight));
+  return weight;
+}
+
 struct LightType {
   std::string_view name;
   void (*write)(PropertyReader& reader, TextureTable& textures, v1::Light& light);
@@ -152,24 +160,25 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
                                                  "envmap, area or projector"));
     return;
   }
-  // A light's weight in choosing among lights does not change what the image converges to.
-  reader.ignore({"sampling_weight"});
+  context.emitter_weight += read_sampling_weight(reader);
   if (reader.child("medium") != nullptr) reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
   v1::Light light;
   light.set_name(context.name_with_place(emitter));
   type->write(reader, textures, light);
-  reader.warn_of_unused();
   *context.scene.add_lights() = std::move(light);
 }
 
-void write_area_light(Context& context, TextureTable& textures, Object& emitter, v1::Shape& shape) {
+void write_area_light(Context& context, TextureTable& textures, Object& emitter, bool may_have_normals,
+                      v1::Shape& shape) {
   PropertyReader reader(context, emitter);
   if (emitter.type != "area") {
     reader.error(concat("emitter \"", emitter.type, "\" is not supported on a shape: expected area"));
     return;
   }
-  reader.ignore({"sampling_weight"});
+  const double weight = read_sampling_weight(reader);
+  context.emitter_weight += weight;
   v1::AreaLight& light = *shape.mutable_area_light();
+  if (may_have_normals && weight > 0) light.set_interpolated_normal_pick(static_cast<float>(weight));
   const Property* radiance = reader.find("radiance");
   Object* const* object = radiance == nullptr ? nullptr : std::get_if<Object*>(&radiance->value);
   const auto constant = radiance == nullptr ? std::optional<std::array<double, 3>>({1, 1, 1})
@@ -180,7 +189,15 @@ void write_area_light(Context& context, TextureTable& textures, Object& emitter,
   } else if (!constant) {
     reader.error(*radiance, "expected a colour or a texture");
   }
-  reader.warn_of_unused();
+}
+
+void finish_area_lights(Context& context) {
+  for (v1::Shape& shape : *context.scene.mutable_shapes()) {
+    if (!shape.area_light().has_interpolated_normal_pick()) continue;
+    v1::AreaLight& light = *shape.mutable_area_light();
+    light.set_interpolated_normal_pick(
+        static_cast<float>(light.interpolated_normal_pick() / context.emitter_weight));
+  }
 }
 
 }  // namespace tessera::client::mitsuba

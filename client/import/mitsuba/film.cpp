@@ -49,7 +49,6 @@ void write_filter(Context& context, Object* rfilter) {
     return;
   }
   if (!(filter.radius_x() > 0)) reader.error(concat(rfilter->title(), ": its radius is not above 0"));
-  reader.warn_of_unused();
 }
 
 /// A size in pixels, as an integer parameter.
@@ -82,7 +81,6 @@ FilmWindow write_film(Context& context, Object* film) {
     // Files and their formats are the command line's.
     reader.ignore({"file_format", "pixel_format", "component_format", "banner", "compensate", "sample_border",
                    "high_quality_edges"});
-    reader.warn_of_unused();
   }
   context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(window.crop_width));
   context.scene.mutable_film()->set_height(static_cast<std::uint32_t>(window.crop_height));

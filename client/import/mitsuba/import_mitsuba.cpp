@@ -3,6 +3,7 @@
 #include "import/input/concat.h"
 #include "import/input/valid_text.h"
 #include "import/mitsuba/document_reader.h"
+#include "import/mitsuba/emitters.h"
 #include "import/mitsuba/integrator.h"
 #include "import/mitsuba/sensor.h"
 #include "import/mitsuba/shapes.h"
@@ -34,9 +35,9 @@ void write_scene(Context& context) {
     shapes.write(*std::get<Object*>(shape->value));
   }
   shapes.finish();
+  finish_area_lights(context);
   // These only count where a shape refers to them.
   for (const char* tag : {"bsdf", "texture", "medium", "phase", "volume"}) reader.children(tag);
-  reader.warn_of_unused();
 }
 
 }  // namespace
@@ -51,7 +52,10 @@ absl::StatusOr<ImportedScene> import_mitsuba(const std::filesystem::path& path,
   context.threads = threads;
   context.document = read_document(path, defines, context.diagnostics);
   // With errors in the file itself, more could only be consequences.
-  if (context.document.root != nullptr && !context.diagnostics.has_errors()) write_scene(context);
+  if (context.document.root != nullptr && !context.diagnostics.has_errors()) {
+    write_scene(context);
+    warn_of_unused(context);
+  }
   if (absl::Status status = context.diagnostics.status(); !status.ok()) return status;
 
   context.scene.set_name(path.stem().string());

@@ -20,7 +20,6 @@ Object* innermost(Context& context, Object* integrator) {
       reader.warn("the images that integrator \"aov\" asks for are left out: use --aov");
       reader.ignore({"aovs"});
     }
-    reader.warn_of_unused();
     integrator = nested;
   }
   return integrator;
@@ -59,7 +58,6 @@ void write_integrator(Context& context, Object* integrator) {
   if (reader.boolean("hide_emitters", false)) reader.warn("hide_emitters is not supported: lights are seen directly");
   // These steer how samples are spent.
   reader.ignore({"rr_depth", "samples_per_pass", "samples_per_wavefront", "block_size", "timeout", "use_spectral_mis"});
-  reader.warn_of_unused();
 }
 
 }  // namespace tessera::client::mitsuba

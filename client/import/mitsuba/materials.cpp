@@ -55,7 +55,6 @@ std::string MaterialTable::write(Object& bsdf, const Wrapping& wrapping) {
   } else {
     name = write_leaf(reader, wrapping);
   }
-  reader.warn_of_unused();
   return name;
 }
 
@@ -145,10 +144,10 @@ std::string MaterialTable::write_normal_map(PropertyReader& reader, Wrapping wra
   read_map_options(reader);
   if (texture == nullptr) {
     reader.error("bsdf \"normalmap\": expected a texture \"normalmap\"");
-  } else if (wrapping.fields.has_normal_map()) {
+  } else if (wrapping.fields.has_normal_map() || !wrapping.fields.normal_texture().empty()) {
     reader.warn("a normalmap inside a normalmap is left out");
-  } else if (std::optional<v1::ImageTexture> image = textures_.normal_map(*texture)) {
-    *wrapping.fields.mutable_normal_map() = *std::move(image);
+  } else {
+    textures_.set_normal_map(reader, *reader.find("normalmap"), wrapping.fields);
     wrapping.fields.set_bends_softly(true);
   }
   return use_only_child(reader, wrapping);

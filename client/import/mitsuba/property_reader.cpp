@@ -145,14 +145,17 @@ void PropertyReader::ignore(std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) find(name);
 }
 
-void PropertyReader::warn_of_unused() {
-  for (const Property& property : object_.properties) {
-    if (property.used) continue;
-    Object* const* child = std::get_if<Object*>(&property.value);
-    const std::string what = child != nullptr && property.name.empty() ? concat("the ", (*child)->title())
-                                                                       : concat("parameter \"", property.name, "\"");
-    diagnostics().warning(property.where,
-                          concat(what, " of ", object_.title(), " is not known here: it has no effect"));
+void warn_of_unused(Context& context) {
+  for (const Object& object : context.document.objects) {
+    if (!object.is_read) continue;
+    for (const Property& property : object.properties) {
+      if (property.used) continue;
+      Object* const* child = std::get_if<Object*>(&property.value);
+      const std::string what = child != nullptr && property.name.empty() ? concat("the ", (*child)->title())
+                                                                         : concat("parameter \"", property.name, "\"");
+      context.diagnostics.warning(property.where,
+                                  concat(what, " of ", object.title(), " is not known here: it has no effect"));
+    }
   }
 }
 

@@ -12,10 +12,10 @@
 namespace tessera::client::mitsuba {
 
 /// A property of another type than asked for is an error at its place, and the fallback is given. What nobody asked for
-/// is a warning at the end.
+/// is a warning once all is read (`warn_of_unused`).
 class PropertyReader {
  public:
-  PropertyReader(Context& context, Object& object) : context_(context), object_(object) {}
+  PropertyReader(Context& context, Object& object) : context_(context), object_(object) { object.is_read = true; }
 
   Context& context() { return context_; }
   Diagnostics& diagnostics() { return context_.diagnostics; }
@@ -49,12 +49,16 @@ class PropertyReader {
   /// `parameter "alpha" of bsdf "roughconductor": ` and what is wrong, at the property's place.
   void error(const Property& property, std::string_view what);
 
+  /// Marks properties that do not change what the image converges to.
   void ignore(std::initializer_list<std::string_view> names);
-  void warn_of_unused();
 
  private:
   Context& context_;
   Object& object_;
 };
+
+/// One warning for each property of the objects that were read which nobody asked for. Objects that nobody read, such as
+/// materials of no shape, are not looked at.
+void warn_of_unused(Context& context);
 
 }  // namespace tessera::client::mitsuba

@@ -97,7 +97,6 @@ void write_sampler(Context& context, Object* sampler) {
     }
     settings.set_seed(static_cast<std::uint64_t>(reader.integer("seed", 0)));
     reader.ignore({"jitter"});
-    reader.warn_of_unused();
   }
   settings.set_spp(static_cast<std::uint32_t>(samples));
 }
@@ -131,7 +130,6 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   }
   // Nothing moves in a Mitsuba 3 scene, so how long the shutter is open does not matter.
   reader.ignore({"shutter_open", "shutter_close"});
-  reader.warn_of_unused();
 }
 
 }  // namespace tessera::client::mitsuba

@@ -52,7 +52,6 @@ void ShapeWriter::write_instance(Object& object) {
   const Transform world_from_instance = reader.transform("to_world");
   if (!inverse(world_from_instance)) reader.error("shape \"instance\": its transformation is singular");
   write_matrix(world_from_instance, *instance.mutable_world_from_instance());
-  reader.warn_of_unused();
 }
 
 std::string ShapeWriter::use_group(Object& group) {
@@ -71,8 +70,8 @@ std::string ShapeWriter::use_group(Object& group) {
       message.mutable_shapes()->RemoveLast();
     }
   }
+  if (reader.has("to_world")) reader.warn("the transformation of a shapegroup is left out: its instances have theirs");
   reader.ignore({"to_world"});
-  reader.warn_of_unused();
   return name;
 }
 
@@ -89,14 +88,15 @@ bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
   if (emitter != nullptr && in_group) {
     reader.error(concat(reader.object().title(), ": shapes of a shapegroup cannot emit light"));
   } else if (emitter != nullptr) {
-    write_area_light(context_, textures_, *emitter, shape);
+    const std::string& type = object.type;
+    const bool may_have_normals = type == "obj" || type == "ply" || type == "serialized";
+    write_area_light(context_, textures_, *emitter, may_have_normals, shape);
   }
   Object* bsdf = reader.child("bsdf");
   shape.set_material(bsdf != nullptr ? materials_.use(*bsdf) : materials_.use_default(emitter != nullptr));
   if (reader.child("sensor") != nullptr) reader.warn("a sensor on a shape is left out");
   // Steers gradients only.
   reader.ignore({"silhouette_sampling_weight"});
-  reader.warn_of_unused();
   return true;
 }
 

@@ -81,7 +81,6 @@ std::string TextureTable::use(Object& texture, TextureRole role) {
   message.set_name(name);
   PropertyReader reader(context_, texture);
   write(reader, role, message);
-  reader.warn_of_unused();
   *context_.scene.add_textures() = std::move(message);
   return name;
 }
@@ -96,20 +95,25 @@ std::string TextureTable::add_product(const v1::SpectrumValue& value, const v1::
   return name;
 }
 
-std::optional<v1::ImageTexture> TextureTable::normal_map(Object& texture) {
-  PropertyReader reader(context_, texture);
+void TextureTable::set_normal_map(PropertyReader& owner, const Property& property, v1::Material& material) {
+  Object& texture = *std::get<Object*>(property.value);
+  if (const auto color = read_constant_color(owner, property, ColorUse::kUnbounded)) {
+    v1::Texture& message = *context_.scene.add_textures();
+    message.set_name(Context::unique_name(texture, texture.type, taken_));
+    *message.mutable_constant() = rgb_spectrum(*color);
+    material.set_normal_texture(message.name());
+    return;
+  }
   if (texture.type != "bitmap") {
-    reader.error(concat("a normal map must be a texture \"bitmap\", not \"", texture.type, "\""));
-    return std::nullopt;
+    material.set_normal_texture(use(texture, TextureRole::kNormals));
+    return;
   }
-  v1::ImageTexture image;
+  PropertyReader reader(context_, texture);
+  v1::ImageTexture& image = *material.mutable_normal_map();
   write_image(reader, image);
-  if (image.encoding() != v1::ImageTexture::LINEAR) {
-    reader.warn("a normal map without raw=true: its values are taken as they stand in the file all the same");
-    image.set_encoding(v1::ImageTexture::LINEAR);
-  }
-  reader.warn_of_unused();
-  return image;
+  if (image.encoding() == v1::ImageTexture::LINEAR) return;
+  reader.warn("a normal map without raw=true: its values are taken as they stand in the file all the same");
+  image.set_encoding(v1::ImageTexture::LINEAR);
 }
 
 void TextureTable::write(PropertyReader& reader, TextureRole role, v1::Texture& message) {
@@ -167,7 +171,9 @@ void TextureTable::write_image(PropertyReader& reader, v1::ImageTexture& image) 
 
 v1::SpectrumValue TextureTable::value_of_role(PropertyReader& reader, std::string_view name, double fallback,
                                               TextureRole role) {
-  if (role == TextureRole::kColor) return color(reader, name, fallback, ColorUse::kReflectance);
+  if (role != TextureRole::kScalar) {
+    return color(reader, name, fallback, role == TextureRole::kColor ? ColorUse::kReflectance : ColorUse::kUnbounded);
+  }
   const v1::FloatValue number = scalar(reader, name, fallback);
   v1::SpectrumValue value;
   if (number.kind_case() == v1::FloatValue::kTexture) {
@@ -183,8 +189,8 @@ void TextureTable::write_checkerboard(PropertyReader& reader, TextureRole role, 
   const v1::SpectrumValue color1 = value_of_role(reader, "color1", 0.2, role);
   // Asked for a colour, Mitsuba gives color0 where both coordinates are in the same half of their cell; asked for a
   // number, it gives color1 there.
-  *board.mutable_even() = role == TextureRole::kColor ? color0 : color1;
-  *board.mutable_odd() = role == TextureRole::kColor ? color1 : color0;
+  *board.mutable_even() = role == TextureRole::kScalar ? color1 : color0;
+  *board.mutable_odd() = role == TextureRole::kScalar ? color0 : color1;
   // Mitsuba's cells are half a unit wide.
   write_mapping(scaling(2, 2, 1) * reader.transform("to_uv"), false, *board.mutable_mapping());
 }

@@ -10,7 +10,7 @@
 namespace tessera::client::mitsuba {
 
 /// How a texture is asked: a checkerboard's two values trade places when Mitsuba asks for a single number.
-enum class TextureRole { kColor, kScalar };
+enum class TextureRole { kColor, kScalar, kNormals };
 
 class TextureTable {
  public:
@@ -26,8 +26,8 @@ class TextureTable {
   /// A new texture that multiplies; its name.
   std::string add_product(const v1::SpectrumValue& value, const v1::SpectrumValue& factor);
 
-  /// A "bitmap" as a normal map; nothing after an error.
-  std::optional<v1::ImageTexture> normal_map(Object& texture);
+  /// The texture that is a property of `owner`, as the normal map of a material.
+  void set_normal_map(PropertyReader& owner, const Property& property, v1::Material& material);
 
  private:
   void write(PropertyReader& reader, TextureRole role, v1::Texture& message);

@@ -76,7 +76,6 @@ void write_filter(Context& context, Directive& filter) {
   } else if (known->kind == v1::PixelFilter::LANCZOS) {
     message.set_tau(static_cast<float>(parameters.get_float("tau", 3, diagnostics)));
   }
-  parameters.warn_of_unused(diagnostics);
 }
 
 void write_film(Context& context, Directive& film, double shutter_seconds) {
@@ -110,7 +109,6 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   warn_of_crop(context, parameters);
   // Names and formats of files are the command line's; "diagonal" serves cameras with real lenses.
   parameters.ignore({"filename", "savefp16", "diagonal"});
-  parameters.warn_of_unused(diagnostics);
 }
 
 ShutterTimes read_shutter(Context& context, Directive& camera) {
@@ -198,7 +196,6 @@ void write_camera(Context& context, Directive& camera) {
             : concat("unknown camera \"", camera.type, "\": expected perspective, orthographic or spherical"));
     return;
   }
-  camera.parameters.warn_of_unused(context.diagnostics);
 }
 
 }  // namespace tessera::client::pbrt

@@ -13,10 +13,12 @@ absl::StatusOr<ImportedScene> import_pbrt(const std::filesystem::path& path, int
   Context context;
   context.directory = path.parent_path();
   context.threads = threads;
-  SceneBuilder builder(context);
-  DirectiveReader reader(context, builder);
-  reader.read_file(path, SourceLocation{});
-  if (!context.diagnostics.full()) builder.finish();
+  {
+    SceneBuilder builder(context);
+    DirectiveReader reader(context, builder);
+    reader.read_file(path, SourceLocation{});
+    if (!context.diagnostics.full()) builder.finish();
+  }  // whose parameters say at their end what nobody asked for
   if (absl::Status status = context.diagnostics.status(); !status.ok()) return status;
 
   std::filesystem::path name = path.filename();

@@ -261,7 +261,6 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
     if (in.scale != 1) light.set_scale(static_cast<float>(in.scale));
     const std::filesystem::path file = context.diagnostics.file_name(parameters.where().file);
     light.set_name(concat(type, " light, ", file.filename().string(), ":", parameters.where().line));
-    parameters.warn_of_unused(context.diagnostics);
     *context.scene.add_lights() = std::move(light);
     return;
   }
@@ -299,7 +298,6 @@ std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& te
       result.mean_image = sum / (static_cast<double>(image->width) * image->height);
     }
   }
-  parameters.warn_of_unused(context.diagnostics);
   return result;
 }
 

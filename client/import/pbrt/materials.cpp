@@ -78,7 +78,6 @@ void MaterialTable::convert(Entry& entry) {
     *material.mutable_normal_map()->mutable_image() = *std::move(image);
     material.mutable_normal_map()->set_encoding(v1::ImageTexture::LINEAR);
   }
-  entry.parameters.warn_of_unused(context_.diagnostics);
 
   // Exporters repeat materials in place over and over: equal ones become one.
   if (entry.name.empty()) {

@@ -326,7 +326,6 @@ std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& valu
     const double g = values.get_float("g", 0);
     if (!(std::abs(g) < 1)) return fail(values, concat("g = ", g, " is not between -1 and 1"));
     medium->set_g(static_cast<float>(g));
-    values.parameters().warn_of_unused(values.diagnostics());
     return medium;
   }
   if (type == "nanovdb") return fail(values, "NanoVDB files are not supported: convert the grid to a \"uniformgrid\"");

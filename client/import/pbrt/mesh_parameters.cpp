@@ -91,6 +91,9 @@ std::optional<BilinearTessellation> read_bilinear_mesh(ValueReader& values) {
   if (!read_vertices(values, corners)) return std::nullopt;
   std::optional<std::vector<std::uint32_t>> indices = read_indices(values, corners.positions.size() / 3, 4);
   if (!indices) return std::nullopt;
+  if (values.parameters().has("emissionfilename")) {
+    values.warn("\"emissionfilename\" of a bilinearmesh is not supported: it emits evenly");
+  }
   values.parameters().ignore({"faceIndices", "emissionfilename"});
   BilinearTessellation triangles = tessellate_patches(corners, *indices);
   if (triangles.curved) {

@@ -41,21 +41,33 @@ std::string_view name_of(ParameterType type) { return info_of(type).name; }
 int numbers_per_value(ParameterType type) { return info_of(type).numbers; }
 
 ParameterList::ParameterList(std::vector<Parameter> parameters, const std::vector<Parameter>& defaults,
-                             std::string owner, SourceLocation where, ColorSpace color_space)
-    : own_(std::move(parameters)),
-      defaults_(defaults),
-      owner_(std::move(owner)),
-      where_(where),
-      color_space_(color_space) {}
+                             std::string owner, SourceLocation where, ColorSpace color_space, Diagnostics& diagnostics)
+    : defaults_(defaults), where_(where), color_space_(color_space) {
+  own_->parameters = std::move(parameters);
+  own_->owner = std::move(owner);
+  own_->diagnostics = &diagnostics;
+}
+
+ParameterList::Own::~Own() {
+  if (!looked_at) return;
+  for (const Parameter& parameter : parameters) {
+    if (parameter.used) continue;
+    diagnostics->warning(parameter.where, concat("parameter \"", name_of(parameter.type), " ", parameter.name,
+                                                 "\" of ", owner, " is not known: it is ignored"));
+  }
+}
 
 bool ParameterList::has(std::string_view name) const {
   const auto matches = [&](const Parameter& parameter) { return parameter.name == name; };
-  return std::any_of(own_.begin(), own_.end(), matches) || std::any_of(defaults_.begin(), defaults_.end(), matches);
+  own_->looked_at = true;
+  const std::vector<Parameter>& own = own_->parameters;
+  return std::any_of(own.begin(), own.end(), matches) || std::any_of(defaults_.begin(), defaults_.end(), matches);
 }
 
 const Parameter* ParameterList::find(std::string_view name, std::initializer_list<ParameterType> accepted,
                                      Diagnostics& diagnostics) {
-  for (std::vector<Parameter>* list : {&own_, &defaults_}) {
+  own_->looked_at = true;
+  for (std::vector<Parameter>* list : {&own_->parameters, &defaults_}) {
     for (Parameter& parameter : *list) {
       if (parameter.name != name) continue;
       if (std::find(accepted.begin(), accepted.end(), parameter.type) != accepted.end()) {
@@ -66,7 +78,7 @@ const Parameter* ParameterList::find(std::string_view name, std::initializer_lis
       parameter.used = true;
       std::string types;
       for (const ParameterType type : accepted) types += concat(types.empty() ? "" : " or ", name_of(type));
-      diagnostics.error(parameter.where, concat("parameter \"", name, "\" of ", owner_, ": expected type ", types,
+      diagnostics.error(parameter.where, concat("parameter \"", name, "\" of ", owner(), ": expected type ", types,
                                                 ", found ", name_of(parameter.type)));
       return nullptr;
     }
@@ -79,7 +91,7 @@ std::optional<double> ParameterList::single_number(std::string_view name, Parame
   const Parameter* parameter = find(name, {type}, diagnostics);
   if (parameter == nullptr) return std::nullopt;
   if (parameter->numbers.size() == 1) return parameter->numbers.front();
-  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner_, ": expected one value, found ",
+  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner(), ": expected one value, found ",
                                              parameter->numbers.size()));
   return std::nullopt;
 }
@@ -102,7 +114,7 @@ std::string ParameterList::get_string(std::string_view name, const std::string& 
   const Parameter* parameter = find(name, {ParameterType::kString}, diagnostics);
   if (parameter == nullptr) return fallback;
   if (parameter->strings.size() == 1) return parameter->strings.front();
-  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner_, ": expected one string, found ",
+  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner(), ": expected one string, found ",
                                              parameter->strings.size()));
   return fallback;
 }
@@ -111,22 +123,14 @@ Vector3 ParameterList::get_point(std::string_view name, const Vector3& fallback,
   const Parameter* parameter = find(name, {ParameterType::kPoint3}, diagnostics);
   if (parameter == nullptr) return fallback;
   if (parameter->numbers.size() == 3) return {parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]};
-  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner_, ": expected one point, found ",
+  diagnostics.error(parameter->where, concat("parameter \"", name, "\" of ", owner(), ": expected one point, found ",
                                              parameter->numbers.size() / 3));
   return fallback;
 }
 
 void ParameterList::ignore(std::initializer_list<std::string_view> names) {
-  for (Parameter& parameter : own_) {
+  for (Parameter& parameter : own_->parameters) {
     if (std::find(names.begin(), names.end(), parameter.name) != names.end()) parameter.used = true;
-  }
-}
-
-void ParameterList::warn_of_unused(Diagnostics& diagnostics) const {
-  for (const Parameter& parameter : own_) {
-    if (parameter.used) continue;
-    diagnostics.warning(parameter.where, concat("parameter \"", name_of(parameter.type), " ", parameter.name, "\" of ",
-                                                owner_, " is not known: it is ignored"));
   }
 }
 

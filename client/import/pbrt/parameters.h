@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -48,15 +49,16 @@ struct Parameter {
 };
 
 /// The parameters of one directive, with the defaults of `Attribute` behind them. Wrong types and counts are reported
-/// where the parameter stands; what nobody asked for is reported by `warn_of_unused`.
+/// where the parameter stands. Copies count together what was asked for: when the last of them ends, every parameter that
+/// nobody asked for is a warning, unless nobody looked at the list at all (a material of no shape).
 class ParameterList {
  public:
   ParameterList() = default;
-  /// `owner` is what the parameters belong to, for messages: shape "sphere".
+  /// `owner` is what the parameters belong to, for messages: shape "sphere". `diagnostics` must outlive all copies.
   ParameterList(std::vector<Parameter> parameters, const std::vector<Parameter>& defaults, std::string owner,
-                SourceLocation where, ColorSpace color_space);
+                SourceLocation where, ColorSpace color_space, Diagnostics& diagnostics);
 
-  const std::string& owner() const { return owner_; }
+  const std::string& owner() const { return own_->owner; }
   SourceLocation where() const { return where_; }
   /// In force at the directive.
   ColorSpace color_space() const { return color_space_; }
@@ -71,17 +73,27 @@ class ParameterList {
   std::string get_string(std::string_view name, const std::string& fallback, Diagnostics& diagnostics);
   Vector3 get_point(std::string_view name, const Vector3& fallback, Diagnostics& diagnostics);
 
-  /// Marks parameters that have no effect on the image here, so that they are not warned of.
+  /// Marks parameters that have no effect on the image, or whose effect has been warned of, so that they are not warned of.
   void ignore(std::initializer_list<std::string_view> names);
-  /// One warning for each parameter that nothing has asked for.
-  void warn_of_unused(Diagnostics& diagnostics) const;
 
  private:
   std::optional<double> single_number(std::string_view name, ParameterType type, Diagnostics& diagnostics);
 
-  std::vector<Parameter> own_;
+  /// What the copies of a list share.
+  struct Own {
+    std::vector<Parameter> parameters;
+    std::string owner;
+    Diagnostics* diagnostics = nullptr;
+    bool looked_at = false;
+
+    Own() = default;
+    Own(const Own&) = delete;
+    Own& operator=(const Own&) = delete;
+    ~Own();
+  };
+
+  std::shared_ptr<Own> own_ = std::make_shared<Own>();
   std::vector<Parameter> defaults_;
-  std::string owner_;
   SourceLocation where_;
   ColorSpace color_space_ = ColorSpace::kSrgb;
 };

@@ -80,7 +80,6 @@ void write_integrator(Context& context, Directive& integrator) {
                      "filename",
                      "skipbad",
                      "imagefilename"});
-  parameters.warn_of_unused(diagnostics);
 }
 
 void write_sampler(Context& context, Directive& sampler) {
@@ -104,7 +103,6 @@ void write_sampler(Context& context, Directive& sampler) {
   const std::int64_t seed = parameters.get_integer("seed", 0, diagnostics);
   if (seed > 0) settings.set_seed(static_cast<std::uint64_t>(seed));
   parameters.ignore({"randomization", "jitter"});
-  parameters.warn_of_unused(diagnostics);
 }
 
 void write_option(Context& context, const std::string& name, std::string_view value, SourceLocation where) {

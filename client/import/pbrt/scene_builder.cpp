@@ -15,7 +15,7 @@ ParameterList SceneBuilder::list(std::string_view what, const std::string& type,
   static const std::vector<Parameter> kNone;
   const auto defaults = state_.attributes.find(attribute_target);
   return ParameterList(std::move(parameters), defaults == state_.attributes.end() ? kNone : defaults->second,
-                       concat(what, " \"", type, "\""), where, state_.color_space);
+                       concat(what, " \"", type, "\""), where, state_.color_space, context_.diagnostics);
 }
 
 bool SceneBuilder::require_world(std::string_view directive, SourceLocation where) {

@@ -141,7 +141,6 @@ void finish_shape(ValueReader& values, v1::Shape& shape, ShapeResult& result) {
   } else if (alpha != nullptr) {
     shape.mutable_alpha()->set_constant(static_cast<float>(values.get_float("alpha", 1)));
   }
-  values.parameters().warn_of_unused(values.diagnostics());
 }
 
 ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape& shape) {

@@ -54,7 +54,6 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
   v1::Texture texture;
   ValueReader values(context_, *this, entry.parameters);
   find_texture_writer(entry.type)({kind, entry.world_from_texture, values}, texture);
-  entry.parameters.warn_of_unused(context_.diagnostics);
   entry.scene_name = unique_scene_name(kind, name);
   texture.set_name(entry.scene_name);
   *context_.scene.add_textures() = std::move(texture);

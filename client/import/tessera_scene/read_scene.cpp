@@ -10,6 +10,7 @@
 #include "import/input/input_file.h"
 #include "import/ply/ply_reader.h"
 #include "import/tessera_scene/blob_refs.h"
+#include "import/tessera_scene/check_scene.h"
 #include "wire/mesh_blob.h"
 #include "wire/scene_numbers.h"
 
@@ -106,6 +107,7 @@ absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem
   if (const auto bad = wire::find_bad_number(scene)) {
     diagnostics.error({file, line_of(*bad, locations), 0}, bad->to_string());
   }
+  check_scene(scene, file, locations, diagnostics);
   BlobCollector blobs;
   BlobResolver resolver(path.parent_path(), blobs, diagnostics);
   for_each_blob_ref(scene, locations, [&](v1::BlobRef& ref, bool is_mesh, int line) {

@@ -107,6 +107,20 @@ TEST(Media, AbsorptionAndEmissionOfASlab) {
   expect_value(volpath(absl::StrCat(medium(low_grid, "scale: 1.5"), slab()), 4), std::exp(-sigma * 0.5));
 }
 
+TEST(Media, EndsAtItsBounds) {
+  // From z = 0.5, where the slab begins, to 1.2; across, all of the picture.
+  const std::string bounds = "world_from_bounds { elements: [9,0,0,-4.5, 0,9,0,-4.5, 0,0,1.2,0, 0,0,0,1] } ";
+  expect_value(volpath(medium(kGrey, bounds) + slab(), 4), std::exp(-1.5 * 0.7));
+  // A grid that is shorter reaches on to them with its outermost samples.
+  const std::string short_grid = "grid { blob { digest: 'even' } world_from_grid { elements: [9,0,0,-4.5, 0,9,0,-4.5, 0,0,0.1,0.8, 0,0,0,1] } }";
+  expect_value(volpath(medium(short_grid, absl::StrCat("scale: 1.5 ", bounds)) + slab(), 4), std::exp(-1.5 * 0.7));
+  // Turned by 45 degrees about x they are not a box along the axes: the picture is brighter where they are shorter.
+  const std::string cube = "world_from_bounds { elements: [9,0,0,-4.5, 0,0.5,-0.5,0, 0,0.5,0.5,0.6, 0,0,0,1] } ";
+  // Of y from -0.5 to 0.5 the way through is 1 - 2 |y|, at z from 0.6 to 1.6; the picture is y from -1 to 1.
+  const double through = (1 - std::exp(-1.5)) / 1.5;
+  expect_value(Picture{{volpath(medium(kGrey, cube) + slab(), 4).whole(0)}}, (1 + through) / 2);
+}
+
 TEST(Media, CameraWithinAMedium) {
   // From the middle of the slab.
   std::string scene = medium(kGrey, "") + slab();

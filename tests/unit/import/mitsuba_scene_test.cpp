@@ -14,6 +14,7 @@ namespace {
 using testing::ElementsAre;
 using testing::FloatEq;
 using testing::HasSubstr;
+using testing::Not;
 
 using MitsubaScene = MitsubaTest;
 
@@ -429,6 +430,77 @@ TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {
     EXPECT_EQ(settings(type).sampler(), "") << type;
     EXPECT_EQ(settings(type).spp(), 9u) << type;
   }
+}
+
+TEST_F(MitsubaScene, HeterogeneousMediaEndAtTheBoxOfTheirExtinction) {
+  const auto medium = [&](const std::string& type, const std::string& body) {
+    const ImportedScene result = scene("<shape type='sphere'><medium name='interior' type='" + type + "'>" + body +
+                                       "</medium></shape>");
+    EXPECT_EQ(warnings_of(result), "");
+    return result.scene.media_size() == 1 ? result.scene.media(0) : v1::Medium();
+  };
+  const std::string moved =
+      "<volume name='sigma_t' type='constvolume'><float name='value' value='2'/><transform name='to_world'>"
+      "<scale x='2' y='3' z='4'/><translate x='1' y='0' z='-1'/></transform></volume>";
+  const v1::Medium box = medium("heterogeneous", moved);
+  EXPECT_EQ(box.extinction().constant().rgb().g(), 2);
+  EXPECT_THAT(elements_of(box.world_from_bounds()), ElementsAre(2, 0, 0, 1, 0, 3, 0, 0, 0, 0, 4, -1, 0, 0, 0, 1));
+  // Turned by 45 degrees about z: the box along the axes around it, from -sqrt(1/2) to sqrt(1/2) and from 0 to sqrt(2).
+  const v1::Medium turned = medium(
+      "heterogeneous",
+      "<volume name='sigma_t' type='constvolume'><transform name='to_world'><rotate z='1' angle='45'/></transform></volume>");
+  ASSERT_EQ(turned.world_from_bounds().elements_size(), 16);
+  EXPECT_NEAR(turned.world_from_bounds().elements(0), std::sqrt(2), 1e-6);
+  EXPECT_NEAR(turned.world_from_bounds().elements(3), -std::sqrt(0.5), 1e-6);
+  EXPECT_NEAR(turned.world_from_bounds().elements(5), std::sqrt(2), 1e-6);
+  EXPECT_NEAR(turned.world_from_bounds().elements(7), 0, 1e-6);
+  // A colour is a volume too: the unit cube's.
+  EXPECT_THAT(elements_of(medium("heterogeneous", "<rgb name='sigma_t' value='1 2 3'/>").world_from_bounds()),
+              ElementsAre(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
+  EXPECT_TRUE(medium("heterogeneous", "").has_world_from_bounds());
+  // A homogeneous one is wherever its shape says, and the box of an albedo bounds nothing.
+  EXPECT_FALSE(medium("homogeneous", moved).has_world_from_bounds());
+}
+
+TEST_F(MitsubaScene, TurnedGridsReachAsFarAsTheBoxAroundThem) {
+  const auto medium = [&](const std::string& transform) {
+    write("v.vol", volume_bytes(1));
+    return scene("<shape type='sphere'><medium name='interior' type='heterogeneous'><volume name='sigma_t' "
+                 "type='gridvolume'><string name='filename' value='v.vol'/><transform name='to_world'>" +
+                 transform + "</transform></volume></medium></shape>")
+        .scene.media(0);
+  };
+  EXPECT_FALSE(medium("<scale value='3'/><translate x='5'/>").has_world_from_bounds());
+  EXPECT_FALSE(medium("<rotate z='1' angle='90'/>").has_world_from_bounds());
+  EXPECT_TRUE(medium("<rotate z='1' angle='30'/>").has_world_from_bounds());
+}
+
+TEST_F(MitsubaScene, WhatNobodyAsksForIsSaidOfEveryObject) {
+  // Of nested objects too, however deep they stand.
+  const ImportedScene result = scene(
+      "<shape type='sphere'><medium name='interior' type='heterogeneous'>\n"
+      "<volume name='sigma_t' type='constvolume'><float name='volume_size' value='1'/></volume>\n"
+      "<phase type='hg'><float name='gee' value='1'/></phase></medium>\n"
+      "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><float name='kolor' value='1'/></texture>\n"
+      "</bsdf><emitter type='area'><float name='power' value='1'/></emitter></shape>\n"
+      "<bsdf type='diffuse' id='unused'><float name='reflectence' value='1'/></bsdf>");
+  const std::string warnings = warnings_of(result);
+  EXPECT_THAT(warnings, HasSubstr("scene.xml:4:43: parameter \"volume_size\" of volume \"constvolume\""));
+  EXPECT_THAT(warnings, HasSubstr("scene.xml:5:18: parameter \"gee\" of phase \"hg\""));
+  EXPECT_THAT(warnings, HasSubstr("parameter \"kolor\" of texture \"checkerboard\""));
+  EXPECT_THAT(warnings, HasSubstr("parameter \"power\" of emitter \"area\""));
+  // What no shape refers to has no effect as a whole.
+  EXPECT_THAT(warnings, Not(HasSubstr("reflectence")));
+}
+
+TEST_F(MitsubaScene, MeshesThatEmitSayHowOftenMitsubaPicksThem) {
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
+  const std::string emitter = "<emitter type='area'><float name='sampling_weight' value='3'/></emitter></shape>";
+  const ImportedScene result = scene("<emitter type='constant'/><shape type='obj'><string name='filename' value='a.obj'/>" +
+                                     emitter + "<shape type='sphere'>" + emitter);
+  EXPECT_FLOAT_EQ(result.scene.shapes(0).area_light().interpolated_normal_pick(), 3.0f / 7);
+  EXPECT_FALSE(result.scene.shapes(1).area_light().has_interpolated_normal_pick());
+  EXPECT_EQ(warnings_of(result), "");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 namespace tessera::client {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 using MitsubaValues = MitsubaTest;
@@ -180,6 +181,39 @@ TEST_F(MitsubaValues, RoughnessMayDifferAlongTheTangents) {
   EXPECT_THAT(error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='roughconductor'>"
                                               "<float name='alpha_u' value='.1'/></bsdf></shape>"))),
               HasSubstr("either alpha, or both alpha_u and alpha_v"));
+}
+
+TEST_F(MitsubaValues, NormalMapsMayBeAnyTexture) {
+  const auto mapped = [&](const std::string& texture, ImportedScene& whole) {
+    return material("<bsdf type='normalmap'>" + texture + "<bsdf type='diffuse'/></bsdf>", &whole);
+  };
+  ImportedScene whole;
+  const v1::Material checkered = mapped(
+      "<texture type='checkerboard' name='normalmap'><rgb name='color0' value='.5 .5 1'/>"
+      "<rgb name='color1' value='.2 .5 2'/></texture>",
+      whole);
+  EXPECT_FALSE(checkered.has_normal_map());
+  EXPECT_TRUE(checkered.bends_softly());
+  const v1::CheckerboardTexture board = find_texture(whole, checkered.normal_texture()).checkerboard();
+  EXPECT_EQ(board.even().constant().rgb().b(), 1);
+  EXPECT_EQ(board.odd().constant().rgb().b(), 2) << "normals are no reflectances";
+  EXPECT_EQ(warnings_of(whole), "");
+  const v1::Material even =
+      mapped("<texture type='rawconstant' name='normalmap'><rgb name='value' value='.4 .5 1'/></texture>", whole);
+  EXPECT_FLOAT_EQ(find_texture(whole, even.normal_texture()).constant().rgb().r(), 0.4f);
+  const v1::Material meshes =
+      mapped("<texture type='mesh_attribute' name='normalmap'><string name='name' value='vertex_n'/></texture>", whole);
+  EXPECT_EQ(find_texture(whole, meshes.normal_texture()).mesh_attribute().attribute(), "vertex_n");
+}
+
+TEST_F(MitsubaValues, AllNamedConductors) {
+  for (const char* name : {"Ag", "a-C", "W", "V_palik", "Se-e"}) {
+    const v1::Material m = material(std::string("<bsdf type='conductor'><string name='material' value='") + name + "'/></bsdf>");
+    EXPECT_GT(m.conductor().eta().constant().rgb().g(), 0) << name;
+  }
+  EXPECT_THAT(error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='conductor'><string name='material' "
+                                              "value='Xx'/></bsdf></shape>"))),
+              AllOf(HasSubstr("no measurements of \"Xx\""), HasSubstr("Na_palik")));
 }
 
 TEST_F(MitsubaValues, WrappersBecomeFieldsOfWhatTheyWrap) {

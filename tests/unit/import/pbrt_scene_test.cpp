@@ -8,6 +8,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::IsEmpty;
 using testing::SizeIs;
 
@@ -277,6 +278,24 @@ TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
   EXPECT_FLOAT_EQ(air.g(), 0.5f);
   EXPECT_FLOAT_EQ(air.emission().constant().rgb().r(), 4);
   EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtScene, WhatNobodyAsksForIsSaidOfEveryDirective) {
+  const ImportedScene scene = world(
+      "AttributeBegin AreaLightSource \"diffuse\" \"float brightness\" 3\n"
+      "Shape \"sphere\" Shape \"disk\"\nAttributeEnd\n"
+      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"float thickness\" 1\n"
+      "Texture \"t\" \"spectrum\" \"checkerboard\" \"float texture1\" 1 \"bool odd\" true\n"
+      "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"\n"
+      "Material \"diffuse\" \"float albedo\" 1\n");
+  const std::string warnings = warnings_of(scene);
+  // Two shapes share one light: its parameters are counted together.
+  EXPECT_THAT(warnings, HasSubstr("scene.pbrt:2:42: parameter \"float brightness\" of"));
+  EXPECT_THAT(warnings, Not(HasSubstr("brightness\" of area light \"diffuse\" is not known: it is ignored (and")));
+  EXPECT_THAT(warnings, HasSubstr("parameter \"float thickness\" of"));
+  EXPECT_THAT(warnings, HasSubstr("parameter \"bool odd\" of"));
+  // A material of no shape has no effect as a whole.
+  EXPECT_THAT(warnings, Not(HasSubstr("albedo")));
 }
 
 }  // namespace

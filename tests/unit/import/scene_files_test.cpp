@@ -1,6 +1,7 @@
 // Tessera's own scene files, and the scenes that come with the source.
 #include <set>
 
+#include "import/input/nearest_name.h"
 #include "unit/import/import_fixture.h"
 
 namespace tessera::client {
@@ -98,6 +99,60 @@ TEST_F(SceneFiles, CornellBoxImportsWithoutWarnings) {
   EXPECT_EQ(scene->scene.shapes_size(), 8);
   EXPECT_EQ(scene->scene.settings().max_depth(), 63u);
   EXPECT_EQ(warnings_of(*scene), "");
+}
+
+TEST_F(SceneFiles, NamesOfNothingAreErrorsAllAtOnceWithTheNearestName) {
+  const std::string message = error_of(import_scene(write("s.textproto",
+                                                          R"(materials { name: "clay" diffuse {} }
+materials { name: "glaze"
+  mix { a: "clay"
+        b: "glase" } }
+materials { name: "clay" diffuse { reflectance { texture: "wood" } } }
+textures { name: "woods" constant { constant: 1 } }
+shapes { sphere { radius: 1 }
+  material: "clai" }
+shapes { sphere { radius: 1 } interior_medium: "fog" }
+instances { object: "chair" }
+objects { name: "chairs" shapes { sphere { radius: 1 } material: "Clay" } }
+camera { perspective {} world_from_camera { elements: [1, 2, 3] } medium: "air" }
+lights { scale: 2 }
+)")));
+  EXPECT_THAT(message, HasSubstr("s.textproto:8:3: there is no material \"clai\": did you mean \"clay\"?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:4:9: there is no material \"glase\": did you mean \"glaze\"?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:5:1: material \"clay\": the name is used twice"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:5:50: there is no texture \"wood\": did you mean \"woods\"?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:9:31: there is no medium \"fog\""));
+  EXPECT_THAT(message, HasSubstr("s.textproto:10:13: there is no object \"chair\": did you mean \"chairs\"?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:11:56: there is no material \"Clay\": did you mean \"clay\"?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:12:25: a matrix of 3 elements: expected 16"));
+  EXPECT_THAT(message, HasSubstr("there is no medium \"air\""));
+  EXPECT_THAT(message, HasSubstr("s.textproto:13:1: a light without a kind"));
+}
+
+TEST_F(SceneFiles, DarkScenesAndBrightSurfacesAreWarnedOf) {
+  const auto dark = import_scene(write("s.textproto", "shapes { sphere { radius: 1 } }\n"));
+  ASSERT_TRUE(dark.ok()) << dark.status();
+  EXPECT_THAT(warnings_of(*dark), HasSubstr("the scene has no light"));
+  const auto bright = import_scene(write("t.textproto",
+                                         "lights { point { intensity { constant: 1 } } }\n"
+                                         "materials { name: 'a' diffuse {\n  reflectance { constant { rgb { r: 0.5 "
+                                         "g: 1.5 b: 1 } } } } }\n"
+                                         "materials { name: 'b' diffuse { reflectance { constant { constant: 1 } } } }\n"));
+  ASSERT_TRUE(bright.ok()) << bright.status();
+  ASSERT_THAT(bright->warnings, SizeIs(1));
+  EXPECT_THAT(warnings_of(*bright), HasSubstr("t.textproto:3:3: a reflectance of 1.5 gives back more light"));
+}
+
+TEST(NearestName, FewestEditsWithinAThird) {
+  const std::vector<std::string> names = {"clay", "glaze", "glass", "brushed metal"};
+  EXPECT_EQ(nearest_name("clai", names), "clay");
+  EXPECT_EQ(nearest_name("caly", names), "clay") << "neighbours that change places are one edit";
+  EXPECT_EQ(nearest_name("glas", names), "glass");
+  EXPECT_EQ(nearest_name("brushed_metall", names), "brushed metal");
+  EXPECT_EQ(nearest_name("stone", names), "");
+  EXPECT_EQ(nearest_name("x", {"y"}), "y");
+  EXPECT_EQ(nearest_name("xyz", {}), "");
+  EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
 }
 
 }  // namespace
