@@ -121,6 +121,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   exit_code = deliver(*followed, spec, options.output, options.half, options.quiet);
+  if (!failure.ok()) exit_code = kIncomplete;
   if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed->image, options);
   is_whole = followed->written && followed->status.state() == v1::DONE;
   const TimeSpent spent =

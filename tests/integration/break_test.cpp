@@ -166,7 +166,7 @@ TEST_F(Break, ACheckpointThatCannotGrowEndsTheRenderByName) {
   const Arguments limited =
       Arguments{"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 16; exec \"$@\"", "limited"} + command(with_checkpoint());
   const support::Finished full = support::run_program(limited, kPatience);
-  EXPECT_NE(full.status.code, 0);
+  EXPECT_EQ(full.status.code, 6) << full.err;
   EXPECT_EQ(full.status.signal, 0) << "it hung, or died";
   EXPECT_THAT(full.err, HasSubstr("checkpoint"));
   const support::Finished again = support::run_program(command(with_checkpoint()), kPatience);
