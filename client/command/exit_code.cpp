@@ -3,10 +3,12 @@
 #include <iostream>
 #include <string>
 
+#include "wire/printable.h"
+
 namespace tessera::client {
 
 int report(ExitCode code, const std::string& message) {
-  std::cerr << "tessera: " << message << std::endl;
+  std::cerr << "tessera: " << wire::printable_lines(message) << std::endl;
   return code;
 }
 

@@ -1,13 +1,17 @@
 // How long to go on trying when the coordinator does not answer.
 #pragma once
 
+#include <google/protobuf/message.h>
+
 #include <chrono>
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <type_traits>
 
 #include "absl/status/statusor.h"
 #include "wire/backoff.h"
+#include "wire/printable.h"
 
 namespace tessera::client {
 
@@ -24,13 +28,16 @@ class Contact {
   Contact(std::string address, std::chrono::milliseconds first_patience, std::chrono::milliseconds later_patience,
           Notice notice, Wait wait = wire::interruptible_sleep);
 
-  /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end.
+  /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end. The text of
+  /// a message, which others have written, is safe to be shown.
   template <class Call>
   auto retried(std::stop_token stop, Call call) -> decltype(call()) {
     while (true) {
       auto response = call();
       if (response.ok()) {
         succeeded();
+        using Response = typename decltype(call())::value_type;
+        if constexpr (std::is_base_of_v<google::protobuf::Message, Response>) wire::make_printable(*response);
         return response;
       }
       if (absl::Status given_up = failed(response.status(), stop); !given_up.ok()) return given_up;

@@ -8,6 +8,7 @@
 #include "farm/stubs.h"
 #include "wire/call.h"
 #include "wire/channel.h"
+#include "wire/printable.h"
 
 namespace tessera::client {
 namespace {
@@ -172,6 +173,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
   while (progress.handler.ok() && reader->Read(&response)) {
     guard.progress();
     contact_.succeeded();
+    if (response.has_status()) wire::make_printable(*response.mutable_status());
     if (progress.after > 0 && response.status().revision() != progress.last.revision()) {
       progress.last = response.status();
       progress.after = 0;

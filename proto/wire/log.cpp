@@ -6,29 +6,14 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "wire/printable.h"
+
 namespace tessera::wire {
 namespace {
 
 thread_local const LogFields* fields_of_thread = nullptr;
 
-bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
-
 void append(std::string_view text, spdlog::memory_buf_t& line) { line.append(text.data(), text.data() + text.size()); }
-
-void append_escaped(std::string_view text, spdlog::memory_buf_t& line) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  for (const char c : text) {
-    if (!is_control(c)) {
-      line.push_back(c);
-    } else if (c == '\n') {
-      append("\\n", line);
-    } else {
-      const auto byte = static_cast<unsigned char>(c);
-      const char escaped[] = {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
-      append({escaped, sizeof escaped}, line);
-    }
-  }
-}
 
 /// Calls f(name, value) for all that is there, in the order in which they are written; values are text or numbers.
 template <class F>
@@ -47,13 +32,13 @@ void for_each_field(const std::string& worker, F&& f) {
 void append_value(std::uint32_t value, spdlog::memory_buf_t& line) { append(std::to_string(value), line); }
 
 void append_value(std::string_view value, spdlog::memory_buf_t& line) {
-  if (value.find_first_of(" \"=\\") == std::string_view::npos) return append_escaped(value, line);
-  line.push_back('"');
+  if (value.find_first_of(" \"=\\") == std::string_view::npos) return append(printable(value), line);
+  std::string quoted = "\"";
   for (const char c : value) {
-    if (c == '"' || c == '\\') line.push_back('\\');
-    append_escaped({&c, 1}, line);
+    if (c == '"' || c == '\\') quoted.push_back('\\');
+    quoted.push_back(c);
   }
-  line.push_back('"');
+  append(printable(quoted + "\""), line);
 }
 
 /// The message and its fields, in a pattern of spdlog's.
@@ -62,7 +47,7 @@ class MessageAndFields final : public spdlog::custom_flag_formatter {
   explicit MessageAndFields(std::string worker) : worker_(std::move(worker)) {}
 
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
-    append_escaped({message.payload.data(), message.payload.size()}, line);
+    append(printable({message.payload.data(), message.payload.size()}), line);
     for_each_field(worker_, [&](std::string_view name, auto value) {
       line.push_back(' ');
       append(name, line);

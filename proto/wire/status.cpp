@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "wire/printable.h"
 
 namespace tessera::wire {
 
@@ -20,7 +21,7 @@ grpc::Status to_grpc(const absl::Status& status) {
 
 absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
   if (status.ok()) return absl::OkStatus();
-  const std::string& why = status.error_message();
+  const std::string why = printable(status.error_message());  // of whoever is at the other end
   const bool unread = status.error_code() == grpc::StatusCode::UNIMPLEMENTED && why.empty();
   return {static_cast<absl::StatusCode>(status.error_code()),
           absl::StrCat(std::string(call), ": ", unread ? "the call is not known there, or could not be read" : why)};

@@ -4,6 +4,7 @@
 #include <openssl/ec.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
+#include <openssl/x509v3.h>
 
 #include <array>
 #include <ctime>
@@ -57,6 +58,33 @@ std::string to_pem(EVP_PKEY* key) {
 
 std::string digest_of(X509* certificate) {
   return sha256_hex(written_by([&](BIO* bio) { i2d_X509_bio(bio, certificate); }));
+}
+
+std::string key_digest_of(X509* certificate) {
+  return sha256_hex(written_by([&](BIO* bio) { i2d_PUBKEY_bio(bio, X509_get0_pubkey(certificate)); }));
+}
+
+std::vector<std::string> uris_of(const X509* certificate) {
+  const std::unique_ptr<GENERAL_NAMES, Freer<GENERAL_NAMES_free>> names{
+      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr))};
+  std::vector<std::string> uris;
+  for (int i = 0; names != nullptr && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(names.get(), i);
+    if (name->type != GEN_URI) continue;
+    const ASN1_IA5STRING* const uri = name->d.uniformResourceIdentifier;
+    uris.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(uri)),
+                      static_cast<std::size_t>(ASN1_STRING_length(uri)));
+  }
+  return uris;
+}
+
+std::string name_of(const X509* certificate) {
+  X509_NAME* const subject = X509_get_subject_name(certificate);
+  const int place = X509_NAME_get_index_by_NID(subject, NID_commonName, -1);
+  if (place < 0) return "";
+  const ASN1_STRING* const name = X509_NAME_ENTRY_get_data(X509_NAME_get_entry(subject, place));
+  return {reinterpret_cast<const char*>(ASN1_STRING_get0_data(name)),
+          static_cast<std::size_t>(ASN1_STRING_length(name))};
 }
 
 std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate) {

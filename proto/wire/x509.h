@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "wire/freer.h"
 
@@ -30,6 +31,15 @@ std::string to_pem(EVP_PKEY* key);
 
 /// SHA-256 of the certificate, in DER, as 64 hexadecimal digits.
 std::string digest_of(X509* certificate);
+
+/// SHA-256 of the public key (SubjectPublicKeyInfo, in DER), as 64 hexadecimal digits: the same for every certificate
+/// of one key.
+std::string key_digest_of(X509* certificate);
+
+/// The URIs among its subject alternative names.
+std::vector<std::string> uris_of(const X509* certificate);
+/// Its common name; empty when it has none.
+std::string name_of(const X509* certificate);
 
 /// From when on it is valid; nothing when it does not say so.
 std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate);

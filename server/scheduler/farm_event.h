@@ -20,10 +20,11 @@ struct FarmEvent {
     kRevoked = 7,      // unit, host, value: sequence number of the result that does not count any more
     kPaused = 8,       // value: 1, or 0 for resumed
     kPriority = 9,     // value
-    kDistrusted = 10,  // host; text: why. Of the whole farm: no job
-    kTrusted = 11,     // host. Of the whole farm
+    kDistrusted = 10,  // host, or an identity (identity.h); text: why. Of the whole farm: no job
+    kTrusted = 11,     // host or identity. Of the whole farm
     kNote = 12,        // text, for people
     kAdopted = 13,     // value: number of results taken over when the job was new; text: the job that they are from
+    kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
   };
 
   Kind kind = Kind::kNote;

@@ -54,6 +54,8 @@ struct FarmJob {
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
+  std::map<std::string, std::string> scene_faults;  // host that says that the scene is at fault -> its message
+  std::set<HostNumber> renderers;                   // of accepted results
   std::map<std::uint32_t, Audit> audits;
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 
 namespace tessera::server {
 namespace {
@@ -77,6 +78,7 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from, cons
     job.units.finish(
         result.unit,
         {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(result.host)});
+    job.renderers.insert(number_of_host(result.host));
   }
   job.state = v1::RUNNING;
   job.adopted = static_cast<std::uint32_t>(results.size());
@@ -186,7 +188,7 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
   std::size_t with_tags = 0, with_isa = 0, free = 0;
   for (const auto& [name, worker] : workers_) {
     const auto& tags = worker.info.tags;
-    if (worker.draining || distrusted_.contains(worker.info.host)) continue;
+    if (worker.draining || !trusts(worker.info.host)) continue;
     if (!std::all_of(job.request.required_tags.begin(), job.request.required_tags.end(),
                      [&](const std::string& tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); })) {
       continue;
@@ -214,6 +216,8 @@ void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
   job.audits.clear();
   job.dangerous.clear();
   job.hosts.clear();
+  job.scene_faults.clear();
+  job.renderers.clear();
   // The failures of an incomplete job are what its report consists of.
   if (state != v1::INCOMPLETE) job.failures.clear();
   FarmEvent& event = record(FarmEvent::Kind::kEnded, job.request.id);
@@ -227,8 +231,8 @@ void Scheduler::settle(Job& job) {
     const auto& [unit, audit] = entry;
     if (audit.out || anyone_can_audit(job, audit)) return false;
     if (audit.opinions.size() > 1) {
-      note(job, absl::StrCat("unit ", unit, ": ", audit.opinions[0].first, " and ", audit.opinions[1].first,
-                             " disagree, and there is no third host to decide"));
+      note(job, absl::StrCat("unit ", unit, ": ", short_name(audit.opinions[0].first), " and ",
+                             short_name(audit.opinions[1].first), " disagree, and there is no third host to decide"));
     }
     return true;
   });
@@ -247,6 +251,7 @@ absl::Status Scheduler::restore_done(std::string_view id, std::uint32_t unit, co
     return absl::InvalidArgumentError(absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
   }
   units.finish(unit, result);
+  (*job)->renderers.insert(result.host);
   (*job)->results = std::max((*job)->results, result.sequence);
   (*job)->state = v1::RUNNING;
   return absl::OkStatus();
@@ -265,12 +270,14 @@ absl::Status Scheduler::restore_revoked(std::string_view id, std::uint32_t seque
 absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   if (info.host.empty()) info.host = info.name;
   const std::string id = info.id;
+  const std::string identity = identity_of(info.host);
   const std::uint32_t threads = info.threads;
   // Until results show otherwise, it is as fast as the others.
   const WorkerPace pace{.worker = ++workers_added_, .log_time = usual_pace_.log_time};
   const bool added = workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
   threads_ += threads;
+  ++identities_[identity];
   return absl::OkStatus();
 }
 
@@ -290,13 +297,12 @@ absl::Status Scheduler::drain_worker(std::string_view worker) {
 std::vector<WorkerView> Scheduler::workers() const {
   std::vector<WorkerView> views;
   for (const auto& [id, worker] : workers_) {
-    const auto distrusted = distrusted_.find(worker.info.host);
     views.push_back({.info = worker.info,
                      .leases = static_cast<std::uint32_t>(leases_.count_of_worker(id)),
                      .units_done = worker.units_done,
                      .draining = worker.draining,
                      .last_seen = worker.last_seen,
-                     .quarantine = distrusted == distrusted_.end() ? "" : distrusted->second,
+                     .quarantine = why_distrusted(worker.info.host).value_or(""),
                      .slowness = worker.slowness});
   }
   std::sort(views.begin(), views.end(), [](const WorkerView& a, const WorkerView& b) {
@@ -310,6 +316,8 @@ void Scheduler::drop_worker(std::string_view id) {
   for (const LeaseId lease : leases_.of_worker(worker)) drop_lease(lease);
   const auto found = workers_.find(worker);
   threads_ -= found->second.info.threads;
+  const auto identity = identities_.find(identity_of(found->second.info.host));
+  if (--identity->second == 0) identities_.erase(identity);
   freeing_.erase(worker);
   workers_.erase(found);
   results_since_comparison_ = workers_.size();  // the next one is compared with those that are left
@@ -325,6 +333,11 @@ std::string Scheduler::name_of(const std::string& worker) const {
   return found == workers_.end() ? "" : found->second.info.name;
 }
 
+bool Scheduler::holds(std::string_view worker, const v1::LeaseToken& token) const {
+  const absl::StatusOr<const Job*> job = find_job(token.job_id());
+  return job.ok() && (*job)->request.generation == token.generation() && find_lease(**job, token, worker).has_value();
+}
+
 HostNumber Scheduler::number_of_host(const std::string& host) {
   const auto [found, added] = host_numbers_.emplace(host, static_cast<HostNumber>(hosts_.size()));
   if (added) hosts_.push_back(host);
@@ -334,8 +347,9 @@ HostNumber Scheduler::number_of_host(const std::string& host) {
 // ---------------------------------------------------------------- results
 
 absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job) const {
-  if (const auto found = distrusted_.find(worker.info.host); found != distrusted_.end()) {
-    return absl::FailedPreconditionError(absl::StrCat("host ", worker.info.host, " is in quarantine: ", found->second));
+  if (const std::optional<std::string> why = why_distrusted(worker.info.host)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("host ", short_name(worker.info.host), " is in quarantine: ", *why));
   }
   if (!job.request.isa.empty() && !worker.supports(job.request.isa)) {
     return absl::FailedPreconditionError(
@@ -378,6 +392,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   job.failures.erase(unit);
   forgive(job, unit);
   job.hosts.erase(worker.info.host);
+  job.renderers.insert(number_of_host(worker.info.host));
   job.state = v1::RUNNING;
   ++worker.units_done;
   if (audit_wanted(job, unit, worker.info.host)) {

@@ -28,7 +28,8 @@ namespace tessera::server {
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
 ///   which that many units fail that fail nowhere else is taken out of that job for a while.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is wrong is in
-///   quarantine from then on, and what it did for open jobs is done again.
+///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one vote, and
+///   ends no job and sets no unit aside as long as another one has not been asked.
 class Scheduler {
  public:
   static constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
@@ -98,9 +99,13 @@ class Scheduler {
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
   std::string name_of(const std::string& worker) const;
-  bool trusts(const std::string& host) const { return !distrusted_.contains(host); }
-  /// The host's results count again.
-  void trust_host(const std::string& host);
+  /// Whether neither the host nor its identity is in quarantine.
+  bool trusts(const std::string& host) const { return !why_distrusted(host); }
+  /// The results of the host, or identity, that a person calls `text` (identity.h) count again. NotFound when no such
+  /// host is known, FailedPrecondition when several are meant.
+  absl::Status trust_host(const std::string& text);
+  /// Whether the worker has this very lease at this moment.
+  bool holds(std::string_view worker, const v1::LeaseToken& token) const;
   /// Number by which results name a host. The same for the same name as long as the scheduler lives.
   HostNumber number_of_host(const std::string& host);
 
@@ -122,7 +127,8 @@ class Scheduler {
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
                                             const DeliveredResult& result, Time now);
 
-  /// The worker could not render the unit. Counts once a lease. `scene_fault` ends the job.
+  /// The worker could not render the unit. Counts once a lease. With `scene_fault`, no other would do better: the job
+  /// ends when a second identity says so (a second host, where all are of one identity), or nobody else can be asked.
   absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message, bool scene_fault,
                     Time now);
 
@@ -181,10 +187,14 @@ class Scheduler {
   void drop_worker(std::string_view id);
 
   // ---- scheduler_faults.cpp
+  void record_failure(const Job& job, std::uint32_t unit, const UnitFailure& failure);
   void add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now);
   void blame_loss(const std::vector<WorkerInfo>& lost, Time now);
   void absolve(Job& job, const v1::LeaseToken& token, const std::string& host);
   void judge_unit(Job& job, std::uint32_t unit);
+  bool awaits_another(const Job& job, const std::vector<UnitFailure>& failures) const;
+  void judge_scene(Job& job, const std::string& message, Time now);
+  Time bar(Job& job, const std::string& host, Time now);
   void forgive(Job& job, std::uint32_t unit);
   void judge_host(Job& job, std::uint32_t unit, const std::string& host, Time now);
   void reopen(Job& job);
@@ -193,13 +203,16 @@ class Scheduler {
   // ---- scheduler_audit.cpp
   void restore_audits(Job& job);
   bool audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const;
+  bool is_of_one_identity() const;
+  std::optional<std::string> why_distrusted(const std::string& host) const;
+  bool may_speak(const Audit& audit, const std::string& host) const;
   bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
   bool anyone_can_audit(const Job& job, const Audit& audit) const;
   absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker, std::uint32_t unit,
                                                  ResultFingerprint result);
   void adjudicate(Job& job, std::uint32_t unit);
-  void distrust(const std::string& host, const std::string& why);
-  void revoke_results(Job& job, const std::string& host);
+  void distrust(const std::string& subject, const std::string& why);
+  void revoke_results(Job& job, const std::string& subject);
   void revoke(Job& job, std::uint32_t unit);
 
   SchedulerOptions options_;
@@ -216,10 +229,11 @@ class Scheduler {
   std::uint64_t threads_ = 0;  // of all workers
   UsualPace usual_pace_;
   std::size_t results_since_comparison_ = 0;  // of workers' paces
+  std::map<std::string, std::size_t> identities_;  // that answer for the workers, and for how many
   LeaseTable leases_;
   std::vector<std::string> hosts_;  // by number
   absl::flat_hash_map<std::string, HostNumber> host_numbers_;
-  std::map<std::string, std::string> distrusted_;  // host -> why
+  std::map<std::string, std::string> distrusted_;  // host or identity -> why
   std::vector<FarmEvent> events_;
 };
 

@@ -5,7 +5,9 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
+#include "wire/digest.h"
 
 namespace tessera::server {
 namespace {
@@ -16,14 +18,18 @@ constexpr std::size_t kMaxAudits = 256;
 // Audits of one job that are made, or made again, after a restart.
 constexpr std::size_t kRestoredAudits = 32;
 
-/// The same choice after a restart, and for every order of results.
-bool chosen(const std::string& job, std::uint32_t unit, std::uint32_t one_in) {
-  std::uint64_t x = 0xcbf29ce484222325u;
-  for (const char letter : job) x = (x ^ static_cast<unsigned char>(letter)) * 0x100000001b3u;  // FNV-1a
-  x += unit * 0x9e3779b97f4a7c15u;  // and the finisher of splitmix64 [Steele2014]
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return one_in != 0 && (x ^ (x >> 31)) % one_in == 0;
+/// The same choice after a restart, and for every order of results; who does not have the key cannot tell it.
+bool chosen(const SchedulerOptions& options, const std::string& job, std::uint32_t unit) {
+  if (options.audit_one_in == 0) return false;
+  const std::string digest = wire::sha256_hex(absl::StrCat(options.audit_key, " ", job, " ", unit));
+  return std::stoull(digest.substr(0, 15), nullptr, 16) % options.audit_one_in == 0;
+}
+
+/// Whether all opinions are of one identity.
+bool is_of_one(const std::vector<std::pair<std::string, ResultFingerprint>>& opinions) {
+  return std::all_of(opinions.begin(), opinions.end(), [&](const auto& opinion) {
+    return identity_of(opinion.first) == identity_of(opinions.front().first);
+  });
 }
 
 }  // namespace
@@ -34,28 +40,35 @@ void Scheduler::restore_audits(Job& job) {
   if (!job.open()) return;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> latest;  // sequence number, unit
   for (std::uint32_t unit = 0; unit < job.units.count(); ++unit) {
-    if (job.units.state(unit) != UnitState::kDone || !chosen(job.request.id, unit, options_.audit_one_in)) continue;
+    if (job.units.state(unit) != UnitState::kDone || !chosen(options_, job.request.id, unit)) continue;
     latest.emplace_back(job.units.result(unit).sequence, unit);
   }
   std::sort(latest.rbegin(), latest.rend());
   if (latest.size() > kRestoredAudits) latest.resize(kRestoredAudits);
   for (const auto& [sequence, unit] : latest) {
     const AcceptedResult& accepted = job.units.result(unit);
-    if (accepted.host >= hosts_.size() || distrusted_.contains(hosts_[accepted.host])) continue;
+    if (accepted.host >= hosts_.size() || !trusts(hosts_[accepted.host])) continue;
     job.audits[unit] = {.opinions = {{hosts_[accepted.host], accepted.fingerprint}}, .out = false};
   }
   if (!job.audits.empty()) auditing_.insert(job.number);
 }
 
 bool Scheduler::audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const {
-  return chosen(job.request.id, unit, options_.audit_one_in) && job.audits.size() < kMaxAudits &&
+  return chosen(options_, job.request.id, unit) && job.audits.size() < kMaxAudits &&
          anyone_can_audit(job, {.opinions = {{host, 0}}, .out = false});
 }
 
+/// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one vote only.
+/// Where the whole farm is one identity, its hosts watch over each other: that finds machines that are broken.
+bool Scheduler::may_speak(const Audit& audit, const std::string& host) const {
+  const bool by_host = is_of_one_identity() && is_of_one(audit.opinions);
+  return std::none_of(audit.opinions.begin(), audit.opinions.end(), [&](const auto& opinion) {
+    return opinion.first == host || (!by_host && identity_of(opinion.first) == identity_of(host));
+  });
+}
+
 bool Scheduler::can_audit(const Worker& worker, const Job& job, const Audit& audit) const {
-  return may_work_on(worker, job, worker.last_seen) &&
-         std::none_of(audit.opinions.begin(), audit.opinions.end(),
-                      [&](const auto& opinion) { return opinion.first == worker.info.host; });
+  return may_work_on(worker, job, worker.last_seen) && may_speak(audit, worker.info.host);
 }
 
 bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
@@ -72,15 +85,13 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   const absl::Status differs = absl::AlreadyExistsError(absl::StrCat(
       "unit ", unit, " of job ", job.request.id, " is done, with a different result: one of two workers is at fault"));
   const auto found = job.audits.find(unit);
-  const bool counts = job.open() && worker.info.host != maker && !distrusted_.contains(worker.info.host) &&
-                      worker.supports(job.request.isa);
+  const bool counts =
+      job.open() && worker.info.host != maker && trusts(worker.info.host) && worker.supports(job.request.isa);
   // A copy that agrees is no news where nobody asked.
   if (counts && (found != job.audits.end() || !equal)) {
     Audit& audit = job.audits[unit];
     if (audit.opinions.empty()) audit.opinions.emplace_back(maker, accepted.fingerprint);
-    const bool heard = std::any_of(audit.opinions.begin(), audit.opinions.end(),
-                                   [&](const auto& opinion) { return opinion.first == worker.info.host; });
-    if (!heard) audit.opinions.emplace_back(worker.info.host, result);
+    if (may_speak(audit, worker.info.host)) audit.opinions.emplace_back(worker.info.host, result);
     auditing_.insert(job.number);
     adjudicate(job, unit);
     settle(job);
@@ -89,57 +100,66 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   return differs;
 }
 
-/// Decides by majority of hosts; without one, the audit goes on.
+/// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the audit goes on.
 void Scheduler::adjudicate(Job& job, std::uint32_t unit) {
   const auto found = job.audits.find(unit);
-  const std::vector<std::pair<std::string, ResultFingerprint>> opinions = found->second.opinions;
+  const bool by_host = is_of_one(found->second.opinions);
+  std::map<std::string, ResultFingerprint> voters;  // an identity has its first opinion only
+  for (const auto& [host, result] : found->second.opinions) voters.emplace(by_host ? host : identity_of(host), result);
   std::map<ResultFingerprint, std::size_t> votes;
-  for (const auto& [host, result] : opinions) ++votes[result];
+  for (const auto& [voter, result] : voters) ++votes[result];
   const auto winner =
       std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (2 * winner->second <= opinions.size()) return;
+  if (2 * winner->second <= voters.size()) return;
   job.audits.erase(found);
   if (job.audits.empty()) auditing_.erase(job.number);
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
-  for (const auto& [host, result] : opinions) {
+  for (const auto& [voter, result] : voters) {
     if (result == winner->first) continue;
     const std::string why = absl::StrCat("its result of unit ", unit, " of job ", job.request.id,
                                          " differs from that of ", winner->second, " other hosts");
-    note(job, absl::StrCat("host ", host, " is in quarantine: ", why));
-    distrust(host, why);
+    note(job, absl::StrCat("host ", short_name(voter), " is in quarantine: ", why));
+    distrust(voter, why);
   }
 }
 
-void Scheduler::distrust(const std::string& host, const std::string& why) {
-  if (!distrusted_.emplace(host, why).second) return;
+/// `subject`: a host, or an identity and so all of its hosts.
+void Scheduler::distrust(const std::string& subject, const std::string& why) {
+  if (!distrusted_.emplace(subject, why).second) return;
   FarmEvent& event = record(FarmEvent::Kind::kDistrusted, "");
-  event.host = host;
+  event.host = subject;
   event.text = why;
   std::vector<std::string> its_workers;
   for (const auto& [id, worker] : workers_) {
-    if (worker.info.host == host) its_workers.push_back(id);
+    if (covers(subject, worker.info.host)) its_workers.push_back(id);
   }
   std::sort(its_workers.begin(), its_workers.end());  // the same order in every run
   for (const std::string& worker : its_workers) {
     for (const LeaseId lease : leases_.of_worker(worker)) drop_lease(lease);
   }
   for (const auto& [number, job] : jobs_) {
-    if (job->open()) revoke_results(*job, host);
+    if (job->open()) revoke_results(*job, subject);
   }
 }
 
-/// Everything that the host did for an open job is done again.
-void Scheduler::revoke_results(Job& job, const std::string& host) {
-  const std::vector<std::uint32_t> units = job.units.done_by(number_of_host(host));
+/// Everything that the host, or the hosts of the identity, did for an open job is done again.
+void Scheduler::revoke_results(Job& job, const std::string& subject) {
+  std::vector<std::uint32_t> units;
+  for (HostNumber host = 0; host < hosts_.size(); ++host) {
+    if (!covers(subject, hosts_[host])) continue;
+    const std::vector<std::uint32_t> its_units = job.units.done_by(host);
+    units.insert(units.end(), its_units.begin(), its_units.end());
+  }
   for (auto audit = job.audits.begin(); audit != job.audits.end();) {
     auto& opinions = audit->second.opinions;
-    std::erase_if(opinions, [&](const auto& opinion) { return opinion.first == host; });
+    std::erase_if(opinions, [&](const auto& opinion) { return covers(subject, opinion.first); });
     audit = opinions.empty() ? job.audits.erase(audit) : std::next(audit);
   }
+  std::erase_if(job.renderers, [&](HostNumber host) { return host < hosts_.size() && covers(subject, hosts_[host]); });
   for (const std::uint32_t unit : units) revoke(job, unit);
   if (job.audits.empty()) auditing_.erase(job.number);
   if (units.empty()) return;
-  note(job, absl::StrCat(units.size(), " units of host ", host, " are done again"));
+  note(job, absl::StrCat(units.size(), " units of host ", short_name(subject), " are done again"));
 }
 
 /// The unit, which is done, is to be done again.
@@ -177,8 +197,43 @@ absl::Status Scheduler::revoke_result(std::string_view id, std::uint32_t unit, s
   return absl::OkStatus();
 }
 
-void Scheduler::trust_host(const std::string& host) {
-  if (distrusted_.erase(host) > 0) record(FarmEvent::Kind::kTrusted, "").host = host;
+/// Whether all workers that are trusted are of one identity, so that only its hosts can be told apart.
+bool Scheduler::is_of_one_identity() const {
+  std::size_t trusted = 0;
+  for (const auto& [identity, workers] : identities_) {
+    if (!distrusted_.contains(identity) && ++trusted > 1) return false;
+  }
+  return true;
+}
+
+std::optional<std::string> Scheduler::why_distrusted(const std::string& host) const {
+  if (distrusted_.empty()) return std::nullopt;
+  for (const std::string& subject : {host, identity_of(host)}) {
+    if (const auto found = distrusted_.find(subject); found != distrusted_.end()) return found->second;
+  }
+  return std::nullopt;
+}
+
+absl::Status Scheduler::trust_host(const std::string& text) {
+  std::set<std::string> known(hosts_.begin(), hosts_.end());
+  for (const auto& [id, worker] : workers_) known.insert(worker.info.host);
+  std::erase_if(known, [&](const std::string& host) { return !is_meant(text, host); });
+  // An identity in quarantine is also meant by the names of its hosts.
+  std::vector<std::string> meant;
+  for (const auto& [subject, why] : distrusted_) {
+    const auto is_its_host = [&](const std::string& host) { return covers(subject, host); };
+    if (is_meant(text, subject) || std::any_of(known.begin(), known.end(), is_its_host)) meant.push_back(subject);
+  }
+  if (meant.size() > 1) {
+    return absl::FailedPreconditionError(absl::StrCat("\"", text, "\" may be ", short_name(meant[0]), " or ",
+                                                      short_name(meant[1]), ": name one of them"));
+  }
+  if (meant.empty()) {
+    return known.empty() ? absl::NotFoundError(absl::StrCat("no host \"", text, "\" is known")) : absl::OkStatus();
+  }
+  distrusted_.erase(meant.front());
+  record(FarmEvent::Kind::kTrusted, "").host = meant.front();
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::server

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
 
 namespace tessera::server {
@@ -40,39 +41,49 @@ absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& t
   if (!open.ok()) return open.status();
   Job& job = **open;
   const std::optional<LeaseId> lease = find_lease(job, token, worker_id);
-  if (scene_fault) {
-    end_job(job, v1::FAILED, message);
-    return absl::OkStatus();
-  }
   if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
+  const std::string& host = (*worker)->info.host;
   const bool audit = leases_.get(*lease).audit;
   drop_lease(*lease);
+  UnitFailure failure{.host = host,
+                      .message = message,
+                      .lost = false,
+                      .scene_fault = scene_fault,
+                      .grant = grant_id(token.epoch(), token.attempt())};
   if (audit) {
     // The unit is done, and no worse for it; nobody needs to try again.
     job.audits.erase(token.unit_index());
-    settle(job);
-    return absl::OkStatus();
+    if (scene_fault) record_failure(job, token.unit_index(), failure);
+  } else {
+    add_failure(job, token.unit_index(), std::move(failure), now);
   }
-  add_failure(job, token.unit_index(),
-              {.host = (*worker)->info.host,
-               .message = message,
-               .lost = false,
-               .grant = grant_id(token.epoch(), token.attempt())},
-              now);
+  if (scene_fault && job.open()) {
+    job.scene_faults[host] = message;
+    bar(job, host, now);
+    judge_scene(job, message, now);
+  }
   settle(job);
   return absl::OkStatus();
 }
 
-void Scheduler::add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now) {
-  FarmEvent& event = record(failure.lost ? FarmEvent::Kind::kUnitLost : FarmEvent::Kind::kUnitFailed, job.request.id);
+void Scheduler::record_failure(const Job& job, std::uint32_t unit, const UnitFailure& failure) {
+  using Kind = FarmEvent::Kind;
+  FarmEvent& event = record(failure.lost          ? Kind::kUnitLost
+                            : failure.scene_fault ? Kind::kSceneFault
+                                                  : Kind::kUnitFailed,
+                            job.request.id);
   event.unit = unit;
   event.value = failure.grant;
   event.host = failure.host;
   event.text = failure.message;
+}
+
+void Scheduler::add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now) {
+  record_failure(job, unit, failure);
   const std::string host = failure.host;
-  const bool lost = failure.lost;
+  const bool speaks_of_host = !failure.lost && !failure.scene_fault;
   job.failures[unit].push_back(std::move(failure));
-  if (!lost) judge_host(job, unit, host, now);
+  if (speaks_of_host) judge_host(job, unit, host, now);
   judge_unit(job, unit);
 }
 
@@ -84,7 +95,7 @@ void Scheduler::judge_unit(Job& job, std::uint32_t unit) {
     job.dangerous.insert(unit);
     endangered_.insert(job.number);
   }
-  if (!failed_too_often(failures)) return;
+  if (!failed_too_often(failures) || awaits_another(job, failures)) return;
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   job.units.set_aside(unit);
   forgive(job, unit);
@@ -92,6 +103,36 @@ void Scheduler::judge_unit(Job& job, std::uint32_t unit) {
   if (job.open() && job.units.done() == 0 && job.units.set_aside() >= kMaxFailures) {
     end_job(job, v1::FAILED, what_is_missing(job));
   }
+}
+
+/// Whether the unit failed too often, but on one identity only, and another one could take it: one alone sets nothing
+/// aside.
+bool Scheduler::awaits_another(const Job& job, const std::vector<UnitFailure>& failures) const {
+  if (!failed_too_often(failures)) return false;
+  const std::string identity = identity_of(failures.front().host);
+  const bool alone = std::all_of(failures.begin(), failures.end(),
+                                 [&](const UnitFailure& failure) { return identity_of(failure.host) == identity; });
+  return alone && std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+           const Worker& worker = entry.second;
+           return identity_of(worker.info.host) != identity && may_work_on(worker, job, worker.last_seen);
+         });
+}
+
+/// The word of one identity that the scene is at fault ends no job as long as another one can be asked, or has rendered
+/// units of it. Where two say so, they must be more than those who have rendered.
+void Scheduler::judge_scene(Job& job, const std::string& message, Time now) {
+  const bool by_host = is_of_one_identity();
+  const auto voter = [&](const std::string& host) { return by_host ? host : identity_of(host); };
+  std::set<std::string> accusers, renderers;
+  for (const auto& [host, its_message] : job.scene_faults) accusers.insert(voter(host));
+  for (const HostNumber host : job.renderers) {
+    if (host < hosts_.size() && !accusers.contains(voter(hosts_[host]))) renderers.insert(voter(hosts_[host]));
+  }
+  const bool others = std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+    return !accusers.contains(voter(entry.second.info.host)) && may_work_on(entry.second, job, now);
+  });
+  const bool agreed = accusers.size() > std::max<std::size_t>(1, renderers.size());
+  if (agreed || (renderers.empty() && !others)) end_job(job, v1::FAILED, message);
 }
 
 /// A host is at fault where several units fail that fail nowhere else; a unit that fails elsewhere too is at fault
@@ -108,19 +149,26 @@ void Scheduler::judge_host(Job& job, std::uint32_t unit, const std::string& host
     return entry.second.info.host != host && may_work_on(entry.second, job, now);
   });
   if (!others) return;  // the last resort is better than none
+  const Time barred = bar(job, host, now);
+  note(job,
+       absl::StrCat("host ", short_name(host), " was taken out for ", barred.count() / 1000, " s: ", kMaxFailures,
+                    " units failed there and nowhere else, the last one with: ", job.failures[unit].back().message));
+}
+
+/// Takes a host out of a job for a while, longer each time, and gives what it holds of it back. For how long.
+Time Scheduler::bar(Job& job, const std::string& host, Time now) {
+  HostRecord& record = job.hosts[host];
   const Time bar = std::min(kLongestBar, kFirstBar * (std::int64_t{1} << std::min(record.bars, 10u)));
   ++record.bars;
   record.barred_until = now + bar;
   record.failed_units.clear();
-  note(job,
-       absl::StrCat("host ", host, " was taken out for ", bar.count() / 1000, " s: ", kMaxFailures,
-                    " units failed there and nowhere else, the last one with: ", job.failures[unit].back().message));
   for (const auto& [id, worker] : workers_) {
     if (worker.info.host != host) continue;
     for (const LeaseId lease : leases_.of_worker(id)) {
       if (leases_.get(lease).job == job.number) drop_lease(lease);
     }
   }
+  return bar;
 }
 
 /// Whatever a lost worker held may be what it died of.
@@ -195,6 +243,7 @@ void Scheduler::reopen(Job& job) {
   job.dangerous.clear();
   endangered_.erase(job.number);
   job.hosts.clear();
+  job.scene_faults.clear();
   take_turns(job);
 }
 
@@ -207,7 +256,8 @@ std::string Scheduler::what_is_missing(const Job& job) const {
   if (found == job.failures.end()) return "";
   const UnitFailure& last = found->second.back();
   return absl::StrCat(job.units.set_aside(), " of ", job.units.count(), " units were set aside; unit ", unit,
-                      " failed ", found->second.size(), " times, the last time on ", last.host, ": ", last.message);
+                      " failed ", found->second.size(), " times, the last time on ", short_name(last.host), ": ",
+                      last.message);
 }
 
 // ---------------------------------------------------------------- recovery
@@ -229,11 +279,17 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     return absl::InvalidArgumentError(absl::StrCat("job ", event.job, " has no unit ", event.unit));
   }
   switch (event.kind) {
+    case Kind::kSceneFault:
+      job.scene_faults[event.host] = event.text;
+      [[fallthrough]];
     case Kind::kUnitFailed:
     case Kind::kUnitLost:
       if (job.units.state(event.unit) == UnitState::kDone) break;  // in the end it was rendered
-      job.failures[event.unit].push_back(
-          {.host = event.host, .message = event.text, .lost = event.kind == Kind::kUnitLost, .grant = event.value});
+      job.failures[event.unit].push_back({.host = event.host,
+                                          .message = event.text,
+                                          .lost = event.kind == Kind::kUnitLost,
+                                          .scene_fault = event.kind == Kind::kSceneFault,
+                                          .grant = event.value});
       break;
     case Kind::kUnitFound:
       if (const auto failures = job.failures.find(event.unit); failures != job.failures.end()) {

@@ -1,6 +1,7 @@
 // Who gets which unit, for how long.
 #include <algorithm>
 
+#include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
 #include "wire/limits.h"
 
@@ -38,7 +39,7 @@ absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time
               .nothing_for_it = {},
               .decision = {},
               .left = {}};
-  if (batch.worker.draining || distrusted_.contains(batch.worker.info.host)) return LeaseDecision{};
+  if (batch.worker.draining || !trusts(batch.worker.info.host)) return LeaseDecision{};
 
   const std::size_t room = wire::kMaxLeasesPerWorker - std::min<std::size_t>(held, wire::kMaxLeasesPerWorker);
   const std::size_t wanted = std::min<std::size_t>({request.max_units, wire::kMaxLeasesPerCall, room});
@@ -236,7 +237,7 @@ bool Scheduler::would_come_late(const Batch& batch, const Job& job) const {
 
 bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) const {
   const std::string& isa = job.request.isa.empty() ? worker.info.isa : job.request.isa;
-  if (worker.draining || !worker.supports(isa) || distrusted_.contains(worker.info.host)) return false;
+  if (worker.draining || !worker.supports(isa) || !trusts(worker.info.host)) return false;
   for (const std::string& tag : job.request.required_tags) {
     if (std::find(worker.info.tags.begin(), worker.info.tags.end(), tag) == worker.info.tags.end()) return false;
   }
@@ -247,10 +248,15 @@ bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) cons
   return most == 0 || job.holders.size() < most || job.holders.contains(worker.info.id);
 }
 
-/// True when the unit failed on this host and another host could take it.
+/// True when the unit failed on this host and another host could take it, or too often on this identity and another one
+/// could.
 bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit) const {
   const auto failed = job.failures.find(unit);
   if (failed == job.failures.end()) return false;
+  if (awaits_another(job, failed->second) &&
+      identity_of(failed->second.front().host) == identity_of(worker.info.host)) {
+    return true;
+  }
   const auto failed_on = [&](const std::string& host) {
     return std::any_of(failed->second.begin(), failed->second.end(),
                        [&](const UnitFailure& failure) { return failure.host == host; });
@@ -337,7 +343,7 @@ std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, std::uint32_t u
 bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now) {
   const std::uint32_t unit = token.unit_index();
   if (job.request.isa.empty() || !worker.supports(job.request.isa)) return false;
-  if (distrusted_.contains(worker.info.host)) return false;
+  if (!trusts(worker.info.host)) return false;
   if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
   job.state = v1::RUNNING;
   job.units.take(unit);

@@ -22,6 +22,8 @@ struct SchedulerOptions {
   Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   std::uint64_t epoch = 1;           // of the coordinator; part of every token
+  // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a restart.
+  std::string audit_key = {};
 };
 
 struct JobRequest {
@@ -40,8 +42,9 @@ struct JobRequest {
 struct UnitFailure {
   std::string host;
   std::string message;
-  bool lost = false;       // the worker died or went silent
-  std::int64_t grant = 0;  // which lease it was (grant_id)
+  bool lost = false;         // the worker died or went silent
+  bool scene_fault = false;  // the worker says that no other would do better
+  std::int64_t grant = 0;    // which lease it was (grant_id)
 };
 
 struct SetAsideView {
@@ -70,7 +73,7 @@ struct WorkerInfo {
   std::string isa;  // the one it would choose
   std::vector<std::string> supported_isas;
   std::uint32_t threads = 1;
-  std::string host;  // what faults are counted by
+  std::string host;  // what faults are counted by, and in it who answers for it (identity.h)
   std::vector<std::string> tags;
   // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not known.
   std::string certificate = {}, peer = {};

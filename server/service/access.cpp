@@ -29,7 +29,8 @@ bool is_allowed(Role role, std::string_view method) {
   if (is_of("/grpc.health.v1.Health/")) return true;
   if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
   if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
-  if (is_of("/tessera.v1.BlobService/Download") && role == Role::kWorker) return true;
+  // Clients have what they uploaded; what others did is not theirs to read.
+  if (is_of("/tessera.v1.BlobService/Download")) return role == Role::kWorker || role == Role::kAdmin;
   for (const char* for_admins : {"TrustHost", "MakeJoinToken", "Expel"}) {
     if (is_of(absl::StrCat("/tessera.v1.FarmService/", for_admins).c_str())) return role == Role::kAdmin;
   }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "service/access.h"
 #include "service/coordinator_impl.h"
+#include "tls/own_certificate.h"
 #include "wire/address.h"
 #include "wire/limits.h"
 #include "wire/tls.h"
@@ -30,6 +31,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const w
   if (absl::Status s = wire::check_certificates(options.certificates); !s.ok()) {
     return absl::InvalidArgumentError(s.message());
   }
+  if (absl::Status s = check_own_certificate(options.certificates); !s.ok()) return s;
   auto credentials = wire::server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled)));
   return credentials;
@@ -55,6 +57,9 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
       Expelled::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "expelled");
   if (!opened_expelled.ok()) return opened_expelled.status();
   expelled = *std::move(opened_expelled);
+  const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
+      LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
+  if (!seal.ok()) return seal.status();
   blobs = options.blobs;
   if (blobs == nullptr) {
     blobs = options.data_dir.empty() ? make_memory_blob_store()
@@ -83,7 +88,9 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
                                 .max_bytes = options.max_result_bytes,
                                 .blobs = options.keep_blobs,
                                 .interval = options.prune_interval},
-                  .max_open_units = options.max_open_units},
+                  .max_open_units = options.max_open_units,
+                  .share_results = options.share_jobs || options.certificates.empty(),
+                  .seal = *seal},
                  [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
@@ -95,6 +102,7 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
   if (options.certificates.empty() || options.listen.empty()) {
     return absl::InvalidArgumentError("workers join with certificates: --join-authority needs --tls");
   }
+  if (absl::Status s = check_private_key(options.join_authority); !s.ok()) return s;
   std::string address = options.join_listen;
   if (address.empty()) {
     absl::StatusOr<wire::HostPort> beside = wire::parse_host_port(options.listen);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "service/identifier.h"
 #include "service/journal_events.h"
 #include "wire/limits.h"
@@ -24,9 +25,11 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       blobs_(blobs),
       options_(options),
       on_failure_(std::move(on_failure)),
+      seal_(options.seal),
       scheduler_({.heartbeat_interval = options.heartbeat_interval,
                   .lease_timeout = options.lease_timeout,
-                  .epoch = journal.epoch()}),
+                  .epoch = journal.epoch(),
+                  .audit_key = seal_->derive_key("audits")}),
       next_collection_(now() + kLongestBetweenCollections),
       dispatcher_([this] { tick(); }),
       commits_(journal) {}
@@ -94,7 +97,8 @@ JobView Farm::view_of(const JobEntry& entry) const { return entry.past ? *entry.
 
 void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (event.kind == FarmEvent::Kind::kDistrusted) {
-    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}", event.host, event.text);
+    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}", short_name(event.host),
+              event.text);
     for (const auto& entry : jobs_.all()) note_distrusted(*entry, event.host);
   }
   JobEntry* const entry = event.job.empty() ? nullptr : jobs_.find(event.job);
@@ -124,13 +128,14 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   }
 }
 
-void Farm::note_distrusted(const JobEntry& entry, const std::string& host) {
-  const std::uint32_t units = entry.hosts.units_of(host);
+void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
+  std::uint32_t units = 0;
+  for (const std::string& host : entry.hosts.hosts()) units += covers(subject, host) ? entry.hosts.units_of(host) : 0;
   if (units == 0) return;
   // Of an open job all of its results are revoked, and rendered again.
   if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
-  wire::log(spdlog::level::err, {.job = entry.id, .host = host, .user = entry.shape->spec.user()},
-            "job {} is over, and {} of its units are of host {}", entry.id, units, host);
+  wire::log(spdlog::level::err, {.job = entry.id, .host = subject, .user = entry.shape->spec.user()},
+            "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));
 }
 
 void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done) {
@@ -230,6 +235,7 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
   const JobEntry* best = nullptr;
   for (const auto& entry : jobs_.all()) {
     const v1::JobSpec& other = entry->shape->spec;
+    if (!options_.share_results && other.user() != spec.user()) continue;
     if (entry->durable_results == 0 || other.scene().digest() != spec.scene().digest() ||
         (best != nullptr && best->durable_results >= entry->durable_results)) {
       continue;
@@ -246,7 +252,7 @@ absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest
   std::string id;
   {
     const std::lock_guard lock(mutex_);
-    if (jobs_.find_request(request.request_id()) != nullptr) return std::nullopt;
+    if (jobs_.find_request(request_key(shape.spec.user(), request.request_id())) != nullptr) return std::nullopt;
     const absl::StatusOr<const JobEntry*> best = best_donor(request, shape.spec);
     if (!best.ok()) return best.status();
     if (*best == nullptr) return std::nullopt;
@@ -312,9 +318,10 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
 
   // The journal keeps the spec, and results follow.
   const absl::Status room = blobs_.check_room(request.ByteSizeLong());
+  const std::string key = request_key((*shape)->spec.user(), request.request_id());
 
   std::unique_lock lock(mutex_);
-  if (const JobEntry* const known = jobs_.find_request(request.request_id())) {
+  if (const JobEntry* const known = jobs_.find_request(key)) {
     // Sent a second time: the answer is the same, once the first is durable.
     return commit({}, {}, /*wait=*/true, [id = known->id, done = std::move(done)](const absl::Status& status) {
       status.ok() ? done(id) : done(status);
@@ -325,7 +332,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
   JobEntry& entry = jobs_.add({.id = id,
-                               .request_id = request.request_id(),
+                               .request_id = key,
                                .shape = *shape,
                                .submitted_unix_ms = unix_milliseconds(),
                                .uploaded_bytes = claim_uploads((*shape)->spec),

@@ -18,6 +18,7 @@
 #include "service/adoption.h"
 #include "service/dispatcher.h"
 #include "service/job_table.h"
+#include "service/lease_seal.h"
 #include "service/metrics.h"
 #include "store/blob_store.h"
 #include "store/commit_queue.h"
@@ -43,6 +44,8 @@ struct FarmOptions {
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
+  bool share_results = false;                             // jobs take over those of other users' jobs too
+  std::shared_ptr<const LeaseSeal> seal;                  // of this data directory
 };
 
 /// Some results of a job, and its status.
@@ -97,19 +100,22 @@ class Farm {
 
   // ---- workers
 
+  /// Who calls: the name in the caller's certificate, the fingerprint of its key (identity.h), and its address. Empty
+  /// where these are not known; whoever has no fingerprint is taken at their word.
   struct Origin {
-    std::string certificate, peer;  // the name in the caller's certificate, and its address; empty when not known
+    std::string certificate, peer, fingerprint;
   };
   absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, const Origin& origin = {});
   /// Workers that registered with a certificate of this name leave at once; others get what they had leased. How many
   /// that were.
   std::uint32_t expel(const std::string& certificate);
   /// Answers when there is work, after the wait asked for, or with nothing when `cancelled` turned true.
-  void lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done);
-  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request);
-  void complete(const v1::CompleteRequest& request, Done<v1::CompleteResponse> done);
-  void fail(const v1::FailRequest& request, DoneEmpty done);
-  absl::Status deregister(const std::string& worker);
+  void lease(v1::LeaseRequest request, const Origin& origin, std::function<bool()> cancelled,
+             Done<v1::LeaseResponse> done);
+  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request, const Origin& origin = {});
+  void complete(const v1::CompleteRequest& request, const Origin& origin, Done<v1::CompleteResponse> done);
+  void fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done);
+  absl::Status deregister(const std::string& worker, const Origin& origin = {});
 
   const FarmMetrics& metrics() const { return metrics_; }
 
@@ -135,8 +141,8 @@ class Farm {
   /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
   /// after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
-  /// The host returned wrong results: perhaps to this job too.
-  void note_distrusted(const JobEntry& entry, const std::string& host);
+  /// The host, or the identity, returned wrong results: perhaps to this job too.
+  void note_distrusted(const JobEntry& entry, const std::string& subject);
   void note_event(const FarmEvent& event, std::vector<Shown>& shown);
   /// What a change of a job answers, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
@@ -157,6 +163,10 @@ class Farm {
   absl::StatusOr<const JobEntry*> best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec);
   /// A new job, of which the scheduler knows, and what is to be journaled of it. With mutex_ held.
   absl::StatusOr<std::vector<JournalEntry>> add_job(JobEntry& entry, const std::optional<Donor>& donor);
+  /// NotFound for a worker that is not known, or was registered by the holder of another key. With mutex_ held.
+  absl::Status check_worker(const std::string& worker, const Origin& origin) const;
+  /// FailedPrecondition for a lease that was never granted to the host of this worker. With mutex_ held.
+  absl::Status check_granted(const std::string& worker, const v1::LeaseToken& token) const;
   /// Grants what is to be had now. With mutex_ held.
   absl::StatusOr<v1::LeaseResponse> grant(const std::string& worker, const v1::LeaseRequest& request);
   /// A heartbeat, whatever brought it. With mutex_ held.
@@ -172,6 +182,8 @@ class Farm {
   const std::function<void(absl::Status)> on_failure_;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> failed_ = false;
+
+  const std::shared_ptr<const LeaseSeal> seal_;
 
   mutable std::mutex mutex_;
   Scheduler scheduler_;

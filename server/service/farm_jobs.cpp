@@ -6,6 +6,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/journal_events.h"
 #include "wire/log.h"
@@ -46,7 +47,7 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
   }
   for (const HostShare& slow : (*entry)->hosts.slow()) {
     v1::SlowHost& host = *response.add_slow_hosts();
-    host.set_host(slow.host);
+    host.set_host(short_name(slow.host));
     host.set_units(slow.units);
     *host.mutable_unit_time() = TimeUtil::NanosecondsToDuration(slow.mean.count());
   }
@@ -76,7 +77,7 @@ v1::JobStatus Farm::describe(const JobEntry& entry) const {
   if (is_open(status.state())) return status;
   for (const std::string& host : entry.hosts.hosts()) {
     if (scheduler_.trusts(host)) continue;
-    status.add_notes(absl::StrCat(entry.hosts.units_of(host), " units are of host ", host,
+    status.add_notes(absl::StrCat(entry.hosts.units_of(host), " units are of host ", short_name(host),
                                   ", which returned wrong pixels and is in quarantine: they may be wrong too; ",
                                   "tessera submit --fresh renders all again"));
   }
@@ -131,7 +132,7 @@ void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done)
 void Farm::trust_host(const std::string& host, DoneEmpty done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   const std::lock_guard lock(mutex_);
-  scheduler_.trust_host(host);
+  if (absl::Status status = scheduler_.trust_host(host); !status.ok()) return done(std::move(status));
   commit({}, {}, /*wait=*/true, std::move(done));
   dispatcher_.notify_work();
 }
@@ -161,7 +162,7 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_units_done(view.units_done);
     worker.set_draining(view.draining);
     worker.set_last_seen_ms_ago((at - view.last_seen).count());
-    worker.set_host(view.info.host);
+    worker.set_host(short_name(view.info.host));
     for (const std::string& tag : view.info.tags) worker.add_tags(tag);
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);

@@ -4,11 +4,13 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/identifier.h"
 #include "service/result_check.h"
 #include "wire/limits.h"
 #include "wire/log.h"
+#include "wire/printable.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -50,6 +52,14 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   const bool long_tag = std::any_of(request.tags().begin(), request.tags().end(), is_long);
   if (request.host().size() > kMaxNameBytes || request.tags_size() > kMaxTags || long_tag) {
     return absl::InvalidArgumentError("the host or a tag is too long, or there are too many tags");
+  }
+  if (request.name().empty() && request.host().empty()) {
+    return absl::InvalidArgumentError("a worker has a name, or says on which host it is");
+  }
+  const auto is_plain = [](const std::string& name) { return wire::printable(name) == name; };
+  if (!is_plain(request.name()) || !is_plain(request.host()) ||
+      !std::all_of(request.tags().begin(), request.tags().end(), is_plain)) {
+    return absl::InvalidArgumentError("the name, the host or a tag has a control character");
   }
   if (request.threads() == 0) return absl::InvalidArgumentError("a worker has at least one thread");
   return absl::OkStatus();
@@ -98,28 +108,51 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
   response.set_epoch(journal_.epoch());
   const std::lock_guard lock(mutex_);
   *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
-  const absl::Status status =
-      scheduler_.register_worker({.id = response.worker_id(),
-                                  .name = request.name(),
-                                  .build = request.build(),
-                                  .isa = request.isa(),
-                                  .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
-                                  .threads = request.threads(),
-                                  .host = request.host(),
-                                  .tags = {request.tags().begin(), request.tags().end()},
-                                  .certificate = origin.certificate,
-                                  .peer = origin.peer},
-                                 now());
+  const absl::Status status = scheduler_.register_worker(
+      {.id = response.worker_id(),
+       .name = request.name(),
+       .build = request.build(),
+       .isa = request.isa(),
+       .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
+       .threads = request.threads(),
+       .host = host_named(request.host().empty() ? request.name() : request.host(), origin.fingerprint),
+       .tags = {request.tags().begin(), request.tags().end()},
+       .certificate = origin.certificate,
+       .peer = origin.peer},
+      now());
   if (!status.ok()) return status;
-  wire::log(spdlog::level::info, {.worker = request.name(), .host = request.host(), .peer = origin.peer},
+  wire::log(spdlog::level::info,
+            {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
             "worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
             response.worker_id());
   return response;
 }
 
+absl::Status Farm::check_worker(const std::string& worker, const Origin& origin) const {
+  const std::string host = scheduler_.host_of(worker);
+  if (host.empty() || (!origin.fingerprint.empty() && identity_of(host) != origin.fingerprint)) {
+    return absl::NotFoundError(absl::StrCat("worker ", worker, " is not known; register again"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Farm::check_granted(const std::string& worker, const v1::LeaseToken& token) const {
+  const std::string host = scheduler_.host_of(worker);
+  if (scheduler_.holds(worker, token) || seal_->is_sealed(token, host)) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("unit ", token.unit_index(), " of job ", token.job_id(),
+                                                    " was not granted to host ", short_name(host), " by this lease"));
+}
+
 // ---------------------------------------------------------------- leases
 
-void Farm::lease(v1::LeaseRequest request, std::function<bool()> cancelled, Done<v1::LeaseResponse> done) {
+void Farm::lease(v1::LeaseRequest request, const Origin& origin, std::function<bool()> cancelled,
+                 Done<v1::LeaseResponse> done) {
+  absl::Status status = check_serving();
+  if (status.ok()) {
+    const std::lock_guard lock(mutex_);
+    status = check_worker(request.worker_id(), origin);
+  }
+  if (!status.ok()) return done(std::move(status));
   if (!names_few(request)) {
     return done(absl::ResourceExhaustedError(
         absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes, or too long names, in one call")));
@@ -173,7 +206,9 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   metrics_.leased(decision->leases.size());
   v1::LeaseResponse response;
   const auto& known = request.known_job_ids();
+  const std::string host = scheduler_.host_of(worker);
   for (v1::Lease& lease : decision->leases) {
+    seal_->seal(*lease.mutable_token(), host);
     const std::string& id = lease.token().job_id();
     if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
       const JobEntry& entry = *jobs_.find(id);
@@ -186,10 +221,11 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   return response;
 }
 
-absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request) {
+absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request, const Origin& origin) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
   const std::lock_guard lock(mutex_);
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return status;
   absl::StatusOr<v1::HeartbeatResponse> response = beat(request.worker_id(), request);
   if (response.ok()) commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   return response;
@@ -199,21 +235,25 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker, cons
   if (request.leases_size() > kMaxLeasesPerHeartbeat) {
     return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
   }
-  absl::StatusOr<HeartbeatDecision> decision =
-      scheduler_.heartbeat(worker, {request.leases().begin(), request.leases().end()}, now());
-  if (!decision.ok()) return decision.status();
   v1::HeartbeatResponse response;
+  std::vector<v1::LeaseToken> granted;
+  for (const v1::LeaseToken& token : request.leases()) {
+    check_granted(worker, token).ok() ? granted.push_back(token) : static_cast<void>(*response.add_revoked() = token);
+  }
+  absl::StatusOr<HeartbeatDecision> decision = scheduler_.heartbeat(worker, granted, now());
+  if (!decision.ok()) return decision.status();
   for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
   response.set_drain(decision->drain);
   *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
   return response;
 }
 
-absl::Status Farm::deregister(const std::string& worker) {
+absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   std::string name;
   {
     const std::lock_guard lock(mutex_);
+    if (absl::Status status = check_worker(worker, origin); !status.ok()) return status;
     name = scheduler_.name_of(worker);
     if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
   }
@@ -257,7 +297,7 @@ void Farm::tick() {
 
 // ---------------------------------------------------------------- results
 
-void Farm::complete(const v1::CompleteRequest& request, Done<v1::CompleteResponse> done) {
+void Farm::complete(const v1::CompleteRequest& request, const Origin& origin, Done<v1::CompleteResponse> done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (commits_.waiting_bytes() > kMaxWaitingBytes) {
     return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
@@ -266,8 +306,14 @@ void Farm::complete(const v1::CompleteRequest& request, Done<v1::CompleteRespons
   std::shared_ptr<const JobShape> shape;
   {
     const std::lock_guard lock(mutex_);
+    if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return done(std::move(status));
     const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
     if (!entry.ok()) return done(entry.status());
+    if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) {
+      metrics_.refused();
+      log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, status.message());
+      return done(std::move(status));
+    }
     if ((*entry)->past) {
       // All of its results are there; that this is one of them is all that can be said without reading them.
       if ((*entry)->past->state == v1::DONE) return done(v1::CompleteResponse());
@@ -279,8 +325,7 @@ void Farm::complete(const v1::CompleteRequest& request, Done<v1::CompleteRespons
     return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index())));
   }
   const absl::StatusOr<std::string> digest =
-      check_result(request.payload(), token.unit_index(), extent_of(shape->plan->unit(token.unit_index()), shape->spec),
-                   shape->channels);
+      check_result(request.payload(), shape->plan->unit(token.unit_index()), shape->spec, shape->channels);
   if (!digest.ok()) {
     metrics_.refused();
     const std::lock_guard lock(mutex_);
@@ -357,12 +402,14 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   if (free_hands) dispatcher_.notify_work();
 }
 
-void Farm::fail(const v1::FailRequest& request, DoneEmpty done) {
+void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   const v1::LeaseToken& token = request.token();
   const Served served(metrics_, FarmMetrics::Call::kFail);
   std::unique_lock lock(mutex_);
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return done(std::move(status));
   if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
+  if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) return done(std::move(status));
   const std::string message = shortened(request.message());
   const absl::Status failed = jobs_.find(token.job_id())->past
                                   ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "service/journal_events.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
@@ -57,8 +58,8 @@ JobEntry* JobTable::find(const std::string& id) {
   return found == by_id_.end() ? nullptr : found->second;
 }
 
-JobEntry* JobTable::find_request(const std::string& request_id) {
-  const auto found = by_request_.find(request_id);
+JobEntry* JobTable::find_request(const std::string& request_key) {
+  const auto found = by_request_.find(request_key);
   return found == by_request_.end() ? nullptr : found->second;
 }
 
@@ -67,6 +68,10 @@ void JobTable::erase(const std::string& id) {
   by_request_.erase(entry->request_id);
   by_id_.erase(id);
   std::erase_if(entries_, [entry](const std::unique_ptr<JobEntry>& other) { return other.get() == entry; });
+}
+
+std::string request_key(const std::string& user, const std::string& request_id) {
+  return absl::StrCat(user.size(), ":", user, " ", request_id);
 }
 
 JobRequest request_of(const JobEntry& entry) {
@@ -198,7 +203,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
     *unit.mutable_unit() = entry.shape->plan->unit(aside.unit);
     for (const UnitFailure& failure : aside.failures) {
       v1::UnitFailure& out = *unit.add_failures();
-      out.set_host(failure.host);
+      out.set_host(short_name(failure.host));
       out.set_message(failure.message);
       out.set_lost(failure.lost);
     }

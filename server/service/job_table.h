@@ -30,7 +30,7 @@ struct JobShape {
 
 struct JobEntry {
   std::string id;
-  std::string request_id;
+  std::string request_id;  // request_key()
   std::shared_ptr<const JobShape> shape;
   std::uint32_t generation = 1;
   std::int64_t submitted_unix_ms = 0;
@@ -56,6 +56,9 @@ struct JobEntry {
   std::uint32_t times_reopened = 0;
 };
 
+/// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of their own.
+std::string request_key(const std::string& user, const std::string& request_id);
+
 /// What the scheduler is told of a job.
 JobRequest request_of(const JobEntry& entry);
 
@@ -66,7 +69,7 @@ class JobTable {
  public:
   JobEntry& add(JobEntry entry);
   JobEntry* find(const std::string& id);
-  JobEntry* find_request(const std::string& request_id);
+  JobEntry* find_request(const std::string& request_key);
   void erase(const std::string& id);
   /// In order of submission.
   const std::vector<std::unique_ptr<JobEntry>>& all() const { return entries_; }

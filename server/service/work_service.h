@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "service/farm.h"
+#include "service/identities.h"
 #include "tessera/v1/work.grpc.pb.h"
 
 namespace tessera::server {
@@ -27,7 +28,10 @@ class WorkService final : public v1::WorkService::CallbackService {
                                        v1::DeregisterResponse* response) override;
 
  private:
+  Farm::Origin origin_of(const grpc::CallbackServerContext& context);
+
   Farm& farm_;
+  Identities identities_;
 };
 
 }  // namespace tessera::server

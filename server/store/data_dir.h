@@ -6,6 +6,7 @@
 //   farm.log                 what was journaled of the whole farm (entry_log.h)
 //   results/JOB              payloads of a job's results, one after another (result_file.h)
 //   results/JOB.log          all else that was journaled of the job
+//   lease-key, expelled, join-tokens    small files of their own (service/lease_seal.h, tls/)
 //   blobs/ab/abcdef...       blobs, named by digest (blob_store.h)
 //   partial/abcdef...        uploads that are not complete
 #pragma once
@@ -29,7 +30,8 @@ inline std::filesystem::path log_path(const std::filesystem::path& data_dir, con
 
 class DataDir {
  public:
-  /// Makes the directory where there is none, and takes the lock. FailedPrecondition when another process holds it.
+  /// Makes the directory where there is none, takes the lock, and takes the rights of other users away.
+  /// FailedPrecondition when another process holds it, or a file in it belongs to another user.
   static absl::StatusOr<DataDir> open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }

@@ -37,6 +37,12 @@ SqliteJournal::SqliteJournal(const std::filesystem::path& data_dir, Disk& disk)
       disk_(disk),
       database_(data_dir.empty() ? ":memory:" : (data_dir / kTables).string(),
                 SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, /*busyTimeoutMs=*/0, disk.sqlite_vfs()) {
+  // What SQLite makes beside it gets the same rights. On a simulated disk there is no such file.
+  std::error_code none;
+  if (!data_dir.empty()) {
+    std::filesystem::permissions(data_dir / kTables,
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, none);
+  }
   // The data directory is this process's alone (data_dir.h), so nobody else needs to see the index of the log.
   database_.exec("PRAGMA locking_mode = EXCLUSIVE");
   // Its log is copied into the database by checkpoint() alone.

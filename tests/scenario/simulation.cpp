@@ -374,7 +374,7 @@ void Simulation::meddle() {
     for (const auto& [job, paused] : promises_) {
       if (paused.acknowledged) coordinator_->pause(job, false, [](const absl::Status&) {});
     }
-    for (const Worker& worker : workers_) coordinator_->scheduler().trust_host(worker.host);
+    for (const Worker& worker : workers_) static_cast<void>(coordinator_->scheduler().trust_host(worker.host));
     return;
   }
   switch (pick(8)) {

@@ -128,7 +128,8 @@ bool accepts(std::string_view bytes) {
                                                      .unfetched = std::chrono::hours(1 << 20),
                                                      .max_bytes = std::uint64_t{1} << 60,
                                                      .blobs = std::chrono::hours(1 << 20),
-                                                     .interval = std::chrono::seconds(1)}};
+                                                     .interval = std::chrono::seconds(1)},
+                                       .seal = server::LeaseSeal::open({}).value()};
   const auto farm = server::Farm::open(**journal, *blobs, options, [](const absl::Status&) {});
   if (!farm.ok()) {
     require(!farm.status().message().empty(), "an error without a message");

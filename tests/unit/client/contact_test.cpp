@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "tessera/v1/farm.pb.h"
+
 namespace tessera::client {
 namespace {
 
@@ -65,6 +67,17 @@ TEST_F(ContactTest, RepeatsACallUntilItSucceeds) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(*result, 42);
   EXPECT_EQ(calls, 3);
+}
+
+TEST_F(ContactTest, WhatOthersNamedCannotSteerTheTerminal) {
+  Contact contact = this->contact(kForever, kForever);
+  const auto response = contact.retried({}, []() -> absl::StatusOr<v1::ListJobsResponse> {
+    v1::ListJobsResponse jobs;
+    jobs.add_jobs()->set_name("\x1b[2Jdone\r");
+    return jobs;
+  });
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->jobs(0).name(), "\\x1b[2Jdone\\x0d");
 }
 
 }  // namespace

@@ -57,12 +57,15 @@ class SlowJournal : public Journal {
 TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
   SlowJournal journal;
   const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
-  const FarmOptions options = {
-      .heartbeat_interval = std::chrono::seconds(1),
-      .lease_timeout = std::chrono::seconds(8),
-      .late_results = std::chrono::minutes(1),
-      .retention = {
-          .fetched = hours(0), .unfetched = hours(1), .max_bytes = 0, .blobs = hours(0), .interval = milliseconds(1)}};
+  const FarmOptions options = {.heartbeat_interval = std::chrono::seconds(1),
+                               .lease_timeout = std::chrono::seconds(8),
+                               .late_results = std::chrono::minutes(1),
+                               .retention = {.fetched = hours(0),
+                                             .unfetched = hours(1),
+                                             .max_bytes = 0,
+                                             .blobs = hours(0),
+                                             .interval = milliseconds(1)},
+                               .seal = LeaseSeal::open({}).value()};
   const auto farm = Farm::open(journal, *blobs, options, [](const absl::Status&) {});
   ASSERT_TRUE(farm.ok()) << farm.status();
   EXPECT_FALSE(journal.committed_early());

@@ -46,7 +46,8 @@ class FarmThreads : public testing::Test {
                                           .unfetched = hours(1),
                                           .max_bytes = std::uint64_t{1} << 40,
                                           .blobs = hours(1),
-                                          .interval = milliseconds(1)}},
+                                          .interval = milliseconds(1)},
+                            .seal = LeaseSeal::open({}).value()},
                            [](const absl::Status& why) { ADD_FAILURE() << why; });
     EXPECT_TRUE(farm.ok()) << farm.status();
     farm_ = *std::move(farm);
@@ -87,7 +88,7 @@ class FarmThreads : public testing::Test {
     while (!stop.stop_requested()) {
       const auto response = answer_of<absl::StatusOr<v1::LeaseResponse>>([&](auto done) {
         farm_->lease(
-            request, [] { return false; }, done);
+            request, {}, [] { return false; }, done);
       });
       if (absl::IsUnavailable(response.status())) return;  // the farm is stopping
       ASSERT_TRUE(response.ok()) << response.status();
@@ -108,7 +109,7 @@ class FarmThreads : public testing::Test {
     request.set_payload(payload_for(lease.unit()));
     *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(3);
     static_cast<void>(
-        answer_of<absl::StatusOr<v1::CompleteResponse>>([&](auto done) { farm_->complete(request, done); }));
+        answer_of<absl::StatusOr<v1::CompleteResponse>>([&](auto done) { farm_->complete(request, {}, done); }));
   }
 
   std::unique_ptr<Journal> journal_;

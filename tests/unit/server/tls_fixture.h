@@ -29,9 +29,10 @@ class TlsTest : public testing::Test {
   }
 
   /// Another coordinator, on the same data.
-  void start() {
+  void start(bool share_jobs = false) {
     coordinator_.reset();
     CoordinatorOptions options;
+    options.share_jobs = share_jobs;
     options.listen = "127.0.0.1:0";
     options.data_dir = folder_.path() / "data";
     options.certificates = farm_certificates() / "server";
@@ -79,7 +80,7 @@ class TlsTest : public testing::Test {
 
   /// Submits a job of a scene that is one blob; `id` is its own, or that of the one to continue.
   static grpc::StatusCode submit(const std::shared_ptr<grpc::Channel>& channel, const std::string& user,
-                                 std::string& id) {
+                                 std::string& id, std::uint32_t side = 16) {
     const std::string scene = "a scene";
     {
       grpc::ClientContext context;
@@ -94,9 +95,9 @@ class TlsTest : public testing::Test {
       EXPECT_TRUE(stream->Finish().ok());
     }
     v1::SubmitJobRequest request;
-    request.set_request_id("of " + user + id);
+    request.set_request_id("request" + id);
     request.set_continued(id);
-    *request.mutable_spec() = square_spec(scene, 16);
+    *request.mutable_spec() = square_spec(scene, side);
     request.mutable_spec()->set_user(user);
     grpc::ClientContext context;
     v1::SubmitJobResponse response;

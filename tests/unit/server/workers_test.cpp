@@ -161,7 +161,7 @@ TEST_F(WorkersTest, OnlyResultsOfTheUnitAreTaken) {
   EXPECT_EQ(complete(worker, first, damaged).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   v1::Lease beyond = first;
   beyond.mutable_token()->set_unit_index(99);
-  EXPECT_EQ(complete(worker, beyond, payload_for(first.unit())).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(complete(worker, beyond, payload_for(first.unit())).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 
   EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok());
   EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok()) << "idempotent";
