@@ -53,7 +53,22 @@ TESSERA_INLINE Int4 gather_row(const ShapeTable& table, int first, Int shape, Ma
   return gather4(reinterpret_cast<const std::int32_t*>(table.shapes.data()) + first, shape * kStride, active);
 }
 
-TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Mask active,
+/// Weights of a triangle's second and third vertex where a ray meets it [Moller1997], with a division that
+/// rounds alike on every machine: Embree's are found with an approximate one
+/// (docs/decisions/0019-arithmetic-classes.md). `from_ray` leads from the first vertex to a point of the ray, `normal`
+/// is cross(e1, e2). Embree's stand where the ray lies in the triangle's plane.
+TESSERA_INLINE Vec2 exact_weights(Vec3 e1, Vec3 e2, Vec3 normal, Vec3 from_ray, Vec3 d, Vec2 approximate) {
+  const Vec3 moment{d.y * from_ray.z - d.z * from_ray.y, d.z * from_ray.x - d.x * from_ray.z,
+                    d.x * from_ray.y - d.y * from_ray.x};
+  const Float inverse = 1.0f / dot(d, normal);
+  const Float u = dot(e2, moment) * inverse, v = -dot(e1, moment) * inverse;
+  const Mask usable = is_finite(u + v);
+  // On the triangle, whatever was rounded away: the error bound counts on it.
+  const Float b1 = clamp(u, 0.0f, 1.0f), b2 = min(max(v, 0.0f), 1.0f - b1);
+  return {select(usable, b1, approximate.x), select(usable, b2, approximate.y)};
+}
+
+TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Vec3 o, Vec3 d, Mask active,
                                      bool want_tangents, Surface& s) {
   const Int4 range = gather_row(table, offsetof(ShapeRecord, first_triangle) / 4, hit.shape, active);
   static_assert(offsetof(ShapeRecord, first_vertex) == offsetof(ShapeRecord, first_triangle) + 4);
@@ -69,10 +84,11 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
   }
   const Vec3 p0 = v0.position(), p1 = v1.position(), p2 = v2.position();
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
-  const Float b1 = hit.u, b2 = hit.v, b0 = 1.0f - b1 - b2;
+  const Float size = max(largest_coordinate(e1), largest_coordinate(e2)), scale = scale_of_sides(size);
+  const Vec3 across = cross(e1 * scale, e2 * scale), ng = normalize(across);
+  const Vec2 weights = exact_weights(e1 * scale, e2 * scale, across, (o - p0) * scale, d, {hit.u, hit.v});
+  const Float b1 = weights.x, b2 = weights.y, b0 = 1.0f - b1 - b2;
   const Vec3 p = p0 * b0 + p1 * b1 + p2 * b2;
-  const Float size = max(largest_coordinate(e1), largest_coordinate(e2));
-  const Vec3 ng = triangle_normal(e1, e2, size);
 
   // Shading normal; one that degenerates or turns away is replaced or turned.
   const Mask with_normals = active & ((flags & kHasNormals) != 0);
@@ -99,6 +115,7 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
   const Float extent = largest_coordinate(p) + size;
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
+  s.barycentric = {select(active, b1, s.barycentric.x), select(active, b2, s.barycentric.y)};
   s.ng = select(active, ng, s.ng);
   s.ns = select(active, ns, s.ns);
   s.uv.x = select(active, fma(b0, uv0.x, fma(b1, uv1.x, b2 * uv2.x)), s.uv.x);
@@ -278,18 +295,17 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   Surface s{zero,    Float(0.0f), zero,          zero,          {Float(0.0f), Float(0.0f)}, zero, zero, Int(0),
             Int(-1), hit.shape,   hit.primitive, {hit.u, hit.v}};
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
-  if (any(triangles)) triangle_surface(table, hit, flags, triangles, want_tangents, s);
-
   const Mask placed = active & (hit.instance >= 0);
   Placement placement;
-  if (any(placed)) placement = placement_at(table, hit.instance, hit.time, placed);
+  Vec3 io = o, id = d;
+  if (any(placed)) {
+    placement = placement_at(table, hit.instance, hit.time, placed);
+    io = select(placed, transform_point(placement.from, o), o);
+    id = select(placed, transform_vector(placement.from, d), d);
+  }
+  if (any(triangles)) triangle_surface(table, hit, flags, io, id, triangles, want_tangents, s);
   const Mask quadrics = and_not(active, triangles);
   if (any(quadrics)) {
-    Vec3 io = o, id = d;
-    if (any(placed)) {
-      io = select(placed, transform_point(placement.from, o), o);
-      id = select(placed, transform_vector(placement.from, d), d);
-    }
     for_each_distinct(hit.shape, quadrics, [&](std::int32_t shape, Mask lanes) {
       const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
       if (record.kind == ShapeKind::kSdfGrid) {
