@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "net/connection_calls.h"
+#include "net/descriptors.h"
 #include "service/access.h"
 #include "service/coordinator_impl.h"
 #include "tls/own_certificate.h"
@@ -20,6 +22,7 @@ namespace {
 // How long calls may take to end after a shutdown was requested.
 constexpr std::chrono::seconds kGrace{2};
 constexpr int kMaxStreamsPerConnection = 512;
+using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
                                                                          const CoordinatorOptions& options,
@@ -115,12 +118,35 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
        .certificates = options.certificates,
        .certificate_interval = options.certificate_interval,
        .authority = options.join_authority,
-       .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens"});
+       .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens"},
+      *connections);
   if (started.ok()) joining = *std::move(started);
   return started.status();
 }
 
+absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const CoordinatorOptions& options,
+                                                                grpc::ServerBuilder& builder) {
+  const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.listen);
+  if (!address.ok()) return address.status();
+  const auto credentials = credentials_for(*address, options, expelled);
+  if (!credentials.ok()) return credentials.status();
+  auto opened = Listener::open(*address, *connections, Connections::Port::kMembers);
+  if (!opened.ok()) return opened.status();
+  listener = *std::move(opened);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(notice_calls(*connections));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
+  return builder.experimental().AddExternalConnectionAcceptor(ConnectionType::FROM_FD, *credentials);
+}
+
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
+  if (!options.listen.empty()) {
+    const std::size_t descriptors = raise_descriptor_limit();
+    connections.emplace(options.connections.value_or(ConnectionLimits::within(connections_within(descriptors))));
+    const ConnectionLimits& limits = connections->limits();
+    spdlog::info("{} descriptors: at most {} connections, {} of one address", descriptors, limits.all,
+                 limits.of_address);
+  }
   if (absl::Status status = open_joining(options); !status.ok()) return status;
   streams.emplace(options.stream_patience);
   farm->subscribe([this] {
@@ -147,31 +173,29 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(wire::kMaxMessageBytes));
   builder.SetMaxSendMessageSize(static_cast<int>(wire::kMaxMessageBytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second coordinator on the port must fail
   // Clients ping every 10 s (wire/channel.cpp); and a client whose machine is gone is noticed here too.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
-  std::string address;
+  Listener::Acceptor acceptor;
   if (!options.listen.empty()) {
-    const absl::StatusOr<wire::HostPort> parsed = wire::parse_host_port(options.listen);
-    if (!parsed.ok()) return parsed.status();
-    const absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials =
-        credentials_for(*parsed, options, expelled);
-    if (!credentials.ok()) return credentials.status();
-    address = parsed->to_string();
-    builder.AddListeningPort(address, *credentials, &port);
+    absl::StatusOr<Listener::Acceptor> opened = open_port(options, builder);
+    if (!opened.ok()) return opened.status();
+    acceptor = *std::move(opened);
+    builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
+                               static_cast<int>(connections->limits().silence.count()));
   }
   server = builder.BuildAndStart();
-  if (server == nullptr || (!address.empty() && port == 0)) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", address, ": in use, or not an address of this machine"));
-  }
+  if (server == nullptr) return absl::InternalError("gRPC does not start a server");
+  if (listener) listener->start(std::move(acceptor));
   if (health != nullptr) health->set_serving(true);
   if (options.metrics.empty()) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving = wire::MetricsServer::start(
-      options.metrics, {farm->metrics().collectable(), farm_gauges(*farm), stream_counter(*streams)});
+  std::vector<std::shared_ptr<prometheus::Collectable>> sources{farm->metrics().collectable(), farm_gauges(*farm),
+                                                                stream_counter(*streams)};
+  if (connections) sources.push_back(connection_metrics(*connections));
+  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving =
+      wire::MetricsServer::start(options.metrics, std::move(sources));
   if (serving.ok()) metrics = *std::move(serving);
   return serving.status();
 }
@@ -192,6 +216,7 @@ absl::Status Coordinator::Impl::wait() {
     // Waiting calls are answered first, so that the server finds none that would not end by itself.
     if (health != nullptr) health->set_serving(false);
     farm->stop();
+    if (listener) listener->stop();
     server->Shutdown(std::chrono::system_clock::now() + kGrace);
     server->Wait();
   });
@@ -213,7 +238,7 @@ Coordinator::~Coordinator() {
   if (absl::Status status = wait(); !status.ok()) spdlog::error("shut down: {}", status.ToString());
 }
 
-int Coordinator::bound_port() const { return impl_->port; }
+int Coordinator::bound_port() const { return impl_->listener ? impl_->listener->port() : 0; }
 int Coordinator::join_port() const { return impl_->joining ? impl_->joining->port() : 0; }
 int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
 int Coordinator::health_port() const { return impl_->health ? impl_->health->port() : 0; }

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "net/connections.h"
 
 namespace tessera::server {
 
@@ -37,6 +38,8 @@ struct CoordinatorOptions {
   bool share_jobs = false;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
+  /// Of connections to both ports together; absent: what the limit of descriptors, raised as far as it goes, leaves.
+  std::optional<ConnectionLimits> connections = {};
   /// What workers are told of small farms; more of thousands (Scheduler::heartbeat_interval).
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up; later in farms of thousands.

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <optional>
 
+#include "net/connections.h"
+#include "net/listener.h"
 #include "service/blob_service.h"
 #include "service/coordinator.h"
 #include "service/farm.h"
@@ -30,6 +32,7 @@ struct Coordinator::Impl {
   absl::Status open_farm(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
   absl::Status open_joining(const CoordinatorOptions& options);
+  absl::StatusOr<Listener::Acceptor> open_port(const CoordinatorOptions& options, grpc::ServerBuilder& builder);
   void request_shutdown(const absl::Status& reason);
   absl::Status wait();
 
@@ -37,6 +40,7 @@ struct Coordinator::Impl {
   std::optional<DataDir> data_dir;
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
+  std::optional<Connections> connections;  // where it listens
   std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;
   std::shared_ptr<Expelled> expelled;
@@ -46,8 +50,8 @@ struct Coordinator::Impl {
   std::optional<BlobService> blob_service;
   std::unique_ptr<HealthServer> health;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<Listener> listener;
   std::unique_ptr<wire::MetricsServer> metrics;
-  int port = 0;
 
   std::mutex mutex;
   std::condition_variable changed;

@@ -23,6 +23,7 @@ constexpr int kMaxThreads = 4;
 constexpr std::size_t kMaxRequestBytes = 4096;
 constexpr std::size_t kMaxSecretBytes = 128;
 constexpr int kMaxConnectionAgeMs = 30'000;
+using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 constexpr std::chrono::seconds kGrace{1};
 
 /// "ipv4:10.0.0.1:4711" without the port: whom wrong tokens are counted against.
@@ -54,7 +55,7 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
 JoinServer::JoinServer(Authority authority, JoinTokens tokens)
     : authority_(std::move(authority)), tokens_(std::move(tokens)), service_(std::make_unique<Service>(*this)) {}
 
-absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options) {
+absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options, Connections& connections) {
   const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.address);
   if (!address.ok()) return address.status();
   absl::StatusOr<Authority> authority = Authority::open_existing(options.authority);
@@ -75,18 +76,20 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   builder.SetResourceQuota(grpc::ResourceQuota{"joining"}.Resize(kMaxMemoryBytes).SetMaxThreads(kMaxThreads));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, kMaxConnectionAgeMs);
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddListeningPort(address->to_string(), credentials, &server->port_);
+  auto listener = Listener::open(*address, connections, Connections::Port::kStrangers);
+  if (!listener.ok()) return listener.status();
+  server->listener_ = *std::move(listener);
+  Listener::Acceptor acceptor =
+      builder.experimental().AddExternalConnectionAcceptor(ConnectionType::FROM_FD, credentials);
   server->server_ = builder.BuildAndStart();
-  if (server->server_ == nullptr || server->port_ == 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", address->to_string(), ": in use, or not an address of this machine"));
-  }
+  if (server->server_ == nullptr) return absl::InternalError("gRPC does not start a server");
+  server->listener_->start(std::move(acceptor));
   return server;
 }
 
 JoinServer::~JoinServer() {
   if (server_ == nullptr) return;
+  listener_->stop();
   server_->Shutdown(Clock::now() + kGrace);
   server_->Wait();
 }
@@ -95,7 +98,7 @@ absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, st
   absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
   if (!secret.ok()) return secret.status();
   return wire::JoinToken{
-      .port = static_cast<std::uint16_t>(port_), .authority_digest = authority_.digest(), .secret = *std::move(secret)}
+      .port = static_cast<std::uint16_t>(port()), .authority_digest = authority_.digest(), .secret = *std::move(secret)}
       .to_string();
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "net/listener.h"
 #include "tessera/v1/join.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
@@ -29,11 +30,12 @@ class JoinServer {
  public:
   /// InvalidArgument where the authority is not the one that the server's own certificate is of, or the address is
   /// malformed; Unavailable where files cannot be read or the address cannot be listened on.
-  static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options);
+  /// `connections` must outlive the server.
+  static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options, Connections& connections);
   /// Refuses new calls and ends those that run.
   ~JoinServer();
 
-  int port() const { return port_; }
+  int port() const { return listener_->port(); }
 
   /// A join token, as text. Errors as JoinTokens::make.
   absl::StatusOr<std::string> make_token(std::chrono::seconds life, std::uint32_t uses);
@@ -50,7 +52,7 @@ class JoinServer {
   JoinTokens tokens_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<grpc::Server> server_;
-  int port_ = 0;
+  std::unique_ptr<Listener> listener_;
 };
 
 }  // namespace tessera::server

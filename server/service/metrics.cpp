@@ -5,9 +5,11 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
+#include "net/connections.h"
 #include "service/farm.h"
 #include "service/open_streams.h"
 #include "wire/metrics.h"
@@ -85,6 +87,26 @@ class StreamCounter final : public prometheus::Collectable {
   const OpenStreams& streams_;
 };
 
+class ConnectionMetrics final : public prometheus::Collectable {
+ public:
+  explicit ConnectionMetrics(const Connections& connections) : connections_(connections) {}
+
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    wire::ReadFamily open = gauge("tessera_connections", "Connections, by whether a call has come on them", "state");
+    const std::size_t silent = connections_.silent(), all = connections_.open();
+    open["silent"] = static_cast<double>(silent);
+    open["called"] = static_cast<double>(all - std::min(all, silent));
+    wire::ReadFamily ended{prometheus::MetricType::Counter, "tessera_ended_connections_total",
+                           "Connections that the coordinator refused, or closed because no call came", "why"};
+    ended["refused"] = static_cast<double>(connections_.refused());
+    ended["silent"] = static_cast<double>(connections_.closed());
+    return {std::move(open).family(), std::move(ended).family()};
+  }
+
+ private:
+  const Connections& connections_;
+};
+
 }  // namespace
 
 struct FarmMetrics::Series {
@@ -150,6 +172,10 @@ std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) { return std::m
 
 std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams) {
   return std::make_shared<StreamCounter>(streams);
+}
+
+std::shared_ptr<prometheus::Collectable> connection_metrics(const Connections& connections) {
+  return std::make_shared<ConnectionMetrics>(connections);
 }
 
 }  // namespace tessera::server

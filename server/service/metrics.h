@@ -11,6 +11,7 @@ class Collectable;
 
 namespace tessera::server {
 
+class Connections;
 class Farm;
 class OpenStreams;
 
@@ -43,5 +44,7 @@ class FarmMetrics {
 std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm);
 /// How many streams were cut off. They must outlive it.
 std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams);
+/// Connections that are open, were refused, or closed because nothing came on them. They must outlive it.
+std::shared_ptr<prometheus::Collectable> connection_metrics(const Connections& connections);
 
 }  // namespace tessera::server

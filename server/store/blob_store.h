@@ -53,7 +53,7 @@ class BlobStore {
   /// Stores without a disk have room.
   virtual absl::Status check_room(std::uint64_t bytes) const { return absl::OkStatus(); }
 
-  /// NotFound when the blob is not complete.
+  /// NotFound when the blob is not complete. ResourceExhausted while too many others are read.
   virtual absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const = 0;
 
   /// Forgets a complete blob, that it may be uploaded again. Who reads it keeps its bytes.

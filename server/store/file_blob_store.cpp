@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "store/blob_store.h"
@@ -15,46 +16,54 @@ namespace tessera::server {
 namespace {
 
 constexpr std::size_t kHashChunkBytes = std::size_t{1} << 20;
+// Different blobs that are read at a time: descriptors are few, and readers of one blob share its.
+constexpr std::size_t kMostOpenBlobs = 128;
 
 double gigabytes(std::uint64_t bytes) { return 1e-9 * static_cast<double>(bytes); }
 
+/// Its file is open while something is written only: uploads may wait for long, in any number.
 class FileBlobWriter final : public BlobWriter {
  public:
-  FileBlobWriter(std::unique_ptr<UploadsUnderWay::Guard> guard, std::string digest, File file,
-                 std::filesystem::path partial, std::filesystem::path complete)
+  FileBlobWriter(std::unique_ptr<UploadsUnderWay::Guard> guard, std::string digest, std::filesystem::path partial,
+                 std::filesystem::path complete)
       : guard_(std::move(guard)),
         digest_(std::move(digest)),
-        file_(std::move(file)),
         partial_(std::move(partial)),
         complete_(std::move(complete)) {}
 
   /// Goes on behind the first `size` bytes: hashes them.
   absl::Status resume(std::uint64_t size) {
+    absl::StatusOr<File> file = File::open_or_create(partial_);
+    if (!file.ok()) return file.status();
     std::string chunk;
     while (size_ < size) {
       chunk.resize(std::min<std::uint64_t>(kHashChunkBytes, size - size_));
-      if (absl::Status status = file_.read_at(size_, chunk.data(), chunk.size()); !status.ok()) return status;
+      if (absl::Status status = file->read_at(size_, chunk.data(), chunk.size()); !status.ok()) return status;
       sha_.update(chunk);
       size_ += chunk.size();
     }
-    return file_.truncate(size);
+    return file->truncate(size);
   }
 
   absl::Status append(std::string_view bytes) override {
-    if (absl::Status status = file_.write_at(size_, bytes); !status.ok()) return status;
+    absl::StatusOr<File> file = File::open_or_create(partial_);
+    if (!file.ok()) return file.status();
+    if (absl::Status status = file->write_at(size_, bytes); !status.ok()) return status;
     sha_.update(bytes);
     size_ += bytes.size();
     return absl::OkStatus();
   }
 
   absl::Status finish() override {
+    absl::StatusOr<File> file = File::open_or_create(partial_);
+    if (!file.ok()) return file.status();
     if (const std::string found = sha_.finish_hex(); found != digest_) {
       size_ = 0;
-      if (absl::Status status = file_.truncate(0); !status.ok()) return status;
+      if (absl::Status status = file->truncate(0); !status.ok()) return status;
       return absl::DataLossError(absl::StrCat("the bytes uploaded as ", digest_, " have the digest ", found));
     }
     // The contents first, then the name: whatever has the final name is whole.
-    if (absl::Status status = file_.sync(); !status.ok()) return status;
+    if (absl::Status status = file->sync(); !status.ok()) return status;
     if (absl::Status status = make_directory(complete_.parent_path()); !status.ok()) return status;
     if (absl::Status status = rename_file(partial_, complete_); !status.ok()) return status;
     if (absl::Status status = sync_directory(complete_.parent_path()); !status.ok()) return status;
@@ -64,27 +73,31 @@ class FileBlobWriter final : public BlobWriter {
  private:
   std::unique_ptr<UploadsUnderWay::Guard> guard_;
   std::string digest_;
-  File file_;
   std::filesystem::path partial_, complete_;
   wire::Sha256 sha_;
   std::uint64_t size_ = 0;
 };
 
+/// A blob that somebody reads.
+struct OpenBlob {
+  File file;
+  std::uint64_t size = 0;
+};
+
 class FileBlobReader final : public BlobReader {
  public:
-  FileBlobReader(File file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
+  explicit FileBlobReader(std::shared_ptr<const OpenBlob> blob) : blob_(std::move(blob)) {}
 
-  std::uint64_t size() const override { return size_; }
+  std::uint64_t size() const override { return blob_->size; }
 
   absl::StatusOr<std::string> read(std::uint64_t offset, std::size_t size) const override {
-    std::string bytes(offset >= size_ ? 0 : std::min<std::uint64_t>(size, size_ - offset), '\0');
-    if (absl::Status status = file_.read_at(offset, bytes.data(), bytes.size()); !status.ok()) return status;
+    std::string bytes(offset >= blob_->size ? 0 : std::min<std::uint64_t>(size, blob_->size - offset), '\0');
+    if (absl::Status status = blob_->file.read_at(offset, bytes.data(), bytes.size()); !status.ok()) return status;
     return bytes;
   }
 
  private:
-  File file_;
-  std::uint64_t size_;
+  std::shared_ptr<const OpenBlob> blob_;
 };
 
 class FileBlobStore final : public BlobStore {
@@ -135,21 +148,30 @@ class FileBlobStore final : public BlobStore {
       return absl::OutOfRangeError(
           absl::StrCat("the upload of ", digest, " goes on at ", stored.stored_bytes, ", not at ", offset));
     }
-    absl::StatusOr<File> file = File::open_or_create(partial_path(digest));
-    if (!file.ok()) return file.status();
-    auto writer = std::make_unique<FileBlobWriter>(std::move(guard), digest, *std::move(file), partial_path(digest),
-                                                   complete_path(digest));
+    auto writer =
+        std::make_unique<FileBlobWriter>(std::move(guard), digest, partial_path(digest), complete_path(digest));
     if (absl::Status status = writer->resume(offset); !status.ok()) return status;
     return writer;
   }
 
   absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const override {
+    const std::lock_guard lock(opening_);
+    if (const auto found = open_.find(digest); found != open_.end()) {
+      if (std::shared_ptr<const OpenBlob> blob = found->second.lock()) return std::make_unique<FileBlobReader>(blob);
+    }
+    if (open_.size() >= kMostOpenBlobs) absl::erase_if(open_, [](const auto& entry) { return entry.second.expired(); });
+    if (open_.size() >= kMostOpenBlobs) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat(kMostOpenBlobs, " other blobs are read at this moment; try again"));
+    }
     absl::StatusOr<File> file = File::open_existing(complete_path(digest));
     if (absl::IsNotFound(file.status())) return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
     if (!file.ok()) return file.status();
     const absl::StatusOr<std::uint64_t> size = file->size();
     if (!size.ok()) return size.status();
-    return std::make_unique<FileBlobReader>(*std::move(file), *size);
+    const auto blob = std::make_shared<const OpenBlob>(OpenBlob{.file = *std::move(file), .size = *size});
+    open_[digest] = blob;
+    return std::make_unique<FileBlobReader>(blob);
   }
 
   Collected collect(const std::function<bool(const std::string&)>& needed, std::chrono::seconds unused) override {
@@ -172,10 +194,17 @@ class FileBlobStore final : public BlobStore {
   absl::Status drop(const std::string& digest) override {
     std::error_code error;
     std::filesystem::remove(complete_path(digest), error);
+    forget(digest);
     return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove blob ", digest)) : absl::OkStatus();
   }
 
  private:
+  /// Whoever reads the blob keeps its file; the next one finds another, or none.
+  void forget(const std::string& digest) {
+    const std::lock_guard lock(opening_);
+    open_.erase(digest);
+  }
+
   void remove_unused(const std::filesystem::path& path, std::filesystem::file_time_type limit, Collected& collected) {
     const std::lock_guard lock(collecting_);
     std::error_code error;
@@ -183,6 +212,7 @@ class FileBlobStore final : public BlobStore {
     if (error || used > limit) return;
     const auto size = std::filesystem::file_size(path, error);
     if (error || !std::filesystem::remove(path, error)) return;
+    forget(path.filename().string());
     ++collected.blobs;
     collected.bytes += size;
   }
@@ -195,6 +225,8 @@ class FileBlobStore final : public BlobStore {
   const std::filesystem::path data_dir_;
   const DiskReserve reserve_;
   mutable std::mutex collecting_;
+  mutable std::mutex opening_;
+  mutable absl::flat_hash_map<std::string, std::weak_ptr<const OpenBlob>> open_;
   std::shared_ptr<UploadsUnderWay> uploads_ = std::make_shared<UploadsUnderWay>();
 };
 

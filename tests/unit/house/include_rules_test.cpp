@@ -22,7 +22,8 @@ const std::map<std::string, Rooms>& rules() {
       {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
       {"server/store", {"store", "wire", "tessera/v1"}},
       {"server/tls", {"tls", "wire"}},
-      {"server/service", {"service", "scheduler", "store", "tls", "wire", "tessera/v1"}},
+      {"server/net", {"net", "wire"}},
+      {"server/service", {"service", "net", "scheduler", "store", "tls", "wire", "tessera/v1"}},
       {"worker/agent", {"agent", "render", "render/build", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
@@ -56,7 +57,7 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in
 /// image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",   "scheduler", "store", "tls", "service", "agent",   "farm", "image",
+  static const Rooms tops = {"wire",   "scheduler", "store", "tls", "net", "service", "agent",   "farm", "image",
                              "import", "command",   "local", "render",  "tessera", "plot", "bench"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);

@@ -126,6 +126,59 @@ TEST(FileBlobStore, OutlivesTheProcessAndNoticesTornParts) {
   EXPECT_TRUE(make_file_blob_store(directory.path())->query(digest).complete);
 }
 
+std::size_t open_descriptors() {
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator{"/proc/self/fd"}, std::filesystem::directory_iterator{}));
+}
+
+TEST(FileBlobStore, UploadsThatWaitAndReadersOfOneBlobTakeNoDescriptors) {
+  const support::TempDir directory;
+  ASSERT_TRUE(DataDir::open(directory.path()).ok());
+  const auto store = make_file_blob_store(directory.path());
+  const std::size_t before = open_descriptors();
+  std::vector<std::unique_ptr<BlobWriter>> writers;
+  for (int i = 0; i < 1200; ++i) {
+    writers.push_back(store->write(wire::sha256_hex(std::to_string(i)), 0).value());
+    ASSERT_TRUE(writers.back()->append(std::to_string(i)).ok());
+  }
+  EXPECT_EQ(open_descriptors(), before);
+  for (const auto& writer : writers) ASSERT_TRUE(writer->finish().ok());
+
+  std::vector<std::unique_ptr<BlobReader>> readers;
+  for (int i = 0; i < 1200; ++i) readers.push_back(store->read(wire::sha256_hex("7")).value());
+  EXPECT_EQ(open_descriptors(), before + 1);
+  EXPECT_EQ(readers.back()->read(0, 10).value(), "7");
+  // Of different ones there is an end to it, until somebody is done.
+  absl::Status status;
+  for (int i = 0; i < 1200 && status.ok(); ++i) {
+    auto reader = store->read(wire::sha256_hex(std::to_string(i)));
+    status = reader.status();
+    if (reader.ok()) readers.push_back(*std::move(reader));
+  }
+  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+  EXPECT_LT(open_descriptors(), before + 200);
+  readers.clear();
+  EXPECT_TRUE(store->read(wire::sha256_hex("1199")).ok());
+}
+
+TEST(FileBlobStore, ABlobThatIsUploadedAgainIsReadAnew) {
+  const support::TempDir directory;
+  ASSERT_TRUE(DataDir::open(directory.path()).ok());
+  const auto store = make_file_blob_store(directory.path());
+  const std::string digest = wire::sha256_hex("bytes");
+  const auto put = [&] {
+    const auto writer = store->write(digest, 0).value();
+    return writer->append("bytes").ok() && writer->finish().ok();
+  };
+  ASSERT_TRUE(put());
+  const auto old = store->read(digest).value();
+  std::ofstream(directory.path() / "blobs" / digest.substr(0, 2) / digest) << "wrong";
+  EXPECT_TRUE(absl::IsNotFound(drop_if_damaged(*store, digest)));
+  ASSERT_TRUE(put());
+  EXPECT_EQ(store->read(digest).value()->read(0, 10).value(), "bytes");
+  EXPECT_EQ(old->read(0, 10).value(), "wrong");
+}
+
 TEST(FileBlobStore, LeavesRoomForOthers) {
   const support::TempDir directory;
   DiskSpace space{.free_bytes = 60'000, .total_bytes = 1'000'000, .free_files = 100, .total_files = 1000};
