@@ -18,6 +18,10 @@ inline constexpr std::uint64_t kMaxBlobBytes = std::uint64_t{64} << 30;
 /// Most blobs in one FindMissing call.
 inline constexpr int kMaxFindMissing = 10000;
 
+/// Most blobs that one job refers to, and most AOVs that it asks for.
+inline constexpr int kMaxBlobsPerJob = 1 << 18;
+inline constexpr int kMaxAovs = 16;
+
 /// Largest width and height of a film, pixels.
 inline constexpr std::uint32_t kMaxFilmSize = 65536;
 

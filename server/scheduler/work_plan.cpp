@@ -43,7 +43,12 @@ absl::Status check(const v1::JobSpec& spec) {
   if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
   for (const v1::BlobRef& blob : spec.blobs()) {
     if (!wire::is_digest(blob.digest()))
-      return unsound(absl::StrCat("blob \"", blob.path(), "\" has no SHA-256 digest"));
+      return unsound(absl::StrCat("blob \"", blob.path().substr(0, wire::kMaxTextBytes), "\" has no SHA-256 digest"));
+    if (blob.path().size() > wire::kMaxTextBytes) return unsound("the path of a blob is too long");
+  }
+  if (spec.blobs_size() > wire::kMaxBlobsPerJob || spec.aovs_size() > wire::kMaxAovs) {
+    return unsound(absl::StrCat("it has ", spec.blobs_size(), " blobs and ", spec.aovs_size(), " AOVs; at most ",
+                                wire::kMaxBlobsPerJob, " and ", wire::kMaxAovs, " were expected"));
   }
   std::size_t tags = 0;
   for (const std::string& tag : spec.required_tags()) tags += tag.size() + 1;

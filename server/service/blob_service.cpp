@@ -35,6 +35,7 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
 
  private:
   void start(BlobStore& blobs, const v1::DownloadRequest& request) {
+    if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(wire::to_grpc(status));
     if (absl::Status status = check_digest(request.blob()); !status.ok()) return Finish(wire::to_grpc(status));
     const std::string& digest = request.blob().digest();
     if (request.doubted()) {

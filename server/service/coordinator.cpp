@@ -148,13 +148,14 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
                  limits.of_address);
   }
   if (absl::Status status = open_joining(options); !status.ok()) return status;
-  streams.emplace(options.stream_patience);
+  accounts = Accounts::make(options.of_each);
+  streams.emplace(options.stream_patience, accounts);
   farm->subscribe([this] {
     streams->cut_stalled(OpenStreams::Clock::now());
     return true;
   });
   farm_service.emplace(*farm, *streams, *expelled, joining.get(), options.share_jobs);
-  work_service.emplace(*farm);
+  work_service.emplace(*farm, accounts);
   blob_service.emplace(*blobs, *streams,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
 

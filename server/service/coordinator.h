@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "net/connections.h"
+#include "service/accounts.h"
 
 namespace tessera::server {
 
@@ -40,6 +41,8 @@ struct CoordinatorOptions {
   bool allow_insecure = false;
   /// Of connections to both ports together; absent: what the limit of descriptors, raised as far as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
+  /// What everybody may make the coordinator hold at a time.
+  Holding of_each = Accounts::kLimits;
   /// What workers are told of small farms; more of thousands (Scheduler::heartbeat_interval).
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up; later in farms of thousands.

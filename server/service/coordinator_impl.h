@@ -10,6 +10,7 @@
 
 #include "net/connections.h"
 #include "net/listener.h"
+#include "service/accounts.h"
 #include "service/blob_service.h"
 #include "service/coordinator.h"
 #include "service/farm.h"
@@ -40,6 +41,7 @@ struct Coordinator::Impl {
   std::optional<DataDir> data_dir;
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
+  std::shared_ptr<Accounts> accounts;
   std::optional<Connections> connections;  // where it listens
   std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;

@@ -16,6 +16,9 @@
 namespace tessera::server {
 namespace {
 
+// Specs stay in memory for as long as their jobs are kept.
+constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30, kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
+
 wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .user = entry.shape->spec.user()}; }
 
 }  // namespace
@@ -193,7 +196,18 @@ absl::Status Farm::check_blobs(const v1::JobSpec& spec) const {
 
 absl::Status Farm::check_capacity(const JobShape& shape) const {
   std::uint64_t units = shape.plan->unit_count();
-  for (const auto& entry : jobs_.all()) units += entry->past ? 0 : entry->shape->plan->unit_count();
+  std::uint64_t bytes = shape.spec_bytes, bytes_of_user = bytes;
+  for (const auto& entry : jobs_.all()) {
+    units += entry->past ? 0 : entry->shape->plan->unit_count();
+    bytes += entry->shape->spec_bytes;
+    if (entry->shape->spec.user() == shape.spec.user()) bytes_of_user += entry->shape->spec_bytes;
+  }
+  if (bytes > kMaxSpecBytes || bytes_of_user > kMaxSpecBytesOfUser) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("with this job's, the specs of the jobs that are kept would have ", bytes,
+                     " bytes, and those of '", shape.spec.user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes,
+                     " and ", kMaxSpecBytesOfUser, " are taken; try again when old jobs are deleted"));
+  }
   if (units <= options_.max_open_units) return absl::OkStatus();
   return absl::ResourceExhaustedError(absl::StrCat("with this job's, the jobs that are not over would have ", units,
                                                    " units, more than the ", options_.max_open_units,

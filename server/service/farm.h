@@ -15,6 +15,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
+#include "service/accounts.h"
 #include "service/adoption.h"
 #include "service/dispatcher.h"
 #include "service/job_table.h"
@@ -104,6 +105,7 @@ class Farm {
   /// where these are not known; whoever has no fingerprint is taken at their word.
   struct Origin {
     std::string certificate, peer, fingerprint;
+    std::shared_ptr<const Accounts::Hold> account;  // of what is registered, until it leaves
   };
   absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, const Origin& origin = {});
   /// Workers that registered with a certificate of this name leave at once; others get what they had leased. How many
@@ -189,6 +191,7 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
+  absl::flat_hash_map<std::string, std::shared_ptr<const Accounts::Hold>> registrations_;  // by worker
   Time next_prune_{}, next_collection_{};
 
   std::atomic<bool> collecting_ = false;

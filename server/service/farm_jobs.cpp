@@ -9,6 +9,7 @@
 #include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/journal_events.h"
+#include "wire/limits.h"
 #include "wire/log.h"
 #include "wire/tile_result.h"
 
@@ -17,9 +18,11 @@ namespace {
 
 using google::protobuf::util::TimeUtil;
 
-// Of one WatchJob message: enough to keep a connection busy, little enough to hold for a slow reader.
-constexpr std::size_t kWatchBatchBytes = std::size_t{4} << 20;
+// Of one WatchJob message: enough to keep a connection busy, little enough to hold for a thousand slow readers.
+constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
 constexpr std::size_t kWatchBatchResults = 256;
+// Of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
+constexpr std::size_t kMostWorkerBytes = wire::kMaxMessageBytes / 2;
 
 /// DataLoss also for a payload that can be read, but is not what was written: it has a checksum of its own.
 absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job, std::uint64_t sequence) {
@@ -151,7 +154,12 @@ v1::ListWorkersResponse Farm::list_workers() {
   const std::lock_guard lock(mutex_);
   const Time at = now();
   v1::ListWorkersResponse response;
+  std::size_t bytes = 0;
   for (const WorkerView& view : scheduler_.workers()) {
+    if (bytes > kMostWorkerBytes) {
+      spdlog::warn("the list of workers is cut: {} of them fill a message", response.workers_size());
+      break;
+    }
     v1::WorkerStatus& worker = *response.add_workers();
     worker.set_worker_id(view.info.id);
     worker.set_name(view.info.name);
@@ -167,6 +175,7 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
+    bytes += worker.ByteSizeLong();
   }
   return response;
 }

@@ -20,11 +20,13 @@ using google::protobuf::util::TimeUtil;
 
 // What waits for the disk; more results are sent back to be tried again.
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
+// A registration stays for as long as its worker, and all of them go into one answer (ListWorkers).
 constexpr std::size_t kMaxNameBytes = 256;
 constexpr int kMaxIsas = 16;
-constexpr int kMaxTags = 64;
-constexpr int kMaxNamedPerLease = 4096;                       // jobs or scenes that a worker says it knows
-constexpr std::size_t kMaxLeaseBytes = std::size_t{1} << 20;  // of a call that waits, with all its names
+constexpr std::size_t kMaxIsaBytes = 32;
+constexpr std::size_t kMaxTagBytes = 1024;                     // of all together
+constexpr int kMaxNamedPerLease = 256;                         // jobs or scenes that a worker says it knows
+constexpr std::size_t kMaxLeaseBytes = std::size_t{32} << 10;  // of a call that waits, with all its names
 // A worker that took over its leases from an earlier coordinator may hold more than this one would give it.
 constexpr int kMaxLeasesPerHeartbeat = 4 * wire::kMaxLeasesPerWorker;
 // After so many results of a job, their cost is journaled as a sum: a restart adds up the rest only.
@@ -46,12 +48,12 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
     return absl::InvalidArgumentError(absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
   }
-  const auto is_long = [](const std::string& name) { return name.size() > kMaxNameBytes; };
-  if (std::any_of(isas.begin(), isas.end(), is_long))
+  if (std::any_of(isas.begin(), isas.end(), [](const std::string& isa) { return isa.size() > kMaxIsaBytes; }))
     return absl::InvalidArgumentError("the name of an ISA is too long");
-  const bool long_tag = std::any_of(request.tags().begin(), request.tags().end(), is_long);
-  if (request.host().size() > kMaxNameBytes || request.tags_size() > kMaxTags || long_tag) {
-    return absl::InvalidArgumentError("the host or a tag is too long, or there are too many tags");
+  std::size_t tag_bytes = 0;
+  for (const std::string& tag : request.tags()) tag_bytes += tag.size() + 1;
+  if (request.host().size() > kMaxNameBytes || tag_bytes > kMaxTagBytes) {
+    return absl::InvalidArgumentError("the host is too long, or the tags are");
   }
   if (request.name().empty() && request.host().empty()) {
     return absl::InvalidArgumentError("a worker has a name, or says on which host it is");
@@ -121,6 +123,7 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
        .peer = origin.peer},
       now());
   if (!status.ok()) return status;
+  registrations_[response.worker_id()] = origin.account;
   wire::log(spdlog::level::info,
             {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
             "worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
@@ -256,6 +259,7 @@ absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
     if (absl::Status status = check_worker(worker, origin); !status.ok()) return status;
     name = scheduler_.name_of(worker);
     if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
+    registrations_.erase(worker);
   }
   wire::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
   dispatcher_.notify_work();
@@ -269,6 +273,7 @@ std::uint32_t Farm::expel(const std::string& certificate) {
     for (const WorkerView& worker : scheduler_.workers()) {
       const WorkerInfo& info = worker.info;
       if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
+      registrations_.erase(info.id);
       ++expelled;
       wire::log(spdlog::level::warn, {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
                 "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id, worker.leases);
@@ -283,6 +288,7 @@ void Farm::tick() {
   const std::lock_guard lock(mutex_);
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) {
+    registrations_.erase(worker.id);
     wire::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host}, "worker {} ({}) was lost", worker.name,
               worker.id);
   }

@@ -36,8 +36,9 @@ absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec)
   if (!plan.ok()) return plan.status();
   auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
+  const std::size_t spec_bytes = spec.SpaceUsedLong();
   return std::make_shared<const JobShape>(
-      JobShape{std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels)});
+      JobShape{std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels), spec_bytes});
 }
 
 std::int64_t unix_milliseconds() {

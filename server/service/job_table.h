@@ -23,6 +23,7 @@ struct JobShape {
   v1::JobSpec spec;
   std::shared_ptr<const WorkPlan> plan;
   std::vector<wire::ChannelDesc> channels;
+  std::size_t spec_bytes = 0;
 
   /// InvalidArgument for a spec that is unsound.
   static absl::StatusOr<std::shared_ptr<const JobShape>> make(v1::JobSpec spec);

@@ -10,7 +10,11 @@ constexpr std::chrono::milliseconds kBetweenLooks{250};
 }  // namespace
 
 OpenStreams::Stream::Stream(OpenStreams& all, grpc::CallbackServerContext* context, const char* kind)
-    : all_(all), context_(context), kind_(kind), caller_(caller_of(context->auth_context().get())) {
+    : all_(all),
+      context_(context),
+      kind_(kind),
+      caller_(caller_of(context->auth_context().get())),
+      account_(all.accounts_->take(holder_of(caller_.user, context->peer()), {.streams = 1})) {
   const std::lock_guard lock(all_.mutex_);
   place_ = all_.streams_.insert(all_.streams_.end(), this);
 }

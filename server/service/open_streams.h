@@ -11,6 +11,7 @@
 #include <string>
 
 #include "service/access.h"
+#include "service/accounts.h"
 #include "wire/line_limit.h"
 
 namespace tessera::server {
@@ -23,7 +24,8 @@ class OpenStreams {
   using Clock = std::chrono::steady_clock;
 
   /// `patience`: with one message, which has at most a few MB.
-  explicit OpenStreams(std::chrono::milliseconds patience) : patience_(patience) {}
+  OpenStreams(std::chrono::milliseconds patience, std::shared_ptr<Accounts> accounts)
+      : patience_(patience), accounts_(std::move(accounts)) {}
 
   /// One of them, from before its first message until gRPC is done with it: the context must live as long.
   class Stream {
@@ -33,6 +35,9 @@ class OpenStreams {
     ~Stream();
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
+
+    /// ResourceExhausted where the caller has as many as one may have: the stream is to end with that.
+    absl::Status admitted() const { return account_.status(); }
 
     /// A message is on its way, in either direction; one at a time.
     void begin_message() { since_ = Clock::now().time_since_epoch(); }
@@ -47,6 +52,7 @@ class OpenStreams {
     grpc::CallbackServerContext* const context_;
     const char* const kind_;
     const Caller caller_;
+    const absl::StatusOr<std::shared_ptr<const Accounts::Hold>> account_;
     std::atomic<Clock::duration> since_{kNone};
     std::list<Stream*>::iterator place_;
   };
@@ -61,6 +67,7 @@ class OpenStreams {
 
  private:
   const Clock::duration patience_;
+  const std::shared_ptr<Accounts> accounts_;
   std::mutex mutex_;
   std::list<Stream*> streams_;
   Clock::time_point next_look_{};

@@ -19,6 +19,11 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
         context_(context),
         response_(response) {}
 
+  void start() {
+    const absl::Status status = stream_.admitted();
+    status.ok() ? read() : end(status);
+  }
+
   void read() {
     stream_.begin_message();
     StartRead(&chunk_);
@@ -72,7 +77,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads, grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response) {
   auto* const reactor = new UploadReactor(uploads, context, response);
-  reactor->read();
+  reactor->start();
   return reactor;
 }
 

@@ -25,6 +25,12 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
   void start() {
     self_.reset(this);
+    if (const absl::Status status = stream_->admitted(); !status.ok()) {
+      const std::shared_ptr<WatchReactor> self = self_;
+      const std::lock_guard lock(mutex_);
+      finish(wire::to_grpc(status));
+      return;
+    }
     farm_.subscribe([self = self_] { return self->wake(); });
     wake();
   }

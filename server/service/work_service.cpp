@@ -7,22 +7,37 @@ namespace tessera::server {
 
 Farm::Origin WorkService::origin_of(const grpc::CallbackServerContext& context) {
   const std::shared_ptr<const grpc::AuthContext> caller = context.auth_context();
-  return {
-      .certificate = caller_of(caller.get()).user, .peer = context.peer(), .fingerprint = identities_.of(caller.get())};
+  return {.certificate = caller_of(caller.get()).user,
+          .peer = context.peer(),
+          .fingerprint = identities_.of(caller.get()),
+          .account = nullptr};
+}
+
+absl::StatusOr<std::shared_ptr<const Accounts::Hold>> WorkService::take(const grpc::CallbackServerContext& context,
+                                                                        const Holding& amount) {
+  return accounts_->take(holder_of(caller_of(context.auth_context().get()).user, context.peer()), amount);
 }
 
 grpc::ServerUnaryReactor* WorkService::Register(grpc::CallbackServerContext* context,
                                                 const v1::RegisterRequest* request, v1::RegisterResponse* response) {
-  return answer(context->DefaultReactor(), farm_.register_worker(*request, origin_of(*context)), response);
+  auto hold = take(*context, {.registrations = 1, .bytes = request->ByteSizeLong()});
+  if (!hold.ok()) return answer(context->DefaultReactor(), hold.status());
+  Farm::Origin origin = origin_of(*context);
+  origin.account = *std::move(hold);
+  return answer(context->DefaultReactor(), farm_.register_worker(*request, origin), response);
 }
 
 grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* context, const v1::LeaseRequest* request,
                                              v1::LeaseResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
+  if (!hold.ok()) return answer(reactor, hold.status());
   // The context lives until the answer.
   farm_.lease(
       *request, origin_of(*context), [context] { return context->IsCancelled(); },
-      [reactor, response](absl::StatusOr<v1::LeaseResponse> result) { answer(reactor, std::move(result), response); });
+      [reactor, response, hold = *std::move(hold)](absl::StatusOr<v1::LeaseResponse> result) {
+        answer(reactor, std::move(result), response);
+      });
   return reactor;
 }
 
@@ -34,9 +49,12 @@ grpc::ServerUnaryReactor* WorkService::Heartbeat(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* context,
                                                 const v1::CompleteRequest* request, v1::CompleteResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.complete(*request, origin_of(*context), [reactor, response](absl::StatusOr<v1::CompleteResponse> result) {
-    answer(reactor, std::move(result), response);
-  });
+  auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
+  if (!hold.ok()) return answer(reactor, hold.status());
+  farm_.complete(*request, origin_of(*context),
+                 [reactor, response, hold = *std::move(hold)](absl::StatusOr<v1::CompleteResponse> result) {
+                   answer(reactor, std::move(result), response);
+                 });
   return reactor;
 }
 

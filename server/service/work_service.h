@@ -3,16 +3,17 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include "service/accounts.h"
 #include "service/farm.h"
 #include "service/identities.h"
 #include "tessera/v1/work.grpc.pb.h"
 
 namespace tessera::server {
 
-/// The farm must outlive the service.
+/// The farm must outlive the service. Whatever a call makes it keep is counted on the account of the caller.
 class WorkService final : public v1::WorkService::CallbackService {
  public:
-  explicit WorkService(Farm& farm) : farm_(farm) {}
+  WorkService(Farm& farm, std::shared_ptr<Accounts> accounts) : farm_(farm), accounts_(std::move(accounts)) {}
 
   grpc::ServerUnaryReactor* Register(grpc::CallbackServerContext* context, const v1::RegisterRequest* request,
                                      v1::RegisterResponse* response) override;
@@ -29,8 +30,11 @@ class WorkService final : public v1::WorkService::CallbackService {
 
  private:
   Farm::Origin origin_of(const grpc::CallbackServerContext& context);
+  absl::StatusOr<std::shared_ptr<const Accounts::Hold>> take(const grpc::CallbackServerContext& context,
+                                                             const Holding& amount);
 
   Farm& farm_;
+  const std::shared_ptr<Accounts> accounts_;
   Identities identities_;
 };
 
