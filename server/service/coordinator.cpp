@@ -93,7 +93,8 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
                                 .interval = options.prune_interval},
                   .max_open_units = options.max_open_units,
                   .share_results = options.share_jobs || options.certificates.empty(),
-                  .seal = *seal},
+                  .seal = *seal,
+                  .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time"},
                  [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);

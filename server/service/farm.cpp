@@ -33,6 +33,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
                   .lease_timeout = options.lease_timeout,
                   .epoch = journal.epoch(),
                   .audit_key = seal_->derive_key("audits")}),
+      lived_(options.lived_time),
       next_collection_(now() + kLongestBetweenCollections),
       dispatcher_([this] { tick(); }),
       commits_(journal) {}
@@ -52,8 +53,14 @@ absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& bl
 Farm::~Farm() { stop(); }
 
 void Farm::stop() {
-  stopping_ = true;
+  if (stopping_.exchange(true)) return dispatcher_.stop();
   dispatcher_.stop();
+  const std::lock_guard lock(mutex_);
+  live_on();
+  if (saver_.joinable()) saver_.join();
+  if (absl::Status status = LivedTime::save(lived_.file(), lived_.to_text()); !status.ok()) {
+    spdlog::error("{}", std::string(status.message()));
+  }
 }
 
 absl::Status Farm::recover(JobRecord record) {
@@ -62,8 +69,7 @@ absl::Status Farm::recover(JobRecord record) {
   JobEntry& entry = jobs_.add(*std::move(made));
   if (entry.past) {
     if (record.whole_results < record.result_count) {
-      wire::log(spdlog::level::err, fields_of(entry),
-                "job {}: its result file is missing or too short; {}", entry.id,
+      wire::log(spdlog::level::err, fields_of(entry), "job {}: its result file is missing or too short; {}", entry.id,
                 entry.past->state == v1::DONE ? "what is lost is rendered again when somebody fetches it"
                                               : "what is lost cannot be fetched");
     }

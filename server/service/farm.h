@@ -20,6 +20,7 @@
 #include "service/dispatcher.h"
 #include "service/job_table.h"
 #include "service/lease_seal.h"
+#include "service/lived_time.h"
 #include "service/metrics.h"
 #include "store/blob_store.h"
 #include "store/commit_queue.h"
@@ -47,6 +48,7 @@ struct FarmOptions {
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
   bool share_results = false;                             // jobs take over those of other users' jobs too
   std::shared_ptr<const LeaseSeal> seal;                  // of this data directory
+  std::filesystem::path lived_time = {};                  // the file of LivedTime; empty: none
 };
 
 /// Some results of a job, and its status.
@@ -153,6 +155,7 @@ class Farm {
   void collect_blobs();
   // Uploads that no job came of leave blobs behind even when no job is deleted.
   static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
+  void live_on();
   void retire_jobs();
   /// A result that was journaled cannot be read any more. With mutex_ held.
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
@@ -192,10 +195,12 @@ class Farm {
   JobTable jobs_;
   absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
   absl::flat_hash_map<std::string, std::shared_ptr<const Accounts::Hold>> registrations_;  // by worker
-  Time next_prune_{}, next_collection_{};
+  LivedTime lived_;
+  Time next_prune_{}, next_collection_{}, next_saving_{};
+  Time no_collection_before_{};
 
-  std::atomic<bool> collecting_ = false;
-  std::jthread collector_;
+  std::atomic<bool> collecting_ = false, saving_ = false;
+  std::jthread collector_, saver_;
 
   FarmMetrics metrics_;
   // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.

@@ -21,6 +21,10 @@ using google::protobuf::util::TimeUtil;
 // Of one WatchJob message: enough to keep a connection busy, little enough to hold for a thousand slow readers.
 constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
 constexpr std::size_t kWatchBatchResults = 256;
+// A clock that is set by less is one that is kept right.
+constexpr Time kStep{std::chrono::minutes{1}};
+// What a coordinator that is killed has lived through since is lost, and its jobs are kept for so much longer.
+constexpr Time kBetweenSavings{std::chrono::minutes{1}};
 // Of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
 constexpr std::size_t kMostWorkerBytes = wire::kMaxMessageBytes / 2;
 
@@ -259,10 +263,10 @@ absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl:
 
 /// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_ held.
 void Farm::retire_jobs() {
-  const std::int64_t at = unix_milliseconds();
+  live_on();
   for (const auto& entry : jobs_.all()) {
     if (entry->past || !entry->durable_end || entry->durable_results < entry->units_by_sequence.size() ||
-        at - entry->finished_unix_ms < options_.late_results.count()) {
+        lived_.since_end_of(entry->id) < options_.late_results) {
       continue;
     }
     JobView view = view_of(*entry);
@@ -271,15 +275,29 @@ void Farm::retire_jobs() {
   }
 }
 
+/// Lets a moment of the retention's clock pass. With mutex_ held.
+void Farm::live_on() {
+  const Time set =
+      lived_.advance(now(), std::chrono::duration_cast<Time>(std::chrono::system_clock::now().time_since_epoch()));
+  if (set < -kStep || set > kStep) {
+    spdlog::warn("the machine's clock was set by {} s; jobs and blobs are kept for as long as without that",
+                 std::chrono::duration_cast<std::chrono::seconds>(set).count());
+    // When a blob was used last is the file system's word, by the clock on the wall.
+    no_collection_before_ = now() + std::chrono::duration_cast<Time>(options_.retention.blobs);
+  }
+}
+
 /// Deletes jobs whose time is over. With mutex_ held.
 void Farm::prune() {
-  const std::int64_t at = unix_milliseconds();
   std::uint64_t bytes = 0;
   for (const auto& entry : jobs_.all()) bytes += entry->result_bytes;
   std::vector<std::string> old;
   for (const auto& entry : jobs_.all()) {
-    if (!entry->durable_end) continue;
-    const std::chrono::milliseconds age(at - entry->finished_unix_ms);
+    if (!entry->durable_end) {
+      lived_.forget(entry->id);
+      continue;
+    }
+    const Time age = lived_.since_end_of(entry->id);
     const v1::JobState state = view_of(*entry).state;
     const bool kept_for_nobody = (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
     const bool too_much = kept_for_nobody && bytes > options_.retention.max_bytes;
@@ -291,9 +309,18 @@ void Farm::prune() {
     wire::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
     if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
     jobs_.erase(id);
+    lived_.forget(id);
     commit({JobPruned{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
   }
-  if (!old.empty() || now() >= next_collection_) collect_blobs();
+  if (now() >= no_collection_before_ && (!old.empty() || now() >= next_collection_)) collect_blobs();
+  if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;
+  next_saving_ = now() + kBetweenSavings;
+  saver_ = std::jthread([this, text = lived_.to_text()] {
+    if (absl::Status status = LivedTime::save(lived_.file(), text); !status.ok()) {
+      spdlog::error("{}", std::string(status.message()));
+    }
+    saving_ = false;
+  });
 }
 
 void Farm::collect_blobs() {

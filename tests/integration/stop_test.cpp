@@ -173,5 +173,23 @@ TEST(Stop, ClocksJumpByAnHour) {
   }
 }
 
+TEST(Stop, AClockThatIsSetBy400DaysDeletesNoJob) {
+  if (FalseClock::library().empty()) GTEST_SKIP() << "libfaketime is not installed";
+  const support::TempDir directory;
+  FalseClock clock{directory.path() / "coordinator"};
+  FarmUnderTest farm{{}, clock.environment()};
+  farm.add_worker(1);
+  const Arguments job{"scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", "4", "--quiet"};
+  const std::string job_id = farm.submit_detached(job);
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(job));
+  clock.set("+" + std::to_string(400 * 24 * 3600));
+  ASSERT_TRUE(farm.coordinator().wait_for_err("the machine's clock was set by", kPatience)) << farm.coordinator().err();
+  // It looks every 15 s for jobs whose time is over.
+  EXPECT_FALSE(farm.coordinator().wait_for_err("its time is over", seconds{17})) << farm.coordinator().err();
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(job));
+  farm.kill_and_restart_coordinator();
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(job));
+}
+
 }  // namespace
 }  // namespace tessera::integration
