@@ -141,7 +141,7 @@ absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const Coordinato
 }
 
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
-  if (!options.listen.empty()) {
+  if (!options.listen.empty() || !options.health.empty()) {
     const std::size_t descriptors = raise_descriptor_limit();
     connections.emplace(options.connections.value_or(ConnectionLimits::within(connections_within(descriptors))));
     const ConnectionLimits& limits = connections->limits();
@@ -161,7 +161,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
 
   if (!options.health.empty()) {
-    absl::StatusOr<std::unique_ptr<HealthServer>> started = HealthServer::start(options.health);
+    absl::StatusOr<std::unique_ptr<HealthServer>> started = HealthServer::start(options.health, *connections);
     if (!started.ok()) return started.status();
     health = *std::move(started);
   }

@@ -39,7 +39,7 @@ struct CoordinatorOptions {
   bool share_jobs = false;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
-  /// Of connections to both ports together; absent: what the limit of descriptors, raised as far as it goes, leaves.
+  /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
   /// What everybody may make the coordinator hold at a time.
   Holding of_each = Accounts::kLimits;

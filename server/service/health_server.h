@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "net/listener.h"
 
 namespace tessera::server {
 
@@ -15,17 +16,17 @@ namespace tessera::server {
 class HealthServer {
  public:
   /// `address` is HOST:PORT; port 0 takes a free one. InvalidArgument where it is malformed, Unavailable where it
-  /// cannot be listened on.
-  static absl::StatusOr<std::unique_ptr<HealthServer>> start(const std::string& address);
+  /// cannot be listened on. `connections` must outlive the server.
+  static absl::StatusOr<std::unique_ptr<HealthServer>> start(const std::string& address, Connections& connections);
   ~HealthServer();
 
   void set_serving(bool serving);
-  int port() const { return port_; }
+  int port() const { return listener_->port(); }
 
  private:
   HealthServer() = default;
   std::unique_ptr<grpc::Server> server_;
-  int port_ = 0;
+  std::unique_ptr<Listener> listener_;
 };
 
 }  // namespace tessera::server

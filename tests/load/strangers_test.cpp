@@ -64,9 +64,10 @@ TEST(Strangers, LeaveThousandsOfWorkersAndNewcomersBeServed) {
   Progress progress;
   const auto jobs = farm->submit({.jobs = 4, .users = 2, .scenes = 2, .units = 100'000}, progress);
   ASSERT_TRUE(jobs.ok()) << jobs.status();
-  StubFleet fleet{farm->address(),
-                  {.workers = workers, .workers_per_connection = 1, .threads = 1, .unit_time = seconds{2}},
-                  [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); }};
+  StubFleet fleet{
+      farm->address(),
+      {.workers = workers, .workers_per_connection = 1, .threads = 1, .unit_time = seconds{long_form() ? 20 : 2}},
+      [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); }};
   fleet.start();
   ASSERT_TRUE(wait_for([&] { return fleet.registered() >= workers; })) << fleet.registered();
 
