@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # From a clone to a picture: installs and builds what is missing, starts a coordinator and two workers on this machine,
-# renders scenes/cornell-box on them, and stops them again. Leaves cornell-box.exr and cornell-box.png in the current directory.
+# renders scenes/cornell-box on them, and stops them again: a line a phase, with its time. Leaves cornell-box.exr and cornell-box.png
+# in the current directory.
 #
 #   deploy/demo.sh [option of `tessera submit`]...      for example: deploy/demo.sh --spp 1024
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -29,7 +30,7 @@ trap 'exit 130' INT TERM
 
 show_logs() { tail -n 20 "$state"/*.log >&2; }
 
-say "starting a coordinator and two workers"
+begin "starting a coordinator and two workers"
 "$bin/tessera-server" --listen 127.0.0.1:0 --data "$state/server" >"$state/server.log" 2>&1 &
 pids+=($!)
 server=
@@ -39,6 +40,7 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$server" ] || {
+  echo
   show_logs
   die "the coordinator did not start"
 }
@@ -49,6 +51,8 @@ for worker in 1 2; do
   pids+=($!)
 done
 
+end
+
 say "rendering scenes/cornell-box on $server"
 "$bin/tessera" submit "$top/scenes/cornell-box/scene.pbrt" --server "$server" -o cornell-box.exr "$@" || {
   status=$?
@@ -56,4 +60,4 @@ say "rendering scenes/cornell-box on $server"
   exit "$status"
 }
 "$bin/tessera" convert cornell-box.exr cornell-box.png
-say "done: $PWD/cornell-box.exr and $PWD/cornell-box.png"
+say "done in $(minutes $SECONDS): $PWD/cornell-box.exr and $PWD/cornell-box.png"

@@ -23,20 +23,59 @@ as_root() {
   fi
 }
 
-# build PRESET [TARGET...]: configures once, then builds the targets, or everything.
+# minutes SECONDS: "2:05".
+minutes() { printf '%d:%02d' $(($1 / 60)) $(($1 % 60)); }
+
+# begin TEXT ... end: one line a phase, with the time that it took. In between nothing else should be printed but bars.
+begin() {
+  phase=$1
+  phase_began=$SECONDS
+  printf '== %s ...' "$phase"
+}
+end() {
+  if [ -t 1 ]; then printf '\r\033[K== %s ...' "$phase"; fi
+  printf ' %s\n' "$(minutes $((SECONDS - phase_began)))"
+}
+
+# show_bar: on a terminal, a bar behind the line of the phase, from ninja's lines "[12/345] ...".
+show_bar() {
+  local line done=0 total=0 filled blank='                    ' bar='===================='
+  while IFS= read -r line; do
+    [[ -t 1 && $line =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    done=${BASH_REMATCH[1]} total=${BASH_REMATCH[2]}
+    filled=$((total > 0 ? 20 * done / total : 0))
+    printf '\r\033[K== %s ... [%s%s] %d of %d' "$phase" "${bar:0:filled}" "${blank:filled}" "$done" "$total"
+  done
+}
+
+# build PRESET [TARGET...]: configures once, then builds the targets, or everything. What cmake and ninja say goes into files beside
+# the build, and is shown when they fail.
 build() {
   local preset=$1 log=$top/build/configure-$1.log
   shift
   if [ ! -f "$top/build/$preset/build.ninja" ]; then
-    say "configuring build/$preset"
+    begin "configuring build/$preset"
     mkdir -p "$top/build"
     (cd "$top" && cmake --preset "$preset") >"$log" 2>&1 || {
+      echo
       cat "$log" >&2
       die "cmake failed"
     }
+    end
   fi
-  say "building build/$preset${*:+: $*}"
-  ninja -C "$top/build/$preset" "$@"
+  log=$top/build/build-$preset.log
+  begin "building build/$preset${*:+: $*}"
+  ninja -C "$top/build/$preset" "$@" 2>&1 | tee "$log" | show_bar || {
+    echo
+    # What failed, without the steps around it; or what ninja itself has to say.
+    if grep -q '^FAILED: ' "$log"; then
+      sed -n -e '/^\[/d' -e '/^FAILED: /,$p' "$log" | head -n 100 >&2
+    else
+      tail -n 20 "$log" >&2
+    fi
+    die "the build failed; all that was said is in $log"
+  }
+  end
 }
 
 # stop_all PID...: asks them to end, waits, and kills what is left after ten seconds.

@@ -64,7 +64,7 @@ if [ -n "$check_only" ]; then
   exit 1
 fi
 
-say "installing ${missing[*]}"
+begin "installing ${#missing[@]} packages"
 as_root apt-get update -qq
 for package in "${missing[@]}"; do
   [ -n "$(apt-cache search --names-only "^${package//+/\\+}\$")" ] ||
@@ -72,3 +72,4 @@ for package in "${missing[@]}"; do
 done
 as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
   -o DPkg::Lock::Timeout=120 "${missing[@]}" >/dev/null
+end
