@@ -35,6 +35,9 @@ ExitCode exit_code(const absl::Status& status) {
   }
 }
 
+// Workers of one machine room start within it.
+constexpr std::chrono::milliseconds kSettle{1000};
+
 /// $XDG_STATE_HOME/tessera or ~/.local/state/tessera; empty when neither variable is set.
 std::filesystem::path default_data_dir() {
   const char* const state = std::getenv("XDG_STATE_HOME");
@@ -98,6 +101,14 @@ int main(int argc, char** argv) {
          "--keep-free", keep_free_gigabytes,
          "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2 GB)")
       ->check(CLI::Range(0.0, 1e9));
+  std::string bits = "same";
+  app.add_option("--bits", bits,
+                 "For jobs that do not say: same (all of an image by machines that round alike) or any (every machine "
+                 "works)")
+      ->check(CLI::IsMember({"same", "any"}))
+      ->capture_default_str();
+  app.add_option("--isa", options.isa, "For jobs that do not say: kernels that workers must use (default: any)")
+      ->check(CLI::IsMember({"avx512", "avx2", "neon"}));
   app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
   app.add_option("--health", options.health, "ADDR:PORT to answer gRPC health checks on, without certificates");
   app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
@@ -123,6 +134,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
+  options.same_bits = bits == "same";
+  options.settle = kSettle;
   options.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(keep_days * 86400));
   options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
   options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);

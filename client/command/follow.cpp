@@ -71,9 +71,18 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   info.integrator = spec.settings().integrator();
   info.sampler = spec.settings().sampler();
   info.isa = status.isa();
+  info.arithmetic = {status.arithmetic_classes().begin(), status.arithmetic_classes().end()};
   info.version = wire::build_version();
   info.render_seconds = seconds(status.stats().cpu_time());
   return info;
+}
+
+/// Says it once, and again when others are: `told` is what was said.
+void say_who_is_left_out(const v1::JobStatus& status, std::string& told, Progress& progress) {
+  if (status.left_out().empty() || status.left_out() == told) return;
+  told = status.left_out();
+  progress.clear();
+  std::cerr << "warning: left out: " << told << std::endl;
 }
 
 }  // namespace
@@ -98,7 +107,8 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
     ++units;
     return add_result(unit, *assembler);
   };
-  handlers.status = [&](const v1::JobStatus& status) {
+  handlers.status = [&, told = std::string()](const v1::JobStatus& status) mutable {
+    if (!quiet) say_who_is_left_out(status, told, progress);
     followed.status = status;
     progress.update(assembler->samples_done(), Clock::now());
     if (partial.units > 0 && units >= partial.units) enough.request_stop();

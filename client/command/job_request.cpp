@@ -180,6 +180,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   spec.set_priority(request.priority);
   for (const std::string& tag : request.required_tags) spec.add_required_tags(tag);
   spec.set_max_workers(request.max_workers);
+  if (!request.bits.empty()) spec.set_bits(request.bits == "any" ? v1::BITS_ANY : v1::BITS_SAME);
 
   job->scene.bytes = scene_bytes(request, scene);
   job->scene.ref.set_digest(wire::sha256_hex(job->scene.bytes));

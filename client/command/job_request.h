@@ -41,6 +41,7 @@ struct JobRequest {
   std::int32_t priority = 0;
   std::vector<std::string> required_tags;
   std::uint32_t max_workers = 0;  // at a time; 0: any number
+  std::string bits;               // "same", "any"; empty: as the farm has it
 };
 
 /// A job, and the bytes that it needs.

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "command/time_spent.h"
 
@@ -31,6 +32,14 @@ constexpr double kSlow = 2;
 std::string certificate_text(const v1::WorkerStatus& worker) {
   const std::string& name = worker.certificate();
   return name.empty() || name == worker.host() ? "" : absl::StrCat(", certificate of ", name);
+}
+
+/// ", avx2/embree-3.13.5/1f3a9c0e, left out of jobs 4f0c2a11 77aa01bc".
+std::string arithmetic_text(const v1::WorkerStatus& worker) {
+  const auto& classes = worker.arithmetic().classes();
+  const auto& closed = worker.arithmetic().closed_jobs();
+  return absl::StrCat(classes.empty() ? "" : ", ", absl::StrJoin(classes, " "),
+                      closed.empty() ? "" : ", left out of jobs ", absl::StrJoin(closed, " "));
 }
 
 std::string slowness_text(const v1::WorkerStatus& worker) {
@@ -86,11 +95,12 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
                                       "UNITS DONE", "LAST SEEN");
   for (const v1::WorkerStatus& worker : workers) {
     absl::StrAppend(
-        &table, absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s%s\n", worker.worker_id(),
-                                worker.name(), worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
-                                1e-3 * static_cast<double>(worker.last_seen_ms_ago()),
-                                worker.draining() ? ", draining" : "", slowness_text(worker), certificate_text(worker),
-                                worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
+        &table,
+        absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s%s%s\n", worker.worker_id(), worker.name(),
+                        worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
+                        1e-3 * static_cast<double>(worker.last_seen_ms_ago()), worker.draining() ? ", draining" : "",
+                        slowness_text(worker), certificate_text(worker), arithmetic_text(worker),
+                        worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
   }
   return table;
 }
@@ -116,8 +126,13 @@ std::string job_text(const v1::GetJobResponse& job) {
                     absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()), " % of the light\n");
   }
   if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
+  absl::StrAppend(&text, "bits        ", spec.bits() == v1::BITS_ANY ? "any: every machine may work" : "same", "\n");
+  for (const std::string& name : status.arithmetic_classes()) {
+    absl::StrAppend(&text, "arithmetic  ", name, "\n");
+  }
   if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
   if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");
+  if (!status.left_out().empty()) absl::StrAppend(&text, "left out    ", status.left_out(), "\n");
   for (const v1::SlowHost& slow : job.slow_hosts()) {
     absl::StrAppend(
         &text, absl::StrFormat("slow        host %s: %.2f s a unit, where %.2f s are usual (%u units)\n", slow.host(),

@@ -115,6 +115,10 @@ void add_submit_command(CommandLine& line) {
   command.add("--require", job.required_tags, "tags that a worker must have")
       .separated_by_commas()
       .type_name("TAG,...");
+  command
+      .add("--bits", job.bits,
+           "same: machines that round alike render all of it; any: every machine works (default: as the farm has it)")
+      .one_of({"same", "any"});
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
   const Option continued = command
                                .add("--continue", options->reuse.continued,

@@ -5,6 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 
 namespace tessera::client {
 
@@ -39,6 +40,7 @@ void set_render_info(const RenderInfo& info, Image& image) {
   image.metadata["tessera.integrator"] = info.integrator;
   image.metadata["tessera.sampler"] = info.sampler;
   image.metadata["tessera.isa"] = info.isa;
+  image.metadata["tessera.arithmetic"] = absl::StrJoin(info.arithmetic, ", ");
   image.metadata["tessera.version"] = info.version;
   image.metadata["tessera.render_seconds"] = static_cast<float>(info.render_seconds);
 }

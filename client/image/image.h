@@ -52,8 +52,8 @@ struct RgbPlanes {
 RgbPlanes rgb_planes(const Image& image);
 
 /// What an image file says of its making, as attributes "tessera.scene_digest", "tessera.spp", "tessera.seed" (in
-/// decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.sampler", "tessera.isa", "tessera.version" and
-/// "tessera.render_seconds".
+/// decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.sampler", "tessera.isa", "tessera.arithmetic"
+/// (classes, separated by ", "), "tessera.version" and "tessera.render_seconds".
 struct RenderInfo {
   std::string scene_digest;
   std::uint32_t spp = 0;
@@ -61,6 +61,7 @@ struct RenderInfo {
   std::string integrator;
   std::string sampler;
   std::string isa;
+  std::vector<std::string> arithmetic;  // classes of the machines that rendered it; of two, tiles differ in rounding
   std::string version;
   double render_seconds = 0;
 };

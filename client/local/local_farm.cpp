@@ -54,6 +54,7 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.address = "this process";
   agent_options.threads = options.threads;
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
+  agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
   agent_options.load_scene = [geometry_read = std::move(options.geometry_read)](
                                  const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
                                  render::LoadOptions load_options) {

@@ -11,7 +11,7 @@ namespace tessera::server {
 struct FarmEvent {
   /// Journaled as numbers: never renumber.
   enum class Kind : std::int32_t {
-    kBound = 1,        // text: the ISA
+    kBound = 1,        // text: the arithmetic class; before protocol 2, the ISA alone
     kEnded = 2,        // value: v1::JobState; text: why
     kReopened = 3,     // an incomplete job goes on, its set-aside units and failures forgotten
     kUnitFailed = 4,   // unit, host, value: the grant (grant_id); text: the worker's message
@@ -25,6 +25,7 @@ struct FarmEvent {
     kNote = 12,        // text, for people
     kAdopted = 13,     // value: number of results taken over when the job was new; text: the job that they are from
     kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
+    kClassNoted = 17,  // host, value: number of the first result from which on its are of the class; text: the class
   };
 
   Kind kind = Kind::kNote;

@@ -1,7 +1,6 @@
 // What the scheduler knows of a job and of a worker. For the scheduler's own sources.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "scheduler/class_history.h"
 #include "scheduler/scheduler_types.h"
 #include "scheduler/unit_ledger.h"
 #include "scheduler/worker_pace.h"
@@ -27,6 +27,7 @@ struct HostRecord {
 struct Audit {
   std::vector<std::pair<std::string, ResultFingerprint>> opinions;  // one a host, the accepted result's first
   bool out = false;                                                 // somebody is at it
+  std::string arithmetic_class = {};                                // of the accepted result: others do not compare
 };
 
 struct FarmJob {
@@ -50,6 +51,10 @@ struct FarmJob {
   std::vector<std::string> notes;
   std::uint32_t adopted = 0;  // results taken over
   std::string adopted_from;
+  ClassHistory classes{request.bound};
+  // The class that most threads of the farm have, as of a revision of the census.
+  mutable std::uint64_t census_revision = 0;
+  mutable std::string best_class;
 
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
@@ -73,10 +78,7 @@ struct FarmWorker {
   double slowness = 1;       // how long its units take, relative to the usual worker
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
   bool isolated = false;     // holds a dangerous unit, and so nothing else
-
-  bool supports(const std::string& isa) const {
-    return std::find(info.supported_isas.begin(), info.supported_isas.end(), isa) != info.supported_isas.end();
-  }
+  bool counted = false;      // in the census
 };
 
 }  // namespace tessera::server

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::server {
 namespace {
@@ -60,25 +61,27 @@ absl::Status Scheduler::add_job(JobRequest request) {
   return absl::OkStatus();
 }
 
-absl::Status Scheduler::adopt(std::string_view id, const std::string& from, const std::string& isa,
-                              const std::vector<AdoptedResult>& results) {
+absl::Status Scheduler::adopt(std::string_view id, const std::string& from, const std::vector<AdoptedResult>& results) {
   const absl::StatusOr<Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   Job& job = **found;
-  if (job.results > 0 || !(job.request.isa.empty() || job.request.isa == isa)) {
+  const bool fit = std::all_of(results.begin(), results.end(), [&](const AdoptedResult& result) {
+    const std::string& name = result.arithmetic_class;
+    return (job.request.any_class || name == results.front().arithmetic_class) &&
+           (job.request.isa.empty() || job.request.isa == wire::isa_of(name));
+  });
+  if (job.results > 0 || !fit) {
     return absl::FailedPreconditionError(
-        absl::StrCat("job ", job.request.id, " is not new, or is bound to another ISA than job ", from));
+        absl::StrCat("job ", job.request.id, " is not new, or is bound to another ISA or class than job ", from));
   }
   if (results.empty()) return absl::OkStatus();
-  if (job.request.isa.empty()) {
-    job.request.isa = isa;
-    record(FarmEvent::Kind::kBound, job.request.id).text = isa;
-  }
+  bind(job, results.front().arithmetic_class);
   for (const AdoptedResult& result : results) {
     job.units.finish(
         result.unit,
         {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(result.host)});
     job.renderers.insert(number_of_host(result.host));
+    note_class(job, result.host, job.results, result.arithmetic_class);
   }
   job.state = v1::RUNNING;
   job.adopted = static_cast<std::uint32_t>(results.size());
@@ -168,7 +171,9 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .notes = job.notes,
                .set_aside = {},
                .units_adopted = job.adopted,
-               .adopted_from = job.adopted_from};
+               .adopted_from = job.adopted_from,
+               .classes = job.classes.all()};
+  if (!view.classes.empty()) view.isa = isas_of(view.classes);
   if (units.set_aside() == 0) return view;
   for (const auto& [unit, failures] : job.failures) {
     if (units.state(unit) == UnitState::kSetAside) view.set_aside.push_back({unit, failures});
@@ -187,21 +192,22 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
   if (workers_.empty()) return "there is no worker";
   std::size_t with_tags = 0, with_isa = 0, free = 0;
   for (const auto& [name, worker] : workers_) {
-    const auto& tags = worker.info.tags;
     if (worker.draining || !trusts(worker.info.host)) continue;
-    if (!std::all_of(job.request.required_tags.begin(), job.request.required_tags.end(),
-                     [&](const std::string& tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); })) {
-      continue;
-    }
+    if (!has_tags(worker.info, job.request.required_tags)) continue;
     ++with_tags;
-    if (!job.request.isa.empty() && !worker.supports(job.request.isa)) continue;
+    if (class_for(worker, job) == nullptr) continue;
     ++with_isa;
     free += may_work_on(worker, job, now);
   }
   if (with_tags == 0)
     return job.request.required_tags.empty() ? "every worker drains or is in quarantine"
                                              : "no worker has the tags that the job requires";
-  if (with_isa == 0) return absl::StrCat("no worker supports ", job.request.isa);
+  if (with_isa == 0) {
+    const std::string& bound = job.classes.bound();
+    return bound.empty() ? absl::StrCat("no worker supports ", job.request.isa)
+                         : absl::StrCat("the job is bound to ", bound, ", and no worker of that class is left");
+  }
+  if (settling(job, now)) return "workers have only just come; it is bound to the class of most of them in a moment";
   if (free == 0) return "the job failed on every host that could take it; they are tried again later";
   return "other jobs go first, or the workers are still busy";
 }
@@ -269,6 +275,7 @@ absl::Status Scheduler::restore_revoked(std::string_view id, std::uint32_t seque
 
 absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   if (info.host.empty()) info.host = info.name;
+  if (info.classes.empty()) info.classes = info.supported_isas;
   const std::string id = info.id;
   const std::string identity = identity_of(info.host);
   const std::uint32_t threads = info.threads;
@@ -278,6 +285,9 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
   threads_ += threads;
   ++identities_[identity];
+  Worker& worker = workers_.at(id);
+  if (!census_.has(worker.info.classes)) settled_at_ = now + options_.settle;
+  count(worker);
   return absl::OkStatus();
 }
 
@@ -291,19 +301,25 @@ absl::Status Scheduler::drain_worker(std::string_view worker) {
   const auto found = workers_.find(std::string(worker));
   if (found == workers_.end()) return no_such_worker(worker);
   found->second.draining = true;
+  count(found->second);
   return absl::OkStatus();
 }
 
 std::vector<WorkerView> Scheduler::workers() const {
   std::vector<WorkerView> views;
+  // Machines of one kind may work on the same jobs.
+  std::map<std::pair<std::vector<std::string>, std::vector<std::string>>, std::vector<std::string>> closed;
   for (const auto& [id, worker] : workers_) {
+    const auto [kind, is_new] = closed.try_emplace({worker.info.classes, worker.info.tags});
+    if (is_new) kind->second = closed_jobs(worker);
     views.push_back({.info = worker.info,
                      .leases = static_cast<std::uint32_t>(leases_.count_of_worker(id)),
                      .units_done = worker.units_done,
                      .draining = worker.draining,
                      .last_seen = worker.last_seen,
                      .quarantine = why_distrusted(worker.info.host).value_or(""),
-                     .slowness = worker.slowness});
+                     .slowness = worker.slowness,
+                     .closed_jobs = kind->second});
   }
   std::sort(views.begin(), views.end(), [](const WorkerView& a, const WorkerView& b) {
     return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);
@@ -319,6 +335,7 @@ void Scheduler::drop_worker(std::string_view id) {
   const auto identity = identities_.find(identity_of(found->second.info.host));
   if (--identity->second == 0) identities_.erase(identity);
   freeing_.erase(worker);
+  if (found->second.counted) census_.remove(found->second.info);
   workers_.erase(found);
   results_since_comparison_ = workers_.size();  // the next one is compared with those that are left
 }
@@ -351,9 +368,11 @@ absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job)
     return absl::FailedPreconditionError(
         absl::StrCat("host ", short_name(worker.info.host), " is in quarantine: ", *why));
   }
-  if (!job.request.isa.empty() && !worker.supports(job.request.isa)) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("job ", job.request.id, " is bound to ", job.request.isa, ", which this worker does not support"));
+  if (class_for(worker, job) == nullptr) {
+    const std::string& bound = job.classes.bound();
+    return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " is bound to ",
+                                                      bound.empty() ? job.request.isa : bound,
+                                                      ", which this worker does not support"));
   }
   return absl::OkStatus();
 }
@@ -388,6 +407,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   }
   job.units.finish(
       unit, {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(worker.info.host)});
+  note_class(job, worker.info.host, job.results, *class_for(worker, job));
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   job.failures.erase(unit);
   forgive(job, unit);
@@ -395,8 +415,8 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   job.renderers.insert(number_of_host(worker.info.host));
   job.state = v1::RUNNING;
   ++worker.units_done;
-  if (audit_wanted(job, unit, worker.info.host)) {
-    job.audits[unit].opinions.emplace_back(worker.info.host, result.fingerprint);
+  if (audit_wanted(job, unit)) {
+    job.audits[unit] = first_opinion(job, unit);
     auditing_.insert(job.number);
   }
   const CompleteDecision decision{.sequence = job.results};

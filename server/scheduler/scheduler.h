@@ -12,6 +12,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
+#include "scheduler/class_census.h"
 #include "scheduler/farm_event.h"
 #include "scheduler/farm_state.h"
 #include "scheduler/lease_table.h"
@@ -27,6 +28,9 @@ namespace tessera::server {
 ///   pending, units that will come late are given to a second worker. The first result of a unit wins.
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
 ///   which that many units fail that fail nowhere else is taken out of that job for a while.
+/// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first units are
+/// given
+///   out, or to none (JobRequest::any_class). Results are compared within a class only.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is wrong is in
 ///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one vote, and
 ///   ends no job and sets no unit aside as long as another one has not been asked.
@@ -43,6 +47,7 @@ class Scheduler {
   static constexpr Time kFirstBar{60'000};  // doubled each time
   static constexpr Time kLongestBar{3'600'000};
   static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
+  static constexpr std::size_t kMaxClosedJobs = 8;
 
   explicit Scheduler(const SchedulerOptions& options);
 
@@ -54,11 +59,10 @@ class Scheduler {
 
   /// AlreadyExists when the id is taken.
   absl::Status add_job(JobRequest request);
-  /// Units of a new job are done, with results of the job `from`, which is bound to `isa`; they are numbered from 1 in
-  /// that order. Binds the job, and ends it when nothing is left to do. FailedPrecondition when something is done
-  /// already, or the job is bound to another ISA.
-  absl::Status adopt(std::string_view job, const std::string& from, const std::string& isa,
-                     const std::vector<AdoptedResult>& results);
+  /// Units of a new job are done, with results of the job `from`; they are numbered from 1 in that order. Binds the job
+  /// to their class, if it is to be of one, and ends it when nothing is left to do. FailedPrecondition when something
+  /// is done already, or the results are not all of a class that the job may have.
+  absl::Status adopt(std::string_view job, const std::string& from, const std::vector<AdoptedResult>& results);
   /// True when this ended the job; a job that has ended stays as it is.
   absl::StatusOr<bool> cancel_job(std::string_view job);
   /// Puts units that were set aside back, with a clean record. FailedPrecondition when the job ended otherwise than
@@ -76,6 +80,8 @@ class Scheduler {
   absl::StatusOr<JobView> job(std::string_view id) const;
   /// Why nobody works on an open job; empty when somebody does.
   std::string waiting_for(std::string_view job, Time now) const;
+  /// Which workers may not work on an open job for their arithmetic; empty when all may.
+  std::string left_out(std::string_view job) const;
 
   // ---- recovery, before any other call on the job: its results, then its events, both in order.
 
@@ -99,6 +105,10 @@ class Scheduler {
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
   std::string name_of(const std::string& worker) const;
+  /// The kernels with which the worker renders for the job; empty when it may not, or one of both is not known.
+  std::string isa_for(const std::string& worker, std::string_view job) const;
+  /// Whether a worker that may be given units computes in this arithmetic class.
+  bool has_class(const std::string& name) const;
   /// Whether neither the host nor its identity is in quarantine.
   bool trusts(const std::string& host) const { return !why_distrusted(host); }
   /// The results of the host, or identity, that a person calls `text` (identity.h) count again. NotFound when no such
@@ -122,7 +132,7 @@ class Scheduler {
   Time heartbeat_interval() const;
 
   /// A result. Valid from any lease of the job's generation, expired or not. NotFound (job), FailedPrecondition (the
-  /// job was cancelled, failed, or is of another generation; the worker's ISA is not the job's; its host is in
+  /// job was cancelled, failed, or is of another generation; the worker is not of the job's class; its host is in
   /// quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted before: one of two is at fault).
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
                                             const DeliveredResult& result, Time now);
@@ -186,6 +196,17 @@ class Scheduler {
   void index_only_lease(Job& job, std::uint32_t unit, bool add);
   void drop_worker(std::string_view id);
 
+  // ---- scheduler_classes.cpp
+  /// Takes the worker into the census while it may be given units, and out of it otherwise.
+  void count(Worker& worker);
+  const std::string& class_of(const Job& job) const;
+  const std::string* class_for(const Worker& worker, const Job& job) const;
+  const std::string& class_of_result(const Job& job, const AcceptedResult& result) const;
+  bool settling(const Job& job, Time now) const;
+  void bind(Job& job, const std::string& name);
+  void note_class(Job& job, const std::string& host, std::uint32_t sequence, const std::string& name);
+  std::vector<std::string> closed_jobs(const Worker& worker) const;
+
   // ---- scheduler_faults.cpp
   void record_failure(const Job& job, std::uint32_t unit, const UnitFailure& failure);
   void add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now);
@@ -202,7 +223,8 @@ class Scheduler {
 
   // ---- scheduler_audit.cpp
   void restore_audits(Job& job);
-  bool audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const;
+  Audit first_opinion(const Job& job, std::uint32_t unit) const;
+  bool audit_wanted(const Job& job, std::uint32_t unit) const;
   bool is_of_one_identity() const;
   std::optional<std::string> why_distrusted(const std::string& host) const;
   bool may_speak(const Audit& audit, const std::string& host) const;
@@ -230,6 +252,8 @@ class Scheduler {
   UsualPace usual_pace_;
   std::size_t results_since_comparison_ = 0;  // of workers' paces
   std::map<std::string, std::size_t> identities_;  // that answer for the workers, and for how many
+  ClassCensus census_;
+  Time settled_at_{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
   LeaseTable leases_;
   std::vector<std::string> hosts_;  // by number
   absl::flat_hash_map<std::string, HostNumber> host_numbers_;

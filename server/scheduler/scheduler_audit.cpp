@@ -1,5 +1,6 @@
-// Second opinions: whether the pixels that a host returns are right. The image of one ISA has the same bits wherever it
-// is rendered, so two results of one unit that differ prove that one of two hosts is at fault.
+// Second opinions: whether the pixels that a host returns are right. Results of one arithmetic class have the same bits
+// wherever they are rendered, so two of one unit that differ prove that one of two hosts is at fault. Results of two
+// classes say nothing of each other.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -48,14 +49,22 @@ void Scheduler::restore_audits(Job& job) {
   for (const auto& [sequence, unit] : latest) {
     const AcceptedResult& accepted = job.units.result(unit);
     if (accepted.host >= hosts_.size() || !trusts(hosts_[accepted.host])) continue;
-    job.audits[unit] = {.opinions = {{hosts_[accepted.host], accepted.fingerprint}}, .out = false};
+    job.audits[unit] = first_opinion(job, unit);
   }
   if (!job.audits.empty()) auditing_.insert(job.number);
 }
 
-bool Scheduler::audit_wanted(const Job& job, std::uint32_t unit, const std::string& host) const {
+/// The accepted result of a unit that is done.
+Audit Scheduler::first_opinion(const Job& job, std::uint32_t unit) const {
+  const AcceptedResult& accepted = job.units.result(unit);
+  return {.opinions = {{hosts_[accepted.host], accepted.fingerprint}},
+          .out = false,
+          .arithmetic_class = class_of_result(job, accepted)};
+}
+
+bool Scheduler::audit_wanted(const Job& job, std::uint32_t unit) const {
   return chosen(options_, job.request.id, unit) && job.audits.size() < kMaxAudits &&
-         anyone_can_audit(job, {.opinions = {{host, 0}}, .out = false});
+         anyone_can_audit(job, first_opinion(job, unit));
 }
 
 /// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one vote only.
@@ -68,7 +77,9 @@ bool Scheduler::may_speak(const Audit& audit, const std::string& host) const {
 }
 
 bool Scheduler::can_audit(const Worker& worker, const Job& job, const Audit& audit) const {
-  return may_work_on(worker, job, worker.last_seen) && may_speak(audit, worker.info.host);
+  const std::string* const own = class_for(worker, job);
+  return own != nullptr && *own == audit.arithmetic_class && may_work_on(worker, job, worker.last_seen) &&
+         may_speak(audit, worker.info.host);
 }
 
 bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
@@ -80,17 +91,18 @@ bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
 absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker& worker, std::uint32_t unit,
                                                           ResultFingerprint result) {
   const AcceptedResult& accepted = job.units.result(unit);
+  const std::string* const own = class_for(worker, job);
+  if (own == nullptr || *own != class_of_result(job, accepted)) return CompleteDecision{.duplicate = true};
   const bool equal = accepted.fingerprint == result;
   const std::string& maker = accepted.host < hosts_.size() ? hosts_[accepted.host] : worker.info.host;
   const absl::Status differs = absl::AlreadyExistsError(absl::StrCat(
       "unit ", unit, " of job ", job.request.id, " is done, with a different result: one of two workers is at fault"));
   const auto found = job.audits.find(unit);
-  const bool counts =
-      job.open() && worker.info.host != maker && trusts(worker.info.host) && worker.supports(job.request.isa);
+  const bool counts = job.open() && worker.info.host != maker && trusts(worker.info.host);
   // A copy that agrees is no news where nobody asked.
   if (counts && (found != job.audits.end() || !equal)) {
     Audit& audit = job.audits[unit];
-    if (audit.opinions.empty()) audit.opinions.emplace_back(maker, accepted.fingerprint);
+    if (audit.opinions.empty()) audit = first_opinion(job, unit);
     if (may_speak(audit, worker.info.host)) audit.opinions.emplace_back(worker.info.host, result);
     auditing_.insert(job.number);
     adjudicate(job, unit);
@@ -130,8 +142,10 @@ void Scheduler::distrust(const std::string& subject, const std::string& why) {
   event.host = subject;
   event.text = why;
   std::vector<std::string> its_workers;
-  for (const auto& [id, worker] : workers_) {
-    if (covers(subject, worker.info.host)) its_workers.push_back(id);
+  for (auto& [id, worker] : workers_) {
+    if (!covers(subject, worker.info.host)) continue;
+    its_workers.push_back(id);
+    count(worker);
   }
   std::sort(its_workers.begin(), its_workers.end());  // the same order in every run
   for (const std::string& worker : its_workers) {
@@ -233,6 +247,9 @@ absl::Status Scheduler::trust_host(const std::string& text) {
   }
   distrusted_.erase(meant.front());
   record(FarmEvent::Kind::kTrusted, "").host = meant.front();
+  for (auto& [id, worker] : workers_) {
+    if (covers(meant.front(), worker.info.host)) count(worker);
+  }
   return absl::OkStatus();
 }
 

@@ -315,6 +315,9 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
       job.adopted = static_cast<std::uint32_t>(event.value);
       job.adopted_from = event.text;
       break;
+    case Kind::kClassNoted:
+      job.classes.note(event.host, static_cast<std::uint32_t>(event.value), event.text);
+      break;
     default:
       break;  // kBound, kEnded and kRevoked are part of the job's own record
   }

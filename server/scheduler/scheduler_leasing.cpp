@@ -236,11 +236,9 @@ bool Scheduler::would_come_late(const Batch& batch, const Job& job) const {
 }
 
 bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) const {
-  const std::string& isa = job.request.isa.empty() ? worker.info.isa : job.request.isa;
-  if (worker.draining || !worker.supports(isa) || !trusts(worker.info.host)) return false;
-  for (const std::string& tag : job.request.required_tags) {
-    if (std::find(worker.info.tags.begin(), worker.info.tags.end(), tag) == worker.info.tags.end()) return false;
-  }
+  if (worker.draining || !trusts(worker.info.host)) return false;
+  if (class_for(worker, job) == nullptr || settling(job, now)) return false;
+  if (!has_tags(worker.info, job.request.required_tags)) return false;
   if (const auto host = job.hosts.find(worker.info.host); host != job.hosts.end() && now < host->second.barred_until) {
     return false;
   }
@@ -271,10 +269,7 @@ void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
   Worker& worker = batch.worker;
   if (batch.left && batch.left->priority <= job.request.priority && batch.left->units > 0) --batch.left->units;
   job.state = v1::RUNNING;
-  if (job.request.isa.empty()) {
-    job.request.isa = worker.info.isa;
-    record(FarmEvent::Kind::kBound, job.request.id).text = job.request.isa;
-  }
+  bind(job, *class_for(worker, job));
   const Time cost = unit_cost(worker, job);
   const std::int64_t ahead =
       static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness) / worker.info.threads;
@@ -342,8 +337,9 @@ std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, std::uint32_t u
 /// A lease that is not known any more goes on where it was, when nobody else has begun with its unit.
 bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now) {
   const std::uint32_t unit = token.unit_index();
-  if (job.request.isa.empty() || !worker.supports(job.request.isa)) return false;
-  if (!trusts(worker.info.host)) return false;
+  // Where no class is bound, no unit was given out.
+  if (!job.request.any_class && job.classes.bound().empty()) return false;
+  if (class_for(worker, job) == nullptr || !trusts(worker.info.host)) return false;
   if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
   job.state = v1::RUNNING;
   job.units.take(unit);

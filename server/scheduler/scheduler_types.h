@@ -24,18 +24,23 @@ struct SchedulerOptions {
   std::uint64_t epoch = 1;           // of the coordinator; part of every token
   // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a restart.
   std::string audit_key = {};
+  // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers that are
+  // started together, the first is not to decide for all.
+  Time settle{0};
 };
 
 struct JobRequest {
   std::string id;
   std::shared_ptr<const WorkPlan> plan;
   std::string scene_digest;
-  std::string isa;            // empty: that of the first worker
+  std::string isa;            // that workers must use; empty: any
   std::int32_t priority = 0;  // higher goes first
   std::uint32_t generation = 1;
   std::string user;
   std::vector<std::string> required_tags;
   std::uint32_t max_workers = 0;  // at a time; 0: any number
+  bool any_class = false;         // workers of every arithmetic class may work on it; else of one
+  std::string bound = {};         // to this class, before a restart; empty: not yet
 };
 
 /// One time that a unit was not rendered.
@@ -55,7 +60,7 @@ struct SetAsideView {
 struct JobView {
   v1::JobState state = v1::QUEUED;
   std::uint32_t units_total = 0, units_done = 0, units_leased = 0, units_set_aside = 0;
-  std::string isa;    // empty until bound
+  std::string isa;    // of `classes`; without any, the one asked for
   std::string error;  // why it failed, or what is missing
   std::int32_t priority = 0;
   bool paused = false;
@@ -64,6 +69,7 @@ struct JobView {
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
+  std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
 };
 
 struct WorkerInfo {
@@ -77,6 +83,8 @@ struct WorkerInfo {
   std::vector<std::string> tags;
   // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not known.
   std::string certificate = {}, peer = {};
+  // Arithmetic class with each of supported_isas, in their order. Empty: what the ISAs are called.
+  std::vector<std::string> classes = {};
 };
 
 struct WorkerView {
@@ -87,6 +95,7 @@ struct WorkerView {
   Time last_seen{};
   std::string quarantine;  // why its host is not trusted; empty when it is
   double slowness = 1;     // how long its units take, relative to the usual worker
+  std::vector<std::string> closed_jobs = {};  // open, and not for its arithmetic: the first kMaxClosedJobs
 };
 
 struct LeaseRequest {
@@ -118,6 +127,7 @@ struct AdoptedResult {
   std::uint32_t unit = 0;  // of the new job
   ResultFingerprint fingerprint = 0;
   std::string host;  // that rendered it
+  std::string arithmetic_class;
 };
 
 struct CompleteDecision {

@@ -3,9 +3,13 @@
 #include <google/protobuf/util/message_differencer.h>
 
 #include <algorithm>
+#include <iterator>
+#include <map>
+#include <optional>
 
 #include "service/journal_events.h"
 #include "service/result_check.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::server {
 namespace {
@@ -43,6 +47,38 @@ std::string without_cost(const std::string& serialized) {
   return kept.SerializeAsString();
 }
 
+struct Fitting {
+  std::size_t index;  // of the donor's results
+  std::string arithmetic_class;
+};
+
+/// Results that are of a unit of the job's, and rendered as it asks for by a host that is trusted.
+std::vector<Fitting> fitting_results(const Scheduler& scheduler, const JobRequest& job, const Donor& donor) {
+  const std::vector<std::uint64_t> revoked = revoked_results(donor.record);
+  const ClassHistory classes = classes_of(donor.record);
+  std::vector<Fitting> fitting;
+  for (std::size_t i = 0; i < donor.record.results.size(); ++i) {
+    const JobRecord::Result& result = donor.record.results[i];
+    const std::string& name = classes.of(result.host, static_cast<std::uint32_t>(i + 1));
+    // Both plans number the tiles of a range, and the ranges, in the same order; the last range may be cut.
+    if (result.unit >= job.plan->unit_count() || std::binary_search(revoked.begin(), revoked.end(), i + 1) ||
+        !scheduler.trusts(result.host) || (!job.isa.empty() && wire::isa_of(name) != job.isa) ||
+        !MessageDifferencer::Equals(job.plan->unit(result.unit), donor.plan->unit(result.unit))) {
+      continue;
+    }
+    fitting.push_back({.index = i, .arithmetic_class = name});
+  }
+  return fitting;
+}
+
+std::string most_common_class(const std::vector<Fitting>& fitting) {
+  std::map<std::string, std::size_t> counts;
+  for (const Fitting& result : fitting) ++counts[result.arithmetic_class];
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? "" : most->first;
+}
+
 }  // namespace
 
 std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
@@ -53,30 +89,37 @@ std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
   return report.substr(0, report.find('\n'));
 }
 
-absl::Status adopt_results(Scheduler& scheduler, const std::string& job, const WorkPlan& plan, const Donor& donor,
+absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
                            std::vector<JournalEntry>& entries) {
-  const std::vector<std::uint64_t> revoked = revoked_results(donor.record);
+  const std::vector<Fitting> fitting = fitting_results(scheduler, job, donor);
+  std::optional<std::string> chosen;
+  if (!job.any_class) chosen = most_common_class(fitting);
   std::vector<AdoptedResult> adopted;
-  for (std::size_t i = 0; i < donor.record.results.size(); ++i) {
-    const JobRecord::Result& result = donor.record.results[i];
-    // Both plans number the tiles of a range, and the ranges, in the same order; the last range may be cut.
-    if (result.unit >= plan.unit_count() || std::binary_search(revoked.begin(), revoked.end(), i + 1) ||
-        !scheduler.trusts(result.host) ||
-        !MessageDifferencer::Equals(plan.unit(result.unit), donor.plan->unit(result.unit))) {
-      continue;
-    }
-    adopted.push_back({.unit = result.unit, .fingerprint = fingerprint_of(result.digest), .host = result.host});
-    entries.push_back(UnitDone{.job = job,
-                               .sequence = adopted.size(),
-                               .unit = result.unit,
-                               .digest = result.digest,
-                               .payload = "",
-                               .stats = without_cost(result.stats),
-                               .host = result.host,
-                               .from_job = donor.record.added.id,
-                               .from_sequence = i + 1});
+  std::vector<JournalEntry> done;
+  for (const auto& [index, name] : fitting) {
+    if (chosen && name != *chosen) continue;
+    const JobRecord::Result& result = donor.record.results[index];
+    adopted.push_back({.unit = result.unit,
+                       .fingerprint = fingerprint_of(result.digest),
+                       .host = result.host,
+                       .arithmetic_class = name});
+    done.push_back(UnitDone{.job = job.id,
+                            .sequence = adopted.size(),
+                            .unit = result.unit,
+                            .digest = result.digest,
+                            .payload = "",
+                            .stats = without_cost(result.stats),
+                            .host = result.host,
+                            .from_job = donor.record.added.id,
+                            .from_sequence = index + 1});
   }
-  return scheduler.adopt(job, donor.record.added.id, donor.isa, adopted);
+  if (chosen && adopted.size() < job.plan->unit_count()) {
+    // Of results from before classes were told of, none says whose arithmetic the rest should have.
+    if (!wire::is_whole_class(*chosen)) return absl::OkStatus();
+    if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen)) return absl::OkStatus();
+  }
+  entries.insert(entries.end(), std::make_move_iterator(done.begin()), std::make_move_iterator(done.end()));
+  return scheduler.adopt(job.id, donor.record.added.id, adopted);
 }
 
 }  // namespace tessera::server

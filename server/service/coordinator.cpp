@@ -94,7 +94,10 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
                   .max_open_units = options.max_open_units,
                   .share_results = options.share_jobs || options.certificates.empty(),
                   .seal = *seal,
-                  .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time"},
+                  .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time",
+                  .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
+                  .isa = options.isa,
+                  .settle = options.settle},
                  [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);

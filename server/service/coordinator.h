@@ -67,6 +67,12 @@ struct CoordinatorOptions {
   std::optional<std::uint64_t> keep_free_bytes = {};
   /// Most units that the jobs have together that are not over; each takes 29 bytes.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
+  /// Of jobs that do not say: whether all of an image is to have the bits of one arithmetic class, and the kernels
+  /// (empty: any).
+  bool same_bits = true;
+  std::string isa = {};
+  /// How long workers that are started together have, before a job is bound to the class of most of them.
+  std::chrono::milliseconds settle{0};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };

@@ -9,6 +9,7 @@
 #include "scheduler/identity.h"
 #include "service/identifier.h"
 #include "service/journal_events.h"
+#include "wire/arithmetic_class.h"
 #include "wire/limits.h"
 #include "wire/log.h"
 #include "wire/version.h"
@@ -32,7 +33,8 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       scheduler_({.heartbeat_interval = options.heartbeat_interval,
                   .lease_timeout = options.lease_timeout,
                   .epoch = journal.epoch(),
-                  .audit_key = seal_->derive_key("audits")}),
+                  .audit_key = seal_->derive_key("audits"),
+                  .settle = options.settle}),
       lived_(options.lived_time),
       next_collection_(now() + kLongestBetweenCollections),
       dispatcher_([this] { tick(); }),
@@ -240,14 +242,18 @@ void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
 }
 
 absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec) {
-  const auto isa_of = [this](const JobEntry& entry) { return view_of(entry).isa; };
+  // Whether it has results of the kernels asked for.
+  const auto has_isa = [&](const JobEntry& entry) {
+    const std::vector<std::string> classes = view_of(entry).classes;
+    return spec.isa().empty() || std::any_of(classes.begin(), classes.end(),
+                                             [&](const std::string& name) { return wire::isa_of(name) == spec.isa(); });
+  };
   if (const std::string& id = request.continued(); !id.empty()) {
     const absl::StatusOr<JobEntry*> named = find_job(id);
     if (!named.ok()) return named.status();
     std::string difference = difference_in_content((*named)->shape->spec, spec);
-    const std::string isa = isa_of(**named);
-    if (difference.empty() && !spec.isa().empty() && !isa.empty() && spec.isa() != isa) {
-      difference = absl::StrCat("modified: isa: \"", isa, "\" -> \"", spec.isa(), "\"");
+    if (const JobView view = view_of(**named); difference.empty() && !view.classes.empty() && !has_isa(**named)) {
+      difference = absl::StrCat("modified: isa: \"", view.isa, "\" -> \"", spec.isa(), "\"");
     }
     if (difference.empty()) return *named;
     return absl::FailedPreconditionError(absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
@@ -260,7 +266,7 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
         (best != nullptr && best->durable_results >= entry->durable_results)) {
       continue;
     }
-    if (!spec.isa().empty() && spec.isa() != isa_of(*entry)) continue;
+    if (!has_isa(*entry)) continue;
     if (difference_in_content(other, spec).empty()) best = entry.get();
   }
   return best;
@@ -278,7 +284,7 @@ absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest
     if (*best == nullptr) return std::nullopt;
     id = (*best)->id;
     donor.plan = (*best)->shape->plan;
-    donor.isa = view_of(**best).isa;
+    donor.named = !request.continued().empty();
   }
   // Thousands of rows, maybe: not under the lock. What was deleted meanwhile is no donor.
   absl::StatusOr<JobRecord> record = journal_.read_job(id);
@@ -302,9 +308,7 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
             spec.name(), spec.width(), spec.height(), spec.settings().spp(), entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
-  if (absl::Status status = adopt_results(scheduler_, entry.id, *entry.shape->plan, *donor, entries); !status.ok()) {
-    return status;
-  }
+  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, entries); !status.ok()) return status;
   for (const JournalEntry& journaled : entries) {
     const auto* const done = std::get_if<UnitDone>(&journaled);
     if (done == nullptr) continue;
@@ -330,6 +334,8 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   }
   v1::JobSpec spec = request.spec();
   spec.set_build(wire::build_version());
+  if (spec.bits() == v1::BITS_UNSPECIFIED) spec.set_bits(options_.bits);
+  if (spec.isa().empty()) spec.set_isa(options_.isa);
   auto shape = JobShape::make(std::move(spec));
   if (!shape.ok()) return done(shape.status());
   if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));

@@ -49,6 +49,10 @@ struct FarmOptions {
   bool share_results = false;                             // jobs take over those of other users' jobs too
   std::shared_ptr<const LeaseSeal> seal;                  // of this data directory
   std::filesystem::path lived_time = {};                  // the file of LivedTime; empty: none
+  // Of jobs that do not say: JobSpec.bits and JobSpec.isa.
+  v1::Bits bits = v1::BITS_SAME;
+  std::string isa = {};
+  std::chrono::milliseconds settle{0};  // SchedulerOptions::settle
 };
 
 /// Some results of a job, and its status.

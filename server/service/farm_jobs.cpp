@@ -81,6 +81,7 @@ absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
 v1::JobStatus Farm::describe(const JobEntry& entry) const {
   v1::JobStatus status = status_of(entry, view_of(entry));
   if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));
+  if (!entry.past) status.set_left_out(scheduler_.left_out(entry.id));
   if (is_open(status.state())) return status;
   for (const std::string& host : entry.hosts.hosts()) {
     if (scheduler_.trusts(host)) continue;
@@ -179,6 +180,9 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
+    v1::WorkerArithmetic& arithmetic = *worker.mutable_arithmetic();
+    for (const std::string& name : view.info.classes) arithmetic.add_classes(name);
+    for (const std::string& job : view.closed_jobs) arithmetic.add_closed_jobs(job);
     bytes += worker.ByteSizeLong();
   }
   return response;

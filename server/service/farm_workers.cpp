@@ -5,9 +5,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
+#include "absl/strings/str_join.h"
 #include "service/farm.h"
 #include "service/identifier.h"
 #include "service/result_check.h"
+#include "wire/arithmetic_class.h"
 #include "wire/limits.h"
 #include "wire/log.h"
 #include "wire/printable.h"
@@ -50,6 +52,13 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   }
   if (std::any_of(isas.begin(), isas.end(), [](const std::string& isa) { return isa.size() > kMaxIsaBytes; }))
     return absl::InvalidArgumentError("the name of an ISA is too long");
+  const auto& classes = request.arithmetic_classes();
+  const auto is_of = [](const std::string& name, const std::string& isa) { return wire::isa_of(name) == isa; };
+  const auto is_long = [](const std::string& name) { return name.size() > kMaxNameBytes; };
+  if (!std::equal(classes.begin(), classes.end(), isas.begin(), isas.end(), is_of) ||
+      std::any_of(classes.begin(), classes.end(), is_long)) {
+    return absl::InvalidArgumentError("expected one arithmetic class, ISA/..., for each ISA that is supported");
+  }
   std::size_t tag_bytes = 0;
   for (const std::string& tag : request.tags()) tag_bytes += tag.size() + 1;
   if (request.host().size() > kMaxNameBytes || tag_bytes > kMaxTagBytes) {
@@ -120,14 +129,15 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
        .host = host_named(request.host().empty() ? request.name() : request.host(), origin.fingerprint),
        .tags = {request.tags().begin(), request.tags().end()},
        .certificate = origin.certificate,
-       .peer = origin.peer},
+       .peer = origin.peer,
+       .classes = {request.arithmetic_classes().begin(), request.arithmetic_classes().end()}},
       now());
   if (!status.ok()) return status;
   registrations_[response.worker_id()] = origin.account;
   wire::log(spdlog::level::info,
             {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
-            "worker {} ({}, {} threads) registered as {}", request.name(), request.isa(), request.threads(),
-            response.worker_id());
+            "worker {} ({}, {} threads) registered as {}", request.name(),
+            absl::StrJoin(request.arithmetic_classes(), " "), request.threads(), response.worker_id());
   return response;
 }
 
@@ -192,7 +202,7 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     done(std::move(response));
     return true;
   }
-  // No worker may begin before it is durable with which ISA: after a restart another one could be chosen.
+  // No worker may begin before it is durable in which class: after a restart another one could be chosen.
   commit({}, {}, /*wait=*/false, [response = *std::move(response), done](const absl::Status& status) {
     status.ok() ? done(response) : done(status);
   });
@@ -217,7 +227,7 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
       const JobEntry& entry = *jobs_.find(id);
       v1::JobSpec& spec = (*response.mutable_specs())[id];
       spec = entry.shape->spec;
-      spec.set_isa(view_of(entry).isa);
+      spec.set_isa(scheduler_.isa_for(worker, id));
     }
     *response.add_leases() = std::move(lease);
   }

@@ -85,7 +85,8 @@ JobRequest request_of(const JobEntry& entry) {
           .generation = entry.generation,
           .user = spec.user(),
           .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
-          .max_workers = spec.max_workers()};
+          .max_workers = spec.max_workers(),
+          .any_class = spec.bits() == v1::BITS_ANY};
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
@@ -140,7 +141,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                          .units_done = static_cast<std::uint32_t>(record.result_count - revoked.size()),
                          .units_leased = 0,
                          .units_set_aside = 0,
-                         .isa = record.isa,
+                         .isa = "",
                          .error = record.ended.error,
                          .priority = entry.shape->spec.priority(),
                          .paused = false,
@@ -148,7 +149,9 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                          .notes = {},
                          .set_aside = {},
                          .units_adopted = 0,
-                         .adopted_from = ""};
+                         .adopted_from = "",
+                         .classes = classes_of(record).all()};
+    entry.past->isa = entry.past->classes.empty() ? entry.shape->spec.isa() : isas_of(entry.past->classes);
     for (const SchedulerEvent& event : record.events) {
       const auto kind = static_cast<FarmEvent::Kind>(event.kind);
       if (kind == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
@@ -198,6 +201,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_revision(view.revision);
   status.set_units_adopted(view.units_adopted);
   status.set_adopted_from(view.adopted_from);
+  for (const std::string& name : view.classes) status.add_arithmetic_classes(name);
   for (const std::string& note : view.notes) status.add_notes(note);
   for (const SetAsideView& aside : view.set_aside) {
     v1::SetAsideUnit& unit = *status.add_set_aside();

@@ -58,9 +58,18 @@ std::vector<std::uint64_t> revoked_results(const JobRecord& record) {
   return sequences;
 }
 
+ClassHistory classes_of(const JobRecord& record) {
+  ClassHistory classes(record.isa);
+  for (const SchedulerEvent& event : record.events) {
+    if (static_cast<Kind>(event.kind) != Kind::kClassNoted) continue;
+    classes.note(event.host, static_cast<std::uint32_t>(event.value), event.text);
+  }
+  return classes;
+}
+
 absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobRecord& record) {
   const std::string id = request.id;
-  if (!record.isa.empty()) request.isa = record.isa;
+  request.bound = record.isa;
   absl::Status status = scheduler.add_job(std::move(request));
   const std::vector<std::uint64_t> revoked = revoked_results(record);
   for (std::size_t i = 0; i < record.results.size(); ++i) {

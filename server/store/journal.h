@@ -24,10 +24,10 @@ struct JobAdded {
   std::uint64_t uploaded_bytes = 0;
 };
 
-/// A job's ISA was chosen.
+/// A job's arithmetic class was chosen.
 struct JobBound {
   std::string id;
-  std::string isa;
+  std::string isa;  // the class; of journals before protocol 2, the ISA alone
 };
 
 /// A job is over.
@@ -90,7 +90,7 @@ using JournalEntry =
 /// Everything that was committed about a job but for its payloads.
 struct JobRecord {
   JobAdded added;
-  std::string isa;
+  std::string isa;  // JobBound::isa
   JobEnded ended;  // state 0 while it is open
   struct Result {
     std::uint32_t unit = 0;

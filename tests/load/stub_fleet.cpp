@@ -172,6 +172,7 @@ void StubFleet::Worker::enroll() {
   call->request.set_build(wire::build_version());
   call->request.set_isa("avx2");
   call->request.add_supported_isas("avx2");
+  call->request.add_arithmetic_classes("avx2/embree-3.13.5/0badcafe");
   call->request.set_name("stub" + std::to_string(number_));
   call->request.set_host(call->request.name());
   call->request.set_threads(fleet_.options_.threads);

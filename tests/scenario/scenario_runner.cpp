@@ -9,6 +9,7 @@
 #include "absl/strings/str_split.h"
 #include "scenario/simulated_coordinator.h"
 #include "service/journal_events.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::server {
 namespace {
@@ -106,6 +107,11 @@ std::string ScenarioRunner::run(const std::string& line) {
     scheduler_ = std::make_unique<Scheduler>(options_);
     return "ok\n";
   }
+  if (command == "settle") {
+    options_.settle = Time(static_cast<std::int64_t>(std::stod(first) * 1000));
+    scheduler_ = std::make_unique<Scheduler>(options_);
+    return "ok\n";
+  }
   if (command == "trust") return changed(scheduler_->trust_host(first));
   if (command == "retry") return changed(scheduler_->retry_job(first));
   if (command == "pause" || command == "resume") return changed(scheduler_->pause_job(first, command == "pause"));
@@ -129,7 +135,8 @@ std::string ScenarioRunner::submit(const Arguments& arguments) {
                      .priority = number("priority", "0"),
                      .user = arguments.get("user", ""),
                      .required_tags = absl::StrSplit(arguments.get("require", ""), ',', absl::SkipEmpty()),
-                     .max_workers = static_cast<std::uint32_t>(number("workers", "0"))};
+                     .max_workers = static_cast<std::uint32_t>(number("workers", "0")),
+                     .any_class = arguments.get("bits", "same") == "any"};
   const absl::Status status = scheduler_->add_job(request);
   if (!status.ok()) return outcome(status);
   jobs_[id] = std::move(request);
@@ -151,6 +158,9 @@ std::string ScenarioRunner::show_job(const std::string& id) const {
                     "\n");
   }
   for (const std::string& note : view->notes) absl::StrAppend(&out, "  note: ", note, "\n");
+  if (const std::string others = scheduler_->left_out(id); !others.empty()) {
+    absl::StrAppend(&out, "  left out: ", others, "\n");
+  }
   if (const std::string reason = scheduler_->waiting_for(id, now_); !reason.empty() && view->units_done > 0) {
     absl::StrAppend(&out, "  waiting: ", reason, "\n");
   }
@@ -158,19 +168,22 @@ std::string ScenarioRunner::show_job(const std::string& id) const {
 }
 
 std::string ScenarioRunner::register_worker(const Arguments& arguments) {
-  const std::string isa = arguments.get("isa", "avx2");
-  std::vector<std::string> isas = {isa};
+  const std::vector<std::string> classes = absl::StrSplit(arguments.get("classes", ""), ',', absl::SkipEmpty());
+  std::vector<std::string> isas;
+  for (const std::string& name : classes) isas.emplace_back(wire::isa_of(name));
+  if (isas.empty()) isas.push_back(arguments.get("isa", "avx2"));
   if (const std::string also = arguments.get("also", ""); !also.empty()) isas.push_back(also);
   const std::string& id = arguments.positional.at(0);
   return outcome(
       scheduler_->register_worker({.id = id,
                                    .name = id,
                                    .build = "",
-                                   .isa = isa,
+                                   .isa = isas.front(),
                                    .supported_isas = isas,
                                    .threads = static_cast<std::uint32_t>(std::stoi(arguments.get("threads", "2"))),
                                    .host = arguments.get("host", id),
-                                   .tags = absl::StrSplit(arguments.get("tags", ""), ',', absl::SkipEmpty())},
+                                   .tags = absl::StrSplit(arguments.get("tags", ""), ',', absl::SkipEmpty()),
+                                   .classes = classes},
                                   now_));
 }
 

@@ -5,14 +5,16 @@
 // it is not of the current epoch):
 //
 //   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N] [user=NAME] [require=TAG,TAG] [workers=N]
+//          [bits=any]
 //   cancel JOB
 //   retry JOB
 //   pause JOB
 //   resume JOB
 //   priority JOB N
-//   job JOB                 with what it waits for, what was set aside, and its notes
+//   job JOB                 with what it waits for, who is left out, what was set aside, and its notes
 //   audit N                 from now on one result in N gets a second opinion; only before the first job
-//   register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG]
+//   settle SECONDS          from now on that is how long workers have to come together; only before the first job
+//   register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG] [classes=ISA/NAME,ISA/NAME]
 //   deregister WORKER
 //   drain WORKER
 //   workers

@@ -73,11 +73,7 @@ void SimulatedCoordinator::submit(const JobRequest& job, const JobRequest* donor
   if (donor != nullptr) {
     const absl::StatusOr<JobRecord> record = journal_.read_job(donor->id);
     if (record.ok()) {
-      const std::string isa = record->isa.empty() ? donor->isa : record->isa;
-      const absl::Status status =
-          job.isa.empty() || job.isa == isa
-              ? adopt_results(scheduler_, job.id, *job.plan, {*record, donor->plan, isa}, entries)
-              : absl::OkStatus();
+      const absl::Status status = adopt_results(scheduler_, job, {*record, donor->plan}, entries);
       if (!status.ok()) return reply(status);
     }
   }
@@ -103,11 +99,18 @@ void SimulatedCoordinator::pause(const std::string& job, bool paused, Reply repl
   push({}, std::move(reply));
 }
 
-void SimulatedCoordinator::lease(const LeaseRequest& request, Time now,
-                                 std::function<void(const absl::StatusOr<LeaseDecision>&)> reply) {
+void SimulatedCoordinator::lease(const LeaseRequest& request, Time now, LeaseReply reply) {
   absl::StatusOr<LeaseDecision> decision = scheduler_.lease(request, now);
-  if (!scheduler_.has_events()) return reply(decision);
-  push({}, [decision = std::move(decision), reply = std::move(reply)](const absl::Status&) { reply(decision); });
+  std::vector<std::string> isas;
+  if (decision.ok()) {
+    for (const v1::Lease& lease : decision->leases) {
+      isas.push_back(scheduler_.isa_for(request.worker, lease.token().job_id()));
+    }
+  }
+  if (!scheduler_.has_events()) return reply(decision, isas);
+  push({}, [decision = std::move(decision), isas, reply = std::move(reply)](const absl::Status&) {
+    reply(decision, isas);
+  });
 }
 
 absl::StatusOr<HeartbeatDecision> SimulatedCoordinator::heartbeat(const std::string& worker,

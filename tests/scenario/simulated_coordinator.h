@@ -32,7 +32,9 @@ class SimulatedCoordinator {
   void cancel(const std::string& job, Reply reply);
   void retry(const std::string& job, Reply reply);
   void pause(const std::string& job, bool paused, Reply reply);
-  void lease(const LeaseRequest& request, Time now, std::function<void(const absl::StatusOr<LeaseDecision>&)> reply);
+  /// The decision, and the kernels' ISA for each lease of it.
+  using LeaseReply = std::function<void(const absl::StatusOr<LeaseDecision>&, const std::vector<std::string>& isas)>;
+  void lease(const LeaseRequest& request, Time now, LeaseReply reply);
   absl::StatusOr<HeartbeatDecision> heartbeat(const std::string& worker, const std::vector<v1::LeaseToken>& leases,
                                               Time now);
   void complete(const std::string& worker, const v1::LeaseToken& token, const DeliveredResult& result, Time now,

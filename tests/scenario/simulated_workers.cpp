@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scenario/simulation.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::server {
 namespace {
@@ -18,12 +19,19 @@ bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
 
 }  // namespace
 
-ResultFingerprint Simulation::truth_of(const v1::LeaseToken& token) const {
-  return std::hash<std::string>{}(promises_.at(token.job_id()).content) * 31 + token.unit_index();
+ResultFingerprint Simulation::truth_of(const Promise& promise, std::uint32_t unit,
+                                       const std::string& arithmetic_class) const {
+  return (std::hash<std::string>{}(promise.content) * 31 + std::hash<std::string>{}(arithmetic_class)) * 31 + unit;
+}
+
+std::string Simulation::class_of(const Worker& worker, const std::string& isa) {
+  const auto found = std::find_if(worker.classes.begin(), worker.classes.end(),
+                                  [&](const std::string& name) { return wire::isa_of(name) == isa; });
+  return found == worker.classes.end() ? "" : *found;
 }
 
 Simulation::Effort Simulation::effort_of(const v1::LeaseToken& token) const {
-  std::mt19937_64 random(truth_of(token));
+  std::mt19937_64 random(truth_of(promises_.at(token.job_id()), token.unit_index(), ""));
   const double milliseconds = std::lognormal_distribution<double>(std::log(800.0), std::log(100.0) / 4)(random);
   const double rays_per_ms = std::lognormal_distribution<double>(std::log(1000.0), 0.3)(random);
   return {.milliseconds = milliseconds, .rays = 1 + static_cast<std::uint64_t>(milliseconds * rays_per_ms)};
@@ -83,17 +91,19 @@ void Simulation::work(std::size_t index) {
 
 void Simulation::register_worker(std::size_t index) {
   const std::string id = absl::StrCat("w", ++names_);
-  const std::string isa = index % 2 == 0 ? "avx512" : "avx2";
-  to_coordinator([this, index, id, isa] {
+  to_coordinator([this, index, id] {
     const Worker& there = workers_[index];
+    std::vector<std::string> isas;
+    for (const std::string& name : there.classes) isas.emplace_back(wire::isa_of(name));
     const absl::Status status = coordinator_->scheduler().register_worker({.id = id,
                                                                            .name = there.host,
                                                                            .build = "",
-                                                                           .isa = isa,
-                                                                           .supported_isas = {"avx2", "avx512"},
+                                                                           .isa = isas.front(),
+                                                                           .supported_isas = isas,
                                                                            .threads = there.threads,
                                                                            .host = there.host,
-                                                                           .tags = {}},
+                                                                           .tags = {},
+                                                                           .classes = there.classes},
                                                                           now_);
     if (!status.ok()) return;  // it came twice
     to_worker(index, [this, index, id] { workers_[index].id = id; });
@@ -105,14 +115,15 @@ void Simulation::ask_for_units(std::size_t index) {
   if (worker.held.size() >= 2 * worker.threads) return;
   const auto wanted = static_cast<std::uint32_t>(2 * worker.threads - worker.held.size());
   to_coordinator([this, index, id = worker.id, wanted] {
-    coordinator_->lease({.worker = id, .max_units = wanted, .loaded_scenes = {"s0"}}, now_,
-                        [this, index, id, wanted](const absl::StatusOr<LeaseDecision>& decision) {
-                          if (!decision.ok()) return;
-                          if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
-                          if (decision->leases.empty()) check_sent_away(workers_[index], id);
-                          for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
-                          to_worker(index, [this, index, decision] { receive_units(index, *decision); });
-                        });
+    coordinator_->lease(
+        {.worker = id, .max_units = wanted, .loaded_scenes = {"s0"}}, now_,
+        [this, index, id, wanted](const absl::StatusOr<LeaseDecision>& decision, const std::vector<std::string>& isas) {
+          if (!decision.ok()) return;
+          if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
+          if (decision->leases.empty()) check_sent_away(workers_[index], id);
+          for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
+          to_worker(index, [this, index, decision, isas] { receive_units(index, *decision, isas); });
+        });
   });
 }
 
@@ -123,7 +134,7 @@ void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) 
   const auto live = promise.live.find(token.unit_index());
   if (live == promise.live.end()) return;
   const Promise::Result& result = promise.journaled[live->second];
-  const bool second_opinion = liars_ && result.host != worker.host;
+  const bool second_opinion = (liars_ || audits_) && result.host != worker.host;
   if (result.acknowledged && !second_opinion) violate(absl::StrCat(unit, " was acknowledged and is given out again"));
 }
 
@@ -140,15 +151,25 @@ void Simulation::check_sent_away(const Worker& worker, const std::string& id) {
     // Units that failed or were lost go to other hosts first, or to somebody alone.
     if (!view.ok() || view->paused || promise.request.max_workers > 0 || promise.failed) continue;
     if (view->state != v1::QUEUED && view->state != v1::RUNNING) continue;
+    // For machines that round otherwise, or not yet chosen whose.
+    if (scheduler.isa_for(id, job).empty()) continue;
+    if (settle_ > Time{0} && !promise.request.any_class && view->classes.empty()) continue;
     const std::uint32_t begun = view->units_done + view->units_leased + view->units_set_aside;
     if (begun < view->units_total) violate(absl::StrCat(worker.host, " is sent away though ", job, " has units"));
   }
 }
 
+/// In every arithmetic class: jobs are done within one, and paces compared within jobs.
 bool Simulation::is_usual_pace_common() const {
-  const auto slow =
-      std::count_if(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.slowness > 1; });
-  return 2 * static_cast<std::size_t>(slow) < workers_.size();
+  std::map<std::string, std::pair<std::size_t, std::size_t>> of_class;  // slow workers, all workers
+  for (const Worker& worker : workers_) {
+    for (const std::string& name : worker.classes) {
+      of_class[name].first += worker.slowness > 1;
+      ++of_class[name].second;
+    }
+  }
+  return std::all_of(of_class.begin(), of_class.end(),
+                     [](const auto& entry) { return 2 * entry.second.first < entry.second.second; });
 }
 
 /// Equal machines are held for equal, whatever their units cost.
@@ -167,15 +188,18 @@ bool Simulation::poisonous(const v1::LeaseToken& token) const {
   return poison_ && token.unit_index() == 3 && token.job_id() == "j0";
 }
 
-void Simulation::receive_units(std::size_t index, const LeaseDecision& decision) {
+void Simulation::receive_units(std::size_t index, const LeaseDecision& decision, const std::vector<std::string>& isas) {
   Worker& worker = workers_[index];
-  for (const v1::Lease& lease : decision.leases) {
-    const v1::LeaseToken& token = lease.token();
+  for (std::size_t i = 0; i < isas.size(); ++i) {
+    const v1::LeaseToken& token = decision.leases[i].token();
     const auto known =
         std::find_if(worker.held.begin(), worker.held.end(), [&](const Held& held) { return same(held.token, token); });
     if (known != worker.held.end()) continue;  // the reply came twice
     const Time cost(std::lround(1 + effort_of(token).milliseconds * worker.slowness));
-    worker.held.push_back({.token = token, .done_at = now_ + cost, .cost = cost});
+    worker.held.push_back({.token = token,
+                           .arithmetic_class = class_of(worker, isas[i]),
+                           .done_at = now_ + cost,
+                           .cost = cost});
     at(cost, [this, index, token, life = worker.life] {
       Worker& there = workers_[index];
       if (!there.alive || there.life != life) return;
@@ -219,7 +243,10 @@ void Simulation::deliver(std::size_t index, const Held& held) {
   }
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
   const DeliveredResult result{
-      .fingerprint = truth_of(token) + (lies ? 1 + index : 0), .cost = held.cost, .work = effort_of(token).rays};
+      .fingerprint =
+          truth_of(promises_.at(token.job_id()), token.unit_index(), held.arithmetic_class) + (lies ? 1 + index : 0),
+      .cost = held.cost,
+      .work = effort_of(token).rays};
   to_coordinator(
       [this, id = worker.id, token, result, settled] { coordinator_->complete(id, token, result, now_, settled); });
 }

@@ -15,6 +15,10 @@ constexpr Time kLongest{4 * 3600'000};
 constexpr Time kTick{1000};
 constexpr std::size_t kMostJobs = 4;
 
+/// Two makers' processors, an old one and a new one of the first, and what they have in common is the old one's class.
+const std::vector<std::vector<std::string>> kMachines = {
+    {"avx512/e3/a5", "avx2/e3/a2"}, {"avx2/e3/a2"}, {"avx512/e3/b5", "avx2/e3/b2"}};
+
 /// Plans are made once: they are the same in every world.
 std::shared_ptr<const WorkPlan> plan_of(std::uint32_t tiles, std::uint32_t ranges) {
   static std::map<std::pair<std::uint32_t, std::uint32_t>, std::shared_ptr<const WorkPlan>> plans;
@@ -37,6 +41,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
   drop_ = sometimes(0.1), twice_ = sometimes(0.1), fail_ = sometimes(0.05);
   worker_death_ = sometimes(0.03), coordinator_death_ = sometimes(0.1);
   longest_delay_ = Time(1 + pick(pick(4) == 0 ? 12'000 : 300));
+  audits_ = pick(4) == 0, settle_ = Time(pick(2) * 1000);
   liars_ = pick(4) == 0, poison_ = pick(4) == 0, full_disk_ = pick(4) == 0;
   if (options.real_journal) disk_ = std::make_unique<SimulatedDisk>(options.seed);
 
@@ -44,6 +49,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
   for (std::size_t i = 0; i < workers_.size(); ++i) {
     Worker& worker = workers_[i];
     worker.host = absl::StrCat("h", i);
+    worker.classes = kMachines[pick(kMachines.size())];
     worker.threads = 1 + static_cast<std::uint32_t>(pick(4));
     worker.slowness = pick(6) == 0 ? 10 : 1;
     // Fewer than half, or truth would be outvoted.
@@ -149,8 +155,8 @@ void Simulation::start_coordinator() {
   if (!read.ok()) return violate(read.ToString());
   resolve_doubt(records);
   check_recovery(records);
-  coordinator_ =
-      std::make_unique<SimulatedCoordinator>(*journal, jobs_, SchedulerOptions{.audit_one_in = liars_ ? 3u : 0u});
+  coordinator_ = std::make_unique<SimulatedCoordinator>(
+      *journal, jobs_, SchedulerOptions{.audit_one_in = liars_ || audits_ ? 3u : 0u, .settle = settle_});
   if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
   ++incarnation_;
   committing_ = false;
@@ -249,8 +255,23 @@ void Simulation::learn(const UnitDone& done) {
     }
     ++counts_.adopted;
   }
+  check_class(promise, done);
   promise.journaled.push_back({.unit = done.unit, .digest = done.digest, .host = done.host});
   ++counts_.results;
+}
+
+/// All honest results of a job that is to have the same bits everywhere are of one class.
+void Simulation::check_class(Promise& promise, const UnitDone& done) {
+  if (promise.request.any_class) return;
+  for (const std::vector<std::string>& machine : kMachines) {
+    for (const std::string& name : machine) {
+      if (digest_of(truth_of(promise, done.unit, name)) != done.digest) continue;
+      if (promise.arithmetic_class.empty()) promise.arithmetic_class = name;
+      if (promise.arithmetic_class != name)
+        violate(absl::StrCat(done.job, " is of ", promise.arithmetic_class, " and ", name));
+      return;
+    }
+  }
 }
 
 void Simulation::learn(const std::vector<JournalEntry>& entries) {
@@ -270,7 +291,12 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     const auto* event = std::get_if<SchedulerEvent>(&entry);
     if (event == nullptr) continue;
     const auto kind = static_cast<FarmEvent::Kind>(event->kind);
-    counts_.quarantines += kind == FarmEvent::Kind::kDistrusted;
+    if (kind == FarmEvent::Kind::kDistrusted) {
+      ++counts_.quarantines;
+      const auto host = std::find_if(workers_.begin(), workers_.end(),
+                                     [&](const Worker& worker) { return worker.host == event->host; });
+      if (!host->liar) violate(absl::StrCat("honest ", event->host, " is in quarantine: ", event->text));
+    }
     if (kind == FarmEvent::Kind::kUnitFailed || kind == FarmEvent::Kind::kUnitLost)
       promises_.at(event->job).failed = true;
     if (kind != FarmEvent::Kind::kRevoked) continue;
@@ -341,7 +367,8 @@ void Simulation::submit_job() {
                      .priority = static_cast<std::int32_t>(pick(2)),
                      .user = absl::StrCat("u", pick(3)),
                      .required_tags = {},
-                     .max_workers = !many && pick(4) == 0 ? 2u : 0u};
+                     .max_workers = !many && pick(4) == 0 ? 2u : 0u,
+                     .any_class = pick(3) == 0};
   jobs_.emplace(id, request);
   Promise& promise = promises_[id];
   promise.request = std::move(request);

@@ -62,16 +62,19 @@ class Simulation {
     v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
     bool failed = false;  // a unit of it was not rendered, once
+    std::string arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
   };
   struct Held {
     v1::LeaseToken token;
+    std::string arithmetic_class;  // in which it is rendered
     Time done_at{};
     Time cost{};
     bool sent = false;
   };
   struct Worker {
     std::string host;
-    std::string id;  // as registered; empty: not registered
+    std::vector<std::string> classes;  // arithmetic, best first
+    std::string id;                    // as registered; empty: not registered
     bool alive = true;
     bool liar = false;
     double slowness = 1;
@@ -109,13 +112,16 @@ class Simulation {
   void work(std::size_t index);
   void register_worker(std::size_t index);
   void ask_for_units(std::size_t index);
-  void receive_units(std::size_t index, const LeaseDecision& decision);
+  /// `isas` are those of the kernels with which the decision's units are to be rendered.
+  void receive_units(std::size_t index, const LeaseDecision& decision, const std::vector<std::string>& isas);
+  static std::string class_of(const Worker& worker, const std::string& isa);
   void deliver(std::size_t index, const Held& held);
   void forget(Worker& worker, const v1::LeaseToken& token);
   void kill_worker(std::size_t index);
   bool poisonous(const v1::LeaseToken& token) const;
   /// What an honest worker returns.
-  ResultFingerprint truth_of(const v1::LeaseToken& token) const;
+  ResultFingerprint truth_of(const Promise& promise, std::uint32_t unit, const std::string& arithmetic_class) const;
+  void check_class(Promise& promise, const UnitDone& done);
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
   void check_sent_away(const Worker& worker, const std::string& id);
   void check_paces();
@@ -146,7 +152,8 @@ class Simulation {
   // What this seed's world is like.
   double drop_ = 0, twice_ = 0, worker_death_ = 0, coordinator_death_ = 0, fail_ = 0;
   Time longest_delay_{1};
-  bool liars_ = false, poison_ = false, full_disk_ = false;
+  Time settle_{0};
+  bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
 
   std::unique_ptr<SimulatedDisk> disk_;
   ModelJournal model_;

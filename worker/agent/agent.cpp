@@ -34,6 +34,8 @@ v1::RegisterRequest registration(const AgentOptions& options) {
   request.set_build(wire::build_version());
   request.set_isa(options.isas.front());
   for (const std::string& isa : options.isas) request.add_supported_isas(isa);
+  const auto& classes = options.arithmetic_classes.empty() ? options.isas : options.arithmetic_classes;
+  for (const std::string& name : classes) request.add_arithmetic_classes(name);
   request.set_name(options.name);
   request.set_host(options.host);
   for (const std::string& tag : options.tags) request.add_tags(tag);

@@ -31,6 +31,8 @@ struct AgentOptions {
   std::string address;            // of the coordinator, for messages
   int threads = 1;                // as many tiles are rendered at once
   std::vector<std::string> isas;  // that this worker may use, best first
+  // How it rounds with each of them (render::arithmetic_classes); empty: nothing is known of it but the ISAs.
+  std::vector<std::string> arithmetic_classes = {};
   SceneLoader load_scene;
   // Where the blobs come from; empty: from the coordinator, through a cache in `cache_dir`.
   render::BlobSource blobs;

@@ -105,6 +105,7 @@ agent::AgentOptions agent_options(const Options& options) {
   result.address = options.server;
   result.threads = options.threads;
   result.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
+  result.arithmetic_classes = render::arithmetic_classes(result.isas);
   result.load_scene = render::load_scene;
   result.cache_dir = options.cache;
   result.cache_cap_bytes = options.cache_gigabytes * 1'000'000'000;
@@ -183,7 +184,7 @@ int run_worker(const Options& options) {
   std::stop_source stop;
   std::jthread signals{wait_for_signal, stop};
   spdlog::info("tessera-worker {} ({}): {} threads, {}, cache {}, coordinator {}", wire::build_version(), worker.name,
-               worker.threads, absl::StrJoin(worker.isas, " "), options.cache, options.server);
+               worker.threads, absl::StrJoin(worker.arithmetic_classes, " "), options.cache, options.server);
   const absl::Status status = (*agent)->run(stop.get_token());
   const agent::AgentReport report = (*agent)->report();
   spdlog::info(

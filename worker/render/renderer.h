@@ -14,6 +14,10 @@ namespace tessera::render {
 /// Kernel ISAs that this machine can run and this build contains, best first: "avx512", "avx2", "neon".
 std::vector<std::string> supported_isas();
 
+/// How this machine rounds with the kernels of each ISA, in the same order: names of proto/wire/arithmetic_class.h. The
+/// ISA alone where there are no such kernels.
+std::vector<std::string> arithmetic_classes(const std::vector<std::string>& isas);
+
 /// A scene ready to render: geometry, acceleration structure, lights, materials. Immutable, and safe to use from any
 /// number of threads at once.
 class RenderScene {

@@ -98,6 +98,7 @@ void use(server::Farm& farm) {
   registration.set_build(wire::build_version());
   registration.set_isa("avx2");
   registration.add_supported_isas("avx2");
+  registration.add_arithmetic_classes("avx2/embree-3.13.5/0badcafe");
   registration.set_name("w");
   registration.set_host("h");
   registration.set_threads(2);

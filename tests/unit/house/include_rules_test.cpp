@@ -45,7 +45,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/light", {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
        {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
-        "render/film", "render/light", "render/medium", "render/sampling", "render/shape"}},
+        "render/film", "render/light", "render/medium", "render/sampling", "render/shape", "wire"}},
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
         "render/film", "render/integrator", "render/light", "render/medium", "render/sampling", "render/shape", "wire",

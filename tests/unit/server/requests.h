@@ -32,6 +32,7 @@ inline v1::RegisterRequest registration(const std::string& name, const std::stri
   request.set_build(wire::build_version());
   request.set_isa(isa);
   request.add_supported_isas(isa);
+  request.add_arithmetic_classes(isa + "/embree-3.13.5/0badcafe");
   request.set_name(name);
   request.set_host(name);
   request.set_threads(2);

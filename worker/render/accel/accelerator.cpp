@@ -58,6 +58,16 @@ bool count_memory(void* counter, ssize_t bytes, bool) {
 
 }  // namespace
 
+std::string embree_version() {
+  static const std::string version = [] {
+    RTCDevice device = rtcNewDevice("threads=1");
+    const auto number = device ? rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION) : 0;
+    if (device) rtcReleaseDevice(device);
+    return absl::StrCat(number / 10000, ".", number / 100 % 100, ".", number % 100);
+  }();
+  return version;
+}
+
 Accelerator::~Accelerator() {
   if (world_) rtcReleaseScene(world_);
   for (RTCScene object : objects_) rtcReleaseScene(object);

@@ -25,6 +25,9 @@ struct BuildOptions {
   bool robust = false;  // watertight at edges, 11-23 % slower (measured, docs/architecture.md)
 };
 
+/// "3.13.5", of the library that is loaded, whatever this was compiled with.
+std::string embree_version();
+
 class Accelerator {
  public:
   ~Accelerator();

@@ -5,7 +5,9 @@
 #include <map>
 #include <mutex>
 
+#include "render/accel/accelerator.h"
 #include "render/renderer.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::render {
 
@@ -50,6 +52,16 @@ std::vector<std::string> supported_isas() {
     if (find_kernel(isa)) isas.emplace_back(isa);
   }
   return isas;
+}
+
+std::vector<std::string> arithmetic_classes(const std::vector<std::string>& isas) {
+  std::vector<std::string> classes;
+  for (const std::string& isa : isas) {
+    const Kernel* const kernel = find_kernel(isa);
+    classes.push_back(kernel == nullptr ? isa
+                                        : wire::arithmetic_class(isa, embree_version(), kernel->arithmetic_checksum()));
+  }
+  return classes;
 }
 
 RenderStats& RenderStats::operator+=(const RenderStats& other) {

@@ -29,6 +29,8 @@ struct Kernel {
   std::uint64_t (*replay_rays)(RTCScene scene, const RayLog& log);
   /// The counter that RenderStats::times are read from, in its own unit.
   std::uint64_t (*clock_ticks)();
+  /// How this machine rounds with these kernels (accel/arithmetic.h).
+  std::uint32_t (*arithmetic_checksum)();
 };
 
 /// The one symbol that a kernel module exports.

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "render/accel/alpha_filter.h"
+#include "render/accel/arithmetic.h"
 #include "render/accel/quadric.h"
 #include "render/accel/replay.h"
 #include "render/accel/sdf.h"
@@ -49,7 +50,8 @@ constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA),
                          &render_samples,
                          &render_light,
                          &replay_rays,
-                         &read_clock};
+                         &read_clock,
+                         &arithmetic_checksum};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,49 @@
+// In which arithmetic classes the results of one job were made.
+#pragma once
+
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tessera::server {
+
+/// Results are of the class that the job is bound to, but for those of which something else is noted: a host stays with
+/// its class, so notes are few.
+class ClassHistory {
+ public:
+  explicit ClassHistory(std::string bound = "") : bound_(std::move(bound)) {}
+
+  /// Empty when the job is bound to none, or to none yet.
+  const std::string& bound() const { return bound_; }
+  void bind(std::string name) { bound_ = std::move(name); }
+
+  /// The class of the host's result of that number.
+  const std::string& of(const std::string& host, std::uint32_t sequence) const {
+    const auto notes = notes_.find(host);
+    if (notes == notes_.end()) return bound_;
+    const auto after = notes->second.upper_bound(sequence);
+    return after == notes->second.begin() ? bound_ : std::prev(after)->second;
+  }
+
+  /// From that number on, the host's results are of the class. False when that is known already.
+  bool note(const std::string& host, std::uint32_t sequence, const std::string& name) {
+    if (of(host, sequence) == name) return false;
+    notes_[host][sequence] = name;
+    return true;
+  }
+
+  /// Each class once, that of the bound first, the others by name.
+  std::vector<std::string> all() const;
+
+ private:
+  std::string bound_;
+  std::map<std::string, std::map<std::uint32_t, std::string>> notes_;  // by host, then the first result's number
+};
+
+/// The kernel ISAs of classes, each once: "avx512+avx2".
+std::string isas_of(const std::vector<std::string>& classes);
+
+}  // namespace tessera::server
