@@ -172,7 +172,8 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .set_aside = {},
                .units_adopted = job.adopted,
                .adopted_from = job.adopted_from,
-               .classes = job.classes.all()};
+               .classes = job.classes.all(),
+               .workers = static_cast<std::uint32_t>(job.holders.size())};
   if (!view.classes.empty()) view.isa = isas_of(view.classes);
   if (units.set_aside() == 0) return view;
   for (const auto& [unit, failures] : job.failures) {
@@ -325,6 +326,14 @@ std::vector<WorkerView> Scheduler::workers() const {
     return std::tie(a.info.name, a.info.id) < std::tie(b.info.name, b.info.id);
   });
   return views;
+}
+
+std::vector<Holding> Scheduler::holdings() const {
+  std::vector<Holding> holdings;
+  for (const auto& [number, job] : jobs_) {
+    for (const auto& [worker, leases] : job->holders) holdings.push_back({job->request.id, worker, leases});
+  }
+  return holdings;
 }
 
 void Scheduler::drop_worker(std::string_view id) {

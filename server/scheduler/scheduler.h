@@ -101,6 +101,8 @@ class Scheduler {
   /// No more leases for it; those that it holds go on.
   absl::Status drain_worker(std::string_view worker);
   std::vector<WorkerView> workers() const;
+  /// Who works on what.
+  std::vector<Holding> holdings() const;
   std::size_t worker_count() const { return workers_.size(); }
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;

@@ -9,6 +9,7 @@
 #include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
 #include "wire/digest.h"
+#include "wire/nearest_name.h"
 
 namespace tessera::server {
 namespace {
@@ -231,6 +232,9 @@ std::optional<std::string> Scheduler::why_distrusted(const std::string& host) co
 absl::Status Scheduler::trust_host(const std::string& text) {
   std::set<std::string> known(hosts_.begin(), hosts_.end());
   for (const auto& [id, worker] : workers_) known.insert(worker.info.host);
+  std::vector<std::string> names;
+  for (const std::string& host : known) names.push_back(short_name(host));
+  for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
   std::erase_if(known, [&](const std::string& host) { return !is_meant(text, host); });
   // An identity in quarantine is also meant by the names of its hosts.
   std::vector<std::string> meant;
@@ -243,7 +247,8 @@ absl::Status Scheduler::trust_host(const std::string& text) {
                                                       short_name(meant[1]), ": name one of them"));
   }
   if (meant.empty()) {
-    return known.empty() ? absl::NotFoundError(absl::StrCat("no host \"", text, "\" is known")) : absl::OkStatus();
+    if (!known.empty()) return absl::OkStatus();
+    return absl::NotFoundError(absl::StrCat("no host \"", text, "\" is known", wire::did_you_mean(text, names)));
   }
   distrusted_.erase(meant.front());
   record(FarmEvent::Kind::kTrusted, "").host = meant.front();

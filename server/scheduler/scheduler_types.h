@@ -70,6 +70,7 @@ struct JobView {
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
   std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
+  std::uint32_t workers = 0;  // that hold units of it
 };
 
 struct WorkerInfo {
@@ -96,6 +97,12 @@ struct WorkerView {
   std::string quarantine;  // why its host is not trusted; empty when it is
   double slowness = 1;     // how long its units take, relative to the usual worker
   std::vector<std::string> closed_jobs = {};  // open, and not for its arithmetic: the first kMaxClosedJobs
+};
+
+/// A worker that has units of a job in its hands.
+struct Holding {
+  std::string job, worker;  // ids
+  std::uint32_t leases = 0;
 };
 
 struct LeaseRequest {

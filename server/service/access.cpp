@@ -42,7 +42,8 @@ bool is_allowed(Role role, std::string_view method) {
 
 class AccessByRole final : public grpc::AuthMetadataProcessor {
  public:
-  explicit AccessByRole(std::shared_ptr<const Expelled> expelled) : expelled_(std::move(expelled)) {}
+  AccessByRole(std::shared_ptr<const Expelled> expelled, std::shared_ptr<Members> members)
+      : expelled_(std::move(expelled)), members_(std::move(members)) {}
 
   bool IsBlocking() const override { return false; }
 
@@ -52,7 +53,10 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
     const Caller caller = caller_of(context);
     if (caller.role && expelled_->refuses(*caller.role, caller.user, certificate_of(*context)))
       return refuse_expelled(caller, method);
-    if (caller.role && is_allowed(*caller.role, method)) return grpc::Status::OK;
+    if (caller.role && is_allowed(*caller.role, method)) {
+      members_->note(*caller.role, caller.user);
+      return grpc::Status::OK;
+    }
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
     wire::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
@@ -72,6 +76,7 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
   }
 
   const std::shared_ptr<const Expelled> expelled_;
+  const std::shared_ptr<Members> members_;
   wire::LineLimit expelled_calls_;  // a machine that was taken over may call as often as it likes
 };
 
@@ -111,8 +116,9 @@ std::string certificate_of(const grpc::AuthContext& context) {
   return pem.empty() ? "" : text_of(pem.front());
 }
 
-std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<const Expelled> expelled) {
-  return std::make_shared<AccessByRole>(std::move(expelled));
+std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<const Expelled> expelled,
+                                                            std::shared_ptr<Members> members) {
+  return std::make_shared<AccessByRole>(std::move(expelled), std::move(members));
 }
 std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining() { return std::make_shared<AccessToJoining>(); }
 

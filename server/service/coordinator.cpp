@@ -26,7 +26,8 @@ using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectio
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
                                                                          const CoordinatorOptions& options,
-                                                                         std::shared_ptr<const Expelled> expelled) {
+                                                                         std::shared_ptr<const Expelled> expelled,
+                                                                         std::shared_ptr<Members> members) {
   if (options.certificates.empty()) {
     if (absl::Status s = wire::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
     return grpc::InsecureServerCredentials();
@@ -36,7 +37,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const w
   }
   if (absl::Status s = check_own_certificate(options.certificates); !s.ok()) return s;
   auto credentials = wire::server_credentials(options.certificates, options.certificate_interval);
-  credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled)));
+  credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled), std::move(members)));
   return credentials;
 }
 
@@ -63,6 +64,10 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
       LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
   if (!seal.ok()) return seal.status();
+  absl::StatusOr<std::unique_ptr<Members>> opened_members =
+      Members::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "members");
+  if (!opened_members.ok()) return opened_members.status();
+  members = *std::move(opened_members);
   blobs = options.blobs;
   if (blobs == nullptr) {
     blobs = options.data_dir.empty() ? make_memory_blob_store()
@@ -122,7 +127,8 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
        .certificates = options.certificates,
        .certificate_interval = options.certificate_interval,
        .authority = options.join_authority,
-       .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens"},
+       .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens",
+       .joined = [seen = members](const std::string& worker) { seen->note(Role::kWorker, worker); }},
       *connections);
   if (started.ok()) joining = *std::move(started);
   return started.status();
@@ -132,7 +138,7 @@ absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const Coordinato
                                                                 grpc::ServerBuilder& builder) {
   const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.listen);
   if (!address.ok()) return address.status();
-  const auto credentials = credentials_for(*address, options, expelled);
+  const auto credentials = credentials_for(*address, options, expelled, members);
   if (!credentials.ok()) return credentials.status();
   auto opened = Listener::open(*address, *connections, Connections::Port::kMembers);
   if (!opened.ok()) return opened.status();
@@ -158,7 +164,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
     streams->cut_stalled(OpenStreams::Clock::now());
     return true;
   });
-  farm_service.emplace(*farm, *streams, *expelled, joining.get(), options.share_jobs);
+  farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), options.share_jobs);
   work_service.emplace(*farm, accounts);
   blob_service.emplace(*blobs, *streams,
                        [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });

@@ -46,6 +46,7 @@ struct Coordinator::Impl {
   std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;
   std::shared_ptr<Expelled> expelled;
+  std::shared_ptr<Members> members;
   std::unique_ptr<JoinServer> joining;
   std::optional<FarmService> farm_service;
   std::optional<WorkService> work_service;

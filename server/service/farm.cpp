@@ -22,6 +22,17 @@ constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30, kMaxSpecBytesOfU
 
 wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .user = entry.shape->spec.user()}; }
 
+/// For who watches the job.
+void note_failure(JobEntry& entry, const FarmEvent& event) {
+  ++entry.failures;
+  v1::FailedUnit& failed = entry.latest_failures.emplace_back();
+  failed.set_unit_index(event.unit);
+  failed.mutable_failure()->set_host(event.host);
+  failed.mutable_failure()->set_message(event.text);
+  failed.mutable_failure()->set_lost(event.kind == FarmEvent::Kind::kUnitLost);
+  if (entry.latest_failures.size() > JobEntry::kLatestFailures) entry.latest_failures.pop_front();
+}
+
 }  // namespace
 
 Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure)
@@ -126,6 +137,10 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       ++entry->times_reopened;
       entry->finished_unix_ms = 0;
       entry->fetched = false;
+      return;
+    case FarmEvent::Kind::kUnitFailed:
+    case FarmEvent::Kind::kUnitLost:
+      note_failure(*entry, event);
       return;
     case FarmEvent::Kind::kRevoked:
       entry->units_by_sequence[static_cast<std::size_t>(event.value) - 1] = JobEntry::kRevoked;

@@ -88,6 +88,8 @@ class Farm {
   /// Who submitted a job.
   absl::StatusOr<std::string> owner_of(const std::string& id);
   void cancel(const std::string& id, Done<v1::JobStatus> done);
+  /// FailedPrecondition when the job is not over.
+  void delete_job(const std::string& id, DoneEmpty done);
   void retry(const std::string& id, Done<v1::JobStatus> done);
   void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done);
   v1::ListWorkersResponse list_workers();
@@ -139,6 +141,8 @@ class Farm {
   JobView view_of(const JobEntry& entry) const;
   std::uint64_t claim_uploads(const v1::JobSpec& spec);
   v1::JobStatus describe(const JobEntry& entry) const;
+  /// The same, for a list: without what takes long to find or to read.
+  v1::JobStatus outline(const JobEntry& entry) const;
   /// What a commit makes visible to clients.
   struct Shown {
     std::string job;
@@ -155,6 +159,8 @@ class Farm {
   /// What a change of a job answers, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
   void prune();
+  /// The job, which is over, and its results are deleted.
+  void forget(const std::string& id, DoneEmpty done);
   /// Deletes blobs that no job refers to, on a thread of its own. With mutex_ held.
   void collect_blobs();
   // Uploads that no job came of leave blobs behind even when no job is deleted.

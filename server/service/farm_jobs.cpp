@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
@@ -38,6 +39,22 @@ absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job
                       absl::StrCat("result ", sequence, " of job ", job, ": ", std::string(status.message())));
 }
 
+/// Who works on the job.
+void add_workers(const Scheduler& scheduler, const std::string& id, v1::GetJobResponse& response) {
+  absl::flat_hash_map<std::string, std::uint32_t> leases;
+  for (const Holding& holding : scheduler.holdings()) {
+    if (holding.job == id) leases[holding.worker] = holding.leases;
+  }
+  for (const WorkerView& view : scheduler.workers()) {
+    const auto found = leases.find(view.info.id);
+    if (found == leases.end()) continue;
+    v1::JobWorker& worker = *response.add_workers();
+    worker.set_name(view.info.name);
+    worker.set_host(view.info.host);
+    worker.set_leases(found->second);
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- looking and cancelling
@@ -58,6 +75,7 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
     host.set_units(slow.units);
     *host.mutable_unit_time() = TimeUtil::NanosecondsToDuration(slow.mean.count());
   }
+  add_workers(scheduler_, id, response);
   return response;
 }
 
@@ -65,8 +83,9 @@ v1::ListJobsResponse Farm::list_jobs() {
   const std::lock_guard lock(mutex_);
   v1::ListJobsResponse response;
   for (const auto& entry : jobs_.all()) {
-    v1::JobStatus& status = *response.add_jobs() = status_of(*entry, view_of(*entry));
+    v1::JobStatus& status = *response.add_jobs() = outline(*entry);
     status.clear_set_aside();
+    status.clear_latest_failures();
   }
   return response;
 }
@@ -78,8 +97,19 @@ absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
   return (*entry)->shape->spec.user();
 }
 
-v1::JobStatus Farm::describe(const JobEntry& entry) const {
+v1::JobStatus Farm::outline(const JobEntry& entry) const {
   v1::JobStatus status = status_of(entry, view_of(entry));
+  const std::int64_t end = entry.finished_unix_ms != 0 ? entry.finished_unix_ms : unix_milliseconds();
+  status.set_elapsed_ms(std::max<std::int64_t>(end - entry.submitted_unix_ms, 0));
+  if (is_open(status.state()) && !status.paused()) {
+    const std::uint32_t left = status.units_total() - status.units_done() - status.units_set_aside();
+    if (const auto time = entry.rate.time_for(left, now())) status.set_left_ms(time->count());
+  }
+  return status;
+}
+
+v1::JobStatus Farm::describe(const JobEntry& entry) const {
+  v1::JobStatus status = outline(entry);
   if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));
   if (!entry.past) status.set_left_out(scheduler_.left_out(entry.id));
   if (is_open(status.state())) return status;
@@ -110,6 +140,25 @@ void Farm::cancel(const std::string& id, Done<v1::JobStatus> done) {
   const absl::StatusOr<JobEntry*> entry = find_job(id);
   if (!entry.ok()) return done(entry.status());
   answer_with_status((*entry)->past ? absl::OkStatus() : scheduler_.cancel_job(id).status(), id, std::move(done));
+}
+
+void Farm::delete_job(const std::string& id, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  if (!(*entry)->durable_end) {
+    return done(absl::FailedPreconditionError(absl::StrCat("job ", id, " is not over: cancel it first")));
+  }
+  wire::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()}, "job {} is deleted on request", id);
+  forget(id, std::move(done));
+}
+
+void Farm::forget(const std::string& id, DoneEmpty done) {
+  if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
+  jobs_.erase(id);
+  lived_.forget(id);
+  commit({JobPruned{.id = id}}, {}, /*wait=*/true, std::move(done));
 }
 
 void Farm::retry(const std::string& id, Done<v1::JobStatus> done) {
@@ -160,6 +209,8 @@ v1::ListWorkersResponse Farm::list_workers() {
   const Time at = now();
   v1::ListWorkersResponse response;
   std::size_t bytes = 0;
+  absl::flat_hash_map<std::string, std::vector<Holding>> holdings;
+  for (Holding& holding : scheduler_.holdings()) holdings[holding.worker].push_back(std::move(holding));
   for (const WorkerView& view : scheduler_.workers()) {
     if (bytes > kMostWorkerBytes) {
       spdlog::warn("the list of workers is cut: {} of them fill a message", response.workers_size());
@@ -180,6 +231,14 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
+    for (const Holding& holding : holdings[view.info.id]) {
+      const v1::JobSpec& spec = jobs_.find(holding.job)->shape->spec;
+      v1::WorkerJob& job = *worker.add_jobs();
+      job.set_job_id(holding.job);
+      job.set_name(spec.name());
+      job.set_user(spec.user());
+      job.set_leases(holding.leases);
+    }
     v1::WorkerArithmetic& arithmetic = *worker.mutable_arithmetic();
     for (const std::string& name : view.info.classes) arithmetic.add_classes(name);
     for (const std::string& job : view.closed_jobs) arithmetic.add_closed_jobs(job);
@@ -311,10 +370,7 @@ void Farm::prune() {
   }
   for (const std::string& id : old) {
     wire::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
-    if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
-    jobs_.erase(id);
-    lived_.forget(id);
-    commit({JobPruned{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
+    forget(id, [](const absl::Status&) {});
   }
   if (now() >= no_collection_before_ && (!old.empty() || now() >= next_collection_)) collect_blobs();
   if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;

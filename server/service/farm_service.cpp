@@ -80,6 +80,14 @@ grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* co
   return reactor;
 }
 
+grpc::ServerUnaryReactor* FarmService::DeleteJob(grpc::CallbackServerContext* context,
+                                                 const v1::DeleteJobRequest* request, v1::DeleteJobResponse*) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
+  farm_.delete_job(request->job_id(), [reactor](const absl::Status& status) { answer(reactor, status); });
+  return reactor;
+}
+
 grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* context,
                                                 const v1::RetryJobRequest* request, v1::RetryJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
@@ -140,6 +148,9 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
     wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user, request.role(), name);
     return v1::ExpelResponse{};
   }
+  absl::Status known = check_member_name(name);
+  if (!request.unseen()) known.Update(members_.check_seen(*role, name));
+  if (!known.ok()) return known;
   auto until = std::chrono::system_clock::now();
   if (role == who.role && name == who.user) {
     // A certificate that leaked is put out by the one that takes its place.
@@ -154,7 +165,7 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
   if (role != Role::kWorker) return response;
   response.set_workers(farm_.expel(name));
   if (joining_ == nullptr) return response;
-  const absl::StatusOr<std::size_t> tokens = joining_->call_tokens_back();
+  const absl::StatusOr<std::size_t> tokens = joining_->call_tokens_back(name);
   if (tokens.ok()) response.set_join_tokens(static_cast<std::uint32_t>(*tokens));
   return tokens.ok() ? absl::StatusOr<v1::ExpelResponse>{response} : tokens.status();
 }
@@ -174,6 +185,16 @@ grpc::ServerUnaryReactor* FarmService::ListWorkers(grpc::CallbackServerContext* 
                                                    const v1::ListWorkersRequest* request,
                                                    v1::ListWorkersResponse* response) {
   *response = farm_.list_workers();
+  if (const Caller who = caller(*context); !share_jobs_) {
+    for (v1::WorkerStatus& worker : *response->mutable_workers()) {
+      for (v1::WorkerJob& job : *worker.mutable_jobs()) {
+        if (who.may_act_for(job.user())) continue;
+        const std::uint32_t leases = job.leases();
+        job.Clear();
+        job.set_leases(leases);
+      }
+    }
+  }
   return answer(context->DefaultReactor(), absl::OkStatus());
 }
 

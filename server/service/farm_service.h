@@ -11,13 +11,19 @@
 
 namespace tessera::server {
 
-/// Farm, streams, list of the expelled and joining must outlive the service. Where callers are known by their
-/// certificates, each sees and changes its own jobs, administrators all; `share_jobs`: everybody all.
+/// Farm, streams, lists of the expelled and of members, and joining must outlive the service. Where callers are known
+/// by their certificates, each sees and changes its own jobs, administrators all; `share_jobs`: everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
   /// `joining` may be null: no workers join.
-  FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, JoinServer* joining, bool share_jobs)
-      : farm_(farm), streams_(streams), expelled_(expelled), joining_(joining), share_jobs_(share_jobs) {}
+  FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members, JoinServer* joining,
+              bool share_jobs)
+      : farm_(farm),
+        streams_(streams),
+        expelled_(expelled),
+        members_(members),
+        joining_(joining),
+        share_jobs_(share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
@@ -27,6 +33,8 @@ class FarmService final : public v1::FarmService::CallbackService {
                                      v1::ListJobsResponse* response) override;
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context, const v1::DeleteJobRequest* request,
+                                      v1::DeleteJobResponse* response) override;
   grpc::ServerUnaryReactor* RetryJob(grpc::CallbackServerContext* context, const v1::RetryJobRequest* request,
                                      v1::RetryJobResponse* response) override;
   grpc::ServerUnaryReactor* AdjustJob(grpc::CallbackServerContext* context, const v1::AdjustJobRequest* request,
@@ -51,6 +59,7 @@ class FarmService final : public v1::FarmService::CallbackService {
   Farm& farm_;
   OpenStreams& streams_;
   Expelled& expelled_;
+  const Members& members_;
   JoinServer* const joining_;
   const bool share_jobs_;
 };

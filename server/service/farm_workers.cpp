@@ -387,6 +387,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   entry.hosts.count(host);
   entry.hosts.time(host, time_of(stats));
   entry.units_by_sequence.push_back(token.unit_index());
+  entry.rate.note(entry.units_by_sequence.size(), now());
   std::vector<JournalEntry> entries;
   entries.push_back(UnitDone{.job = entry.id,
                              .sequence = decision->sequence,

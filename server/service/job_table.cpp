@@ -202,6 +202,9 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_units_adopted(view.units_adopted);
   status.set_adopted_from(view.adopted_from);
   for (const std::string& name : view.classes) status.add_arithmetic_classes(name);
+  status.set_workers(view.workers);
+  status.set_failures(entry.failures);
+  for (const v1::FailedUnit& failed : entry.latest_failures) *status.add_latest_failures() = failed;
   for (const std::string& note : view.notes) status.add_notes(note);
   for (const SetAsideView& aside : view.set_aside) {
     v1::SetAsideUnit& unit = *status.add_set_aside();

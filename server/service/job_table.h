@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
+#include "service/completion_rate.h"
 #include "service/host_shares.h"
 #include "store/journal.h"
 #include "tessera/v1/job.pb.h"
@@ -55,6 +57,12 @@ struct JobEntry {
   /// The job is over, and that is on disk.
   bool durable_end = false;
   std::uint32_t times_reopened = 0;
+
+  // For people who wait; since the coordinator started.
+  static constexpr std::size_t kLatestFailures = 16;
+  CompletionRate rate = {};
+  std::uint64_t failures = 0;
+  std::deque<v1::FailedUnit> latest_failures = {};
 };
 
 /// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of their own.

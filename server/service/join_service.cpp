@@ -52,8 +52,11 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
   JoinServer& server_;
 };
 
-JoinServer::JoinServer(Authority authority, JoinTokens tokens)
-    : authority_(std::move(authority)), tokens_(std::move(tokens)), service_(std::make_unique<Service>(*this)) {}
+JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::function<void(const std::string&)> joined)
+    : authority_(std::move(authority)),
+      tokens_(std::move(tokens)),
+      joined_(std::move(joined)),
+      service_(std::make_unique<Service>(*this)) {}
 
 absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options, Connections& connections) {
   const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.address);
@@ -67,7 +70,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   absl::StatusOr<JoinTokens> tokens = JoinTokens::open(options.token_file);
   if (!tokens.ok()) return tokens.status();
 
-  std::unique_ptr<JoinServer> server{new JoinServer{*std::move(authority), *std::move(tokens)}};
+  std::unique_ptr<JoinServer> server{new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
   const auto credentials = wire::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
   grpc::ServerBuilder builder;
@@ -112,10 +115,11 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
       authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = request.name(), .hosts = {}},
                          now - kClockSlack, now + kCertificateLife);
   if (!certificate.ok()) return certificate.status();
-  const absl::Status redeemed = tokens_.redeem(request.secret(), address_of(peer), now);
+  const absl::Status redeemed = tokens_.redeem(request.secret(), request.name(), address_of(peer), now);
   const wire::LogFields fields{.worker = request.name(), .peer = peer};
   if (redeemed.ok()) {
     wire::log(spdlog::level::info, fields, "worker {} joined the farm", request.name());
+    joined_(request.name());
     return certificate;
   }
   if (absl::IsResourceExhausted(redeemed)) return redeemed;  // the lines before this one tell enough

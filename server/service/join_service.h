@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -23,6 +24,7 @@ struct JoinOptions {
   std::chrono::seconds certificate_interval;
   std::filesystem::path authority;   // the folder with the authority's key
   std::filesystem::path token_file;  // empty: tokens do not outlive the coordinator
+  std::function<void(const std::string&)> joined = [](const std::string&) {};  // told the names of new workers
 };
 
 /// Serves JoinService, and nothing else, on a port of its own: callers there have no certificate. Thread-safe.
@@ -39,17 +41,18 @@ class JoinServer {
 
   /// A join token, as text. Errors as JoinTokens::make.
   absl::StatusOr<std::string> make_token(std::chrono::seconds life, std::uint32_t uses);
-  /// Tokens that were made so far are accepted no more. How many that were.
-  absl::StatusOr<std::size_t> call_tokens_back() { return tokens_.call_back(); }
+  /// Tokens that the worker joined with are accepted no more. How many that were.
+  absl::StatusOr<std::size_t> call_tokens_back(const std::string& worker) { return tokens_.call_back(worker); }
 
  private:
   class Service;
-  JoinServer(Authority authority, JoinTokens tokens);
+  JoinServer(Authority authority, JoinTokens tokens, std::function<void(const std::string&)> joined);
 
   absl::StatusOr<std::string> join(const v1::JoinRequest& request, const std::string& peer);
 
   const Authority authority_;
   JoinTokens tokens_;
+  const std::function<void(const std::string&)> joined_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;

@@ -30,6 +30,12 @@ std::optional<std::chrono::system_clock::time_point> time_made(std::string_view 
   return *begin + kClockSlack;  // they begin a while before
 }
 
+absl::Status check_member_name(std::string_view name) {
+  if (is_name(name)) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("no certificate has this name: 1 to ", Expelled::kLongestName,
+                                                 " characters without spaces were expected"));
+}
+
 absl::StatusOr<std::unique_ptr<Expelled>> Expelled::open(std::filesystem::path file) {
   std::unique_ptr<Expelled> expelled{new Expelled{std::move(file)}};
   if (absl::Status status = expelled->read(); !status.ok()) return status;
@@ -65,10 +71,7 @@ absl::Status Expelled::write(const Members& members) const {
 }
 
 absl::Status Expelled::expel(Role role, const std::string& name, Time now) {
-  if (!is_name(name)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("no certificate has this name: 1 to ", kLongestName, " characters without spaces were expected"));
-  }
+  if (absl::Status status = check_member_name(name); !status.ok()) return status;
   const std::lock_guard lock{mutex_};
   Members members = members_;
   Time& since = members[{role, name}];

@@ -19,6 +19,9 @@ namespace tessera::server {
 /// When a farm's authority made a certificate, given in PEM; nothing when that cannot be read.
 std::optional<std::chrono::system_clock::time_point> time_made(std::string_view certificate_pem);
 
+/// InvalidArgument for a name that no certificate of a farm has.
+absl::Status check_member_name(std::string_view name);
+
 /// Role and name of a certificate, with the time at which they were expelled: certificates that were made until then
 /// are refused, later ones are not. Kept in one file. Thread-safe. Time is given by the caller.
 class Expelled {

@@ -40,6 +40,7 @@ absl::Status JoinTokens::read() {
     if (!(words >> token.digest >> token.expires_unix_s >> token.uses_left) || !wire::is_digest(token.digest)) {
       return absl::DataLossError(absl::StrCat(file_.string(), ": \"", line, "\" is no join token; remove the file"));
     }
+    for (std::string member; words >> member;) token.members.push_back(absl::HexStringToBytes(member));
     tokens_.push_back(std::move(token));
   }
   return absl::OkStatus();
@@ -49,7 +50,9 @@ absl::Status JoinTokens::write(const std::vector<Token>& tokens) const {
   if (file_.empty()) return absl::OkStatus();
   std::string text;
   for (const Token& token : tokens) {
-    absl::StrAppend(&text, token.digest, " ", token.expires_unix_s, " ", token.uses_left, "\n");
+    absl::StrAppend(&text, token.digest, " ", token.expires_unix_s, " ", token.uses_left);
+    for (const std::string& member : token.members) absl::StrAppend(&text, " ", absl::BytesToHexString(member));
+    text += '\n';
   }
   return wire::replace_file(file_, 0600, text);
 }
@@ -74,10 +77,16 @@ absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uin
   return secret;
 }
 
-absl::StatusOr<std::size_t> JoinTokens::call_back() {
+absl::StatusOr<std::size_t> JoinTokens::call_back(const std::string& member) {
   const std::lock_guard lock{mutex_};
-  if (absl::Status status = write({}); !status.ok()) return status;
-  return std::exchange(tokens_, {}).size();
+  std::vector<Token> tokens = tokens_;
+  const std::size_t called_back = std::erase_if(tokens, [&](const Token& token) {
+    return std::find(token.members.begin(), token.members.end(), member) != token.members.end();
+  });
+  if (called_back == 0) return called_back;
+  if (absl::Status status = write(tokens); !status.ok()) return status;
+  tokens_ = std::move(tokens);
+  return called_back;
 }
 
 bool JoinTokens::may_try(const std::string& address, Time now) {
@@ -90,7 +99,8 @@ bool JoinTokens::may_try(const std::string& address, Time now) {
   return found == failures_.end() ? failures_.size() < kMostAddresses : found->second < kFailuresAMinute;
 }
 
-absl::Status JoinTokens::redeem(const std::string& secret, const std::string& address, Time now) {
+absl::Status JoinTokens::redeem(const std::string& secret, const std::string& member, const std::string& address,
+                                Time now) {
   const std::string digest = wire::sha256_hex(secret);
   const std::lock_guard lock{mutex_};
   if (!may_try(address, now)) {
@@ -107,6 +117,8 @@ absl::Status JoinTokens::redeem(const std::string& secret, const std::string& ad
     return absl::PermissionDeniedError(known == nullptr ? "the join token is not known, or used up"
                                                         : "the join token is expired");
   }
+  auto& members = known->members;
+  if (std::find(members.begin(), members.end(), member) == members.end()) members.push_back(member);
   if (--known->uses_left == 0) tokens.erase(tokens.begin() + (known - tokens.data()));
   if (absl::Status status = write(tokens); !status.ok()) return status;
   tokens_ = std::move(tokens);

@@ -33,18 +33,20 @@ class JoinTokens {
   /// a number that is not within the bounds above, ResourceExhausted when there are too many.
   absl::StatusOr<std::string> make(std::chrono::seconds life, std::uint32_t uses, Time now);
 
-  /// Takes one use of a secret's token; durable when it returns. PermissionDenied when there is no such token or its
-  /// time is over; ResourceExhausted, whatever the secret, after kFailuresAMinute of those from `address`.
-  absl::Status redeem(const std::string& secret, const std::string& address, Time now);
+  /// Takes one use of a secret's token for `member`; durable when it returns. PermissionDenied when there is no such
+  /// token or its time is over; ResourceExhausted, whatever the secret, after kFailuresAMinute of those from `address`.
+  absl::Status redeem(const std::string& secret, const std::string& member, const std::string& address, Time now);
 
-  /// No token that was made so far is accepted any more; durable when it returns. How many that were.
-  absl::StatusOr<std::size_t> call_back();
+  /// Tokens that `member` joined with, and so knows, are not accepted any more; durable when it returns. How many that
+  /// were.
+  absl::StatusOr<std::size_t> call_back(const std::string& member);
 
  private:
   struct Token {
     std::string digest;  // of the secret
     std::int64_t expires_unix_s = 0;
     std::uint32_t uses_left = 0;
+    std::vector<std::string> members = {};  // who joined with it
   };
 
   explicit JoinTokens(std::filesystem::path file) : file_(std::move(file)) {}

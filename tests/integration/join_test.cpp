@@ -110,9 +110,12 @@ TEST_F(Join, WhoeverIsExpelledLeavesAndComesBackWithANewTokenOnly) {
   const std::string machine = workers["workers"][0]["certificate"];
   EXPECT_THAT(as("admin", {"workers"}).out, HasSubstr("certificate of " + machine));
 
-  EXPECT_EQ(as("admin", {"expel", "nobody"}).out, "worker nobody is expelled: 0 at work, 1 join tokens called back\n");
+  const std::string of_others = token();
+  const support::Finished nobody = as("admin", {"expel", "nobody"});
+  EXPECT_EQ(nobody.status.code, 2) << nobody.out;
+  EXPECT_THAT(nobody.err, HasSubstr("no worker with the name 'nobody' in its certificate has called here"));
   const support::Finished expelled = as("admin", {"expel", machine});
-  EXPECT_EQ(expelled.out, "worker " + machine + " is expelled: 1 at work, 0 join tokens called back\n") << expelled.err;
+  EXPECT_EQ(expelled.out, "worker " + machine + " is expelled: 1 at work, 1 join tokens called back\n") << expelled.err;
   const std::string told = "'" + machine + "' (worker) was expelled from the farm";
   leaves(*first, told);
   leaves(*worker(good_for_two, here() / "mine"), told);
@@ -120,7 +123,7 @@ TEST_F(Join, WhoeverIsExpelledLeavesAndComesBackWithANewTokenOnly) {
   EXPECT_TRUE(coordinator_->wait_for_err("is expelled; its 0 leases go to others", kPatience));
 
   std::this_thread::sleep_for(std::chrono::seconds{1});  // certificates know of whole seconds only
-  const auto again = worker(token(), here() / "anew");
+  const auto again = worker(of_others, here() / "anew");  // which nobody who was put out knew
   EXPECT_TRUE(again->wait_for_err("registered with", kPatience)) << again->err();
 }
 

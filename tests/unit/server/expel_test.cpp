@@ -81,14 +81,18 @@ TEST(ExpelledMembers, AreRememberedAndDamageIsNoticed) {
 
 class Expelling : public TlsTest {
  protected:
-  grpc::StatusCode expel(const std::string& by, const std::string& role, const std::string& name, bool undo = false) {
+  grpc::StatusCode expel(const std::string& by, const std::string& role, const std::string& name, bool undo = false,
+                         bool unseen = false) {
     grpc::ClientContext context;
     v1::ExpelRequest request;
+    request.set_unseen(unseen);
     request.set_role(role);
     request.set_name(name);
     request.set_undo(undo);
     response_.Clear();
-    return v1::FarmService::NewStub(channel_of(by))->Expel(&context, request, &response_).error_code();
+    const grpc::Status status = v1::FarmService::NewStub(channel_of(by))->Expel(&context, request, &response_);
+    message_ = status.error_message();
+    return status.error_code();
   }
   v1::JobStatus job(const std::string& id) {
     grpc::ClientContext context;
@@ -106,7 +110,22 @@ class Expelling : public TlsTest {
   }
 
   v1::ExpelResponse response_;
+  std::string message_;
 };
+
+TEST_F(Expelling, NobodyIsExpelledByATypingError) {
+  ASSERT_EQ(list_code(channel_of("client-alice")), OK);
+  ASSERT_EQ(register_code(channel_of("worker")), OK);
+  start();  // who called is remembered
+  EXPECT_EQ(expel("admin", "client", "alcie"), NOT_FOUND);
+  EXPECT_THAT(message_, testing::HasSubstr("did you mean 'alice'?"));
+  EXPECT_EQ(expel("admin", "worker", "alice"), NOT_FOUND) << "she is a client";
+  EXPECT_EQ(list_code(channel_of("client-alice")), OK);
+  // Of a certificate that was never used here, and lies in the wrong hands.
+  EXPECT_EQ(expel("admin", "client", "bob"), NOT_FOUND);
+  EXPECT_EQ(expel("admin", "client", "bob", /*undo=*/false, /*unseen=*/true), OK);
+  EXPECT_EQ(list_code(channel_of("client-bob")), PERMISSION_DENIED);
+}
 
 TEST_F(Expelling, AWorkerIsOutAtOnceAndANewCertificateLetsItIn) {
   std::string worker, id;

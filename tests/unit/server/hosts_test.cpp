@@ -108,9 +108,14 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   }
   grpc::ClientContext context;
   v1::TrustHostRequest request;
-  request.set_host("liar");
+  request.set_host("lair");
   v1::TrustHostResponse response;
-  ASSERT_TRUE(farm_->TrustHost(&context, request, &response).ok());
+  const grpc::Status unknown = farm_->TrustHost(&context, request, &response);
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(unknown.error_message(), HasSubstr("did you mean 'liar'?"));
+  grpc::ClientContext again;
+  request.set_host("liar");
+  ASSERT_TRUE(farm_->TrustHost(&again, request, &response).ok());
   EXPECT_THAT(notes_of(over), Not(Contains(HasSubstr("liar"))));
 }
 

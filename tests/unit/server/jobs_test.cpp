@@ -36,6 +36,23 @@ class JobsTest : public CoordinatorTest {
     return farm_->CancelJob(&context, request, &response);
   }
 
+  grpc::Status delete_job(const std::string& id) {
+    grpc::ClientContext context;
+    v1::DeleteJobRequest request;
+    request.set_job_id(id);
+    v1::DeleteJobResponse response;
+    return farm_->DeleteJob(&context, request, &response);
+  }
+
+  v1::GetJobResponse get_job(const std::string& id) {
+    grpc::ClientContext context;
+    v1::GetJobRequest request;
+    request.set_job_id(id);
+    v1::GetJobResponse response;
+    EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
+    return response;
+  }
+
   void render_all(const std::string& worker) {
     const v1::LeaseResponse leases = lease(worker, 100);
     for (const v1::Lease& lease : leases.leases()) {
@@ -140,6 +157,64 @@ TEST_F(JobsTest, CancellingEndsTheStream) {
   EXPECT_EQ(watched.get().back().status().state(), v1::CANCELLED);
   EXPECT_TRUE(cancel(id).ok());
   EXPECT_EQ(cancel("nothing").error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(JobsTest, AJobThatIsOverIsDeletedOnRequest) {
+  const std::string id = submit(job_spec());
+  EXPECT_EQ(delete_job(id).error_code(), grpc::StatusCode::FAILED_PRECONDITION) << "it runs";
+  render_all(register_worker());
+  EXPECT_EQ(job(id).state(), v1::DONE);
+  EXPECT_TRUE(delete_job(id).ok());
+  EXPECT_EQ(delete_job(id).error_code(), grpc::StatusCode::NOT_FOUND);
+  grpc::ClientContext context;
+  v1::ListJobsResponse jobs;
+  ASSERT_TRUE(farm_->ListJobs(&context, {}, &jobs).ok());
+  EXPECT_EQ(jobs.jobs_size(), 0);
+}
+
+TEST_F(JobsTest, WhoWorksOnWhatIsSaidOnBothSides) {
+  v1::JobSpec spec = job_spec();
+  spec.set_name("box");
+  spec.set_user("alice");
+  const std::string id = submit(spec);
+  const std::string worker = register_worker();
+  EXPECT_EQ(job(id).workers(), 0u);
+  ASSERT_EQ(lease(worker, 2).leases_size(), 2);
+  const v1::GetJobResponse response = get_job(id);
+  EXPECT_EQ(response.status().workers(), 1u);
+  ASSERT_EQ(response.workers_size(), 1);
+  EXPECT_EQ(response.workers(0).leases(), 2u);
+  grpc::ClientContext context;
+  v1::ListWorkersResponse workers;
+  ASSERT_TRUE(farm_->ListWorkers(&context, {}, &workers).ok());
+  ASSERT_EQ(workers.workers(0).jobs_size(), 1);
+  const v1::WorkerJob& job = workers.workers(0).jobs(0);
+  EXPECT_EQ(job.job_id(), id);
+  EXPECT_EQ(job.name(), "box");
+  EXPECT_EQ(job.user(), "alice");
+  EXPECT_EQ(job.leases(), 2u);
+  EXPECT_EQ(workers.workers(0).name(), response.workers(0).name());
+}
+
+TEST_F(JobsTest, AUnitThatFailsIsToldAtOnce) {
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 1);
+  ASSERT_EQ(leases.leases_size(), 1);
+  EXPECT_EQ(job(id).failures(), 0u);
+  grpc::ClientContext context;
+  v1::FailRequest request;
+  request.set_worker_id(worker);
+  *request.mutable_token() = leases.leases(0).token();
+  request.set_message("the texture is gone");
+  v1::FailResponse response;
+  ASSERT_TRUE(work_->Fail(&context, request, &response).ok());
+  const v1::JobStatus status = job(id);
+  EXPECT_EQ(status.units_set_aside(), 0u) << "it is tried again";
+  EXPECT_EQ(status.failures(), 1u);
+  ASSERT_EQ(status.latest_failures_size(), 1);
+  EXPECT_EQ(status.latest_failures(0).unit_index(), leases.leases(0).unit().index());
+  EXPECT_EQ(status.latest_failures(0).failure().message(), "the texture is gone");
 }
 
 TEST_F(JobsTest, AFailedJobSaysWhy) {

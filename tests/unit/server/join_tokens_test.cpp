@@ -15,6 +15,7 @@ using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
+constexpr const char* kMember = "render7";
 constexpr const char* kAddress = "ipv4:10.0.0.1";
 const JoinTokens::Time kNow{hours{24 * 365 * 50}};
 
@@ -29,32 +30,34 @@ TEST(JoinTokens, AreAcceptedAsOftenAsWasSaid) {
   const auto secret = tokens->make(hours{1}, 2, kNow);
   ASSERT_TRUE(secret.ok());
   EXPECT_EQ(secret->size(), 32U);
-  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow).ok());
-  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow + minutes{59}).ok());
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kAddress, kNow + minutes{59})));
+  EXPECT_TRUE(tokens->redeem(*secret, kMember, kAddress, kNow).ok());
+  EXPECT_TRUE(tokens->redeem(*secret, kMember, kAddress, kNow + minutes{59}).ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kMember, kAddress, kNow + minutes{59})));
 }
 
-TEST(JoinTokens, AreCalledBackTogether) {
+TEST(JoinTokens, AreCalledBackOfTheMemberThatKnowsThem) {
   const support::TempDir folder;
   const std::filesystem::path file = folder.path() / "join-tokens";
   auto tokens = JoinTokens::open(file);
   ASSERT_TRUE(tokens.ok());
-  const auto one = tokens->make(hours{1}, 2, kNow), other = tokens->make(hours{2}, 2, kNow);
-  ASSERT_TRUE(one.ok() && other.ok());
-  EXPECT_EQ(tokens->call_back().value(), 2U);
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*one, kAddress, kNow)));
+  const auto shared = tokens->make(hours{1}, 3, kNow), unused = tokens->make(hours{2}, 2, kNow);
+  ASSERT_TRUE(shared.ok() && unused.ok());
+  EXPECT_TRUE(tokens->redeem(*shared, "render7", kAddress, kNow).ok());
+  EXPECT_TRUE(tokens->redeem(*shared, "render 8", kAddress, kNow).ok());
+
   auto restarted = JoinTokens::open(file);
   ASSERT_TRUE(restarted.ok());
-  EXPECT_TRUE(absl::IsPermissionDenied(restarted->redeem(*other, kAddress, kNow)));
-  const auto later = tokens->make(hours{1}, 1, kNow);
-  EXPECT_TRUE(tokens->redeem(*later, kAddress, kNow).ok());
+  EXPECT_EQ(restarted->call_back("stranger").value(), 0U);
+  EXPECT_EQ(restarted->call_back("render 8").value(), 1U);
+  EXPECT_TRUE(absl::IsPermissionDenied(restarted->redeem(*shared, "render9", kAddress, kNow)));
+  EXPECT_TRUE(restarted->redeem(*unused, "render9", kAddress, kNow).ok()) << "nobody who was put out knows it";
 }
 
 TEST(JoinTokens, Expire) {
   auto tokens = JoinTokens::open({});
   const auto secret = tokens->make(hours{1}, 1, kNow);
   ASSERT_TRUE(secret.ok());
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kAddress, kNow + hours{1})));
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(*secret, kMember, kAddress, kNow + hours{1})));
 }
 
 TEST(JoinTokens, OneDigitOffIsAnotherToken) {
@@ -64,10 +67,10 @@ TEST(JoinTokens, OneDigitOffIsAnotherToken) {
   for (std::size_t i = 0; i < secret->size(); i += 5) {
     std::string tampered = *secret;
     tampered[i] = tampered[i] == '0' ? '1' : '0';
-    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(tampered, kAddress, kNow)));
+    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(tampered, kMember, kAddress, kNow)));
   }
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem("", kAddress, kNow)));
-  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow).ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem("", kMember, kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(*secret, kMember, kAddress, kNow).ok());
 }
 
 TEST(JoinTokens, OutliveTheCoordinatorButNotTheirUses) {
@@ -79,8 +82,8 @@ TEST(JoinTokens, OutliveTheCoordinatorButNotTheirUses) {
     ASSERT_TRUE(tokens.ok());
     once = tokens->make(hours{1}, 1, kNow).value();
     thrice = tokens->make(hours{1}, 3, kNow).value();
-    ASSERT_TRUE(tokens->redeem(once, kAddress, kNow).ok());
-    ASSERT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
+    ASSERT_TRUE(tokens->redeem(once, kMember, kAddress, kNow).ok());
+    ASSERT_TRUE(tokens->redeem(thrice, kMember, kAddress, kNow).ok());
   }
   // Whoever reads the file learns no secret.
   EXPECT_EQ(contents(file).find(thrice), std::string::npos);
@@ -88,10 +91,10 @@ TEST(JoinTokens, OutliveTheCoordinatorButNotTheirUses) {
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   auto tokens = JoinTokens::open(file);
   ASSERT_TRUE(tokens.ok()) << tokens.status();
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(once, kAddress, kNow)));
-  EXPECT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
-  EXPECT_TRUE(tokens->redeem(thrice, kAddress, kNow).ok());
-  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(thrice, kAddress, kNow)));
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(once, kMember, kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(thrice, kMember, kAddress, kNow).ok());
+  EXPECT_TRUE(tokens->redeem(thrice, kMember, kAddress, kNow).ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(thrice, kMember, kAddress, kNow)));
 }
 
 TEST(JoinTokens, ADamagedFileIsNamed) {
@@ -107,17 +110,17 @@ TEST(JoinTokens, GuessingIsSlowAndHindersNobodyElse) {
   ASSERT_TRUE(secret.ok());
   const std::string wrong(32, '0');
   for (std::uint32_t i = 0; i < JoinTokens::kFailuresAMinute; ++i) {
-    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(wrong, kAddress, kNow)));
+    EXPECT_TRUE(absl::IsPermissionDenied(tokens->redeem(wrong, kMember, kAddress, kNow)));
   }
-  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, kAddress, kNow)));
-  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(*secret, kAddress, kNow)));
-  EXPECT_TRUE(tokens->redeem(*secret, "ipv4:10.0.0.2", kNow).ok());
-  EXPECT_TRUE(tokens->redeem(*secret, kAddress, kNow + minutes{1}).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, kMember, kAddress, kNow)));
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(*secret, kMember, kAddress, kNow)));
+  EXPECT_TRUE(tokens->redeem(*secret, kMember, "ipv4:10.0.0.2", kNow).ok());
+  EXPECT_TRUE(tokens->redeem(*secret, kMember, kAddress, kNow + minutes{1}).ok());
   // From any number of addresses, what is remembered of them stays bounded.
   for (std::size_t i = 0; i < 2 * JoinTokens::kMostAddresses; ++i) {
-    static_cast<void>(tokens->redeem(wrong, std::to_string(i), kNow + minutes{1}));
+    static_cast<void>(tokens->redeem(wrong, kMember, std::to_string(i), kNow + minutes{1}));
   }
-  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, "yet another", kNow + minutes{1})));
+  EXPECT_TRUE(absl::IsResourceExhausted(tokens->redeem(wrong, kMember, "yet another", kNow + minutes{1})));
 }
 
 TEST(JoinTokens, LivesAndUsesHaveBounds) {
