@@ -2,7 +2,6 @@
 #include <pthread.h>
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -10,9 +9,12 @@
 #include <string>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "options/program.h"
 #include "service/coordinator.h"
 #include "tls/authority.h"
+#include "wire/address.h"
 #include "wire/grpc_log.h"
 #include "wire/log.h"
 #include "wire/version.h"
@@ -47,6 +49,39 @@ std::filesystem::path default_data_dir() {
   return {};
 }
 
+struct Options {
+  tessera::server::CoordinatorOptions coordinator;
+  std::string data_dir = default_data_dir();
+  std::string join_authority;
+  tessera::wire::LogOptions log{.program = "tessera-server"};
+  double keep_days = 1, keep_unfetched_days = 30;
+  double max_gigabytes = 1000;
+  std::optional<double> keep_free_gigabytes;
+  std::string bits = "same";
+  std::string new_certificates;  // a folder; empty: none are made
+  std::vector<std::string> hosts, users;
+};
+
+/// What --init-tls made, and what is to be done with it.
+std::string tell_certificates(const Options& options) {
+  const std::string folder = std::filesystem::absolute(options.new_certificates).lexically_normal().string();
+  const std::string host = options.hosts.empty() ? "127.0.0.1" : options.hosts.front();
+  const std::string address = tessera::wire::HostPort{.host = host, .port = 7070}.to_string();
+  std::string text = absl::StrCat(
+      "made in ", folder, ", valid for 397 days:\n", "  authority   signs the others: keep it off the network\n",
+      "  server      for the coordinator\n", "  worker      for workers: copy it to every machine that renders\n",
+      "  admin       for who runs the farm (tessera --tls)\n");
+  for (const std::string& user : options.users) {
+    absl::StrAppend(&text, "  client-", user, "   for ", user, " (tessera --tls, $TESSERA_TLS)\n");
+  }
+  if (options.users.empty()) text += "  --tls-user NAME adds a folder for a user\n";
+  if (options.hosts.empty()) text += "  --tls-host HOST adds the address by which other machines call the server\n";
+  absl::StrAppend(&text, "next:\n  tessera-server --listen ", address, " --tls ", folder, "/server\n",
+                  "  tessera-worker --server ", address, " --tls ", folder, "/worker\n",
+                  "with systemd, whose units run as the user tessera:\n  sudo chown -R tessera: ", folder, "/server\n");
+  return text;
+}
+
 /// Serves until SIGTERM or SIGINT, or until the coordinator ends by itself. Both signals must be blocked.
 absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& signals) {
   absl::Status status;
@@ -63,88 +98,122 @@ absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& si
   return status;
 }
 
+void define_tls_options(tessera::options::Command& command, Options& options) {
+  command.group("Encryption");
+  command.add("--tls", options.coordinator.certificates, "a server's certificates: encrypts, and checks who calls")
+      .type_name("DIR");
+  command.add_flag("--allow-insecure", options.coordinator.allow_insecure,
+                   "serve without encryption on an address that is not loopback");
+  command.add_flag("--share-jobs", options.coordinator.share_jobs, "clients may see and change each other's jobs");
+  command
+      .add("--join-authority", options.join_authority,
+           "folder with the authority's key: workers may join with a token (tessera token); needs --tls")
+      .type_name("DIR");
+  command
+      .add("--join-listen", options.coordinator.join_listen,
+           "where they do, without a certificate (default: the port behind that of --listen)")
+      .type_name("ADDR:PORT");
+  command.group("Making certificates, instead of serving");
+  const auto init =
+      command.add("--init-tls", options.new_certificates, "make the farm's certificates in this folder, or renew them")
+          .type_name("DIR");
+  command.add("--tls-host", options.hosts, "a name or an address that the server is called by; may be repeated")
+      .type_name("HOST")
+      .needs(init);
+  command.add("--tls-user", options.users, "a user to make a client's certificate for; may be repeated")
+      .type_name("NAME")
+      .needs(init);
+}
+
+void define_options(tessera::options::Command command, Options& options) {
+  command.group("Serving");
+  command.add("--listen", options.coordinator.listen, "where to serve; port 0 takes a free one")
+      .type_name("ADDR:PORT")
+      .with_default();
+  command.add("--metrics", options.coordinator.metrics, "where to serve Prometheus metrics, at /metrics")
+      .type_name("ADDR:PORT");
+  command.add("--health", options.coordinator.health, "where to answer gRPC health checks, without certificates")
+      .type_name("ADDR:PORT");
+  command.add("--log-level", options.log.level, "what goes to standard error")
+      .type_name("LEVEL")
+      .one_of(tessera::wire::kLogLevels)
+      .with_default();
+  command.add("--log-format", options.log.format, "lines for people, or one JSON object a line")
+      .type_name("FORMAT")
+      .one_of(tessera::wire::kLogFormats)
+      .with_default();
+  command.group("Jobs that do not say otherwise");
+  command.add("--bits", options.bits, "same: all of an image by machines that round alike; any: every machine works")
+      .one_of({"same", "any"})
+      .with_default();
+  command.add("--isa", options.coordinator.isa, "kernels that workers must use: avx2, avx512 or neon")
+      .one_of({"avx2", "avx512", "neon"});
+  command.group("What is kept");
+  command.add("--data", options.data_dir, "folder for the journal, results and blobs").type_name("DIR").with_default();
+  command.add_flag("--accept-loss", options.coordinator.accept_loss,
+                   "start although the data lacks something that was acknowledged, and go on with what there is");
+  command
+      .add("--keep-days", options.keep_days, "days after which a finished job is deleted when a client has its image")
+      .type_name("DAYS")
+      .in_range(0, 36500)
+      .with_default();
+  command.add("--keep-unfetched-days", options.keep_unfetched_days, "the same for jobs whose image nobody fetched")
+      .type_name("DAYS")
+      .in_range(0, 36500)
+      .with_default();
+  command.add("--max-results", options.max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
+      .type_name("GB")
+      .in_range(0, 1e9)
+      .with_default();
+  command
+      .add("--keep-free", options.keep_free_gigabytes,
+           "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2)")
+      .type_name("GB")
+      .in_range(0, 1e9);
+  define_tls_options(command, options);
+  command.example("tessera-server");
+  command.example("tessera-server --init-tls ~/farm-tls --tls-host 10.0.0.1 --tls-user $USER");
+  command.example("tessera-server --listen 10.0.0.1:7070 --tls ~/farm-tls/server");
+}
+
+/// What the coordinator is told of them.
+tessera::server::CoordinatorOptions coordinator_options(const Options& options) {
+  tessera::server::CoordinatorOptions result = options.coordinator;
+  result.data_dir = options.data_dir;
+  result.join_authority = options.join_authority;
+  result.same_bits = options.bits == "same";
+  result.settle = kSettle;
+  result.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_days * 86400));
+  result.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));
+  result.max_result_bytes = static_cast<std::uint64_t>(options.max_gigabytes * 1e9);
+  if (options.keep_free_gigabytes) {
+    result.keep_free_bytes = static_cast<std::uint64_t>(*options.keep_free_gigabytes * 1e9);
+  }
+  return result;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   // Debian's Abseil looks for cycles of locks each time that one is taken, and gRPC takes many.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
-  tessera::server::CoordinatorOptions options;
-  options.listen = "127.0.0.1:7070";
-  options.data_dir = default_data_dir();
-  tessera::wire::LogOptions log{.program = "tessera-server"};
-
-  CLI::App app("The coordinator of a Tessera farm: keeps jobs, hands out tiles to workers, stores their results.");
-  app.set_version_flag("--version", std::string("tessera-server ") + tessera::wire::build_version());
-  app.add_option("--listen", options.listen, "ADDR:PORT to serve on; port 0 takes a free one")->capture_default_str();
-  app.add_option("--data", options.data_dir, "Directory for the journal, results and blobs")->capture_default_str();
-  app.add_flag("--accept-loss", options.accept_loss,
-               "Start although the data lacks something that was acknowledged, and go on with what there is");
-  app.add_option("--log-level", log.level, "What goes to standard error")
-      ->check(CLI::IsMember(tessera::wire::kLogLevels))
-      ->capture_default_str();
-  app.add_option("--log-format", log.format, "Lines for people, or one JSON object a line")
-      ->check(CLI::IsMember(tessera::wire::kLogFormats))
-      ->capture_default_str();
-  double keep_days = 1, keep_unfetched_days = 30;
-  double max_gigabytes = 1000;
-  app.add_option("--keep-days", keep_days, "Days after which a finished job is deleted when a client has its image")
-      ->check(CLI::Range(0.0, 36500.0))
-      ->capture_default_str();
-  app.add_option("--keep-unfetched-days", keep_unfetched_days, "The same for jobs whose image nobody fetched")
-      ->check(CLI::Range(0.0, 36500.0))
-      ->capture_default_str();
-  app.add_option("--max-results", max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
-      ->check(CLI::Range(0.0, 1e9))
-      ->capture_default_str();
-  std::optional<double> keep_free_gigabytes;
-  app.add_option(
-         "--keep-free", keep_free_gigabytes,
-         "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2 GB)")
-      ->check(CLI::Range(0.0, 1e9));
-  std::string bits = "same";
-  app.add_option("--bits", bits,
-                 "For jobs that do not say: same (all of an image by machines that round alike) or any (every machine "
-                 "works)")
-      ->check(CLI::IsMember({"same", "any"}))
-      ->capture_default_str();
-  app.add_option("--isa", options.isa, "For jobs that do not say: kernels that workers must use (default: any)")
-      ->check(CLI::IsMember({"avx512", "avx2", "neon"}));
-  app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
-  app.add_option("--health", options.health, "ADDR:PORT to answer gRPC health checks on, without certificates");
-  app.add_option("--tls", options.certificates, "Folder with the server's certificates: encrypts, and checks who calls")
-      ->type_name("DIR");
-  app.add_option("--join-authority", options.join_authority,
-                 "Folder with the authority's key: workers may join with a token (tessera token). Needs --tls")
-      ->type_name("DIR");
-  app.add_option("--join-listen", options.join_listen,
-                 "ADDR:PORT where they do, without a certificate (default: the port behind that of --listen)");
-  app.add_flag("--share-jobs", options.share_jobs, "Clients may see and change each other's jobs");
-  std::string new_certificates;
-  std::vector<std::string> hosts, users;
-  CLI::Option* const init = app.add_option("--init-tls", new_certificates,
-                                           "Make the farm's certificates in this folder, or renew them, and leave");
-  init->type_name("DIR");
-  app.add_option("--tls-host", hosts, "With --init-tls: a name or an address that this server is called by")
-      ->needs(init);
-  app.add_option("--tls-user", users, "With --init-tls: a user to make a client's certificate for")->needs(init);
-  app.add_flag("--allow-insecure", options.allow_insecure,
-               "Serve without encryption on an address that is not loopback");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kUsage;
+  Options given;
+  given.coordinator.listen = "127.0.0.1:7070";
+  {
+    tessera::options::Program program{
+        "tessera-server", "The coordinator of a farm: keeps jobs, hands out tiles to workers, stores their results.",
+        absl::StrCat("tessera-server ", tessera::wire::build_version())};
+    define_options(program.root(), given);
+    if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
   }
-  options.same_bits = bits == "same";
-  options.settle = kSettle;
-  options.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(keep_days * 86400));
-  options.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(keep_unfetched_days * 86400));
-  options.max_result_bytes = static_cast<std::uint64_t>(max_gigabytes * 1e9);
-  if (keep_free_gigabytes) options.keep_free_bytes = static_cast<std::uint64_t>(*keep_free_gigabytes * 1e9);
-  tessera::wire::set_up_log(log);
+  const tessera::server::CoordinatorOptions options = coordinator_options(given);
+  tessera::wire::set_up_log(given.log);
   tessera::wire::log_grpc();
-  if (!new_certificates.empty()) {
-    const absl::Status status = tessera::server::write_farm_certificates(new_certificates, hosts, users);
+  if (!given.new_certificates.empty()) {
+    const absl::Status status =
+        tessera::server::write_farm_certificates(given.new_certificates, given.hosts, given.users);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));
+    if (status.ok()) std::printf("%s", tell_certificates(given).c_str());
     return exit_code(status);
   }
   if (options.data_dir.empty()) {

@@ -16,6 +16,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/output.h"
 #include "command/render_options.h"
 #include "image/atomic_file.h"
 #include "local/local_farm.h"
@@ -69,8 +70,9 @@ absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text
 /// The options with one more, as if the command line had ended in --OPTION VALUE.
 absl::StatusOr<RenderOptions> with_option(RenderOptions options, const VariantOption& variant) {
   if (variant.option.empty()) return options;
-  const absl::Status status = parse_options([&](Command& command) { define_job_options(command, options); },
-                                            {absl::StrCat("--", variant.option), variant.value});
+  const absl::Status status =
+      options::parse_options([&](options::Command& command) { define_job_options(command, options); },
+                             {absl::StrCat("--", variant.option), variant.value});
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat("--compare ", variant.name(), ": ", status.message()));
   return options;
@@ -162,6 +164,10 @@ absl::Status check(Options& options) {
     return absl::InvalidArgumentError(absl::StrCat("there are ", options.scenes.size(), " scenes and ",
                                                    options.references.size(), " references; one for each is needed"));
   }
+  for (const std::string& file : {options.json, options.plot}) {
+    if (file.empty()) continue;
+    if (absl::Status status = check_writable(file); !status.ok()) return status;
+  }
   return options.plot.empty() ? absl::OkStatus() : check_plot_path(options.plot);
 }
 
@@ -213,6 +219,7 @@ void add_bench_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("bench", "Measures run time against error, in this process");
   command.add("SCENE", options->scenes, "scene files").required();
+  command.group("Measuring");
   command.add("--reference", options->references, "what the images are held against, one for each scene")
       .separated_by_commas()
       .type_name("FILE.exr,...");
@@ -225,12 +232,15 @@ void add_bench_command(CommandLine& line) {
   command.add("--seeds", options->plan.seeds, "images for each number of samples").in_range(1, 1000).with_default();
   command.add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
       .type_name("OPTION=A,B");
+  command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.group("What is told");
   command.add("--json", options->json, "write all figures").type_name("FILE.json");
   command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
-  command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");
   define_job_options(command, options->render);
   command.option("--isa").one_of(local_isas());
+  command.example("tessera bench scene.pbrt --make-reference 4096 --reference ref.exr");
+  command.example("tessera bench box.pbrt --reference ref.exr --compare filter=box,gaussian");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -1,11 +1,16 @@
-// tessera cancel, retry, pause, resume and priority: what changes a job, and tells what became of it.
+// tessera cancel, delete, retry, pause, resume and priority: what changes jobs, and tells what became of each.
+#include <algorithm>
+#include <atomic>
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/job_selection.h"
 #include "command/job_table.h"
 #include "command/server_option.h"
 
@@ -14,79 +19,148 @@ namespace {
 
 struct Options {
   ServerOption server;
-  std::string job_id;
+  JobSelection jobs;
   std::int32_t priority = 0;
   bool json = false;
 };
 
-using Change = std::function<absl::StatusOr<v1::JobStatus>(FarmClient&, const Options&, std::stop_token)>;
+/// What is told of one job.
+struct Told {
+  std::string text, json;
+};
 
-int run(const Options& options, const Change& change, Interrupt& interrupt) {
-  const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
-  const auto status = change(**farm, options, interrupt.token());
-  if (!status.ok()) return report_farm_error(status.status());
-  if (options.json) {
-    std::cout << to_json(*status) << '\n';
-  } else {
-    std::cout << "job " << status->job_id() << ": " << state_text(*status) << '\n';
+/// What a command does to one job, and to which jobs it may be done.
+struct Change {
+  std::function<absl::StatusOr<Told>(FarmClient&, const Options&, const std::string& job, std::stop_token)> apply;
+  Suits suits;
+};
+
+bool is_over(const v1::JobStatus& job) { return has_ended(job.state()); }
+bool is_open(const v1::JobStatus& job) { return !has_ended(job.state()); }
+
+// Calls at a time, over one connection: many together cost the coordinator one write to its disk.
+constexpr std::size_t kCallsAtOnce = 16;
+
+/// Applies the change to every job; the answers are in the order of the jobs.
+std::vector<absl::StatusOr<Told>> apply_to_all(FarmClient& farm, const Options& options, const Change& change,
+                                               const std::vector<std::string>& jobs, std::stop_token stop) {
+  std::vector<absl::StatusOr<Told>> answers(jobs.size(), absl::CancelledError("interrupted"));
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&](FarmClient& client) {
+    for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      answers[i] = change.apply(client, options, jobs[i], stop);
+      if (stop.stop_requested()) return;
+    }
+  };
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < std::min(kCallsAtOnce, jobs.size()); ++i) {
+    others.emplace_back([&work, client = farm.another()] { work(*client); });
   }
-  return kDone;
+  work(farm);
+  others.clear();
+  return answers;
 }
 
-/// A subcommand about one job. The options are for those that have more of them.
+int run(const Options& options, const Change& change, Interrupt& interrupt) {
+  const std::stop_token stop = interrupt.token();
+  const auto farm = connect(options.server);
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
+  const auto jobs = select_jobs(**farm, options.jobs, change.suits, stop);
+  if (!jobs.ok()) return report_farm_error(jobs.status(), options.server);
+  if (jobs->empty()) std::cerr << "tessera: no job is like that" << std::endl;
+  int exit_code = kDone;
+  for (const absl::StatusOr<Told>& told : apply_to_all(**farm, options, change, *jobs, stop)) {
+    if (told.ok()) {
+      std::cout << (options.json ? told->json : told->text) << '\n';
+    } else if (const int code = report_farm_error(told.status(), options.server); exit_code == kDone) {
+      exit_code = code;
+    }
+  }
+  return exit_code;
+}
+
+/// A subcommand about jobs. The options are for those that have more of them.
 Command add_change(CommandLine& line, const char* name, const char* description, const Change& change,
                    std::shared_ptr<Options> options = std::make_shared<Options>()) {
   Command command = line.add_command(name, description);
-  command.add("ID", options->job_id).required();
+  define_job_selection(command, options->jobs);
+  command.group("What is told");
+  command.add_flag("--json", options->json, "as JSON, one object a line");
   define_server_option(command, options->server);
-  command.add_flag("--json", options->json, "as JSON");
   command.does([options, change](Interrupt& interrupt) { return run(*options, change, interrupt); });
   return command;
 }
 
+absl::StatusOr<Told> tell(const absl::StatusOr<v1::JobStatus>& status) {
+  if (!status.ok()) return status.status();
+  return Told{absl::StrCat("job ", status->job_id(), ": ", state_text(*status)), to_json(*status)};
+}
+
 Change set_paused(bool paused) {
-  return [paused](FarmClient& farm, const Options& options, std::stop_token stop) {
-    v1::AdjustJobRequest request;
-    request.set_job_id(options.job_id);
-    request.set_paused(paused);
-    return farm.adjust(request, stop);
-  };
+  return {[paused](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+            v1::AdjustJobRequest request;
+            request.set_job_id(job);
+            request.set_paused(paused);
+            return tell(farm.adjust(request, stop));
+          },
+          is_open};
 }
 
 }  // namespace
 
 void add_cancel_command(CommandLine& line) {
+  add_change(line, "cancel", "Stops jobs; a finished one stays as it is",
+             {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+                return tell(farm.cancel(job, stop));
+              },
+              is_open})
+      .example("tessera cancel 4f0c 91be")
+      .example("tessera cancel --user $USER --state queued");
+}
+
+void add_delete_command(CommandLine& line) {
   add_change(
-      line, "cancel", "Stops a job; a finished one stays as it is",
-      [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.cancel(options.job_id, stop); });
+      line, "delete", "Forgets jobs that are over, and their results",
+      {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) -> absl::StatusOr<Told> {
+         if (absl::Status status = farm.delete_job(job, stop); !status.ok()) return status;
+         return Told{absl::StrCat("job ", job, ": deleted"),
+                     absl::StrCat("{\"job_id\":\"", job, "\",\"deleted\":true}")};
+       },
+       is_over})
+      .example("tessera delete 4f0c")
+      .example("tessera delete --state cancelled");
 }
 
 void add_retry_command(CommandLine& line) {
-  add_change(
-      line, "retry", "Tries again what was set aside of a job, with a clean record",
-      [](FarmClient& farm, const Options& options, std::stop_token stop) { return farm.retry(options.job_id, stop); });
+  add_change(line, "retry", "Tries again what was set aside of jobs, with a clean record",
+             {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+                return tell(farm.retry(job, stop));
+              },
+              [](const v1::JobStatus& job) { return job.units_set_aside() > 0; }})
+      .example("tessera retry 4f0c");
 }
 
 void add_pause_command(CommandLine& line) {
-  add_change(line, "pause", "Begins no more units of a job; those begun are finished", set_paused(true));
+  add_change(line, "pause", "Begins no more units of jobs; those begun are finished", set_paused(true))
+      .example("tessera pause 4f0c");
 }
 
 void add_resume_command(CommandLine& line) {
-  add_change(line, "resume", "Goes on with a paused job", set_paused(false));
+  add_change(line, "resume", "Goes on with paused jobs", set_paused(false)).example("tessera resume --state paused");
 }
 
 void add_priority_command(CommandLine& line) {
   const auto options = std::make_shared<Options>();
-  const Change change = [](FarmClient& farm, const Options& chosen, std::stop_token stop) {
-    v1::AdjustJobRequest request;
-    request.set_job_id(chosen.job_id);
-    request.set_priority(chosen.priority);
-    return farm.adjust(request, stop);
-  };
-  add_change(line, "priority", "Changes the priority of a job; higher goes first", change, options)
-      .add("PRIORITY", options->priority)
-      .required();
+  const Change change = {[](FarmClient& farm, const Options& chosen, const std::string& job, std::stop_token stop) {
+                           v1::AdjustJobRequest request;
+                           request.set_job_id(job);
+                           request.set_priority(chosen.priority);
+                           return tell(farm.adjust(request, stop));
+                         },
+                         is_open};
+  Command command = add_change(line, "priority", "Changes the priority of jobs; higher goes first", change, options);
+  command.add("PRIORITY", options->priority, "a whole number; 0 is usual").required();
+  command.example("tessera priority 4f0c 91be 5");
 }
 
 }  // namespace tessera::client

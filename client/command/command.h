@@ -12,6 +12,7 @@ void add_job_command(CommandLine& line);
 void add_watch_command(CommandLine& line);
 void add_fetch_command(CommandLine& line);
 void add_cancel_command(CommandLine& line);
+void add_delete_command(CommandLine& line);
 void add_retry_command(CommandLine& line);
 void add_pause_command(CommandLine& line);
 void add_resume_command(CommandLine& line);

@@ -33,9 +33,10 @@ int run(const Options& options) {
 void add_compare_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("compare", "Measures the error of an EXR image against a reference");
-  command.add("REF", options->reference).required();
-  command.add("TEST", options->test).required();
+  command.add("REF", options->reference, "the reference, .exr").required();
+  command.add("TEST", options->test, "the image, .exr").required();
   command.add_flag("--json", options->json, "as JSON");
+  command.example("tessera compare reference.exr picture.exr");
   command.does([options](Interrupt&) { return run(*options); });
 }
 

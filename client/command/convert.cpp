@@ -1,5 +1,4 @@
 // tessera convert IN OUT: a scene to Tessera's own forms, or an image to another format.
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -47,12 +46,14 @@ int convert_scene(const Options& options) {
 void add_convert_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("convert", "Scene to .textproto or .tsb; .exr to .png or .exr");
-  command.add("IN", options->input).required();
-  command.add("OUT", options->output).required();
+  command.add("IN", options->input, "a scene, or an .exr").required();
+  command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
   command.add_flag("--half", options->half, "16-bit EXR");
   command.add_flag("--quiet", options->quiet, "no warnings");
+  command.example("tessera convert scene.pbrt scene.textproto");
+  command.example("tessera convert picture.exr picture.png");
   command.does([options](Interrupt&) {
-    const bool is_image = std::filesystem::path{options->input}.extension() == ".exr";
+    const bool is_image = is_exr(options->input);
     return is_image ? convert_image(*options) : convert_scene(*options);
   });
 }

@@ -21,7 +21,6 @@ int report_farm_error(const absl::Status& status) {
     case absl::StatusCode::kNotFound:
       return report(kUsage, message);
     case absl::StatusCode::kDataLoss:
-    case absl::StatusCode::kFailedPrecondition:
       return report(kJobFailed, message);
     default:
       return report(kUnreachable, message);

@@ -9,9 +9,9 @@ namespace tessera::client {
 
 enum ExitCode : int {
   kDone = 0,
-  kUsage = 2,
+  kUsage = 2,  // an option, a file or a job that there is not
   kBadScene = 3,
-  kUnreachable = 4,  // cannot reach the coordinator, or not allowed
+  kUnreachable = 4,  // cannot reach the coordinator, or it refuses
   kJobFailed = 5,
   kIncomplete = 6,  // the image lacks samples, or could not be written
   kHoles = 7,       // the image was written, with holes where units were set aside
@@ -21,7 +21,8 @@ enum ExitCode : int {
 /// Prints "tessera: message" to stderr and returns `code`.
 int report(ExitCode code, const std::string& message);
 
-/// The same for an error of a call to the coordinator.
+/// The same for an error of a call to the coordinator. FailedPrecondition is a refusal: the coordinator has no way to
+/// do that, or the job is not in the state for it.
 int report_farm_error(const absl::Status& status);
 
 }  // namespace tessera::client

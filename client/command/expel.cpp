@@ -15,17 +15,19 @@ struct Options {
   std::string name;
   std::string role = "worker";
   bool undo = false;
+  bool unseen = false;
 };
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   v1::ExpelRequest request;
   request.set_role(options.role);
   request.set_name(options.name);
   request.set_undo(options.undo);
+  request.set_unseen(options.unseen);
   const absl::StatusOr<v1::ExpelResponse> response = (*farm)->expel(request, interrupt.token());
-  if (!response.ok()) return report_farm_error(response.status());
+  if (!response.ok()) return report_farm_error(response.status(), options.server);
   if (options.undo) {
     std::cout << options.role << " " << options.name << " may come back\n";
     return kDone;
@@ -43,13 +45,17 @@ int run(const Options& options, Interrupt& interrupt) {
 void add_expel_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command =
-      line.add_command("expel", "Puts a member out of the farm: its certificates of until now are refused from now on");
+      line.add_command("expel", "Puts a member out of the farm: its certificates of until now are refused");
   command.add("NAME", options->name, "the name in the certificate (tessera workers)").required();
   command.add("--role", options->role, "what the certificate is for")
+      .type_name("ROLE")
       .one_of({"worker", "client", "admin"})
       .with_default();
   command.add_flag("--undo", options->undo, "accept the certificates again");
+  command.add_flag("--unseen", options->unseen, "also when nobody of that name ever called the coordinator");
   define_server_option(command, options->server);
+  command.example("tessera expel render7 --tls ~/farm-tls/admin");
+  command.example("tessera expel --role client alice --tls ~/farm-tls/admin");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "command/exit_code.h"
+#include "command/job_news.h"
 #include "command/output.h"
 #include "command/progress.h"
 #include "image/assemble.h"
+#include "wire/printable.h"
 #include "wire/tile_result.h"
 #include "wire/version.h"
 
@@ -37,10 +40,51 @@ std::uint64_t samples_of(const v1::JobSpec& spec) {
   return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.settings().spp();
 }
 
-Progress make_progress(const v1::JobSpec& spec, bool quiet) {
-  return Progress{progress_mode(STDERR_FILENO, quiet), std::cerr, spec.name(), samples_of(spec), Clock::now(),
-                  terminal_columns(STDERR_FILENO)};
-}
+/// Progress of one job, and what happens to it, on stderr.
+class Tale {
+ public:
+  Tale(const v1::JobSpec& spec, const FollowOptions& options)
+      : options_(options),
+        // The noise decides how many samples are taken.
+        samples_total_(spec.settings().noise() == 0 ? samples_of(spec) : 0),
+        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, wire::printable(spec.name()), samples_total_,
+                  Clock::now(), terminal_columns(STDERR_FILENO)) {}
+
+  /// `received`: samples whose results are here; absent where results are not asked for.
+  void tell(const v1::JobStatus& status, std::optional<std::uint64_t> received) {
+    if (!options_.quiet) {
+      for (const std::string& line : news_.lines(status)) {
+        progress_.clear();
+        std::cerr << "tessera: " << line << std::endl;
+      }
+    }
+    const double units = static_cast<double>(status.units_done()) / std::max(status.units_total(), 1u);
+    const auto total = static_cast<double>(samples_total_);
+    WorkDone done{units, static_cast<std::uint64_t>(units * total)};
+    if (samples_total_ == 0) done.samples = status.stats().samples();
+    if (samples_total_ > 0 && received) done = {static_cast<double>(*received) / total, *received};
+    progress_.update(done, Clock::now(), waits_for(status));
+  }
+  void end() { progress_.finish(Clock::now()); }
+
+ private:
+  /// What goes on before the first result.
+  std::string waits_for(const v1::JobStatus& status) const {
+    if (status.paused()) return "paused";
+    if (options_.building) return options_.building() ? "building the scene" : "starting, or rendering the first tiles";
+    if (status.units_leased() == 0) {
+      const std::string why = wire::printable(status.waiting_for());
+      return why.empty() ? "waiting for a worker" : absl::StrCat("waiting: ", why);
+    }
+    return absl::StrCat("building the scene, or rendering the first tiles, on ", status.workers(),
+                        status.workers() == 1 ? " worker" : " workers");
+  }
+
+  const FollowOptions options_;
+  const std::uint64_t samples_total_;
+  Progress progress_;
+  JobNews news_;
+};
 
 absl::Status add_result(const v1::UnitResult& unit, Assembler& assembler) {
   absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(unit.payload());
@@ -87,8 +131,8 @@ void say_who_is_left_out(const v1::JobStatus& status, std::string& told, Progres
 
 }  // namespace
 
-absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
-                                       std::stop_token stop, const PartialImage& partial) {
+absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
+                                       const FollowOptions& how, std::stop_token stop, const PartialImage& partial) {
   absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
       wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
@@ -97,7 +141,7 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   if (!assembler.ok()) return assembler.status();
 
   const Clock::time_point start = Clock::now();
-  Progress progress = make_progress(spec, quiet);
+  Tale tale{spec, how};
   FollowedJob followed;
   std::uint32_t units = 0;
   std::stop_source enough;
@@ -110,7 +154,7 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   handlers.status = [&, told = std::string()](const v1::JobStatus& status) mutable {
     if (!quiet) say_who_is_left_out(status, told, progress);
     followed.status = status;
-    progress.update(assembler->samples_done(), Clock::now());
+    tale.tell(status, assembler->samples_done());
     if (partial.units > 0 && units >= partial.units) enough.request_stop();
   };
   handlers.restart = [&]() -> absl::Status {
@@ -120,8 +164,8 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
     return again.status();
   };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, enough.get_token());
-  progress.update(assembler->samples_done(), Clock::now());
-  progress.finish(Clock::now());
+  tale.tell(status.ok() ? *status : followed.status, assembler->samples_done());
+  tale.end();
   if (status.ok()) {
     followed.status = *std::move(status);
   } else if (!partial.wanted) {
@@ -144,15 +188,11 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
 
 absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
                                               std::stop_token stop) {
-  Progress progress = make_progress(spec, /*quiet=*/false);
+  Tale tale{spec, {}};
   FarmClient::WatchHandlers handlers;
-  // By units: the samples that were taken are fewer where noise decides, or where another job had them.
-  handlers.status = [&](const v1::JobStatus& status) {
-    const double done = static_cast<double>(status.units_done()) / std::max(status.units_total(), 1u);
-    progress.update(static_cast<std::uint64_t>(done * static_cast<double>(samples_of(spec))), Clock::now());
-  };
+  handlers.status = [&](const v1::JobStatus& status) { tale.tell(status, std::nullopt); };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
-  progress.finish(Clock::now());
+  tale.end();
   return status;
 }
 
@@ -185,7 +225,8 @@ int end_of(const FollowedJob& followed) {
 
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet) {
   if (!quiet) {
-    for (const std::string& warning : followed.status.stats().warnings()) std::cerr << "warning: " << warning << '\n';
+    for (const std::string& warning : followed.status.stats().warnings())
+      std::cerr << "warning: " << wire::printable(warning) << '\n';
   }
   const int code = end_of(followed);
   if (!followed.image) return code;

@@ -1,6 +1,7 @@
 // Waits for a job and puts its image together.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -30,10 +31,17 @@ struct FollowedJob {
   bool written = false;     // deliver() has written the image
 };
 
-/// Follows the job to its end, with progress on stderr unless `quiet`. Errors: those of FarmClient::watch; Internal
-/// when results do not fit the job.
-absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec, bool quiet,
-                                       std::stop_token stop, const PartialImage& partial = {});
+/// What the program that follows knows besides.
+struct FollowOptions {
+  bool quiet = false;                   // no progress on stderr
+  std::function<bool()> building = {};  // whether a worker of its own builds the scene
+};
+
+/// Follows the job to its end, with progress on stderr, and what happens to it meanwhile. Errors: those of
+/// FarmClient::watch; Internal when results do not fit the job.
+absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
+                                       const FollowOptions& options, std::stop_token stop,
+                                       const PartialImage& partial = {});
 
 /// The same without an image: progress only.
 absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,

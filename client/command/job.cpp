@@ -5,6 +5,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/job_selection.h"
 #include "command/job_table.h"
 #include "command/server_option.h"
 
@@ -19,9 +20,12 @@ struct Options {
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
-  const auto job = (*farm)->job(options.job_id, interrupt.token());
-  if (!job.ok()) return report_farm_error(job.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
+  const std::stop_token stop = interrupt.token();
+  const auto id = find_job_id(**farm, options.job_id, stop);
+  if (!id.ok()) return report_farm_error(id.status(), options.server);
+  const auto job = (*farm)->job(*id, stop);
+  if (!job.ok()) return report_farm_error(job.status(), options.server);
   std::cout << (options.json ? to_json(*job) + "\n" : job_text(*job));
   return kDone;
 }
@@ -31,9 +35,10 @@ int run(const Options& options, Interrupt& interrupt) {
 void add_job_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("job", "Shows one job");
-  command.add("ID", options->job_id).required();
+  command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "as JSON");
+  command.example("tessera job 4f0c2a11");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -2,11 +2,17 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "command/progress.h"
+#include "command/table.h"
 #include "command/time_spent.h"
+#include "farm/farm_client.h"
+#include "wire/printable.h"
 
 namespace tessera::client {
 
@@ -28,22 +34,57 @@ std::string noise_text(const v1::RenderSettings& settings) {
 // From this multiple of the usual time on, a worker is called slow.
 constexpr double kSlow = 2;
 
-/// Whose certificate a worker has, where that is not its host's.
-std::string certificate_text(const v1::WorkerStatus& worker) {
+/// What is out of the ordinary with a worker.
+std::vector<std::string> remarks_on(const v1::WorkerStatus& worker) {
+  std::vector<std::string> remarks;
+  if (worker.slowness() >= kSlow) {
+    remarks.push_back(absl::StrFormat("slow: %.1f times the usual time", worker.slowness()));
+  }
+  // Whose certificate it has, where that is not its host's.
   const std::string& name = worker.certificate();
-  return name.empty() || name == worker.host() ? "" : absl::StrCat(", certificate of ", name);
+  const std::string host = worker.host().substr(0, worker.host().find('@'));
+  if (!name.empty() && name != host) remarks.push_back(absl::StrCat("certificate of ", name));
+  if (!worker.arithmetic().closed_jobs().empty()) {
+    remarks.push_back(
+        absl::StrCat("its arithmetic keeps it from jobs ", absl::StrJoin(worker.arithmetic().closed_jobs(), " ")));
+  }
+  if (!worker.quarantine().empty()) {
+    remarks.push_back(absl::StrCat("host ", worker.host(), " is in quarantine: ", worker.quarantine()));
+  }
+  return remarks;
 }
 
-/// ", avx2/embree-3.13.5/1f3a9c0e, left out of jobs 4f0c2a11 77aa01bc".
-std::string arithmetic_text(const v1::WorkerStatus& worker) {
-  const auto& classes = worker.arithmetic().classes();
-  const auto& closed = worker.arithmetic().closed_jobs();
-  return absl::StrCat(classes.empty() ? "" : ", ", absl::StrJoin(classes, " "),
-                      closed.empty() ? "" : ", left out of jobs ", absl::StrJoin(closed, " "));
+std::string state_of(const v1::WorkerStatus& worker) {
+  if (!worker.quarantine().empty()) return "quarantine";
+  if (worker.draining()) return "draining";
+  return worker.leases() > 0 ? "working" : "idle";
 }
 
-std::string slowness_text(const v1::WorkerStatus& worker) {
-  return worker.slowness() < kSlow ? "" : absl::StrFormat(", slow: %.1f times the usual time", worker.slowness());
+/// The class in which it works where it may choose: "avx512/embree-3.13.5/1f3a9c0e".
+std::string arithmetic_of(const v1::WorkerStatus& worker) {
+  return worker.arithmetic().classes().empty() ? worker.isa() : worker.arithmetic().classes(0);
+}
+
+/// "4f0c2a11 kitchen (3), 91be07aa (1)".
+std::string jobs_of(const v1::WorkerStatus& worker) {
+  std::vector<std::string> jobs;
+  for (const v1::WorkerJob& job : worker.jobs()) {
+    const std::string name = job.job_id().empty() ? "of others" : absl::StrCat(job.job_id(), " ", job.name());
+    jobs.push_back(absl::StrCat(name, " (", job.leases(), ")"));
+  }
+  return absl::StrJoin(jobs, ", ");
+}
+
+std::string time_text(std::int64_t milliseconds) { return format_duration(1e-3 * static_cast<double>(milliseconds)); }
+
+/// Rounded down, so that 100 % means done.
+std::string percent_text(const v1::JobStatus& job) {
+  return absl::StrCat(job.units_total() == 0 ? 0 : std::uint64_t{100} * job.units_done() / job.units_total(), " %");
+}
+
+std::string trouble_of(const v1::JobStatus& job) {
+  if (job.units_set_aside() > 0) return absl::StrCat(job.units_set_aside(), " set aside");
+  return job.failures() > 0 ? absl::StrCat(job.failures(), " failed") : "";
 }
 
 double seconds(const google::protobuf::Duration& time) {
@@ -71,6 +112,10 @@ const char* state_name(v1::JobState state) {
   }
 }
 
+std::string short_state(const v1::JobStatus& status) {
+  return status.paused() && !has_ended(status.state()) ? "paused" : state_name(status.state());
+}
+
 std::string state_text(const v1::JobStatus& status) {
   std::string text = state_name(status.state());
   if (status.paused()) text += ", paused";
@@ -78,78 +123,140 @@ std::string state_text(const v1::JobStatus& status) {
   return text;
 }
 
-std::string jobs_table(const std::vector<v1::JobStatus>& jobs) {
-  std::string table = absl::StrFormat("%-20s %-10s %15s  %-7s %8s %-10s %s\n", "ID", "STATE", "UNITS", "ISA",
-                                      "PRIORITY", "USER", "NAME");
+std::string jobs_table(const std::vector<v1::JobStatus>& jobs, std::size_t width) {
+  if (jobs.empty()) return "there are no jobs\n";
+  Table table{{{"ID"},
+               {"STATE"},
+               {"DONE", /*right=*/true},
+               {"ELAPSED", true},
+               {"LEFT", true},
+               {"WORKERS", true},
+               {"PRIORITY", true},
+               {"TROUBLE"},
+               {"USER", false, /*shrinks=*/true},
+               {"NAME", false, true}}};
   for (const v1::JobStatus& job : jobs) {
-    const std::string units = absl::StrCat(job.units_done(), "/", job.units_total());
-    absl::StrAppend(&table, absl::StrFormat("%-20s %-10s %15s  %-7s %8d %-10s %s\n", job.job_id(),
-                                            job.paused() ? "paused" : state_name(job.state()), units, job.isa(),
-                                            job.priority(), job.user(), job.name()));
+    table.add({job.job_id(), short_state(job), percent_text(job), time_text(job.elapsed_ms()),
+               job.left_ms() > 0 ? time_text(job.left_ms()) : "", job.workers() > 0 ? absl::StrCat(job.workers()) : "",
+               job.priority() != 0 ? absl::StrCat(job.priority()) : "", trouble_of(job), job.user(), job.name()});
   }
-  return table;
+  return table.text(width);
 }
 
-std::string workers_table(const std::vector<v1::WorkerStatus>& workers) {
-  std::string table = absl::StrFormat("%-20s %-24s %-7s %7s %6s %10s  %s\n", "ID", "NAME", "ISA", "THREADS", "LEASES",
-                                      "UNITS DONE", "LAST SEEN");
+std::string workers_table(const std::vector<v1::WorkerStatus>& workers, std::size_t width) {
+  if (workers.empty()) return "there are no workers\n";
+  Table table{{{"NAME"},
+               {"STATE"},
+               {"THREADS", /*right=*/true},
+               {"UNITS", true},
+               {"DONE", true},
+               {"SEEN", true},
+               {"ARITHMETIC"},
+               {"TAGS", false, /*shrinks=*/true},
+               {"WORKS ON", false, true}}};
+  std::string below;
   for (const v1::WorkerStatus& worker : workers) {
-    absl::StrAppend(
-        &table,
-        absl::StrFormat("%-20s %-24s %-7s %7u %6u %10u  %.1f s ago%s%s%s%s%s%s\n", worker.worker_id(), worker.name(),
-                        worker.isa(), worker.threads(), worker.leases(), worker.units_done(),
-                        1e-3 * static_cast<double>(worker.last_seen_ms_ago()), worker.draining() ? ", draining" : "",
-                        slowness_text(worker), certificate_text(worker), arithmetic_text(worker),
-                        worker.quarantine().empty() ? "" : ", in quarantine: ", worker.quarantine()));
+    table.add({worker.name(), state_of(worker), absl::StrCat(worker.threads()), absl::StrCat(worker.leases()),
+               absl::StrCat(worker.units_done()),
+               absl::StrFormat("%.1f s", 1e-3 * static_cast<double>(worker.last_seen_ms_ago())), arithmetic_of(worker),
+               absl::StrJoin(worker.tags(), ","), jobs_of(worker)});
+    for (const std::string& remark : remarks_on(worker)) {
+      absl::StrAppend(&below, wire::printable(worker.name()), ": ", wire::printable(remark), "\n");
+    }
   }
-  return table;
+  return table.text(width) + below;
 }
+
+namespace {
+
+/// Lines with a label each.
+class Lines {
+ public:
+  void add(const char* label, const std::string& text) {
+    absl::StrAppend(&text_, absl::StrFormat("%-12s", label), wire::printable(text), "\n");
+  }
+  void add_if_any(const char* label, const std::string& text) {
+    if (!text.empty()) add(label, text);
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+void add_progress(const v1::GetJobResponse& job, Lines& lines) {
+  const v1::JobStatus& status = job.status();
+  lines.add("done", absl::StrCat(percent_text(status), ", ", status.units_done(), " of ", status.units_total(),
+                                 " units, ", status.units_leased(), " at work"));
+  lines.add(has_ended(status.state()) ? "took" : "since",
+            absl::StrCat(time_text(status.elapsed_ms()),
+                         status.left_ms() > 0 ? absl::StrCat(", ", time_text(status.left_ms()), " left") : ""));
+  for (const v1::JobWorker& worker : job.workers()) {
+    lines.add("worker", absl::StrCat(worker.name(), ", ", worker.leases(), " units"));
+  }
+  lines.add_if_any("requires", absl::StrJoin(job.spec().required_tags(), ","));
+  if (job.spec().max_workers() > 0) lines.add("at most", absl::StrCat(job.spec().max_workers(), " workers"));
+  if (status.units_adopted() > 0) {
+    lines.add("taken over", absl::StrCat(status.units_adopted(), " units of job ", status.adopted_from()));
+  }
+}
+
+void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
+  const v1::JobStatus& status = job.status();
+  lines.add_if_any("error", status.error());
+  lines.add_if_any("waits", status.waiting_for());
+  lines.add_if_any("left out", status.left_out());
+  for (const v1::SlowHost& slow : job.slow_hosts()) {
+    lines.add("slow", absl::StrFormat("host %s: %.2f s a unit, where %.2f s are usual (%u units)", slow.host(),
+                                      seconds(slow.unit_time()), seconds(job.usual_unit_time()), slow.units()));
+  }
+  for (const v1::SetAsideUnit& aside : status.set_aside()) {
+    lines.add("set aside", absl::StrCat("unit ", aside.unit().index(), ", ", place_of(aside.unit())));
+    for (const v1::UnitFailure& failure : aside.failures()) {
+      lines.add("", absl::StrCat("on ", failure.host(), ": ", failure.message()));
+    }
+  }
+  if (status.failures() > 0) lines.add("failures", absl::StrCat(status.failures(), ", of which the latest are"));
+  for (const v1::FailedUnit& failed : status.latest_failures()) {
+    lines.add("", absl::StrCat("unit ", failed.unit_index(), " on ", failed.failure().host(), ": ",
+                               failed.failure().message()));
+  }
+}
+
+}  // namespace
 
 std::string job_text(const v1::GetJobResponse& job) {
   const v1::JobStatus& status = job.status();
   const v1::JobSpec& spec = job.spec();
-  std::string text =
-      absl::StrCat("id          ", status.job_id(), "\n",                                  //
-                   "name        ", status.name(), "\n",                                    //
-                   "state       ", state_text(status), "\n",                               //
-                   "user        ", status.user(), ", priority ", status.priority(), "\n",  //
-                   "units       ", status.units_done(), " of ", status.units_total(), " done, ", status.units_leased(),
-                   " at work\n", "film        ", spec.width(), "x", spec.height(), ", ", spec.settings().spp(),
-                   " samples a pixel", noise_text(spec.settings()), "\n", "integrator  ", spec.settings().integrator(),
-                   ", depth ", spec.settings().max_depth(), ", seed ", spec.settings().seed(), "\n",  //
-                   "scene       ", spec.scene().digest(), "\n");
-  if (status.units_adopted() > 0) {
-    absl::StrAppend(&text, "taken over  ", status.units_adopted(), " units of job ", status.adopted_from(), "\n");
-  }
+  Lines lines;
+  lines.add("id", status.job_id());
+  lines.add("name", status.name());
+  lines.add("state", state_text(status));
+  lines.add("user", absl::StrCat(status.user(), ", priority ", status.priority()));
+  add_progress(job, lines);
+  lines.add("film", absl::StrCat(spec.width(), "x", spec.height(), ", ", spec.settings().spp(), " samples a pixel",
+                                 noise_text(spec.settings())));
+  lines.add("integrator", absl::StrCat(spec.settings().integrator(), ", depth ", spec.settings().max_depth(), ", seed ",
+                                       spec.settings().seed()));
+  lines.add("scene", spec.scene().digest());
   if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {
-    absl::StrAppend(&text, "fireflies   ", stats.fireflies(), " samples with ",
-                    absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()), " % of the light\n");
+    lines.add("fireflies",
+              absl::StrCat(stats.fireflies(), " samples with ",
+                           absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()), " % of the light"));
   }
-  if (!status.isa().empty()) absl::StrAppend(&text, "isa         ", status.isa(), "\n");
-  absl::StrAppend(&text, "bits        ", spec.bits() == v1::BITS_ANY ? "any: every machine may work" : "same", "\n");
-  for (const std::string& name : status.arithmetic_classes()) {
-    absl::StrAppend(&text, "arithmetic  ", name, "\n");
-  }
-  if (!status.error().empty()) absl::StrAppend(&text, "error       ", status.error(), "\n");
-  if (!status.waiting_for().empty()) absl::StrAppend(&text, "waits       ", status.waiting_for(), "\n");
-  if (!status.left_out().empty()) absl::StrAppend(&text, "left out    ", status.left_out(), "\n");
-  for (const v1::SlowHost& slow : job.slow_hosts()) {
-    absl::StrAppend(
-        &text, absl::StrFormat("slow        host %s: %.2f s a unit, where %.2f s are usual (%u units)\n", slow.host(),
-                               seconds(slow.unit_time()), seconds(job.usual_unit_time()), slow.units()));
-  }
-  for (const v1::SetAsideUnit& aside : status.set_aside()) {
-    absl::StrAppend(&text, "set aside   unit ", aside.unit().index(), ", ", place_of(aside.unit()), "\n");
-    for (const v1::UnitFailure& failure : aside.failures()) {
-      absl::StrAppend(&text, "            on ", failure.host(), ": ", failure.message(), "\n");
+  lines.add_if_any("isa", status.isa());
+  lines.add("bits", spec.bits() == v1::BITS_ANY ? "any: every machine may work" : "same");
+  for (const std::string& name : status.arithmetic_classes()) lines.add("arithmetic", name);
+  add_trouble(job, lines);
+  const char* label = "time";
+  if (const std::string spent = to_text(time_spent(status.stats())); !spent.empty()) {
+    for (const std::string& line : std::vector<std::string>(absl::StrSplit(spent, '\n'))) {
+      lines.add(std::exchange(label, ""), line);
     }
   }
-  if (const std::string spent = to_text(time_spent(status.stats())); !spent.empty()) {
-    absl::StrAppend(&text, "time        ", absl::StrReplaceAll(spent, {{"\n", "\n            "}}), "\n");
-  }
-  for (const std::string& note : status.notes()) absl::StrAppend(&text, "note        ", note, "\n");
-  for (const std::string& warning : status.stats().warnings()) absl::StrAppend(&text, "warning     ", warning, "\n");
-  return text;
+  for (const std::string& note : status.notes()) lines.add("note", note);
+  for (const std::string& warning : status.stats().warnings()) lines.add("warning", warning);
+  return lines.text();
 }
 
 std::string to_json(const google::protobuf::Message& message) {

@@ -1,4 +1,4 @@
-// Jobs and workers for people and for scripts.
+// Jobs and workers for people and for scripts. What others have chosen, names above all, is escaped for terminals.
 #pragma once
 
 #include <string>
@@ -12,14 +12,17 @@ namespace tessera::client {
 /// "running", "done" ...
 const char* state_name(v1::JobState state);
 
-/// The same with what else there is to say: paused, or how many units are missing.
+/// The same, but "paused" for an open job that is.
+std::string short_state(const v1::JobStatus& status);
+
+/// The state with what else there is to say: paused, or how many units are missing.
 std::string state_text(const v1::JobStatus& status);
 
-/// One line a job under a heading.
-std::string jobs_table(const std::vector<v1::JobStatus>& jobs);
+/// One line a job under a heading; `width` as of Table::text.
+std::string jobs_table(const std::vector<v1::JobStatus>& jobs, std::size_t width);
 
-/// One line a worker under a heading.
-std::string workers_table(const std::vector<v1::WorkerStatus>& workers);
+/// One line a worker under a heading, and below what is to be said of some.
+std::string workers_table(const std::vector<v1::WorkerStatus>& workers, std::size_t width);
 
 /// Everything about one job, a line each.
 std::string job_text(const v1::GetJobResponse& job);

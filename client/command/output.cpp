@@ -6,29 +6,48 @@
 #include <cstring>
 #include <filesystem>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "image/atomic_file.h"
 #include "image/exr.h"
 #include "image/png.h"
 
 namespace tessera::client {
 namespace fs = std::filesystem;
+namespace {
+
+std::string extension_of(const std::string& path) {
+  std::string extension = fs::path{path}.extension().string();
+  absl::AsciiStrToLower(&extension);
+  return extension;
+}
+
+}  // namespace
 
 absl::Status check_output(const std::string& path) {
-  const std::string extension = fs::path{path}.extension().string();
+  const std::string extension = extension_of(path);
   if (extension != ".exr" && extension != ".png") {
     return absl::InvalidArgumentError(absl::StrCat("'", path, "' ends neither in .exr nor in .png"));
   }
-  fs::path directory = fs::path{path}.parent_path();
-  if (directory.empty()) directory = ".";
-  if (::access(directory.c_str(), W_OK) != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("cannot write to ", directory.string(), ": ", std::strerror(errno)));
-  }
-  if (fs::is_directory(path)) return absl::InvalidArgumentError(absl::StrCat("'", path, "' is a directory"));
+  return check_writable(path);
+}
+
+absl::Status check_writable(const std::string& path) {
+  const auto no = [&](const std::string& why) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot write ", path, ": ", why));
+  };
+  if (fs::is_directory(path)) return no("it is a directory");
+  const fs::path folder = fs::path{link_target(path)}.parent_path();
+  const std::string name = folder.empty() ? "." : folder.string();
+  if (!fs::exists(name)) return no(absl::StrCat("there is no folder ", name));
+  if (::access(name.c_str(), W_OK) != 0) return no(absl::StrCat(name, ": ", std::strerror(errno)));
   return absl::OkStatus();
 }
 
+bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
+
 absl::Status write_image(const Image& image, const std::string& path, bool half) {
-  if (fs::path{path}.extension() == ".png") return write_png(image, path);
+  if (extension_of(path) == ".png") return write_png(image, path);
   return write_exr(image, path, half ? PixelType::kHalf : PixelType::kFloat);
 }
 

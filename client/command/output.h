@@ -8,8 +8,15 @@
 
 namespace tessera::client {
 
-/// InvalidArgument, before any work is done, when `path` is neither .exr nor .png or cannot be written.
+/// InvalidArgument, before any work is done, when `path` is neither .exr nor .png, in capitals or not, or cannot be
+/// written.
 absl::Status check_output(const std::string& path);
+
+/// The same for a file of any kind.
+absl::Status check_writable(const std::string& path);
+
+/// Whether the name of a file says so.
+bool is_exr(const std::string& path);
 
 /// By extension: a linear EXR (16-bit with `half`), or a tone-mapped PNG.
 absl::Status write_image(const Image& image, const std::string& path, bool half);

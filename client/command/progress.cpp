@@ -25,20 +25,26 @@ constexpr milliseconds kLineInterval(2000);
 constexpr double kMinRateSeconds = 0.2;
 constexpr char kClearLine[] = "\r\x1b[K";
 
-int percent(const ProgressState& state) {
-  if (state.samples_total == 0) return 100;
-  // Rounded down, so that 100 % means done.
-  return static_cast<int>(100.0 * static_cast<double>(state.samples_done) / static_cast<double>(state.samples_total));
-}
+bool done(const ProgressState& state) { return state.share >= 1; }
 
-bool done(const ProgressState& state) { return state.samples_done >= state.samples_total; }
+int percent(const ProgressState& state) {
+  // Rounded down, so that 100 % means done.
+  return static_cast<int>(100.0 * std::clamp(state.share, 0.0, 1.0));
+}
 
 std::string time_text(const ProgressState& state) {
   if (done(state)) return absl::StrCat("in ", format_duration(state.elapsed_seconds));
-  if (state.samples_per_second <= 0) return "";
-  const auto left = static_cast<double>(state.samples_total - state.samples_done);
-  return absl::StrCat(format_duration(left / state.samples_per_second), " left");
+  return state.seconds_left > 0 ? absl::StrCat(format_duration(state.seconds_left), " left") : "";
 }
+
+/// "33.4M of 64.0M samples".
+std::string counts_text(const ProgressState& state) {
+  const std::string taken = format_count(static_cast<double>(state.samples_done));
+  if (state.samples_total == 0) return absl::StrCat(taken, " samples");
+  return absl::StrCat(taken, " of ", format_count(static_cast<double>(state.samples_total)), " samples");
+}
+
+bool waits(const ProgressState& state) { return state.share == 0 && !state.waits_for.empty(); }
 
 }  // namespace
 
@@ -68,8 +74,8 @@ std::string format_count(double count) {
 }
 
 std::string format_duration(double seconds) {
-  constexpr double kMax = 1e9;
-  const auto whole = static_cast<std::int64_t>(std::ceil(std::clamp(seconds, 0.0, kMax)));
+  constexpr double kMax = 1e9, kRounding = 1e-6;  // of the arithmetic before
+  const auto whole = static_cast<std::int64_t>(std::ceil(std::clamp(seconds - kRounding, 0.0, kMax)));
   const std::int64_t hours = whole / 3600, minutes = whole / 60 % 60;
   if (hours > 0) return absl::StrFormat("%d:%02d:%02d", hours, minutes, whole % 60);
   return absl::StrFormat("%d:%02d", minutes, whole % 60);
@@ -77,11 +83,11 @@ std::string format_duration(double seconds) {
 
 std::string format_bar(const ProgressState& state, int columns) {
   constexpr int kMaxBar = 30, kMinBar = 8;
-  const std::string counts = absl::StrCat(format_count(static_cast<double>(state.samples_done)), " of ",
-                                          format_count(static_cast<double>(state.samples_total)), " samples");
-  std::string text = absl::StrFormat("%s  %3d%%  %s", state.label, percent(state), counts);
+  std::string text = waits(state) ? absl::StrCat(state.label, "  ", state.waits_for)
+                                  : absl::StrFormat("%s  %3d%%  %s", state.label, percent(state), counts_text(state));
   if (state.samples_per_second > 0) absl::StrAppend(&text, "  ", format_count(state.samples_per_second), "/s");
   if (const std::string time = time_text(state); !time.empty()) absl::StrAppend(&text, "  ", time);
+  if (waits(state)) absl::StrAppend(&text, "  ", format_duration(state.elapsed_seconds));
 
   // " [", "]" and one free column at the end of the line, where some terminals would wrap.
   const int room = std::min(columns - 1 - static_cast<int>(text.size()) - 3, kMaxBar);
@@ -97,9 +103,8 @@ std::string format_bar(const ProgressState& state, int columns) {
 }
 
 std::string format_line(const ProgressState& state) {
-  std::string text = absl::StrFormat("%s: %d%% (%s of %s samples)", state.label, percent(state),
-                                     format_count(static_cast<double>(state.samples_done)),
-                                     format_count(static_cast<double>(state.samples_total)));
+  if (waits(state)) return absl::StrCat(state.label, ": ", state.waits_for);
+  std::string text = absl::StrFormat("%s: %d%% (%s)", state.label, percent(state), counts_text(state));
   if (state.samples_per_second > 0) absl::StrAppend(&text, ", ", format_count(state.samples_per_second), " samples/s");
   if (const std::string time = time_text(state); !time.empty()) absl::StrAppend(&text, ", ", time);
   return text;
@@ -113,16 +118,27 @@ Progress::Progress(ProgressMode mode, std::ostream& out, std::string label, std:
 }
 
 void Progress::update(std::uint64_t samples_done, TimePoint now) {
-  if (!baseline_) baseline_ = Point{samples_done, now};
-  state_.samples_done = samples_done;
+  const std::uint64_t total = state_.samples_total;
+  const double share = total == 0 ? 1 : static_cast<double>(samples_done) / static_cast<double>(total);
+  update(WorkDone{share, samples_done}, now);
+}
+
+void Progress::update(const WorkDone& done, TimePoint now, const std::string& waits_for) {
+  if (!baseline_) baseline_ = Point{done, now};
+  const bool same = drawn_ && waits_for == told_;
+  state_.share = done.share;
+  state_.samples_done = done.samples;
+  state_.waits_for = waits_for;
   if (mode_ == ProgressMode::kSilent) return;
   const milliseconds interval = mode_ == ProgressMode::kBar ? kBarInterval : kLineInterval;
+  if (mode_ == ProgressMode::kLines && waits(state_) && (same || now - start_ < interval)) return;
   if (!drawn_ || now - drawn_->time >= interval) draw(now);
 }
 
 void Progress::finish(TimePoint now) {
   if (mode_ == ProgressMode::kSilent) return;
-  const bool said_already = mode_ == ProgressMode::kLines && drawn_ && drawn_->samples == state_.samples_done;
+  const bool said_already = mode_ == ProgressMode::kLines && drawn_ && drawn_->done.share == state_.share &&
+                            drawn_->done.samples == state_.samples_done;
   if (!said_already) draw(now);
   if (mode_ == ProgressMode::kBar) out_ << '\n' << std::flush;
   bar_shown_ = false;
@@ -139,8 +155,11 @@ void Progress::draw(TimePoint now) {
   state_.elapsed_seconds = duration<double>(now - start_).count();
   if (baseline_) {
     const double seconds = duration<double>(now - baseline_->time).count();
-    const auto samples = static_cast<double>(state_.samples_done - std::min(state_.samples_done, baseline_->samples));
+    const auto samples =
+        static_cast<double>(state_.samples_done - std::min(state_.samples_done, baseline_->done.samples));
+    const double share = state_.share - baseline_->done.share;
     if (seconds >= kMinRateSeconds) state_.samples_per_second = samples / seconds;
+    if (seconds >= kMinRateSeconds && share > 0) state_.seconds_left = seconds * (1 - state_.share) / share;
   }
   if (mode_ == ProgressMode::kBar) {
     out_ << kClearLine << format_bar(state_, columns_) << std::flush;
@@ -148,7 +167,8 @@ void Progress::draw(TimePoint now) {
   } else {
     out_ << format_line(state_) << '\n' << std::flush;
   }
-  drawn_ = Point{state_.samples_done, now};
+  told_ = state_.waits_for;
+  drawn_ = Point{{state_.share, state_.samples_done}, now};
 }
 
 }  // namespace tessera::client

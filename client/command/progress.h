@@ -23,10 +23,13 @@ int terminal_columns(int file_descriptor);
 
 struct ProgressState {
   std::string label;  // "cornell-box"
+  double share = 0;   // of the work that is done, 0 to 1
   std::uint64_t samples_done = 0;
-  std::uint64_t samples_total = 0;
+  std::uint64_t samples_total = 0;  // 0: not known, for the noise decides
   double elapsed_seconds = 0;
   double samples_per_second = 0;  // 0: not known yet
+  double seconds_left = 0;        // 0: not known
+  std::string waits_for = "";     // what goes on while nothing is done yet
 };
 
 /// "cornell-box [=====>    ]  52%  33.4M of 64.0M samples  12.3M/s  0:02 left", without end of line, at most `columns`
@@ -36,6 +39,12 @@ std::string format_bar(const ProgressState& state, int columns);
 /// "cornell-box: 52% (33.4M of 64.0M samples), 12.3M samples/s, 0:02 left", or for a finished one the time that it
 /// took.
 std::string format_line(const ProgressState& state);
+
+/// What is done.
+struct WorkDone {
+  double share = 0;           // 0 to 1
+  std::uint64_t samples = 0;  // taken
+};
 
 /// 950 -> "950", 33400000 -> "33.4M": three digits and a decimal multiplier.
 std::string format_count(double count);
@@ -47,10 +56,14 @@ class Progress {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
+  /// `samples_total`: 0 where nobody knows, for the noise decides.
   Progress(ProgressMode mode, std::ostream& out, std::string label, std::uint64_t samples_total, TimePoint now,
            int columns = 80);
 
-  /// Draws when it is time: a bar at most ten times a second, lines at most every two seconds.
+  /// Draws when it is time: a bar at most ten times a second, lines at most every two seconds; while nothing is done
+  /// yet, and that takes long, a line only when `waits_for`, what goes on meanwhile, is another.
+  void update(const WorkDone& done, TimePoint now, const std::string& waits_for = "");
+  /// The same where the share is that of all samples.
   void update(std::uint64_t samples_done, TimePoint now);
 
   /// Draws the last state and ends the line. Without this call, nothing after the last drawn update is shown.
@@ -61,7 +74,7 @@ class Progress {
 
  private:
   struct Point {
-    std::uint64_t samples;
+    WorkDone done;
     TimePoint time;
   };
   void draw(TimePoint now);
@@ -73,6 +86,7 @@ class Progress {
   TimePoint start_;
   std::optional<Point> baseline_;  // what was done when we began to look is not part of the rate
   std::optional<Point> drawn_;     // last
+  std::string told_;               // of what it waits for, then
   bool bar_shown_ = false;
 };
 

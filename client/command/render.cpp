@@ -58,7 +58,8 @@ absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bo
   absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
   if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();
-  return follow_job(client, *job_id, spec, quiet, stop, {.wanted = true});
+  return follow_job(client, *job_id, spec, {.quiet = quiet, .building = [&farm] { return farm.building(); }}, stop,
+                    {.wanted = true});
 }
 
 /// Where an image is kept that could not be written where it was to be: the state folder, or that of temporary files.
@@ -91,6 +92,7 @@ void keep_image(const Image& image, const RenderOptions& options) {
 
 /// `is_whole`: the job is done, and its image written.
 int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
+  const double start_cpu_seconds = wire::in_seconds(wire::process_cpu_time());
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
@@ -125,7 +127,8 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed->image, options);
   is_whole = followed->written && followed->status.state() == v1::DONE;
   const TimeSpent spent =
-      time_spent(followed->status.stats(), ProcessTime{.import_seconds = loaded->import_cpu_seconds,
+      time_spent(followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
+                                                       .import_seconds = loaded->import_cpu_seconds,
                                                        .total_seconds = wire::in_seconds(wire::process_cpu_time())});
   if (const std::string text = to_text(spent); !options.quiet && !text.empty()) std::cerr << text << '\n';
   if (options.stats.empty()) return exit_code;
@@ -146,6 +149,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
 
 int run(const RenderOptions& options, Interrupt& interrupt) {
   absl::Status status = check_output(options.output);
+  status.Update(check_stats(options));
   if (status.ok() && !options.checkpoint.empty()) status = open_checkpoint(options.checkpoint);
   if (!status.ok()) return report(kUsage, std::string{status.message()});
   bool is_whole = false;
@@ -167,10 +171,14 @@ void add_render_command(CommandLine& line) {
   define_render_options(command, *options);
   command.option("--output").required();
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  command.group("How it is computed");
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.option("--isa").one_of(local_isas());
+  command.group("What is told");
   command.add("--checkpoint", options->checkpoint, "keep results in this folder; the same command goes on with them")
       .type_name("FOLDER");
+  command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");
+  command.example("tessera render kitchen.xml -o kitchen.png --noise 0.05 --spp 1024");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -1,14 +1,19 @@
 #include "command/render_options.h"
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <system_error>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "command/exit_code.h"
+#include "command/output.h"
+#include "command/phase.h"
 #include "import/import.h"
 #include "wire/cpu_time.h"
 #include "wire/limits.h"
@@ -19,7 +24,7 @@ namespace {
 
 /// An option whose text `parse` turns into a value.
 template <class Value, class Parse>
-Option add_parsed(Command& command, const char* name, std::optional<Value>& value, Parse parse,
+Option add_parsed(options::Command& command, const char* name, std::optional<Value>& value, Parse parse,
                   const char* description) {
   const auto read = [&value, parse](const std::string& text) {
     absl::StatusOr<Value> parsed = parse(text);
@@ -54,44 +59,59 @@ ImportOptions import_options(const RenderOptions& options) {
 
 }  // namespace
 
-void define_render_options(Command& command, RenderOptions& options) {
-  command.add("SCENE", options.scene, "the scene file").required();
-  command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)");
+void define_render_options(options::Command& command, RenderOptions& options) {
+  command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb").required();
+  command.group("Image");
+  command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)").type_name("FILE");
+  command.add_flag("--half", options.half, "16-bit EXR");
+  command.group("Quality");
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
-  command.add_flag("--half", options.half, "16-bit EXR");
+  command.group("What is told");
   command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 
-void define_job_options(Command& command, RenderOptions& options) {
+void define_job_options(options::Command& command, RenderOptions& options) {
   JobRequest& job = options.job;
+  command.group("Quality");
   command
       .add("--noise", job.noise,
            "relative error at which a pixel has samples enough, with --spp as the cap; 0: all take --spp")
       .type_name("ERROR");
-  add_parsed(command, "--resolution", job.resolution, parse_resolution, "film size, WIDTHxHEIGHT").type_name("WxH");
-  add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
-  add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("UINT");
   command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only").in_range(0, 65535);
-  command.add("--tile", job.tile_size, "side of a tile, pixels").in_range(1, wire::kMaxTileSize).with_default();
-  command.add("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)");
-  command.add("--sampler", job.sampler, "sobol or independent");
-  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos");
-  command.add("--intersection", job.intersection,
-              "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
-  command.add("--direct-light", job.direct_light,
-              "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)");
-  command.add("--light-selection", job.light_selection, "how a light is picked: auto, tree, mixed, power or uniform");
-  command.add("--traversal", job.traversal, "rays are traced as packet or single");
-  command.add("-D", options.defines, "a parameter of the scene")
-      .type_name("NAME=VALUE")
-      .checked_by(check_define)
-      .one_value_each();
-  command.add("--aov", job.aovs, "further channels: variance, samples, albedo, normal, depth")
+  command.add("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)")
+      .type_name("NAME");
+  command.add("--sampler", job.sampler, "sobol or independent").type_name("NAME");
+  add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
+  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos").type_name("NAME");
+  command.group("Film");
+  add_parsed(command, "--resolution", job.resolution, parse_resolution, "its size").type_name("WxH");
+  add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
+  command.add("--aov", job.aovs, "further channels: variance, albedo, normal, depth, samples, alpha")
       .separated_by_commas()
       .type_name("NAME,...");
-  command.add("--isa", job.isa, "kernels to use, on every worker");
+  command.group("How it is computed");
+  command
+      .add("--intersection", job.intersection,
+           "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust")
+      .type_name("NAME");
+  command
+      .add("--direct-light", job.direct_light,
+           "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)")
+      .type_name("NAME");
+  command.add("--light-selection", job.light_selection, "how a light is picked: auto, tree, mixed, power or uniform")
+      .type_name("NAME");
+  command.add("--traversal", job.traversal, "rays are traced as packet or single").type_name("NAME");
+  command.add("--tile", job.tile_size, "side of a tile, pixels").in_range(1, wire::kMaxTileSize).with_default();
+  command.add("-D", options.defines, "a parameter of the scene; may be repeated")
+      .type_name("NAME=VALUE")
+      .checked_by(check_define);
+  command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
+}
+
+absl::Status check_stats(const RenderOptions& options) {
+  return options.stats.empty() ? absl::OkStatus() : check_writable(options.stats);
 }
 
 void LoadedJob::free_meshes() {
@@ -110,14 +130,21 @@ std::vector<std::string> LoadedJob::warning_lines() const {
 }
 
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code) {
-  if (const absl::Status status = check_names(options.job); !status.ok()) {
-    exit_code = report(kUsage, std::string{status.message()});
+  absl::Status usage = check_names(options.job);
+  if (std::error_code error; usage.ok() && !std::filesystem::exists(options.scene, error)) {
+    usage = absl::NotFoundError(absl::StrCat("there is no file ", options.scene));
+  }
+  if (!usage.ok()) {
+    exit_code = report(kUsage, std::string{usage.message()});
     return nullptr;
   }
   const auto start = std::chrono::steady_clock::now();
   const std::chrono::nanoseconds cpu_start = wire::process_cpu_time();
   auto loaded = std::make_unique<LoadedJob>();
-  absl::StatusOr<ImportedScene> imported = import_scene(options.scene, import_options(options));
+  absl::StatusOr<ImportedScene> imported = [&] {
+    const Phase phase{progress_mode(STDERR_FILENO, options.quiet), std::cerr, options.scene, "reading"};
+    return import_scene(options.scene, import_options(options));
+  }();
   if (!imported.ok()) {
     exit_code = report(kBadScene, std::string{imported.status().message()});
     return nullptr;

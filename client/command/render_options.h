@@ -24,10 +24,13 @@ struct RenderOptions {
 };
 
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
-void define_render_options(Command& command, RenderOptions& options);
+void define_render_options(options::Command& command, RenderOptions& options);
 
 /// Those of them that say how a scene is rendered, but for the sample count; `bench` has them too.
-void define_job_options(Command& command, RenderOptions& options);
+void define_job_options(options::Command& command, RenderOptions& options);
+
+/// InvalidArgument when the file of --stats cannot be written.
+absl::Status check_stats(const RenderOptions& options);
 
 /// An imported scene and the job made of it.
 struct LoadedJob {

@@ -3,17 +3,22 @@
 #include <iostream>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "command/exit_code.h"
+#include "wire/address.h"
 #include "wire/channel.h"
+#include "wire/probe.h"
+#include "wire/status.h"
 
 namespace tessera::client {
 
-void define_server_option(Command& command, ServerOption& option) {
-  command.add("--server", option.address, "HOST:PORT of the coordinator")
+void define_server_option(options::Command& command, ServerOption& option) {
+  command.group("Coordinator");
+  command.add("--server", option.address, "the coordinator")
+      .type_name("HOST:PORT")
       .from_environment("TESSERA_SERVER")
       .with_default();
-  command.add("--tls", option.certificates, "folder with a client's certificates")
-      .from_environment("TESSERA_TLS")
-      .type_name("DIR");
+  command.add("--tls", option.certificates, "a client's certificates").type_name("DIR").from_environment("TESSERA_TLS");
   command.add_flag("--allow-insecure", option.allow_insecure, "talk without encryption to another machine");
 }
 
@@ -25,6 +30,45 @@ absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, 
   options.address = option.address;
   if (!quiet) options.notice = [](const std::string& message) { std::cerr << "tessera: " << message << std::endl; };
   return std::make_unique<FarmClient>(*std::move(channel), std::move(options));
+}
+
+namespace {
+
+/// What stands in the way of a call that was never answered.
+absl::Status explained(const absl::Status& status, const ServerOption& option) {
+  constexpr std::chrono::milliseconds kPatience{1000};
+  const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(option.address);
+  if (!address.ok() || !wire::is_transient(status) || absl::IsCancelled(status)) return status;
+  const bool encrypted = !option.certificates.empty();
+  const auto unreachable = [&](const std::string& why) {
+    return absl::UnavailableError(absl::StrCat(why, "\n  (", std::string{status.message()}, ")"));
+  };
+  switch (wire::probe(*address, kPatience)) {
+    case wire::Speaks::kNobody:
+      return absl::UnavailableError(
+          absl::StrCat("no coordinator at ", option.address, " (is tessera-server running? --server, TESSERA_SERVER)"));
+    case wire::Speaks::kTls:
+      if (!encrypted) {
+        return absl::UnavailableError(absl::StrCat(option.address, " speaks TLS: give --tls DIR (TESSERA_TLS)"));
+      }
+      return unreachable(absl::StrCat(option.address, " and the certificates in ", option.certificates,
+                                      " do not go together, or it does not answer"));
+    case wire::Speaks::kPlain:
+      if (encrypted) {
+        return absl::UnavailableError(
+            absl::StrCat(option.address, " does not speak TLS: leave --tls (TESSERA_TLS) away"));
+      }
+      break;
+    case wire::Speaks::kUnclear:
+      return unreachable(absl::StrCat("what listens at ", option.address, " is no coordinator, or does not answer"));
+  }
+  return status;
+}
+
+}  // namespace
+
+int report_farm_error(const absl::Status& status, const ServerOption& option) {
+  return report_farm_error(explained(status, option));
 }
 
 }  // namespace tessera::client

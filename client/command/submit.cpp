@@ -1,4 +1,6 @@
 // tessera submit SCENE -o OUT: renders on the farm.
+#include <unistd.h>
+
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
@@ -9,6 +11,7 @@
 #include "command/follow.h"
 #include "command/interrupt.h"
 #include "command/output.h"
+#include "command/phase.h"
 #include "command/render_options.h"
 #include "command/server_option.h"
 #include "command/stats_file.h"
@@ -26,6 +29,7 @@ struct Options {
 };
 
 absl::Status check(const Options& options) {
+  if (absl::Status status = check_stats(options.render); !status.ok()) return status;
   if (options.render.output.empty()) {
     if (options.detach) return absl::OkStatus();
     return absl::InvalidArgumentError("--output is required, unless with --detach");
@@ -43,14 +47,20 @@ absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSp
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet, std::stop_token stop) {
+  Phase phase{progress_mode(STDERR_FILENO, quiet), std::cerr, loaded.job->spec.name(), "uploading"};
+  return farm.upload(loaded.job->blobs, stop,
+                     [&](std::uint64_t sent, std::uint64_t total) { phase.detail(format_bytes(sent, total)); });
+}
+
 /// Follows the submitted job to its image.
 int wait_for_image(const Options& options, FarmClient& farm, const std::string& job_id, const LoadedJob& loaded,
                    std::uint64_t uploaded_bytes, std::stop_token stop) {
   const v1::JobSpec& spec = loaded.job->spec;
   const Clock::time_point start = Clock::now();
-  absl::StatusOr<FollowedJob> followed = follow_job(farm, job_id, spec, options.render.quiet, stop);
+  absl::StatusOr<FollowedJob> followed = follow_job(farm, job_id, spec, {.quiet = options.render.quiet}, stop);
   if (!followed.ok()) {
-    const int exit_code = report_farm_error(followed.status());
+    const int exit_code = report_farm_error(followed.status(), options.server);
     std::cerr << "tessera: the job goes on; its image comes with: tessera fetch " << job_id << " -o "
               << options.render.output << " --server " << options.server.address << std::endl;
     return exit_code;
@@ -76,10 +86,10 @@ int wait_for_image(const Options& options, FarmClient& farm, const std::string& 
 int run(const Options& options, Interrupt& interrupt) {
   if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
   const auto farm = connect(options.server, options.render.quiet);
-  if (!farm.ok()) return report_farm_error(farm.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   // A coordinator that is not there is better noticed before a long import than after it.
   const auto workers = (*farm)->workers({});
-  if (!workers.ok()) return report_farm_error(workers.status());
+  if (!workers.ok()) return report_farm_error(workers.status(), options.server);
   if (workers->empty() && !options.render.quiet) {
     std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one" << std::endl;
   }
@@ -88,13 +98,13 @@ int run(const Options& options, Interrupt& interrupt) {
   const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code);
   if (loaded == nullptr) return exit_code;
   const std::stop_token stop = interrupt.token();
-  const absl::StatusOr<std::uint64_t> uploaded = (*farm)->upload(loaded->job->blobs, stop);
-  if (!uploaded.ok()) return report_farm_error(uploaded.status());
+  const absl::StatusOr<std::uint64_t> uploaded = upload(**farm, *loaded, options.render.quiet, stop);
+  if (!uploaded.ok()) return report_farm_error(uploaded.status(), options.server);
   if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop); !status.ok()) {
-    return report_farm_error(status);
+    return report_farm_error(status, options.server);
   }
   const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
-  if (!job_id.ok()) return report_farm_error(job_id.status());
+  if (!job_id.ok()) return report_farm_error(job_id.status(), options.server);
   if (options.detach || !options.render.quiet) std::cout << "job " << *job_id << std::endl;
   if (options.detach) return kDone;
   return wait_for_image(options, **farm, *job_id, *loaded, *uploaded, stop);
@@ -106,11 +116,11 @@ void add_submit_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("submit", "Renders a scene on the farm");
   define_render_options(command, options->render);
-  define_server_option(command, options->server);
-  command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);
+  command.group("Job");
   JobRequest& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
-  command.add("--user", job.user, "whose share of the farm it counts against").with_default();
+  command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
+  command.add("--user", job.user, "whose share of the farm it counts against").type_name("NAME").with_default();
   command.add("--priority", job.priority, "higher goes first").with_default();
   command.add("--require", job.required_tags, "tags that a worker must have")
       .separated_by_commas()
@@ -126,7 +136,10 @@ void add_submit_command(CommandLine& line) {
                                .type_name("JOB");
   command.add_flag("--fresh", options->reuse.fresh, "render everything, even what the farm has already")
       .excludes(continued);
-  command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
+  command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);
+  define_server_option(command, options->server);
+  command.example("tessera submit scene.pbrt -o scene.exr --spp 256");
+  command.example("tessera submit scene.pbrt --detach --priority 5 --require big-memory");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -56,13 +56,14 @@ TimeSpent time_spent(const v1::UnitStats& stats, const std::optional<ProcessTime
   const auto add_stages = [&](std::initializer_list<const char*> names) {
     for (const char* name : names) add(name, seconds_of(stats.stage_ns(), name));
   };
+  if (process) add("start", process->start_seconds);
   if (process) add("import", process->import_seconds);
   add_stages({"fetch", "build"});
   const double loading = total(spent.stages);
   add_stages({"camera", "intersection", "transit", "shading", "shadow", "film", "encode"});
   const double units = static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
   add("other", units - (total(spent.stages) - loading));
-  if (process) add("network", process->total_seconds - loading - units);
+  if (process) add("coordination", process->total_seconds - loading - units);
   spent.seconds = total(spent.stages);
 
   const double shading = seconds_of(stats.stage_ns(), "shading");

@@ -36,9 +36,9 @@ absl::Status read_lifetime(const std::string& text, std::chrono::seconds& lifeti
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const absl::StatusOr<std::string> token = (*farm)->make_join_token(options.lifetime, options.uses, interrupt.token());
-  if (!token.ok()) return report_farm_error(token.status());
+  if (!token.ok()) return report_farm_error(token.status(), options.server);
   std::cout << *token << '\n';
   return kDone;
 }
@@ -56,6 +56,7 @@ void add_token_command(CommandLine& line) {
       .type_name("TIME");
   command.add("--uses", options->uses, "how many workers may join with it").with_default();
   define_server_option(command, options->server);
+  command.example("tessera token --for 2h --uses 20 --tls ~/farm-tls/admin");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -17,9 +17,9 @@ struct Options {
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const absl::Status status = (*farm)->trust(options.host, interrupt.token());
-  if (!status.ok()) return report_farm_error(status);
+  if (!status.ok()) return report_farm_error(status, options.server);
   std::cout << "host " << options.host << " is trusted\n";
   return kDone;
 }
@@ -29,8 +29,9 @@ int run(const Options& options, Interrupt& interrupt) {
 void add_trust_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("trust", "Lets a host work again that had returned wrong pixels");
-  command.add("HOST", options->host).required();
+  command.add("HOST", options->host, "as tessera workers names it").required();
   define_server_option(command, options->server);
+  command.example("tessera trust render7");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -1,4 +1,6 @@
 // tessera workers
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
 
@@ -7,6 +9,7 @@
 #include "command/interrupt.h"
 #include "command/job_table.h"
 #include "command/server_option.h"
+#include "command/table.h"
 
 namespace tessera::client {
 namespace {
@@ -18,15 +21,15 @@ struct Options {
 
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
-  if (!farm.ok()) return report_farm_error(farm.status());
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const auto workers = (*farm)->workers(interrupt.token());
-  if (!workers.ok()) return report_farm_error(workers.status());
+  if (!workers.ok()) return report_farm_error(workers.status(), options.server);
   if (options.json) {
     v1::ListWorkersResponse all;
     all.mutable_workers()->Add(workers->begin(), workers->end());
     std::cout << to_json(all) << '\n';
   } else {
-    std::cout << workers_table(*workers);
+    std::cout << workers_table(*workers, table_width(STDOUT_FILENO));
   }
   return kDone;
 }
@@ -37,6 +40,7 @@ void add_workers_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   Command command = line.add_command("workers", "Lists the coordinator's workers");
   define_server_option(command, options->server);
+  command.example("tessera workers --server 10.0.0.1:7070 --tls ~/farm-tls/client-$USER");
   command.add_flag("--json", options->json, "as JSON");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }

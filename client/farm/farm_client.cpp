@@ -31,13 +31,17 @@ std::string make_request_id() {
 }  // namespace
 
 FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options)
-    : stubs_(std::make_unique<Stubs>(Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
+    : channel_(channel),
+      options_(options),
+      stubs_(std::make_unique<Stubs>(Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
       contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice),
                [channel](milliseconds delay, std::stop_token stop) {
                  return wire::wait_for_connection(*channel, delay, std::move(stop));
                }) {}
 
 FarmClient::~FarmClient() = default;
+
+std::unique_ptr<FarmClient> FarmClient::another() const { return std::make_unique<FarmClient>(channel_, options_); }
 
 absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop) {
   v1::SubmitJobRequest request;
@@ -80,6 +84,18 @@ absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std:
   });
   if (!response.ok()) return response.status();
   return response->status();
+}
+
+absl::Status FarmClient::delete_job(const std::string& job_id, std::stop_token stop) {
+  v1::DeleteJobRequest request;
+  request.set_job_id(job_id);
+  return contact_
+      .retried(stop,
+               [&] {
+                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request, "DeleteJob",
+                                         contact_.address(), kCallTimeout, stop);
+               })
+      .status();
 }
 
 absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::stop_token stop) {

@@ -36,10 +36,17 @@ class FarmClient {
   FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options);
   ~FarmClient();
 
+  /// A client over the same connection, for another thread.
+  std::unique_ptr<FarmClient> another() const;
+
+  /// Bytes sent, and how many there are to send.
+  using UploadProgress = std::function<void(std::uint64_t sent, std::uint64_t total)>;
+
   /// Uploads those of `blobs` that the coordinator lacks, in 1 MiB chunks; after a break from where the stored part
-  /// ends. Returns the bytes sent. DataLoss when a blob's file has changed since it was imported, NotFound when it is
-  /// gone.
-  absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop);
+  /// ends. `progress`, where there is one, is told after each. Returns the bytes sent. DataLoss when a blob's file has
+  /// changed since it was imported, NotFound when it is gone.
+  absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop,
+                                       const UploadProgress& progress = {});
 
   /// Whose results a new job takes over.
   struct Reuse {
@@ -53,16 +60,18 @@ class FarmClient {
   absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
   absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop);
   absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop);
+  /// Forgets a job that is over, and its results. FailedPrecondition when it is not over.
+  absl::Status delete_job(const std::string& job_id, std::stop_token stop);
   /// Units that were set aside are tried again. FailedPrecondition when the job ended otherwise than incomplete.
   absl::StatusOr<v1::JobStatus> retry(const std::string& job_id, std::stop_token stop);
   /// Pauses, resumes, changes the priority. FailedPrecondition when the job is over.
   absl::StatusOr<v1::JobStatus> adjust(const v1::AdjustJobRequest& request, std::stop_token stop);
-  /// Lets a host in quarantine work again.
+  /// Lets a host in quarantine work again. NotFound for one that the coordinator does not know.
   absl::Status trust(const std::string& host, std::stop_token stop);
   /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes no joins.
   absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses, std::stop_token stop);
   /// Puts whoever has such a certificate out of the farm, or, with `undo`, lets them in again. FailedPrecondition where
-  /// callers have no certificates; NotFound when there is nothing to undo.
+  /// callers have no certificates; NotFound when there is nothing to undo, or nobody of that name ever called.
   absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
@@ -89,11 +98,15 @@ class FarmClient {
 
   absl::StatusOr<std::vector<v1::BlobRef>> find_missing(const std::vector<const SceneBlob*>& blobs,
                                                         std::stop_token stop);
-  absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, std::stop_token stop);
-  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, std::stop_token stop);
+  /// Is told how many bytes of a blob were sent so far.
+  using Sent = std::function<void(std::uint64_t)>;
+  absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, const Sent& told, std::stop_token stop);
+  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told, std::stop_token stop);
   absl::Status watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
                           std::stop_token stop);
 
+  const std::shared_ptr<grpc::Channel> channel_;
+  const FarmClientOptions options_;
   std::unique_ptr<Stubs> stubs_;
   Contact contact_;
 };

@@ -60,17 +60,22 @@ std::string describe(const SceneBlob& blob) {
 
 }  // namespace
 
-absl::StatusOr<std::uint64_t> FarmClient::upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop) {
+absl::StatusOr<std::uint64_t> FarmClient::upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop,
+                                                 const UploadProgress& progress) {
   std::unordered_map<std::string, const SceneBlob*> by_digest;
   for (const SceneBlob* blob : blobs) by_digest.emplace(blob->ref.digest(), blob);
 
   const absl::StatusOr<std::vector<v1::BlobRef>> missing = find_missing(blobs, stop);
   if (!missing.ok()) return missing.status();
-  std::uint64_t sent = 0;
+  std::uint64_t sent = 0, total = 0;
+  for (const v1::BlobRef& ref : *missing) total += ref.size_bytes();
+  const auto told = [&](std::uint64_t of_blob) {
+    if (progress) progress(sent + of_blob, total);
+  };
   for (const v1::BlobRef& ref : *missing) {
     const auto found = by_digest.find(ref.digest());
     if (found == by_digest.end()) return absl::InternalError("FindMissing named a blob that was not asked about");
-    const absl::StatusOr<std::uint64_t> bytes = upload_blob(*found->second, stop);
+    const absl::StatusOr<std::uint64_t> bytes = upload_blob(*found->second, told, stop);
     if (!bytes.ok()) return bytes.status();
     sent += *bytes;
   }
@@ -94,11 +99,11 @@ absl::StatusOr<std::vector<v1::BlobRef>> FarmClient::find_missing(const std::vec
   return missing;
 }
 
-absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, std::stop_token stop) {
+absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, const Sent& told, std::stop_token stop) {
   std::uint64_t sent = 0;
   for (int corrupt = 0; corrupt < kMaxCorruptUploads;) {
     const auto done = contact_.retried(stop, [&]() -> absl::StatusOr<bool> {
-      const absl::Status status = upload_rest(blob, sent, stop);
+      const absl::Status status = upload_rest(blob, sent, told, stop);
       if (status.ok()) return true;
       // The stored part did not fit: the next attempt asks anew where it ends.
       if (absl::IsDataLoss(status) || absl::IsOutOfRange(status)) return false;
@@ -111,7 +116,8 @@ absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, std
   return absl::DataLossError(absl::StrCat(describe(blob), ": the bytes do not match their digest; was the file changed?"));
 }
 
-absl::Status FarmClient::upload_rest(const SceneBlob& blob, std::uint64_t& sent, std::stop_token stop) {
+absl::Status FarmClient::upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told,
+                                     std::stop_token stop) {
   v1::QueryUploadRequest query;
   *query.mutable_blob() = blob.ref;
   const auto stored = wire::unary_call(*stubs_->blob, &v1::BlobService::Stub::QueryUpload, query, "QueryUpload",
@@ -136,6 +142,7 @@ absl::Status FarmClient::upload_rest(const SceneBlob& blob, std::uint64_t& sent,
     if (!local.ok() || !writer->Write(request)) break;
     guard.progress();
     sent += request.data().size();
+    told(sent);
     request.Clear();
   } while (!reader->at_end());
   if (local.ok()) {

@@ -6,6 +6,8 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
@@ -60,7 +62,20 @@ absl::Status write_bytes(const std::string& file, std::string_view bytes, const 
 
 }  // namespace
 
-absl::Status replace_file(const std::string& path, const std::function<absl::Status(const std::string&)>& write) {
+std::string link_target(const std::string& path) {
+  constexpr int kMostLinks = 40;  // Linux follows no more
+  std::filesystem::path target = path;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, error); ++i) {
+    // One that is relative begins where the link lies.
+    target = target.parent_path() / std::filesystem::read_symlink(target, error);
+    if (error) return path;
+  }
+  return target.string();
+}
+
+absl::Status replace_file(const std::string& name, const std::function<absl::Status(const std::string&)>& write) {
+  const std::string path = link_target(name);
   struct stat existing {};
   if (stat(path.c_str(), &existing) == 0 && !S_ISREG(existing.st_mode)) {
     if (S_ISDIR(existing.st_mode)) return absl::InvalidArgumentError(absl::StrCat(path, ": is a directory"));

@@ -9,9 +9,12 @@
 
 namespace tessera::client {
 
+/// The file that symbolic links lead to from `path`; `path` where it is no link, or they lead nowhere.
+std::string link_target(const std::string& path);
+
 /// Calls `write` with the name of a temporary file beside `path`, flushes that file to disk and renames it to `path`.
-/// When anything fails, `path` is as it was before, the temporary file is gone, and the error names `path`. Devices and
-/// pipes
+/// Links are followed: what they lead to is replaced, and they stay. When anything fails, `path` is as it was before,
+/// the temporary file is gone, and the error names `path`. Devices and pipes
 /// (/dev/null) are written in place.
 absl::Status replace_file(const std::string& path, const std::function<absl::Status(const std::string&)>& write);
 

@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <chrono>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -18,6 +20,7 @@ struct LocalFarm::Parts {
   std::unique_ptr<server::Coordinator> coordinator;
   std::jthread failure;  // waits for the coordinator's
   std::unique_ptr<agent::Agent> agent;
+  std::shared_ptr<std::atomic<bool>> building = std::make_shared<std::atomic<bool>>(false);
   std::jthread worker;
 
   /// The worker goes first.
@@ -32,6 +35,9 @@ std::vector<std::string> local_isas() { return render::supported_isas(); }
 absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions options) {
   // Whatever happens reaches the user as the job's status; coordinator and worker have nobody to write a log for.
   spdlog::set_level(spdlog::level::off);
+  if (options.isa.empty() && render::supported_isas().empty()) {
+    return absl::FailedPreconditionError(render::why_no_kernels());
+  }
   auto parts = std::make_unique<Parts>();
   parts->blobs = std::make_shared<SceneBlobs>(options.blobs);
 
@@ -55,11 +61,14 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.threads = options.threads;
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
-  agent_options.load_scene = [geometry_read = std::move(options.geometry_read)](
+  agent_options.load_scene = [geometry_read = std::move(options.geometry_read), building = parts->building](
                                  const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
                                  render::LoadOptions load_options) {
     load_options.geometry_read = geometry_read;
-    return render::load_scene(scene, job, blobs, load_options);
+    *building = true;
+    auto loaded = render::load_scene(scene, job, blobs, load_options);
+    *building = false;
+    return loaded;
   };
   agent_options.blobs = [blobs = parts->blobs](const std::string& digest) { return blobs->bytes(digest); };
   agent_options.grace = std::chrono::milliseconds{0};
@@ -77,6 +86,8 @@ LocalFarm::LocalFarm(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 LocalFarm::~LocalFarm() = default;
 
 std::shared_ptr<grpc::Channel> LocalFarm::channel() { return server::in_process_channel(*parts_->coordinator); }
+
+bool LocalFarm::building() const { return *parts_->building; }
 
 double LocalFarm::build_seconds() const { return parts_->agent->report().build_seconds; }
 

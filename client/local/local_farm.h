@@ -42,6 +42,8 @@ class LocalFarm {
   /// To the coordinator. Must not be used once the farm is gone.
   std::shared_ptr<grpc::Channel> channel();
 
+  /// Whether a scene is being built.
+  bool building() const;
   /// Time spent building scenes so far, seconds.
   double build_seconds() const;
 

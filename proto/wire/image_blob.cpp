@@ -52,7 +52,10 @@ absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string
 /// Found by the program's run path, as kernels are. Never closed: its libraries have threads of their own.
 absl::StatusOr<const ImageModule*> open_module() {
   void* const module = dlopen(kImageModuleFile, RTLD_LAZY | RTLD_LOCAL);
-  if (module == nullptr) return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror()));
+  if (module == nullptr) {
+    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror(), " (", kImageModuleFile,
+                                                      " belongs into the folder lib beside bin)"));
+  }
   const auto entry = reinterpret_cast<ImageModuleEntry>(dlsym(module, kImageModuleEntry));
   if (entry == nullptr) return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror()));
   return entry();

@@ -233,7 +233,7 @@ absl::Status Scheduler::trust_host(const std::string& text) {
   std::set<std::string> known(hosts_.begin(), hosts_.end());
   for (const auto& [id, worker] : workers_) known.insert(worker.info.host);
   std::vector<std::string> names;
-  for (const std::string& host : known) names.push_back(short_name(host));
+  for (const std::string& host : known) names.push_back(host.substr(0, host.find('@')));
   for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
   std::erase_if(known, [&](const std::string& host) { return !is_meant(text, host); });
   // An identity in quarantine is also meant by the names of its hosts.

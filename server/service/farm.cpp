@@ -27,7 +27,7 @@ void note_failure(JobEntry& entry, const FarmEvent& event) {
   ++entry.failures;
   v1::FailedUnit& failed = entry.latest_failures.emplace_back();
   failed.set_unit_index(event.unit);
-  failed.mutable_failure()->set_host(event.host);
+  failed.mutable_failure()->set_host(short_name(event.host));
   failed.mutable_failure()->set_message(event.text);
   failed.mutable_failure()->set_lost(event.kind == FarmEvent::Kind::kUnitLost);
   if (entry.latest_failures.size() > JobEntry::kLatestFailures) entry.latest_failures.pop_front();

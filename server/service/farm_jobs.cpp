@@ -50,7 +50,7 @@ void add_workers(const Scheduler& scheduler, const std::string& id, v1::GetJobRe
     if (found == leases.end()) continue;
     v1::JobWorker& worker = *response.add_workers();
     worker.set_name(view.info.name);
-    worker.set_host(view.info.host);
+    worker.set_host(short_name(view.info.host));
     worker.set_leases(found->second);
   }
 }

@@ -62,7 +62,7 @@ TEST_F(Continue, AnotherSceneOrSettingIsRefusedByName) {
   const support::Finished other =
       tessera(farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", "32", "--aov",
                              "variance", "--max-depth", "2", "--continue", first, "--detach"}));
-  EXPECT_EQ(other.status.code, 5);
+  EXPECT_EQ(other.status.code, 4) << "the coordinator refuses";
   EXPECT_NE(other.err.find("settings.max_depth: 63 -> 2"), std::string::npos) << other.err;
   const support::Finished nobody = tessera(
       farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--spp", "32", "--continue", "nothing", "--detach"}));

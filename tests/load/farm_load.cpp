@@ -3,12 +3,13 @@
 //   farm_load --workers 10000 --jobs 100 --units 2000
 //
 // Run by hand (docs/decisions/0015-load.md); tests/load/load_test.cpp asserts what must hold on any machine.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <thread>
 
 #include "load/farm_under_load.h"
+#include "options/program.h"
+#include "wire/version.h"
 
 namespace {
 
@@ -83,24 +84,26 @@ int main(int argc, char** argv) {
   FleetOptions fleet_options{.workers = 1000};
   JobsOptions jobs{.jobs = 100, .users = 5, .scenes = 100, .units = 1000};
   std::string server = TESSERA_SERVER_PROGRAM;
-  std::int64_t unit_ms = 0, warm_up_s = 0, patience_s = 120;
+  std::uint32_t unit_ms = 0, warm_up_s = 0, patience_s = 120;
   bool restart = false;
-  CLI::App app("Loads a coordinator with workers that render nothing.");
-  app.add_option("--server", server, "The coordinator's program")->capture_default_str();
-  app.add_option("--workers", fleet_options.workers)->capture_default_str();
-  app.add_option("--workers-per-connection", fleet_options.workers_per_connection)->capture_default_str();
-  app.add_option("--threads", fleet_options.threads, "Of each worker")->capture_default_str();
-  app.add_option("--unit-ms", unit_ms, "What a unit takes on a thread, on average")->capture_default_str();
-  app.add_option("--jobs", jobs.jobs)->capture_default_str();
-  app.add_option("--users", jobs.users)->capture_default_str();
-  app.add_option("--scenes", jobs.scenes)->capture_default_str();
-  app.add_option("--units", jobs.units, "Of each job")->capture_default_str();
-  app.add_option("--tile", jobs.tile_size, "Pixels")->capture_default_str();
-  app.add_option("--warm-up", warm_up_s, "Seconds of work before anything is measured: all workers come at once")
-      ->capture_default_str();
-  app.add_option("--patience", patience_s, "Seconds after which it gives up")->capture_default_str();
-  app.add_flag("--restart", restart, "At the end, kill the coordinator and start it again");
-  CLI11_PARSE(app, argc, argv);
+  tessera::options::Program program{"farm_load", "Loads a coordinator with workers that render nothing.",
+                                    tessera::wire::build_version()};
+  tessera::options::Command command = program.root();
+  command.add("--server", server, "the coordinator's program").type_name("FILE").with_default();
+  command.add("--workers", fleet_options.workers).with_default();
+  command.add("--workers-per-connection", fleet_options.workers_per_connection).with_default();
+  command.add("--threads", fleet_options.threads, "of each worker").with_default();
+  command.add("--unit-ms", unit_ms, "what a unit takes on a thread, on average").with_default();
+  command.add("--jobs", jobs.jobs).with_default();
+  command.add("--users", jobs.users).with_default();
+  command.add("--scenes", jobs.scenes).with_default();
+  command.add("--units", jobs.units, "of each job").with_default();
+  command.add("--tile", jobs.tile_size, "pixels").with_default();
+  command.add("--warm-up", warm_up_s, "seconds of work before anything is measured: all workers come at once")
+      .with_default();
+  command.add("--patience", patience_s, "seconds after which it gives up").with_default();
+  command.add_flag("--restart", restart, "at the end, kill the coordinator and start it again");
+  if (const auto ended = program.parse(argc, argv)) return *ended;
   fleet_options.unit_time = milliseconds(unit_ms);
   const std::chrono::seconds patience(patience_s);
 

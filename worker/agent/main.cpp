@@ -2,13 +2,13 @@
 #include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "absl/strings/str_join.h"
@@ -16,6 +16,7 @@
 #include "agent/blob_cache.h"
 #include "agent/join.h"
 #include "agent/metrics.h"
+#include "options/program.h"
 #include "wire/address.h"
 #include "wire/channel.h"
 #include "wire/grpc_log.h"
@@ -46,45 +47,63 @@ struct Options {
   bool allow_insecure = false;
 };
 
-void define_options(CLI::App& app, Options& options) {
-  app.add_option("--server", options.server, "HOST:PORT of the coordinator")->envname("TESSERA_SERVER")->required();
-  app.add_option("--threads", options.threads, "tiles rendered at once")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  app.add_option("--cache", options.cache, "directory for meshes and textures")->capture_default_str();
-  app.add_option("--cache-size", options.cache_gigabytes, "GB that the cache may grow to")
-      ->check(CLI::Range(1, 1 << 20))
-      ->capture_default_str();
-  app.add_option("--isa", options.isa, "kernels to use")->check(CLI::IsMember(render::supported_isas()));
-  app.add_option("--name", options.name, "name in the coordinator's list (default: host:pid)");
-  app.add_option("--tag", options.tags, "what jobs may require of a worker (tessera submit --require)")
-      ->delimiter(',')
-      ->type_name("TAG,...");
-  app.add_option("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
-      ->check(CLI::Range(0, 3600))
-      ->capture_default_str();
-  app.add_option("--unit-limit", options.unit_limit_seconds, "seconds that rendering one unit may take; 0: any time")
-      ->check(CLI::Range(0, 30 * 24 * 3600))
-      ->capture_default_str();
-  app.add_option("--memory-limit", options.memory_gigabytes,
-                 "GB that this worker may use; a scene that needs more fails by name (default: no limit)")
-      ->check(CLI::Range(0.25, 1e6));
-  app.add_option("--log-level", options.log.level, "what goes to standard error")
-      ->check(CLI::IsMember(wire::kLogLevels))
-      ->capture_default_str();
-  app.add_option("--log-format", options.log.format, "lines for people, or one JSON object a line")
-      ->check(CLI::IsMember(wire::kLogFormats))
-      ->capture_default_str();
-  CLI::Option* const tls = app.add_option("--tls", options.certificates, "folder with a worker's certificates");
-  tls->envname("TESSERA_TLS")->type_name("DIR");
-  app.add_option("--join", options.join_token,
-                 "fill that folder, where it has no certificates, by a token (tessera token)")
-      ->envname("TESSERA_JOIN")
-      ->type_name("TOKEN")
-      ->needs(tls);
-  app.add_option("--metrics", options.metrics, "ADDR:PORT to serve Prometheus metrics on, at /metrics");
-  app.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
-  app.set_version_flag("--version", wire::build_version());
+void define_connection_options(options::Command& command, Options& options) {
+  command.group("Coordinator");
+  command.add("--server", options.server, "the coordinator")
+      .type_name("HOST:PORT")
+      .from_environment("TESSERA_SERVER")
+      .required();
+  const auto tls = command.add("--tls", options.certificates, "a worker's certificates")
+                       .type_name("DIR")
+                       .from_environment("TESSERA_TLS");
+  command
+      .add("--join", options.join_token, "fill that folder, where it has no certificates, by a token (tessera token)")
+      .type_name("TOKEN")
+      .from_environment("TESSERA_JOIN")
+      .needs(tls);
+  command.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
+  command.add("--name", options.name, "name in the coordinator's list (default: host:pid)").type_name("NAME");
+  command.add("--tag", options.tags, "what jobs may require of a worker (tessera submit --require)")
+      .separated_by_commas()
+      .type_name("TAG,...");
+}
+
+void define_options(options::Command command, Options& options) {
+  define_connection_options(command, options);
+  command.group("Rendering");
+  command.add("--threads", options.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add("--isa", options.isa, "kernels to use").type_name("NAME").one_of(render::supported_isas());
+  command.group("Limits");
+  command.add("--cache", options.cache, "folder for meshes and textures").type_name("DIR").with_default();
+  command.add("--cache-size", options.cache_gigabytes, "GB that the cache may grow to")
+      .type_name("GB")
+      .in_range(1, 1 << 20)
+      .with_default();
+  command.add("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
+      .type_name("SECONDS")
+      .in_range(0, 3600)
+      .with_default();
+  command.add("--unit-limit", options.unit_limit_seconds, "seconds that rendering one unit may take; 0: any time")
+      .type_name("SECONDS")
+      .in_range(0, 30 * 24 * 3600)
+      .with_default();
+  command
+      .add("--memory-limit", options.memory_gigabytes,
+           "GB that this worker may use; a scene that needs more fails by name (default: no limit)")
+      .type_name("GB")
+      .in_range(0.25, 1e6);
+  command.group("Seen from outside");
+  command.add("--log-level", options.log.level, "what goes to standard error")
+      .type_name("LEVEL")
+      .one_of(wire::kLogLevels)
+      .with_default();
+  command.add("--log-format", options.log.format, "lines for people, or one JSON object a line")
+      .type_name("FORMAT")
+      .one_of(wire::kLogFormats)
+      .with_default();
+  command.add("--metrics", options.metrics, "where to serve Prometheus metrics, at /metrics").type_name("ADDR:PORT");
+  command.example("tessera-worker --server 127.0.0.1:7070");
+  command.example("tessera-worker --server 10.0.0.1:7070 --tls ~/farm-tls/worker --threads 8");
 }
 
 std::string host_name() {
@@ -171,6 +190,10 @@ int run_worker(const Options& options) {
   }
   if (options.memory_gigabytes > 0) limit_memory(options.memory_gigabytes);
   const agent::AgentOptions worker = agent_options(options);
+  if (worker.isas.empty()) {
+    std::cerr << "tessera-worker: " << render::why_no_kernels() << '\n';
+    return kUsage;
+  }
   auto agent = agent::Agent::create(*channel, worker);
   if (!agent.ok()) {
     std::cerr << "tessera-worker: " << agent.status().message() << '\n';
@@ -207,13 +230,12 @@ int main(int argc, char** argv) {
   const sigset_t signals = tessera::stop_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
-  CLI::App app{"Renders tiles for a Tessera coordinator."};
   tessera::Options options;
-  tessera::define_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? tessera::kDone : tessera::kUsage;
+  {
+    tessera::options::Program program{"tessera-worker", "Renders tiles for a coordinator.",
+                                      tessera::wire::build_version()};
+    tessera::define_options(program.root(), options);
+    if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
   }
   options.log.worker = tessera::worker_name(options);
   tessera::wire::set_up_log(options.log);

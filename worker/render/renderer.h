@@ -13,6 +13,8 @@ namespace tessera::render {
 
 /// Kernel ISAs that this machine can run and this build contains, best first: "avx512", "avx2", "neon".
 std::vector<std::string> supported_isas();
+/// Where there are none: which modules this machine could use, where they were looked for, and what is wrong with them.
+std::string why_no_kernels();
 
 /// How this machine rounds with the kernels of each ISA, in the same order: names of proto/wire/arithmetic_class.h. The
 /// ISA alone where there are no such kernels.

@@ -33,24 +33,22 @@ TEST(Progress, DurationsRoundUp) {
 }
 
 TEST(Progress, BarShowsSamplesRateAndTimeLeft) {
-  const ProgressState state{"box", 32'000'000, 64'000'000, 4, 8'000'000};
+  const ProgressState state{"box", 0.5, 32'000'000, 64'000'000, 4, 8'000'000, 4};
   EXPECT_EQ(format_bar(state, 100),
             "box [===============>              ]   50%  32.0M of 64.0M samples  8.00M/s  0:04 left");
 }
 
 TEST(Progress, BarNeverFillsTheLastColumn) {
-  const ProgressState state{"a rather long label of a scene", 1, 64'000'000, 4, 0.25};
+  const ProgressState state{"a rather long label of a scene", 1.0 / 64e6, 1, 64'000'000, 4, 0.25, 1e9};
   for (int columns = 1; columns < 140; ++columns) {
     EXPECT_LE(format_bar(state, columns).size(), std::size_t(std::max(columns - 1, 1)));
   }
 }
 
-TEST(Progress, NothingToDoIsDone) {
-  EXPECT_EQ(format_line({"box", 0, 0, 1.5, 0}), "box: 100% (0 of 0 samples), in 0:02");
-}
+TEST(Progress, NothingToDoIsDone) { EXPECT_EQ(format_line({"box", 1, 0, 0, 1.5}), "box: 100% (0 samples), in 0:02"); }
 
 TEST(Progress, HundredPercentMeansDone) {
-  EXPECT_EQ(format_line({"box", 999'999, 1'000'000, 1, 0}), "box: 99% (1.00M of 1.00M samples)");
+  EXPECT_EQ(format_line({"box", 0.999999, 999'999, 1'000'000, 1}), "box: 99% (1.00M of 1.00M samples)");
 }
 
 TEST(Progress, LinesComeEveryTwoSecondsAndAtTheEnd) {
@@ -64,6 +62,31 @@ TEST(Progress, LinesComeEveryTwoSecondsAndAtTheEnd) {
             "box: 20% (2.00k of 10.0k samples), 1.00k samples/s, 0:08 left\n"
             "box: 40% (4.00k of 10.0k samples), 1.00k samples/s, 0:06 left\n"
             "box: 100% (10.0k of 10.0k samples), 1.98k samples/s, in 0:06\n");
+}
+
+TEST(Progress, WhereTheNoiseDecidesOnlyWhatWasTakenIsCounted) {
+  std::ostringstream out;
+  Progress progress(ProgressMode::kLines, out, "box", /*samples_total=*/0, at(0));
+  progress.update({0.25, 1'000}, at(0));
+  progress.update({0.5, 3'000}, at(4000));
+  progress.update({1, 4'000}, at(8000));
+  progress.finish(at(8000));
+  // A quarter of the work took four seconds; half of it is left.
+  EXPECT_EQ(out.str(),
+            "box: 25% (1.00k samples)\n"
+            "box: 50% (3.00k samples), 500 samples/s, 0:08 left\n"
+            "box: 100% (4.00k samples), 375 samples/s, in 0:08\n");
+}
+
+TEST(Progress, SaysOnceWhatItWaitsFor) {
+  std::ostringstream out;
+  Progress progress(ProgressMode::kLines, out, "box", 100, at(0));
+  for (int ms = 0; ms < 9000; ms += 1000) progress.update({}, at(ms), ms < 5000 ? "waiting for a worker" : "building");
+  progress.update({0.5, 50}, at(9000));
+  EXPECT_EQ(out.str(),
+            "box: waiting for a worker\n"
+            "box: building\n"
+            "box: 50% (50 of 100 samples), 6 samples/s, 0:09 left\n");
 }
 
 TEST(Progress, TheEndIsNotSaidTwice) {

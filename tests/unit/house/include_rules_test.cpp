@@ -19,18 +19,20 @@ using Rooms = std::set<std::string>;
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
       {"proto/wire", {"wire", "tessera/v1"}},
+      {"proto/options", {"options", "wire"}},
       {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
       {"server/store", {"store", "wire", "tessera/v1"}},
       {"server/tls", {"tls", "wire"}},
       {"server/net", {"net", "wire"}},
       {"server/service", {"service", "net", "scheduler", "store", "tls", "wire", "tessera/v1"}},
-      {"worker/agent", {"agent", "render", "render/build", "wire", "tessera/v1"}},
+      {"worker/agent", {"agent", "render", "render/build", "options", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
       {"client/import", {"import", "wire", "tessera/v1"}},
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
-      {"client/command", {"command", "bench", "farm", "image", "import", "local", "plot", "wire", "tessera/v1"}},
+      {"client/command",
+       {"command", "bench", "farm", "image", "import", "local", "options", "plot", "wire", "tessera/v1"}},
       {"client/local", {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
@@ -57,8 +59,8 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in
 /// image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",   "scheduler", "store", "tls", "net", "service", "agent",   "farm", "image",
-                             "import", "command",   "local", "render",  "tessera", "plot", "bench"};
+  static const Rooms tops = {"wire",   "scheduler", "store", "tls",    "net",     "service", "agent", "farm",   "image",
+                             "import", "command",   "local", "render", "tessera", "plot",    "bench", "options"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

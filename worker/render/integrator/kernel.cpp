@@ -2,8 +2,13 @@
 
 #include <dlfcn.h>
 
+#include <cstddef>
+#include <filesystem>
 #include <map>
 #include <mutex>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "render/accel/accelerator.h"
 #include "render/renderer.h"
@@ -29,6 +34,31 @@ bool processor_has(const std::string& isa) {
 #endif
 }
 
+// From the best on.
+constexpr const char* kIsas[] = {"avx512", "avx2", "neon"};
+
+std::string module_of(const std::string& isa) { return "libtessera_kernel_" + isa + ".so"; }
+
+/// The folders in which dlopen() looks: the program's run path (deploy/cmake/TesseraOptions.cmake), which the loader
+/// does not tell where it does not exist, then those of the system's configuration.
+std::string search_path() {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::string own = (program.parent_path() / ".." / "lib").string();
+  std::string path = own;
+  void* const self = dlopen(nullptr, RTLD_LAZY);
+  Dl_serinfo size{};
+  if (self == nullptr || dlinfo(self, RTLD_DI_SERINFOSIZE, &size) != 0) return path;
+  std::vector<std::max_align_t> buffer(size.dls_size / sizeof(std::max_align_t) + 1);
+  auto* const folders = reinterpret_cast<Dl_serinfo*>(buffer.data());
+  if (dlinfo(self, RTLD_DI_SERINFOSIZE, folders) != 0 || dlinfo(self, RTLD_DI_SERINFO, folders) != 0) return path;
+  for (unsigned int i = 0; i < folders->dls_cnt; ++i) {
+    const std::string folder = folders->dls_serpath[i].dls_name;
+    if (folder != own) path += ", " + folder;
+  }
+  return path;
+}
+
 }  // namespace
 
 const Kernel* find_kernel(const std::string& isa) {
@@ -39,7 +69,7 @@ const Kernel* find_kernel(const std::string& isa) {
   const Kernel* kernel = nullptr;
   if (processor_has(isa)) {
     // Found by the program's run path. Never unloaded: Embree holds pointers into it.
-    if (void* module = dlopen(("libtessera_kernel_" + isa + ".so").c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (void* module = dlopen(module_of(isa).c_str(), RTLD_NOW | RTLD_LOCAL)) {
       if (auto entry = reinterpret_cast<KernelEntry>(dlsym(module, kKernelEntryName))) kernel = entry();
     }
   }
@@ -48,7 +78,7 @@ const Kernel* find_kernel(const std::string& isa) {
 
 std::vector<std::string> supported_isas() {
   std::vector<std::string> isas;
-  for (const char* isa : {"avx512", "avx2", "neon"}) {
+  for (const char* isa : kIsas) {
     if (find_kernel(isa)) isas.emplace_back(isa);
   }
   return isas;
@@ -62,6 +92,22 @@ std::vector<std::string> arithmetic_classes(const std::vector<std::string>& isas
                                         : wire::arithmetic_class(isa, embree_version(), kernel->arithmetic_checksum()));
   }
   return classes;
+}
+
+std::string why_no_kernels() {
+  std::string modules, reasons;
+  for (const char* isa : kIsas) {
+    if (!processor_has(isa)) continue;
+    const std::string module = module_of(isa);
+    modules += (modules.empty() ? "" : ", ") + module;
+    // What is there, and cannot be opened all the same, lacks a library.
+    if (dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL) != nullptr) continue;
+    if (const char* const error = dlerror(); error != nullptr) reasons += std::string("\n  ") + error;
+  }
+  if (modules.empty())
+    return "this processor has neither AVX-512 nor AVX2 nor NEON, and there are kernels for no other";
+  return "no kernels: one of " + modules + " is needed; they belong into the folder lib beside bin. Looked in " +
+         search_path() + reasons;
 }
 
 RenderStats& RenderStats::operator+=(const RenderStats& other) {

@@ -1,0 +1,25 @@
+// What has happened to a job, for people who follow it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::client {
+
+/// Compares each status with the one before.
+class JobNews {
+ public:
+  static constexpr int kMostFailures = 3;  // told of one status; the rest is counted
+
+  /// What is new: paused or resumed, and units that failed, the oldest first. May be shown on a terminal.
+  std::vector<std::string> lines(const v1::JobStatus& status);
+
+ private:
+  bool paused_ = false;
+  std::uint64_t failures_ = 0;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,112 @@
+// What --help prints.
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "options/spec.h"
+
+namespace tessera::options {
+namespace {
+
+constexpr std::size_t kColumns = 80;
+constexpr std::size_t kRight = 28;  // where the right column begins
+constexpr double kFarBound = 1e6;   // nobody comes near such a bound
+
+/// "-o, --output FILE".
+std::string left_of(const OptionSpec& option) {
+  std::string left = absl::StrJoin(option.names, ", ");
+  if (option.is_argument()) return option.list ? left + "..." : left;
+  // Long names stand in one column.
+  if (option.names.size() == 1 && left.starts_with("--")) left = "    " + left;
+  return option.is_flag() ? left : absl::StrCat(left, " ", option.value_name);
+}
+
+/// "samples a pixel (1 to 16777216; default: 16)".
+std::string right_of(const OptionSpec& option) {
+  std::vector<std::string> remarks;
+  if (const auto& names = option.choices; !names.empty() && option.description.find(names[0]) == std::string::npos) {
+    remarks.push_back(absl::StrJoin(names, ", "));
+  }
+  if (option.range && option.range->second < kFarBound)
+    remarks.push_back(absl::StrFormat("%.15g to %.15g", option.range->first, option.range->second));
+  if (!option.environment.empty()) remarks.push_back(absl::StrCat("else $", option.environment));
+  if (!option.shown_default.empty()) remarks.push_back(absl::StrCat("default: ", option.shown_default));
+  if (remarks.empty()) return option.description;
+  return absl::StrCat(option.description, option.description.empty() ? "(" : " (", absl::StrJoin(remarks, "; "), ")");
+}
+
+}  // namespace
+
+std::string wrapped(std::string_view text, std::size_t indent) {
+  std::string result;
+  std::size_t column = indent;
+  for (const std::string& word :
+       std::vector<std::string>(absl::StrSplit(absl::string_view{text.data(), text.size()}, ' '))) {
+    if (column > indent && column + 1 + word.size() > kColumns) {
+      absl::StrAppend(&result, "\n", std::string(indent, ' '));
+      column = indent;
+    } else if (column > indent) {
+      result += ' ';
+      ++column;
+    }
+    result += word;
+    column += word.size();
+  }
+  return result;
+}
+
+std::string help_line(const std::string& left, const std::string& right, std::size_t column) {
+  std::string line = absl::StrCat("  ", left);
+  if (right.empty()) return line + "\n";
+  if (line.size() + 2 > column) line += "\n";
+  const std::size_t begun = line.ends_with('\n') ? 0 : line.size();
+  return absl::StrCat(line, std::string(column - begun, ' '), wrapped(right, column), "\n");
+}
+
+std::string usage_of(const CommandSpec& command) {
+  std::string usage = command.path;
+  bool more = false;
+  for (const auto& option : command.options) {
+    if (option->is_argument()) {
+      const std::string name = absl::StrCat(option->name(), option->list ? "..." : "");
+      absl::StrAppend(&usage, " ", option->required ? name : absl::StrCat("[", name, "]"));
+    }
+  }
+  for (const auto& option : command.options) {
+    if (option->is_argument()) continue;
+    more = more || !option->required;
+    if (option->required) absl::StrAppend(&usage, " ", option->names.front(), " ", option->value_name);
+  }
+  return more ? usage + " [options]" : usage;
+}
+
+std::string help_of(const CommandSpec& command) {
+  std::string help =
+      absl::StrCat(wrapped(command.description, 0), "\n\n", "usage: ", wrapped(usage_of(command), 7), "\n");
+  std::vector<std::string> groups;
+  std::string arguments;
+  for (const auto& option : command.options) {
+    if (option->is_argument() && !option->description.empty()) {
+      absl::StrAppend(&arguments, help_line(left_of(*option), right_of(*option), kRight));
+    }
+    if (!option->is_argument() && std::ranges::find(groups, option->group) == groups.end()) {
+      groups.push_back(option->group);
+    }
+  }
+  if (!arguments.empty()) absl::StrAppend(&help, "\n", arguments);
+  for (const std::string& group : groups) {
+    absl::StrAppend(&help, "\n", group, "\n");
+    for (const auto& option : command.options) {
+      if (option->is_argument() || option->group != group) continue;
+      absl::StrAppend(&help, help_line(left_of(*option), right_of(*option), kRight));
+    }
+  }
+  absl::StrAppend(&help, "\n", help_line("-h, --help", "this", kRight));
+  if (!command.examples.empty()) absl::StrAppend(&help, "\nfor example\n");
+  for (const std::string& example : command.examples) absl::StrAppend(&help, "  ", example, "\n");
+  return help;
+}
+
+}  // namespace tessera::options

@@ -1,0 +1,130 @@
+#include "options/program.h"
+
+#include <algorithm>
+#include <iostream>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "options/spec.h"
+#include "wire/nearest_name.h"
+
+namespace tessera::options {
+namespace {
+
+// Where the descriptions of commands begin.
+constexpr std::size_t kColumn = 18;
+
+bool asks_for_help(const std::string& word) { return word == "--help" || word == "-h"; }
+
+}  // namespace
+
+struct Program::Parts {
+  std::string version, footer;
+  std::string group = "Commands";
+  CommandSpec root;  // its options are used where there are no commands
+  std::vector<std::pair<std::string, std::unique_ptr<CommandSpec>>> commands;  // by name
+  CommandSpec* chosen = nullptr;
+
+  std::string usage() const {
+    return commands.empty() ? usage_of(root) : absl::StrCat(root.path, " COMMAND [options]");
+  }
+  std::string help() const;
+  Outcome wrong(const std::string& where, const std::string& what, const std::string& usage) const {
+    return {kWrongUsage, "", absl::StrCat(where, ": ", what, "\nusage: ", usage, "   (more: ", where, " --help)\n")};
+  }
+};
+
+std::string Program::Parts::help() const {
+  if (commands.empty()) return help_of(root);
+  std::string help = absl::StrCat(wrapped(root.description, 0), "\n\nusage: ", usage(), "\n");
+  std::string heading;
+  for (const auto& [name, command] : commands) {
+    if (std::exchange(heading, command->group) != command->group) absl::StrAppend(&help, "\n", command->group, "\n");
+    absl::StrAppend(&help, help_line(name, command->description, kColumn));
+  }
+  absl::StrAppend(&help, "\n", help_line("COMMAND --help", "the options of a command, with an example", kColumn),
+                  help_line("--version", "the version", kColumn));
+  if (!footer.empty()) absl::StrAppend(&help, "\n", wrapped(footer, 0), "\n");
+  return help;
+}
+
+Program::Program(const char* name, const char* description, const std::string& version, const char* footer)
+    : parts_(std::make_unique<Parts>()) {
+  parts_->version = version;
+  parts_->footer = footer;
+  parts_->root.path = name;
+  parts_->root.description = description;
+}
+
+Program::~Program() = default;
+
+Command Program::root() { return Command{parts_->root}; }
+
+void Program::group(const char* heading) { parts_->group = heading; }
+
+Command Program::add_command(const char* name, const char* description) {
+  auto command = std::make_unique<CommandSpec>();
+  command->path = absl::StrCat(parts_->root.path, " ", name);
+  command->description = description;
+  command->group = parts_->group;
+  return Command{*parts_->commands.emplace_back(name, std::move(command)).second};
+}
+
+Outcome Program::parse_command(const std::string& name, const std::vector<std::string>& rest) {
+  const Parts& parts = *parts_;
+  const auto found = std::ranges::find(parts.commands, name, [](const auto& named) { return named.first; });
+  if (found == parts.commands.end()) {
+    std::vector<std::string> names;
+    for (const auto& command : parts.commands) names.push_back(command.first);
+    const std::string what = name.starts_with('-') ? "option" : "command";
+    return parts.wrong(parts.root.path,
+                       absl::StrCat("there is no ", what, " '", name, "'", wire::did_you_mean(name, names)),
+                       parts.usage());
+  }
+  CommandSpec& command = *found->second;
+  if (std::ranges::any_of(rest, asks_for_help)) return {0, help_of(command), ""};
+  if (const absl::Status status = parse_words(command, rest); !status.ok()) {
+    return parts.wrong(command.path, std::string{status.message()}, usage_of(command));
+  }
+  parts_->chosen = &command;
+  return {};
+}
+
+Outcome Program::parse(const std::vector<std::string>& words) {
+  const Parts& parts = *parts_;
+  const bool has_commands = !parts.commands.empty();
+  if (!words.empty() && words[0] == "--version") return {0, parts.version + "\n", ""};
+  if (has_commands) {
+    if (words.empty()) return parts.wrong(parts.root.path, "a command is missing", parts.usage());
+    const bool help = asks_for_help(words[0]) || words[0] == "help";
+    if (!help) return parse_command(words[0], {words.begin() + 1, words.end()});
+    if (words.size() == 1) return {0, parts.help(), ""};
+    return parse_command(words[1], {"--help"});
+  }
+  if (std::ranges::any_of(words, asks_for_help)) return {0, parts.help(), ""};
+  if (const absl::Status status = parse_words(parts_->root, words); !status.ok()) {
+    return parts.wrong(parts.root.path, std::string{status.message()}, parts.usage());
+  }
+  return {};
+}
+
+std::optional<int> Program::parse(int argc, const char* const* argv) {
+  const Outcome outcome = parse({argv + std::min(argc, 1), argv + argc});
+  std::cout << outcome.out << std::flush;
+  std::cerr << outcome.err << std::flush;
+  return outcome.exit_code;
+}
+
+int Program::run(int argc, const char* const* argv) {
+  const std::optional<int> ended = parse(argc, argv);
+  return ended ? *ended : parts_->chosen->action();
+}
+
+absl::Status parse_options(const std::function<void(Command&)>& define, const std::vector<std::string>& words) {
+  CommandSpec spec;
+  Command command{spec};
+  define(command);
+  return parse_words(spec, words);
+}
+
+}  // namespace tessera::options

@@ -1,0 +1,119 @@
+// The command line of a program: commands, options, help, and what is said when they are used wrongly. The same for all
+// three programs.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace tessera::options {
+
+struct OptionSpec;
+struct CommandSpec;
+
+/// Exit code of a program whose command line makes no sense.
+inline constexpr int kWrongUsage = 2;
+
+/// An option or an argument while it is being defined; every function says one thing more about it.
+class Option {
+ public:
+  explicit Option(OptionSpec& spec) : spec_(&spec) {}
+
+  Option required();
+  /// --help tells the value that the variable has now.
+  Option with_default();
+  /// What --help calls the value.
+  Option type_name(const char* name);
+  /// Both ends included.
+  Option in_range(double least, double most);
+  /// Names that --help lists, unless the description does.
+  Option one_of(std::vector<std::string> names);
+  /// The value is a list: "a,b,c".
+  Option separated_by_commas();
+  /// What to take where the option is not given.
+  Option from_environment(const char* variable);
+  /// Both together are refused.
+  Option excludes(const Option& other);
+  /// Refused without the other.
+  Option needs(const Option& other);
+  /// What `check` has to say against a text; nothing when it is well.
+  Option checked_by(std::function<std::string(const std::string&)> check);
+
+ private:
+  OptionSpec* spec_;
+};
+
+/// A command while it is being defined. Names are "--name" or "-n,--name", or "NAME" for an argument, which is taken in
+/// the order of definition; one of them may be a list. What parsing finds is put into the variables, which must outlive
+/// the program's command line. Options of lists may be given several times; so may flags.
+class Command {
+ public:
+  explicit Command(CommandSpec& spec) : spec_(&spec) {}
+
+  /// The heading of --help under which the options are listed that follow.
+  void group(const char* heading);
+  /// A command line that --help shows.
+  Command& example(const char* line);
+
+  Option add(const char* name, std::string& value, const char* description = "");
+  Option add(const char* name, std::int32_t& value, const char* description = "");
+  Option add(const char* name, std::uint32_t& value, const char* description = "");
+  Option add(const char* name, std::uint64_t& value, const char* description = "");
+  Option add(const char* name, double& value, const char* description = "");
+  Option add(const char* name, std::optional<std::uint32_t>& value, const char* description = "");
+  Option add(const char* name, std::optional<double>& value, const char* description = "");
+  Option add(const char* name, std::vector<std::uint32_t>& value, const char* description = "");
+  Option add(const char* name, std::vector<std::string>& value, const char* description = "");
+  /// A text that `take` reads; its error is the user's.
+  Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take, const char* description);
+  Option add_flag(const char* name, bool& value, const char* description);
+  /// One that was added before.
+  Option option(const char* name);
+
+  /// What Program::run does when the command line names this command.
+  void runs(std::function<int()> action);
+
+ private:
+  CommandSpec* spec_;
+};
+
+/// What has become of a command line.
+struct Outcome {
+  std::optional<int> exit_code;  // absent: the options are set, and the program goes on
+  std::string out, err;          // to be printed
+};
+
+class Program {
+ public:
+  /// `footer` is shown under the list of commands.
+  Program(const char* name, const char* description, const std::string& version, const char* footer = "");
+  ~Program();
+
+  /// Of a program that is one command.
+  Command root();
+  /// The heading of --help under which the commands are listed that follow.
+  void group(const char* heading);
+  Command add_command(const char* name, const char* description);
+
+  /// `words`: the command line without the program's name.
+  Outcome parse(const std::vector<std::string>& words);
+  /// The same, and prints what there is to say. The exit code with which the program ends, if it does.
+  std::optional<int> parse(int argc, const char* const* argv);
+  /// The same, then does what the command that was named does, and returns its exit code.
+  int run(int argc, const char* const* argv);
+
+ private:
+  struct Parts;
+  Outcome parse_command(const std::string& name, const std::vector<std::string>& rest);
+  std::unique_ptr<Parts> parts_;
+};
+
+/// Takes `words` ("--name", "value" ...) as the options that `define` defines. InvalidArgument says what is wrong.
+absl::Status parse_options(const std::function<void(Command&)>& define, const std::vector<std::string>& words);
+
+}  // namespace tessera::options

@@ -1,0 +1,70 @@
+// What is known of the commands and options of a program. For the sources of this folder only.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace tessera::options {
+
+struct OptionSpec {
+  std::vector<std::string> names;  // "-o", "--output"; of an argument its only one: "SCENE"
+  std::string value_name;          // empty: a flag
+  std::string description;
+  std::string group;
+  std::string shown_default;
+  std::string environment;  // a variable
+  bool required = false;
+  bool list = false;
+  bool commas = false;
+  std::optional<std::pair<double, double>> range;
+  std::vector<std::string> choices;
+  std::vector<const OptionSpec*> excludes, needs;
+  std::vector<std::function<std::string(const std::string&)>> checks;
+  std::function<absl::Status(const std::string&)> take;  // one value
+  std::function<void()> clear;                           // of a list: what was there by default
+  std::function<std::string()> show;                     // the value as text
+  int times_given = 0;
+
+  bool is_argument() const { return !names.front().starts_with('-'); }
+  bool is_flag() const { return value_name.empty(); }
+  /// What people call it: the longest of its names.
+  const std::string& name() const { return names.back(); }
+  bool is_called(std::string_view name) const;
+};
+
+struct CommandSpec {
+  std::string path;  // "tessera render"
+  std::string description;
+  std::string group;
+  std::vector<std::string> examples;
+  std::vector<std::unique_ptr<OptionSpec>> options;
+  std::string current_group = "Options";
+  std::function<int()> action;
+
+  OptionSpec* find(std::string_view name) const;
+};
+
+/// Puts what `words` say into the variables. InvalidArgument says what is wrong with them.
+absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& words);
+
+/// "tessera render SCENE -o FILE [options]".
+std::string usage_of(const CommandSpec& command);
+
+/// What --help prints, at most 80 columns wide.
+std::string help_of(const CommandSpec& command);
+
+/// `text` in lines of at most 80 columns; each but the first begins with `indent` spaces, and the first has room for
+/// what stands before it.
+std::string wrapped(std::string_view text, std::size_t indent);
+
+/// Two columns, the second wrapped and from that column on.
+std::string help_line(const std::string& left, const std::string& right, std::size_t column);
+
+}  // namespace tessera::options

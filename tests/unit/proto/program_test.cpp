@@ -1,0 +1,194 @@
+#include "options/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "absl/strings/str_split.h"
+
+namespace tessera::options {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+struct Values {
+  std::string scene, output, kind = "plain", tls, join;
+  std::vector<std::string> tags;
+  std::vector<std::uint32_t> counts{4, 16};
+  std::int32_t priority = 0;
+  std::optional<std::uint32_t> spp;
+  std::optional<double> noise;
+  bool quiet = false;
+};
+
+void define(Command& command, Values& values) {
+  command.add("SCENE", values.scene, "the scene file").required();
+  command.add("-o,--output", values.output, "the image").type_name("FILE").required();
+  command.group("Quality");
+  command.add("--spp", values.spp, "samples a pixel").in_range(1, 65536);
+  command.add("--noise", values.noise, "relative error");
+  command.add("--kind", values.kind, "how it is done").one_of({"plain", "fancy"}).with_default();
+  command.add("--counts", values.counts, "several").separated_by_commas().in_range(1, 100).with_default();
+  command.add("--tag", values.tags, "names").separated_by_commas();
+  command.add("--priority", values.priority, "higher goes first").with_default();
+  const Option tls = command.add("--tls", values.tls, "certificates").from_environment("TESSERA_TEST_TLS");
+  command.add("--join", values.join, "a token").needs(tls);
+  command.add_flag("-q,--quiet", values.quiet, "no progress").excludes(command.option("--noise"));
+  command.example("draw render box.pbrt -o box.exr");
+}
+
+/// A program `draw` with the commands `render` and `resume`.
+class ProgramTest : public ::testing::Test {
+ protected:
+  ProgramTest() {
+    Command render = program_.add_command("render", "Renders a scene");
+    define(render, values_);
+    program_.add_command("resume", "Goes on");
+  }
+
+  /// What is said about these words, which must be wrong.
+  std::string fault(const std::vector<std::string>& words) {
+    const Outcome outcome = program_.parse(words);
+    EXPECT_EQ(outcome.exit_code, kWrongUsage);
+    EXPECT_EQ(outcome.out, "");
+    return outcome.err;
+  }
+  std::string fault_of_render(std::vector<std::string> words) {
+    words.insert(words.begin(), {"render", "box.pbrt", "-o", "box.exr"});
+    return fault(words);
+  }
+
+  Values values_;
+  Program program_{"draw", "Draws.", "1.0"};
+};
+
+TEST_F(ProgramTest, TakesValuesInEveryForm) {
+  const Outcome outcome = program_.parse({"render", "--spp=64", "box.pbrt", "-obox.exr", "--tag", "a,b", "--tag", "c",
+                                          "--counts", "1,2,3", "--priority", "-5", "-q"});
+  EXPECT_FALSE(outcome.exit_code) << outcome.err;
+  EXPECT_EQ(values_.scene, "box.pbrt");
+  EXPECT_EQ(values_.output, "box.exr");
+  EXPECT_EQ(values_.spp, 64u);
+  EXPECT_THAT(values_.tags, ElementsAre("a", "b", "c"));
+  EXPECT_THAT(values_.counts, ElementsAre(1, 2, 3)) << "what was there by default is gone";
+  EXPECT_EQ(values_.priority, -5);
+  EXPECT_TRUE(values_.quiet);
+}
+
+TEST_F(ProgramTest, GivesAListOfArgumentsWhatTheOthersLeave) {
+  std::vector<std::string> jobs;
+  std::int32_t priority = 0;
+  Command command = program_.add_command("priority", "Changes priorities");
+  command.add("ID", jobs).required();
+  command.add("PRIORITY", priority).required();
+  EXPECT_FALSE(program_.parse({"priority", "a", "b", "-5"}).exit_code);
+  EXPECT_THAT(jobs, ElementsAre("a", "b"));
+  EXPECT_EQ(priority, -5);
+  EXPECT_THAT(program_.parse({"priority", "--help"}).out, HasSubstr("usage: draw priority ID... PRIORITY\n"));
+}
+
+TEST_F(ProgramTest, TakesAWordWithADashBehindTwoDashes) {
+  EXPECT_FALSE(program_.parse({"render", "-o", "box.exr", "--", "--scene.pbrt"}).exit_code);
+  EXPECT_EQ(values_.scene, "--scene.pbrt");
+}
+
+TEST_F(ProgramTest, NamesTheNearestCommandAndItsUsageInOneLine) {
+  EXPECT_EQ(fault({"rendr"}),
+            "draw: there is no command 'rendr'; did you mean 'render'?\n"
+            "usage: draw COMMAND [options]   (more: draw --help)\n");
+  EXPECT_THAT(fault({}), HasSubstr("a command is missing"));
+  EXPECT_THAT(fault({"help", "rendr"}), HasSubstr("did you mean 'render'?"));
+}
+
+TEST_F(ProgramTest, NamesTheNearestOption) {
+  EXPECT_EQ(fault_of_render({"--nosie", "0.1"}),
+            "draw render: there is no option '--nosie'; did you mean '--noise'?\n"
+            "usage: draw render SCENE -o FILE [options]   (more: draw render --help)\n");
+  // Not that --output is missing: the one that is there is what is wrong.
+  EXPECT_THAT(fault({"render", "box.pbrt", "--outptu", "x.exr"}), HasSubstr("'--outptu'; did you mean '--output'?"));
+}
+
+TEST_F(ProgramTest, SaysWhatWasExpectedInPlainWords) {
+  EXPECT_THAT(fault_of_render({"--spp", "abc"}),
+              StartsWith("draw render: --spp: expected a whole number from 1 to 65536, not 'abc'\n"));
+  EXPECT_THAT(fault_of_render({"--priority", "1.5"}), HasSubstr("--priority: expected a whole number, not '1.5'"));
+  EXPECT_THAT(fault_of_render({"--kind", "fnacy"}), HasSubstr("--kind: there is no 'fnacy'; there is: plain, fancy"));
+}
+
+TEST_F(ProgramTest, RefusesNumbersThatAreNone) {
+  for (const char* number : {"0", "65537", "-1", "", "1x", "99999999999999999999"}) {
+    EXPECT_THAT(fault_of_render({"--spp", number}), HasSubstr("--spp: expected")) << number;
+  }
+}
+
+TEST_F(ProgramTest, RefusesRealNumbersThatAreNotFinite) {
+  for (const char* number : {"nan", "inf", "1e999", "half"}) {
+    EXPECT_THAT(fault_of_render({"--noise", number}), HasSubstr("--noise: expected a number")) << number;
+  }
+}
+
+TEST_F(ProgramTest, SaysWhatIsGivenTwiceOrIsTooMuchOrMissing) {
+  EXPECT_THAT(fault({"render", "a", "-o", "b", "--output", "c"}), HasSubstr("--output is given twice"));
+  EXPECT_THAT(fault_of_render({"other.pbrt"}), HasSubstr("'other.pbrt' is one word too many"));
+  EXPECT_THAT(fault({"render", "a"}), HasSubstr("-o or --output FILE is required"));
+  EXPECT_THAT(fault({"render", "-o", "b"}), HasSubstr("SCENE is missing"));
+  EXPECT_THAT(fault({"render", "a", "-o"}), HasSubstr("-o needs a value: -o FILE"));
+  EXPECT_THAT(fault({"render", "a", "-o", "--quiet"}), HasSubstr("-o needs a value: -o FILE"));
+  EXPECT_THAT(fault_of_render({"--quiet=yes"}), HasSubstr("--quiet takes no value"));
+}
+
+TEST_F(ProgramTest, SaysWhatGoesTogether) {
+  EXPECT_THAT(fault_of_render({"--quiet", "--noise", "0.1"}), HasSubstr("--quiet and --noise exclude each other"));
+  EXPECT_THAT(fault_of_render({"--join", "token"}), HasSubstr("--join needs --tls TEXT too"));
+}
+
+TEST_F(ProgramTest, TakesFromTheEnvironmentWhatIsNotGiven) {
+  ::setenv("TESSERA_TEST_TLS", "folder", 1);
+  EXPECT_FALSE(program_.parse({"render", "a", "-o", "b", "--join", "token"}).exit_code);
+  EXPECT_EQ(values_.tls, "folder");
+  ::unsetenv("TESSERA_TEST_TLS");
+}
+
+TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
+  const Outcome outcome = program_.parse({"render", "--no-such", "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, StartsWith("Renders a scene\n\nusage: draw render SCENE -o FILE [options]\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("how it is done (plain, fancy; default: plain)"));
+  EXPECT_THAT(outcome.out, EndsWith("for example\n  draw render box.pbrt -o box.exr\n"));
+  for (const std::string& line : std::vector<std::string>(absl::StrSplit(outcome.out, '\n'))) {
+    EXPECT_LE(line.size(), 80u) << line;
+  }
+  EXPECT_EQ(program_.parse({"help", "render"}).out, outcome.out);
+}
+
+TEST_F(ProgramTest, ListsItsCommands) {
+  const Outcome outcome = program_.parse({"--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("  render          Renders a scene\n"));
+  EXPECT_EQ(program_.parse({"--version"}).out, "1.0\n");
+}
+
+TEST_F(ProgramTest, RunsWhatTheCommandDoes) {
+  int code = 0;
+  program_.add_command("count", "Counts").runs([&] { return code = 42; });
+  const char* const words[] = {"draw", "count"};
+  EXPECT_EQ(program_.run(2, words), 42);
+}
+
+TEST(ParseOptions, TakesOptionsAlone) {
+  std::optional<std::uint32_t> spp;
+  const auto define_one = [&](Command& command) { command.add("--spp", spp).in_range(1, 9); };
+  EXPECT_TRUE(parse_options(define_one, {"--spp", "4"}).ok());
+  EXPECT_EQ(spp, 4u);
+  EXPECT_EQ(parse_options(define_one, {"--spp", "10"}).message(),
+            "--spp: expected a whole number from 1 to 9, not '10'");
+}
+
+}  // namespace
+}  // namespace tessera::options
