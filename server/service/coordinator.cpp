@@ -61,9 +61,6 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
       Expelled::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "expelled");
   if (!opened_expelled.ok()) return opened_expelled.status();
   expelled = *std::move(opened_expelled);
-  const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
-      LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
-  if (!seal.ok()) return seal.status();
   absl::StatusOr<std::unique_ptr<Members>> opened_members =
       Members::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "members");
   if (!opened_members.ok()) return opened_members.status();
@@ -86,6 +83,9 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
       open_journal(options.data_dir, {.accept_loss = options.accept_loss});
   if (!opened_journal.ok()) return opened_journal.status();
   journal = *std::move(opened_journal);
+  const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
+      LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
+  if (!seal.ok()) return seal.status();
   absl::StatusOr<std::unique_ptr<Farm>> opened_farm =
       Farm::open(*journal, *blobs,
                  {.heartbeat_interval = options.heartbeat_interval,
