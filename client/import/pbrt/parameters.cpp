@@ -24,6 +24,9 @@ constexpr TypeInfo kTypes[] = {{"integer", ParameterType::kInteger, 1}, {"float"
                                {"texture", ParameterType::kTexture, 0}, {"point", ParameterType::kPoint3, 3},
                                {"vector", ParameterType::kVector3, 3},  {"normal3", ParameterType::kNormal, 3}};
 
+/// Of what kind a named material is, is asked where it is defined, though no shape may ever use it: that is no look yet.
+constexpr std::string_view kKind = "type";
+
 const TypeInfo& info_of(ParameterType type) {
   return *std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeInfo& info) { return info.type == type; });
 }
@@ -59,14 +62,14 @@ ParameterList::Own::~Own() {
 
 bool ParameterList::has(std::string_view name) const {
   const auto matches = [&](const Parameter& parameter) { return parameter.name == name; };
-  own_->looked_at = true;
+  own_->looked_at = own_->looked_at || name != kKind;
   const std::vector<Parameter>& own = own_->parameters;
   return std::any_of(own.begin(), own.end(), matches) || std::any_of(defaults_.begin(), defaults_.end(), matches);
 }
 
 const Parameter* ParameterList::find(std::string_view name, std::initializer_list<ParameterType> accepted,
                                      Diagnostics& diagnostics) {
-  own_->looked_at = true;
+  own_->looked_at = own_->looked_at || name != kKind;
   for (std::vector<Parameter>* list : {&own_->parameters, &defaults_}) {
     for (Parameter& parameter : *list) {
       if (parameter.name != name) continue;

@@ -287,7 +287,8 @@ TEST_F(PbrtScene, WhatNobodyAsksForIsSaidOfEveryDirective) {
       "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"float thickness\" 1\n"
       "Texture \"t\" \"spectrum\" \"checkerboard\" \"float texture1\" 1 \"bool odd\" true\n"
       "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"\n"
-      "Material \"diffuse\" \"float albedo\" 1\n");
+      "Material \"diffuse\" \"float albedo\" 1\n"
+      "MakeNamedMaterial \"m\" \"string type\" \"hair\" \"float eumelanin\" 8\n");
   const std::string warnings = warnings_of(scene);
   // Two shapes share one light: its parameters are counted together.
   EXPECT_THAT(warnings, HasSubstr("scene.pbrt:2:42: parameter \"float brightness\" of"));
@@ -296,6 +297,7 @@ TEST_F(PbrtScene, WhatNobodyAsksForIsSaidOfEveryDirective) {
   EXPECT_THAT(warnings, HasSubstr("parameter \"bool odd\" of"));
   // A material of no shape has no effect as a whole.
   EXPECT_THAT(warnings, Not(HasSubstr("albedo")));
+  EXPECT_THAT(warnings, Not(HasSubstr("eumelanin")));
 }
 
 }  // namespace
