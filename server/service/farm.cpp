@@ -170,7 +170,8 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     const JobEntry* const entry = event.kind == FarmEvent::Kind::kEnded ? jobs_.find(event.job) : nullptr;
     if (entry != nullptr && entry->durable_end) continue;
     note_event(event, shown);
-    append_to_journal(event, unix_milliseconds(), entries);
+    // The end that clients are told is the one that is journaled.
+    append_to_journal(event, entry != nullptr ? entry->finished_unix_ms : unix_milliseconds(), entries);
     if (entry != nullptr) entries.push_back(stats_of(*entry));
   }
   if (entries.empty() && !wait) return done(absl::OkStatus());

@@ -212,7 +212,8 @@ class LossTest : public CoordinatorTest {
     }
     started->reset();
     start(copy);
-    bool same = facts() == facts_;
+    const std::string found = facts();
+    bool same = found == facts_;
     rendered_ = 0;
     for (const v1::JobStatus& job : jobs()) {
       if (job.state() != v1::CANCELLED) same = fetch(job.job_id()).ok() && same;
@@ -221,7 +222,9 @@ class LossTest : public CoordinatorTest {
     stop();
     said_text = said.text();
     if (same) return kHealed;
-    return said_text.empty() ? kSilent : kNamed;
+    const Verdict verdict = said_text.empty() ? kSilent : kNamed;
+    absl::StrAppend(&said_text, rendered_, " units rendered; the jobs were\n", facts_, "and are\n", found);
+    return verdict;
   }
 
   /// Whether the coordinator refuses to start on the store with this damage, and goes on when told to.
