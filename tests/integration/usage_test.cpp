@@ -122,7 +122,9 @@ TEST(Usage, HelpFitsEightyColumnsWithoutJargon) {
     for (const char* jargon : {"UINT", "INT:", "TEXT:", "REQUIRED", "Env:", "Excludes", "Needs"}) {
       EXPECT_THAT(done.out, Not(HasSubstr(jargon))) << help[0] << " " << help[1];
     }
-    if (help != Arguments{tessera_program(), "--help"}) EXPECT_THAT(done.out, HasSubstr("\nfor example\n  tessera"));
+    if (help != Arguments{tessera_program(), "--help"}) {
+      EXPECT_THAT(done.out, HasSubstr("\nfor example\n  tessera"));
+    }
   }
 }
 
