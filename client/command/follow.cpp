@@ -121,14 +121,6 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   return info;
 }
 
-/// Says it once, and again when others are: `told` is what was said.
-void say_who_is_left_out(const v1::JobStatus& status, std::string& told, Progress& progress) {
-  if (status.left_out().empty() || status.left_out() == told) return;
-  told = status.left_out();
-  progress.clear();
-  std::cerr << "warning: left out: " << told << std::endl;
-}
-
 }  // namespace
 
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
@@ -151,8 +143,7 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
     ++units;
     return add_result(unit, *assembler);
   };
-  handlers.status = [&, told = std::string()](const v1::JobStatus& status) mutable {
-    if (!quiet) say_who_is_left_out(status, told, progress);
+  handlers.status = [&](const v1::JobStatus& status) {
     followed.status = status;
     tale.tell(status, assembler->samples_done());
     if (partial.units > 0 && units >= partial.units) enough.request_stop();

@@ -25,6 +25,10 @@ std::vector<std::string> JobNews::lines(const v1::JobStatus& status) {
                                            status.job_id())
                             : absl::StrCat("job ", status.job_id(), " goes on"));
   }
+  if (!status.left_out().empty() && status.left_out() != left_out_) {
+    left_out_ = status.left_out();
+    lines.push_back(absl::StrCat("warning: left out: ", wire::printable(left_out_)));
+  }
   // A coordinator that was started again counts from 0.
   const std::uint64_t more = status.failures() - std::min(failures_, status.failures());
   failures_ = status.failures();

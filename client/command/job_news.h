@@ -14,11 +14,13 @@ class JobNews {
  public:
   static constexpr int kMostFailures = 3;  // told of one status; the rest is counted
 
-  /// What is new: paused or resumed, and units that failed, the oldest first. May be shown on a terminal.
+  /// What is new: paused or resumed, who is left out, and units that failed, the oldest first. May be shown on a
+  /// terminal.
   std::vector<std::string> lines(const v1::JobStatus& status);
 
  private:
   bool paused_ = false;
+  std::string left_out_;
   std::uint64_t failures_ = 0;
 };
 
