@@ -328,12 +328,12 @@ std::vector<WorkerView> Scheduler::workers() const {
   return views;
 }
 
-std::vector<Holding> Scheduler::holdings() const {
-  std::vector<Holding> holdings;
+std::vector<Assignment> Scheduler::assignments() const {
+  std::vector<Assignment> assignments;
   for (const auto& [number, job] : jobs_) {
-    for (const auto& [worker, leases] : job->holders) holdings.push_back({job->request.id, worker, leases});
+    for (const auto& [worker, leases] : job->holders) assignments.push_back({job->request.id, worker, leases});
   }
-  return holdings;
+  return assignments;
 }
 
 void Scheduler::drop_worker(std::string_view id) {

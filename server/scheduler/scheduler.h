@@ -102,7 +102,7 @@ class Scheduler {
   absl::Status drain_worker(std::string_view worker);
   std::vector<WorkerView> workers() const;
   /// Who works on what.
-  std::vector<Holding> holdings() const;
+  std::vector<Assignment> assignments() const;
   std::size_t worker_count() const { return workers_.size(); }
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;

@@ -100,7 +100,7 @@ struct WorkerView {
 };
 
 /// A worker that has units of a job in its hands.
-struct Holding {
+struct Assignment {
   std::string job, worker;  // ids
   std::uint32_t leases = 0;
 };

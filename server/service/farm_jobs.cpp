@@ -42,8 +42,8 @@ absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job
 /// Who works on the job.
 void add_workers(const Scheduler& scheduler, const std::string& id, v1::GetJobResponse& response) {
   absl::flat_hash_map<std::string, std::uint32_t> leases;
-  for (const Holding& holding : scheduler.holdings()) {
-    if (holding.job == id) leases[holding.worker] = holding.leases;
+  for (const Assignment& assignment : scheduler.assignments()) {
+    if (assignment.job == id) leases[assignment.worker] = assignment.leases;
   }
   for (const WorkerView& view : scheduler.workers()) {
     const auto found = leases.find(view.info.id);
@@ -209,8 +209,8 @@ v1::ListWorkersResponse Farm::list_workers() {
   const Time at = now();
   v1::ListWorkersResponse response;
   std::size_t bytes = 0;
-  absl::flat_hash_map<std::string, std::vector<Holding>> holdings;
-  for (Holding& holding : scheduler_.holdings()) holdings[holding.worker].push_back(std::move(holding));
+  absl::flat_hash_map<std::string, std::vector<Assignment>> assignments;
+  for (Assignment& assignment : scheduler_.assignments()) assignments[assignment.worker].push_back(std::move(assignment));
   for (const WorkerView& view : scheduler_.workers()) {
     if (bytes > kMostWorkerBytes) {
       spdlog::warn("the list of workers is cut: {} of them fill a message", response.workers_size());
@@ -231,13 +231,13 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
-    for (const Holding& holding : holdings[view.info.id]) {
-      const v1::JobSpec& spec = jobs_.find(holding.job)->shape->spec;
+    for (const Assignment& assignment : assignments[view.info.id]) {
+      const v1::JobSpec& spec = jobs_.find(assignment.job)->shape->spec;
       v1::WorkerJob& job = *worker.add_jobs();
-      job.set_job_id(holding.job);
+      job.set_job_id(assignment.job);
       job.set_name(spec.name());
       job.set_user(spec.user());
-      job.set_leases(holding.leases);
+      job.set_leases(assignment.leases);
     }
     v1::WorkerArithmetic& arithmetic = *worker.mutable_arithmetic();
     for (const std::string& name : view.info.classes) arithmetic.add_classes(name);
