@@ -29,8 +29,7 @@ namespace tessera::server {
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
 ///   which that many units fail that fail nowhere else is taken out of that job for a while.
 /// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first units are
-/// given
-///   out, or to none (JobRequest::any_class). Results are compared within a class only.
+///   given out, or to none (JobRequest::any_class). Results are compared within a class only.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is wrong is in
 ///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one vote, and
 ///   ends no job and sets no unit aside as long as another one has not been asked.

@@ -75,7 +75,8 @@ TEST(Classes, AJobOfAnOldJournalGoesOnInOneClassOfItsIsa) {
   restore_old_job(next, "avx2/e/b");
   EXPECT_THAT(next.job("job")->classes, ElementsAre("avx2/e/b"));
   for (const FarmEvent& event : scheduler.take_events()) {
-    if (event.kind == FarmEvent::Kind::kClassNoted) EXPECT_TRUE(next.restore(event).ok());
+    if (event.kind != FarmEvent::Kind::kClassNoted) continue;
+    EXPECT_TRUE(next.restore(event).ok());
   }
   EXPECT_THAT(next.job("job")->classes, ElementsAre("avx2/e/b", "avx2"));
 }
