@@ -9,14 +9,11 @@
 namespace tessera::server {
 
 std::vector<std::string> ClassHistory::all() const {
-  std::set<std::string> noted;
-  for (const auto& [host, notes] : notes_) {
-    for (const auto& [sequence, name] : notes) noted.insert(name);
-  }
   std::vector<std::string> classes;
   if (!bound_.empty()) classes.push_back(bound_);
-  noted.erase(bound_);
-  classes.insert(classes.end(), noted.begin(), noted.end());
+  for (const std::string& name : noted_) {
+    if (name != bound_) classes.push_back(name);
+  }
   return classes;
 }
 

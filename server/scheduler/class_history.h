@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <iterator>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,7 @@ class ClassHistory {
   bool note(const std::string& host, std::uint32_t sequence, const std::string& name) {
     if (of(host, sequence) == name) return false;
     notes_[host][sequence] = name;
+    noted_.insert(name);
     return true;
   }
 
@@ -41,6 +43,7 @@ class ClassHistory {
  private:
   std::string bound_;
   std::map<std::string, std::map<std::uint32_t, std::string>> notes_;  // by host, then the first result's number
+  std::set<std::string> noted_;                                        // all classes in `notes_`
 };
 
 /// The kernel ISAs of classes, each once: "avx512+avx2".

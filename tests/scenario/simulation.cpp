@@ -55,6 +55,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
     // Fewer than half, or truth would be outvoted.
     worker.liar = liars_ && i < (workers_.size() - 1) / 3;
   }
+  usual_pace_is_common_ = is_usual_pace_common();
 }
 
 Simulation::~Simulation() {

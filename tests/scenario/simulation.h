@@ -153,6 +153,7 @@ class Simulation {
   double drop_ = 0, twice_ = 0, worker_death_ = 0, coordinator_death_ = 0, fail_ = 0;
   Time longest_delay_{1};
   Time settle_{0};
+  bool usual_pace_is_common_ = false;
   bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
 
   std::unique_ptr<SimulatedDisk> disk_;
