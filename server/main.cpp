@@ -58,6 +58,7 @@ struct Options {
   double max_gigabytes = 1000;
   std::optional<double> keep_free_gigabytes;
   std::string bits = "same";
+  std::string order = "first-come";
   std::string new_certificates;  // a folder; empty: none are made
   std::vector<std::string> hosts, users;
 };
@@ -142,6 +143,13 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("FORMAT")
       .one_of(tessera::wire::kLogFormats)
       .with_default();
+  command.group("Who gets the farm");
+  command
+      .add("--order", options.order,
+           "a user's jobs of one priority: first-come (the next where one has no units left) or fair (together)")
+      .type_name("ORDER")
+      .one_of({"first-come", "fair"})
+      .with_default();
   command.group("Jobs that do not say otherwise");
   command.add("--bits", options.bits, "same: all of an image by machines that round alike; any: every machine works")
       .one_of({"same", "any"})
@@ -183,6 +191,7 @@ tessera::server::CoordinatorOptions coordinator_options(const Options& options) 
   result.join_authority = options.join_authority;
   result.same_bits = options.bits == "same";
   result.settle = kSettle;
+  result.order = options.order == "fair" ? tessera::server::JobOrder::kFair : tessera::server::JobOrder::kFirstCome;
   result.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_days * 86400));
   result.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));
   result.max_result_bytes = static_cast<std::uint64_t>(options.max_gigabytes * 1e9);

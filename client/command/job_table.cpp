@@ -196,6 +196,11 @@ void add_progress(const v1::GetJobResponse& job, Lines& lines) {
   }
   lines.add_if_any("requires", absl::StrJoin(job.spec().required_tags(), ","));
   if (job.spec().max_workers() > 0) lines.add("at most", absl::StrCat(job.spec().max_workers(), " workers"));
+  if (status.audits() > 0) {
+    lines.add("audited",
+              absl::StrCat(status.audits(), " units given to a second host too",
+                           status.audits_out() > 0 ? absl::StrCat(", which is at ", status.audits_out(), " now") : ""));
+  }
   if (status.units_adopted() > 0) {
     lines.add("taken over", absl::StrCat(status.units_adopted(), " units of job ", status.adopted_from()));
   }

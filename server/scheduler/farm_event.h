@@ -24,6 +24,9 @@ struct FarmEvent {
     kTrusted = 11,     // host or identity. Of the whole farm
     kNote = 12,        // text, for people
     kAdopted = 13,     // value: number of results taken over when the job was new; text: the job that they are from
+    // unit, value: sequence number of its result, host: who was asked for a second opinion. text: empty when it was
+    // asked; else the opinion, as a number, where hosts disagree.
+    kAudit = 14,
     kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
     kClassNoted = 17,  // host, value: number of the first result from which on its are of the class; text: the class
   };

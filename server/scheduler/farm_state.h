@@ -23,11 +23,18 @@ struct HostRecord {
   Time barred_until{};
 };
 
+/// One a host.
+using Opinions = std::vector<std::pair<std::string, ResultFingerprint>>;
+
 /// Second opinions on one unit that is done.
 struct Audit {
-  std::vector<std::pair<std::string, ResultFingerprint>> opinions;  // one a host, the accepted result's first
-  bool out = false;                                                 // somebody is at it
-  std::string arithmetic_class = {};                                // of the accepted result: others do not compare
+  Opinions opinions;                  // the accepted result's first
+  bool out = false;                   // somebody is at it
+  bool lost = false;                  // whoever was asked did not answer
+  std::string arithmetic_class = {};  // of the accepted result: others do not compare
+
+  /// A second opinion is asked for once, whatever becomes of it; who decides between two is asked until somebody does.
+  bool is_over() const { return lost && opinions.size() == 1; }
 };
 
 struct FarmJob {
@@ -41,7 +48,9 @@ struct FarmJob {
   std::string error;
   bool paused = false;
   std::uint32_t leases = 0;
-  std::int64_t load_ms = 0;    // of the leases, as charged
+  std::int64_t load_ms = 0;  // of the leases, as charged
+  // Work that was given out instead of this job's since it last had a unit, though its turn was first.
+  std::int64_t passed_over_ms = 0;
   std::uint32_t attempts = 0;  // grants so far
   std::uint32_t results = 0;   // accepted so far, those revoked included
   std::uint32_t revision = 0;
@@ -61,7 +70,8 @@ struct FarmJob {
   std::map<std::string, HostRecord> hosts;
   std::map<std::string, std::string> scene_faults;  // host that says that the scene is at fault -> its message
   std::set<HostNumber> renderers;                   // of accepted results
-  std::map<std::uint32_t, Audit> audits;
+  std::map<std::uint32_t, Audit> audits;            // that wait or are made
+  std::set<std::uint32_t> audited;                  // units of whose result a second opinion was asked, be it once
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end

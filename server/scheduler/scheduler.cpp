@@ -35,7 +35,7 @@ const char* past_tense(v1::JobState state) {
 
 }  // namespace
 
-Scheduler::Scheduler(const SchedulerOptions& options) : options_(options) {}
+Scheduler::Scheduler(const SchedulerOptions& options) : options_(options), turns_(options.order) {}
 
 FarmEvent& Scheduler::record(FarmEvent::Kind kind, const std::string& job) {
   FarmEvent& event = events_.emplace_back();
@@ -170,6 +170,9 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .revision = job.revision,
                .notes = job.notes,
                .set_aside = {},
+               .audits = static_cast<std::uint32_t>(job.audited.size()),
+               .audits_out = static_cast<std::uint32_t>(std::count_if(
+                   job.audits.begin(), job.audits.end(), [](const auto& entry) { return entry.second.out; })),
                .units_adopted = job.adopted,
                .adopted_from = job.adopted_from,
                .classes = job.classes.all(),
@@ -398,11 +401,11 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   const std::uint32_t unit = token.unit_index();
   if (token.generation() == (*known)->request.generation && unit < (*known)->units.count() &&
       (*known)->units.state(unit) == UnitState::kDone) {
-    if (const std::optional<LeaseId> lease = find_lease(**known, token, worker_id)) {
-      measure(**known, worker, leases_.get(*lease), result, now);
-      drop_lease(*lease);
-    }
-    return second_result(**known, worker, unit, result.fingerprint);
+    const std::optional<LeaseId> lease = find_lease(**known, token, worker_id);
+    if (lease) measure(**known, worker, leases_.get(*lease), result, now);
+    const absl::StatusOr<CompleteDecision> decision = second_result(**known, worker, unit, result.fingerprint);
+    if (lease && leases_.contains(*lease)) drop_lease(*lease);
+    return decision;
   }
 
   const absl::StatusOr<Job*> open = find_open_job(token);
@@ -447,6 +450,7 @@ void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const Deli
   // What a slow worker needs says little of the unit.
   const Time usual = std::max(Time{1}, Time(std::lround(static_cast<double>(cost.count()) / worker.slowness)));
   job.mean_cost = job.mean_cost == Time{0} ? usual : (7 * job.mean_cost + usual) / 8;
+  turns_.remember(job.number, lease.charge_ms, now);
   job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
 }
 

@@ -22,8 +22,9 @@
 namespace tessera::server {
 
 /// Policy in short; figures and reasons are in docs/decisions/0009-scheduling.md.
-/// - Turns: priority, then the user and the job with least work out (TurnOrder). A worker that holds a job's scene gets
-///   that job as long as it is at most kAffinitySlack ahead of its fair turn.
+/// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the one that
+///   has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most kAffinitySlackMs
+///   ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the job whose turn it was.
 /// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When nothing is
 ///   pending, units that will come late are given to a second worker. The first result of a unit wins.
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
@@ -175,8 +176,8 @@ class Scheduler {
 
   // ---- scheduler_leasing.cpp
   struct Batch;  // one call of lease()
-  bool suits(const Batch& batch, const Job& job) const;
-  Job* choose_job(const Batch& batch);
+  bool has_units_for(const Batch& batch, const Job& job) const;
+  Job* choose_job(Batch& batch);
   bool lease_pending(Batch& batch);
   bool lease_copy(Batch& batch);
   bool lease_audit(Batch& batch);
@@ -189,6 +190,7 @@ class Scheduler {
   void grant(Batch& batch, Job& job, std::uint32_t unit, bool audit);
   std::optional<LeaseId> find_own_lease(const Job& job, std::uint32_t unit, std::string_view worker) const;
   bool take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
+  std::int64_t charge_for(const Job& job) const;
   Time unit_cost(const Worker& worker, const Job& job) const;
   Time lease_time() const;
   void add_lease(Job& job, Worker& worker, Lease lease);
@@ -224,6 +226,7 @@ class Scheduler {
 
   // ---- scheduler_audit.cpp
   void restore_audits(Job& job);
+  void restore_audit(Job& job, const FarmEvent& event);
   Audit first_opinion(const Job& job, std::uint32_t unit) const;
   bool audit_wanted(const Job& job, std::uint32_t unit) const;
   bool is_of_one_identity() const;

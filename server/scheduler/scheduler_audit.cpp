@@ -3,8 +3,10 @@
 // classes say nothing of each other.
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
@@ -28,21 +30,49 @@ bool chosen(const SchedulerOptions& options, const std::string& job, std::uint32
 }
 
 /// Whether all opinions are of one identity.
-bool is_of_one(const std::vector<std::pair<std::string, ResultFingerprint>>& opinions) {
+bool is_of_one(const Opinions& opinions) {
   return std::all_of(opinions.begin(), opinions.end(), [&](const auto& opinion) {
     return identity_of(opinion.first) == identity_of(opinions.front().first);
   });
 }
 
+struct Verdict {
+  ResultFingerprint result = 0;
+  std::size_t votes = 0;
+  std::map<std::string, ResultFingerprint> voters;  // identities, or hosts where all are of one
+};
+
+/// What more than half of the identities say; none when there is no such thing.
+std::optional<Verdict> verdict_of(const Opinions& opinions) {
+  const bool by_host = is_of_one(opinions);
+  Verdict verdict;
+  // An identity has its first opinion only.
+  for (const auto& [host, result] : opinions) verdict.voters.emplace(by_host ? host : identity_of(host), result);
+  std::map<ResultFingerprint, std::size_t> votes;
+  for (const auto& [voter, result] : verdict.voters) ++votes[result];
+  const auto winner =
+      std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (winner == votes.end() || 2 * winner->second <= verdict.voters.size()) return std::nullopt;
+  verdict.result = winner->first;
+  verdict.votes = winner->second;
+  return verdict;
+}
+
 }  // namespace
 
-/// Which audits were waiting is not journaled. They are asked for first of all, so they are among those of the latest
-/// results.
+/// Which audits were waiting is not journaled, but which were asked for, and what came of it where hosts disagree. They
+/// are asked for first of all, so those that were waiting are among those of the latest results.
 void Scheduler::restore_audits(Job& job) {
   if (!job.open()) return;
+  for (auto audit = job.audits.begin(); audit != job.audits.end();) {
+    auto& opinions = audit->second.opinions;
+    std::erase_if(opinions, [&](const auto& opinion) { return !trusts(opinion.first); });
+    audit = opinions.size() < 2 || verdict_of(opinions) ? job.audits.erase(audit) : std::next(audit);
+  }
   std::vector<std::pair<std::uint32_t, std::uint32_t>> latest;  // sequence number, unit
   for (std::uint32_t unit = 0; unit < job.units.count(); ++unit) {
     if (job.units.state(unit) != UnitState::kDone || !chosen(options_, job.request.id, unit)) continue;
+    if (job.audited.contains(unit)) continue;
     latest.emplace_back(job.units.result(unit).sequence, unit);
   }
   std::sort(latest.rbegin(), latest.rend());
@@ -77,10 +107,23 @@ bool Scheduler::may_speak(const Audit& audit, const std::string& host) const {
   });
 }
 
+/// An audit as it was journaled. Of a result that was revoked since, nothing is to be known any more.
+void Scheduler::restore_audit(Job& job, const FarmEvent& event) {
+  if (job.units.state(event.unit) != UnitState::kDone) return;
+  const AcceptedResult& accepted = job.units.result(event.unit);
+  if (accepted.sequence != event.value || accepted.host >= hosts_.size()) return;
+  job.audited.insert(event.unit);
+  ResultFingerprint opinion = 0;
+  if (!absl::SimpleAtoi(event.text, &opinion)) return;
+  Audit& audit = job.audits[event.unit];
+  if (audit.opinions.empty()) audit = first_opinion(job, event.unit);
+  audit.opinions.emplace_back(event.host, opinion);
+}
+
 bool Scheduler::can_audit(const Worker& worker, const Job& job, const Audit& audit) const {
   const std::string* const own = class_for(worker, job);
-  return own != nullptr && *own == audit.arithmetic_class && may_work_on(worker, job, worker.last_seen) &&
-         may_speak(audit, worker.info.host);
+  return !audit.is_over() && own != nullptr && *own == audit.arithmetic_class &&
+         may_work_on(worker, job, worker.last_seen) && may_speak(audit, worker.info.host);
 }
 
 bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
@@ -104,7 +147,16 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   if (counts && (found != job.audits.end() || !equal)) {
     Audit& audit = job.audits[unit];
     if (audit.opinions.empty()) audit = first_opinion(job, unit);
-    if (may_speak(audit, worker.info.host)) audit.opinions.emplace_back(worker.info.host, result);
+    if (may_speak(audit, worker.info.host)) {
+      audit.opinions.emplace_back(worker.info.host, result);
+      if (!equal || audit.opinions.size() > 2) {
+        FarmEvent& event = record(FarmEvent::Kind::kAudit, job.request.id);
+        event.unit = unit;
+        event.value = accepted.sequence;
+        event.host = worker.info.host;
+        event.text = absl::StrCat(result);
+      }
+    }
     auditing_.insert(job.number);
     adjudicate(job, unit);
     settle(job);
@@ -116,21 +168,15 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
 /// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the audit goes on.
 void Scheduler::adjudicate(Job& job, std::uint32_t unit) {
   const auto found = job.audits.find(unit);
-  const bool by_host = is_of_one(found->second.opinions);
-  std::map<std::string, ResultFingerprint> voters;  // an identity has its first opinion only
-  for (const auto& [host, result] : found->second.opinions) voters.emplace(by_host ? host : identity_of(host), result);
-  std::map<ResultFingerprint, std::size_t> votes;
-  for (const auto& [voter, result] : voters) ++votes[result];
-  const auto winner =
-      std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (2 * winner->second <= voters.size()) return;
+  const std::optional<Verdict> verdict = verdict_of(found->second.opinions);
+  if (!verdict) return;
   job.audits.erase(found);
   if (job.audits.empty()) auditing_.erase(job.number);
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
-  for (const auto& [voter, result] : voters) {
-    if (result == winner->first) continue;
+  for (const auto& [voter, result] : verdict->voters) {
+    if (result == verdict->result) continue;
     const std::string why = absl::StrCat("its result of unit ", unit, " of job ", job.request.id,
-                                         " differs from that of ", winner->second, " other hosts");
+                                         " differs from that of ", verdict->votes, " other hosts");
     note(job, absl::StrCat("host ", short_name(voter), " is in quarantine: ", why));
     distrust(voter, why);
   }
@@ -180,6 +226,7 @@ void Scheduler::revoke_results(Job& job, const std::string& subject) {
 /// The unit, which is done, is to be done again.
 void Scheduler::revoke(Job& job, std::uint32_t unit) {
   job.audits.erase(unit);
+  job.audited.erase(unit);
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   FarmEvent& event = record(FarmEvent::Kind::kRevoked, job.request.id);
   const AcceptedResult& revoked = job.units.result(unit);

@@ -311,6 +311,9 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     case Kind::kNote:
       if (job.notes.size() < kMaxListed) job.notes.push_back(event.text);
       break;
+    case Kind::kAudit:
+      restore_audit(job, event);
+      break;
     case Kind::kAdopted:
       job.adopted = static_cast<std::uint32_t>(event.value);
       job.adopted_from = event.text;

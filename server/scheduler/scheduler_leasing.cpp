@@ -13,6 +13,7 @@ struct Scheduler::Batch {
   std::size_t held = 0;                    // leases before this batch
   std::vector<std::string> scenes;         // that the worker holds, or will hold after this batch
   std::vector<const Job*> nothing_for_it;  // jobs whose pending units are not for this worker
+  Job* passed_over = nullptr;              // whose turn it was when another was chosen
   LeaseDecision decision;
 
   /// Pending units that this worker may take, of jobs of at least this priority: all, or as many as were looked for.
@@ -31,12 +32,14 @@ struct Scheduler::Batch {
 absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time now) {
   const absl::StatusOr<Worker*> worker = find_worker(request.worker, now);
   if (!worker.ok()) return worker.status();
+  turns_.advance(now);
   const std::size_t held = leases_.count_of_worker(request.worker);
   Batch batch{.worker = **worker,
               .now = now,
               .held = held,
               .scenes = request.loaded_scenes,
               .nothing_for_it = {},
+              .passed_over = nullptr,
               .decision = {},
               .left = {}};
   if (batch.worker.draining || !trusts(batch.worker.info.host)) return LeaseDecision{};
@@ -55,39 +58,43 @@ absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time
   return std::move(batch.decision);
 }
 
-/// Whether the next unit of the batch can be one of the job's pending ones.
-bool Scheduler::suits(const Batch& batch, const Job& job) const {
+/// Whether the job has units for this worker, be its hands full or not.
+bool Scheduler::has_units_for(const Batch& batch, const Job& job) const {
   if (job.units.pending() == 0 || !may_work_on(batch.worker, job, batch.now)) return false;
   const auto& useless = batch.nothing_for_it;
   if (std::find(useless.begin(), useless.end(), &job) != useless.end()) return false;
-  return has_room(batch, job) && !would_come_late(batch, job);
+  return !would_come_late(batch, job);
 }
 
-Scheduler::Job* Scheduler::choose_job(const Batch& batch) {
+/// The job whose turn it is; or one behind it whose scene the worker holds, within bounds.
+Scheduler::Job* Scheduler::choose_job(Batch& batch) {
   std::optional<TurnOrder::Turn> fair;
-  turns_.for_each([&](const TurnOrder::Turn& turn) {
-    if (suits(batch, *jobs_.at(turn.job))) fair = turn;
-    return !fair;
-  });
-  if (!fair) return nullptr;
-  Job& in_turn = *jobs_.at(fair->job);
-  const auto& scenes = batch.scenes;
-  if (std::find(scenes.begin(), scenes.end(), in_turn.request.scene_digest) != scenes.end()) return &in_turn;
   Job* chosen = nullptr;
-  for (const std::string& scene : scenes) {
-    const auto found = jobs_by_scene_.find(scene);
-    if (found == jobs_by_scene_.end()) continue;
-    for (const std::uint64_t number : found->second) {
-      const TurnOrder::Turn turn = *turns_.turn_of(number);
-      if (turn.priority != fair->priority || turn.user_load_ms > fair->user_load_ms + kAffinitySlackMs ||
-          turn.job_load_ms > fair->job_load_ms + kAffinitySlackMs) {
-        continue;
-      }
-      if (chosen != nullptr && !turns_.comes_before(number, chosen->number)) continue;
-      if (Job& job = *jobs_.at(number); suits(batch, job)) chosen = &job;
+  const auto holds_scene = [&](const Job& job) {
+    return std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) != batch.scenes.end();
+  };
+  const bool holds_any = std::any_of(batch.scenes.begin(), batch.scenes.end(),
+                                     [&](const std::string& scene) { return jobs_by_scene_.contains(scene); });
+  turns_.for_each([&](const TurnOrder::Turn& turn) {
+    if (fair && (turn.priority != fair->priority || turn.user_used_ms > fair->user_used_ms + kAffinitySlackMs)) {
+      return TurnOrder::Next::kStop;
     }
-  }
-  return chosen != nullptr ? chosen : &in_turn;
+    const bool in_order = options_.order == JobOrder::kFirstCome;
+    if (fair && !in_order && turn.job_used_ms > fair->job_used_ms + kAffinitySlackMs) return TurnOrder::Next::kJob;
+    Job& job = *jobs_.at(turn.job);
+    if (!has_units_for(batch, job)) return TurnOrder::Next::kJob;
+    // Hands that are too full for a job are not for those behind it either.
+    if (!has_room(batch, job)) return in_order ? TurnOrder::Next::kUser : TurnOrder::Next::kJob;
+    if (holds_scene(job)) {
+      chosen = &job;
+      return TurnOrder::Next::kStop;
+    }
+    if (!fair) fair = turn;
+    if (!holds_any || jobs_.at(fair->job)->passed_over_ms >= kAffinitySlackMs) return TurnOrder::Next::kStop;
+    return in_order ? TurnOrder::Next::kUser : TurnOrder::Next::kJob;
+  });
+  batch.passed_over = chosen != nullptr && fair ? jobs_.at(fair->job).get() : nullptr;
+  return chosen == nullptr && fair ? jobs_.at(fair->job).get() : chosen;
 }
 
 bool Scheduler::lease_pending(Batch& batch) {
@@ -96,6 +103,7 @@ bool Scheduler::lease_pending(Batch& batch) {
       return !job->dangerous.contains(candidate) && !avoids(batch.worker, *job, candidate);
     });
     if (unit) {
+      if (batch.passed_over != nullptr) batch.passed_over->passed_over_ms += charge_for(*job);
       grant(batch, *job, *unit, /*audit=*/false);
       return true;
     }
@@ -140,6 +148,12 @@ bool Scheduler::lease_audit(Batch& batch) {
     for (auto& [unit, audit] : job.audits) {
       if (audit.out || !can_audit(batch.worker, job, audit)) continue;
       audit.out = true;
+      if (job.audited.insert(unit).second) {
+        FarmEvent& event = record(FarmEvent::Kind::kAudit, job.request.id);
+        event.unit = unit;
+        event.value = job.units.result(unit).sequence;
+        event.host = batch.worker.info.host;
+      }
       grant(batch, job, unit, /*audit=*/true);
       return true;
     }
@@ -152,8 +166,9 @@ bool Scheduler::lease_copy(Batch& batch) {
   std::uint32_t unit = 0;
   turns_.for_each([&](const TurnOrder::Turn& turn) {
     Job& candidate = *jobs_.at(turn.job);
-    if (candidate.units.pending() > candidate.dangerous.size() || !may_work_on(batch.worker, candidate, batch.now))
-      return true;
+    if (candidate.units.pending() > candidate.dangerous.size() || !may_work_on(batch.worker, candidate, batch.now)) {
+      return TurnOrder::Next::kJob;
+    }
     const auto suits = [&](LeaseId id) {
       const Lease& lease = leases_.get(id);
       return lease.worker != batch.worker.info.id && !candidate.dangerous.contains(lease.unit) &&
@@ -162,7 +177,7 @@ bool Scheduler::lease_copy(Batch& batch) {
     const auto choose = [&](LeaseId id) {
       job = &candidate;
       unit = leases_.get(id).unit;
-      return false;
+      return TurnOrder::Next::kStop;
     };
     // Units on a worker that is known to be so slow that a copy would be there in less than half the time.
     const Time own = unit_cost(batch.worker, candidate);
@@ -177,7 +192,7 @@ bool Scheduler::lease_copy(Batch& batch) {
       if (batch.now - granted_at < age) break;
       if (suits(id)) return choose(id);
     }
-    return true;
+    return TurnOrder::Next::kJob;
   });
   if (job == nullptr) return false;
   grant(batch, *job, unit, /*audit=*/false);
@@ -186,10 +201,15 @@ bool Scheduler::lease_copy(Batch& batch) {
 
 // ---------------------------------------------------------------- who may have what
 
-/// What one unit is expected to take on a thread of this worker.
+/// What one unit is expected to take on a thread of a usual worker, in ms.
+std::int64_t Scheduler::charge_for(const Job& job) const {
+  return job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
+}
+
+/// The same on a thread of this worker.
 Time Scheduler::unit_cost(const Worker& worker, const Job& job) const {
-  const std::int64_t usual = job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
-  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(usual) * worker.slowness)));
+  return Time(
+      std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(charge_for(job)) * worker.slowness)));
 }
 
 /// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, until
@@ -212,11 +232,11 @@ bool Scheduler::is_left(const Batch& batch, std::int32_t priority, std::uint64_t
   if (!left || left->priority != priority || (left->units < wanted && !left->all)) {
     left = {.priority = priority, .units = 0, .all = true};
     turns_.for_each([&](const TurnOrder::Turn& turn) {
-      if (turn.priority < priority) return false;
+      if (turn.priority < priority) return TurnOrder::Next::kStop;
       const Job& job = *jobs_.at(turn.job);
       if (job.units.pending() > 0 && may_work_on(batch.worker, job, batch.now)) left->units += job.units.pending();
       left->all = left->units < 2 * wanted;  // the next unit wants more
-      return left->all;
+      return left->all ? TurnOrder::Next::kJob : TurnOrder::Next::kStop;
     });
   }
   return left->units >= wanted;
@@ -269,6 +289,7 @@ void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
   Worker& worker = batch.worker;
   if (batch.left && batch.left->priority <= job.request.priority && batch.left->units > 0) --batch.left->units;
   job.state = v1::RUNNING;
+  job.passed_over_ms = 0;
   bind(job, *class_for(worker, job));
   const Time cost = unit_cost(worker, job);
   const std::int64_t ahead =
@@ -355,6 +376,7 @@ bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, T
 }
 
 Expiry Scheduler::advance(Time now) {
+  turns_.advance(now);
   Expiry expiry;
   const std::size_t before = leases_.size();
   const Time patience = lease_time();
@@ -367,7 +389,12 @@ Expiry Scheduler::advance(Time now) {
   expiry.lost_leases = static_cast<std::uint32_t>(before - leases_.size());
   // Those who could have given second opinions may be gone.
   const std::set<std::uint64_t> auditing = auditing_;
-  for (const std::uint64_t number : auditing) settle(*jobs_.at(number));
+  for (const std::uint64_t number : auditing) {
+    Job& job = *jobs_.at(number);
+    std::erase_if(job.audits, [](const auto& entry) { return entry.second.is_over(); });
+    settle(job);
+    if (job.audits.empty()) auditing_.erase(number);
+  }
   return expiry;
 }
 
@@ -390,7 +417,7 @@ void Scheduler::index_only_lease(Job& job, std::uint32_t unit, bool add) {
 
 void Scheduler::add_lease(Job& job, Worker& worker, Lease lease) {
   const std::uint32_t unit = lease.unit;
-  lease.charge_ms = job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
+  lease.charge_ms = charge_for(job);
   worker.load_ms += lease.charge_ms;
   job.load_ms += lease.charge_ms;
   turns_.charge(job.number, lease.charge_ms);
@@ -416,7 +443,10 @@ void Scheduler::drop_lease(LeaseId id) {
   --job.leases;
   if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
   if (lease.audit) {
-    if (const auto audit = job.audits.find(lease.unit); audit != job.audits.end()) audit->second.out = false;
+    if (const auto audit = job.audits.find(lease.unit); audit != job.audits.end()) {
+      audit->second.out = false;
+      audit->second.lost = true;
+    }
     return;
   }
   if (leases_.of_unit(job.number, lease.unit).empty()) {

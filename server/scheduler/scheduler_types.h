@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scheduler/lease_table.h"
+#include "scheduler/turn_order.h"
 #include "scheduler/unit_ledger.h"
 #include "scheduler/work_plan.h"
 #include "tessera/v1/job.pb.h"
@@ -21,7 +22,8 @@ struct SchedulerOptions {
   Time min_copy_age{500};            // a unit is not copied to a second worker before it was out for so long
   Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
-  std::uint64_t epoch = 1;           // of the coordinator; part of every token
+  JobOrder order = JobOrder::kFirstCome;
+  std::uint64_t epoch = 1;  // of the coordinator; part of every token
   // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a restart.
   std::string audit_key = {};
   // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers that are
@@ -67,10 +69,12 @@ struct JobView {
   std::uint32_t revision = 0;           // how often accepted results were thrown away
   std::vector<std::string> notes;       // what went wrong where, for people
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
+  std::uint32_t audits = 0;             // units that a second host was asked to render too
+  std::uint32_t audits_out = 0;         // those at which one is now
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
   std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
-  std::uint32_t workers = 0;  // that hold units of it
+  std::uint32_t workers = 0;              // that hold units of it
 };
 
 struct WorkerInfo {
@@ -94,8 +98,8 @@ struct WorkerView {
   std::uint64_t units_done = 0;
   bool draining = false;
   Time last_seen{};
-  std::string quarantine;  // why its host is not trusted; empty when it is
-  double slowness = 1;     // how long its units take, relative to the usual worker
+  std::string quarantine;                     // why its host is not trusted; empty when it is
+  double slowness = 1;                        // how long its units take, relative to the usual worker
   std::vector<std::string> closed_jobs = {};  // open, and not for its arithmetic: the first kMaxClosedJobs
 };
 

@@ -47,18 +47,17 @@ void learn_pace(WorkerPace& worker, double deviation, double variance) {
 }  // namespace
 
 UsualPace usual_pace(const std::vector<const WorkerPace*>& workers) {
-  std::vector<double> known;
+  if (workers.empty()) return {};
+  std::vector<double> times;
   double variance = 0;
   for (const WorkerPace* const worker : workers) {
-    if (worker->variance >= WorkerPace::kUnknownVariance) continue;
-    known.push_back(worker->log_time);
+    times.push_back(worker->log_time);
     variance += worker->variance;
   }
-  if (known.empty()) return {};
-  const auto count = static_cast<double>(known.size());
+  const auto count = static_cast<double>(times.size());
   // Of an even number the lower one: of two workers, the faster says what is usual.
-  const auto middle = known.begin() + static_cast<std::ptrdiff_t>((known.size() - 1) / 2);
-  std::nth_element(known.begin(), middle, known.end());
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>((times.size() - 1) / 2);
+  std::nth_element(times.begin(), middle, times.end());
   const double mean = variance / count;
   return {.log_time = *middle, .variance = std::min(mean, kStandardError * kStandardError * mean / count)};
 }

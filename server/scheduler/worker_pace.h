@@ -23,7 +23,7 @@ struct WorkerPace {
   double surprise = 0;  // moving average of deviations from what was expected, in standard deviations
 };
 
-/// The pace by which all others are judged: the median of those about whom something is known.
+/// The pace by which all others are judged: the median. Those about whom nothing is known yet count as usual.
 struct UsualPace {
   double log_time = 0;
   double variance = 0;

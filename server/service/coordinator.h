@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "net/connections.h"
+#include "scheduler/turn_order.h"
 #include "service/accounts.h"
 
 namespace tessera::server {
@@ -37,6 +38,8 @@ struct CoordinatorOptions {
   std::string join_listen = {};
   /// Clients may see and change each other's jobs.
   bool share_jobs = false;
+  /// Which of a user's jobs goes first.
+  JobOrder order = JobOrder::kFirstCome;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
   /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far as it goes, leaves.

@@ -43,6 +43,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       seal_(options.seal),
       scheduler_({.heartbeat_interval = options.heartbeat_interval,
                   .lease_timeout = options.lease_timeout,
+                  .order = options.order,
                   .epoch = journal.epoch(),
                   .audit_key = seal_->derive_key("audits"),
                   .settle = options.settle}),

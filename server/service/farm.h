@@ -46,6 +46,7 @@ struct FarmOptions {
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
+  JobOrder order = JobOrder::kFirstCome;
   bool share_results = false;                             // jobs take over those of other users' jobs too
   std::shared_ptr<const LeaseSeal> seal;                  // of this data directory
   std::filesystem::path lived_time = {};                  // the file of LivedTime; empty: none

@@ -200,6 +200,8 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_units_set_aside(view.units_set_aside);
   status.set_revision(view.revision);
   status.set_units_adopted(view.units_adopted);
+  status.set_audits(view.audits);
+  status.set_audits_out(view.audits_out);
   status.set_adopted_from(view.adopted_from);
   for (const std::string& name : view.classes) status.add_arithmetic_classes(name);
   status.set_workers(view.workers);

@@ -112,6 +112,11 @@ std::string ScenarioRunner::run(const std::string& line) {
     scheduler_ = std::make_unique<Scheduler>(options_);
     return "ok\n";
   }
+  if (command == "order") {
+    options_.order = first == "fair" ? JobOrder::kFair : JobOrder::kFirstCome;
+    scheduler_ = std::make_unique<Scheduler>(options_);
+    return "ok\n";
+  }
   if (command == "trust") return changed(scheduler_->trust_host(first));
   if (command == "retry") return changed(scheduler_->retry_job(first));
   if (command == "pause" || command == "resume") return changed(scheduler_->pause_job(first, command == "pause"));

@@ -12,6 +12,7 @@
 //   resume JOB
 //   priority JOB N
 //   job JOB                 with what it waits for, who is left out, what was set aside, and its notes
+//   order fair|first-come   among a user's jobs; only before the first job
 //   audit N                 from now on one result in N gets a second opinion; only before the first job
 //   settle SECONDS          from now on that is how long workers have to come together; only before the first job
 //   register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG] [classes=ISA/NAME,ISA/NAME]

@@ -1,170 +1,142 @@
-// How evenly equal jobs share a farm, and how long threads wait, when answers take a while: the scheduler with workers
-// that ask for one unit ahead, as real ones do.
+// How evenly equal jobs share a farm, and how long threads wait, when answers take a while; who gets how much of it,
+// and when, where units are short and long.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <deque>
-#include <queue>
+#include <cmath>
+#include <cstdio>
 #include <random>
-#include <string>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "scenario/scenario_runner.h"
+#include "scenario/seeds.h"
+#include "scenario/steady_farm.h"
 
 namespace tessera::server {
 namespace {
 
 struct Shares {
-  int least = 0, most = 0;  // units of a job that were done when the first job was
-  double waited = 0;        // part of the threads' time until then
+  std::uint32_t least = 0, most = 0;  // units of a job that were done when the first job was
+  double waited = 0;                  // part of the threads' time until then
 };
 
-/// Workers of one thread, and equal jobs of five users, each with a scene of its own.
-class Farm {
- public:
-  static constexpr Time kUnit{5000};   // half to one and a half times as long
-  static constexpr Time kAnswer{500};  // up to twice as long
-  static constexpr Time kPoll{250};
-
-  Farm(int workers, int jobs, int units_of_job)
-      : scheduler_({.lease_timeout = Time{3'600'000}, .audit_one_in = 0}),
-        workers_(workers),
-        done_(jobs),
-        units_of_job_(units_of_job) {
-    for (int job = 0; job < jobs; ++job) {
-      EXPECT_TRUE(scheduler_
-                      .add_job({.id = absl::StrCat(job),
-                                .plan = row_of_tiles(units_of_job, 1),
-                                .scene_digest = absl::StrCat("scene ", job),
-                                .isa = "avx2",
-                                .user = absl::StrCat("user ", job % 5),
-                                .required_tags = {}})
-                      .ok());
-    }
-    for (int worker = 0; worker < workers; ++worker) {
-      const std::string id = absl::StrCat(worker);
-      EXPECT_TRUE(scheduler_
-                      .register_worker({.id = id,
-                                        .name = id,
-                                        .build = "",
-                                        .isa = "avx2",
-                                        .supported_isas = {"avx2"},
-                                        .threads = 1,
-                                        .host = id,
-                                        .tags = {}},
-                                       now_)
-                      .ok());
-      happen(Time(worker * 2000 / workers), Kind::kAsk, worker);
-    }
+/// Workers of one thread, and equal jobs of five users, each with a scene of its own; units take 5 s, by a third more
+/// or less, and answers half a second.
+Shares share_farm(std::size_t workers, std::size_t jobs, std::uint32_t units_of_job) {
+  SteadyFarmOptions options{.spread = 0.3, .answer = Time{500}};
+  options.scheduler.order = JobOrder::kFair;
+  for (std::size_t worker = 0; worker < workers; ++worker) {
+    options.machines.push_back({.joins = Time(worker * 2000 / workers)});
   }
-
-  /// Until all units of one job are done.
-  Shares run() {
-    while (*std::max_element(done_.begin(), done_.end()) < units_of_job_) {
-      if (events_.empty()) {
-        ADD_FAILURE() << "nobody does anything any more";
-        return {};
-      }
-      const Event event = events_.top();
-      events_.pop();
-      now_ = event.at;
-      step(event);
-    }
-    const auto [least, most] = std::minmax_element(done_.begin(), done_.end());
-    const auto time = static_cast<double>(now_.count()) * static_cast<double>(workers_.size());
-    return {.least = *least, .most = *most, .waited = static_cast<double>(waited_.count()) / time};
+  for (std::size_t job = 0; job < jobs; ++job) {
+    options.jobs.push_back({.user = absl::StrCat("user ", job % 5),
+                            .scene = absl::StrCat("scene ", job),
+                            .units = units_of_job,
+                            .median_ms = 5000});
   }
-
- private:
-  enum class Kind { kAsk, kRendered, kAnswered };
-  struct Event {
-    Time at{};
-    Kind kind{};
-    int worker = 0;
-    v1::LeaseToken token;  // of what was rendered
-    bool operator<(const Event& other) const { return at > other.at; }
-  };
-  struct Worker {
-    std::deque<v1::LeaseToken> held;  // the first one is being rendered
-    Time idle_since{0};
-    std::vector<std::string> scenes;  // the two that it was given last
-  };
-
-  void happen(Time after, Kind kind, int worker, v1::LeaseToken token = {}) {
-    events_.push({now_ + after, kind, worker, std::move(token)});
-  }
-
-  void step(const Event& event) {
-    Worker& worker = workers_[event.worker];
-    if (event.kind == Kind::kRendered) {
-      const v1::LeaseToken token = worker.held.front();
-      worker.held.pop_front();
-      worker.idle_since = now_;
-      if (!worker.held.empty()) begin(event.worker);
-      happen(Time(random_() % (2 * kAnswer.count())), Kind::kAnswered, event.worker, token);
-      return;
-    }
-    if (event.kind == Kind::kAnswered) {
-      EXPECT_TRUE(
-          scheduler_.complete(absl::StrCat(event.worker), event.token, {.fingerprint = 1, .cost = kUnit}, now_).ok());
-      scheduler_.take_events();
-      ++done_[std::stoi(event.token.job_id())];
-    } else if (!worker.held.empty()) {
-      return;
-    }
-    ask(event.worker);
-    if (worker.held.empty()) happen(kPoll, Kind::kAsk, event.worker);
-  }
-
-  /// For what is being rendered, and one unit ahead.
-  void ask(int number) {
-    Worker& worker = workers_[number];
-    if (worker.held.size() >= 2) return;
-    const bool idle = worker.held.empty();
-    const auto decision = scheduler_.lease({.worker = absl::StrCat(number),
-                                            .max_units = static_cast<std::uint32_t>(2 - worker.held.size()),
-                                            .loaded_scenes = worker.scenes},
-                                           now_);
-    ASSERT_TRUE(decision.ok());
-    for (const v1::Lease& lease : decision->leases) {
-      worker.held.push_back(lease.token());
-      const std::string scene = absl::StrCat("scene ", lease.token().job_id());
-      if (std::find(worker.scenes.begin(), worker.scenes.end(), scene) != worker.scenes.end()) continue;
-      worker.scenes.push_back(scene);
-      if (worker.scenes.size() > 2) worker.scenes.erase(worker.scenes.begin());
-    }
-    if (idle && !worker.held.empty()) begin(number);
-  }
-
-  void begin(int number) {
-    waited_ += now_ - workers_[number].idle_since;
-    happen(kUnit / 2 + Time(random_() % kUnit.count()), Kind::kRendered, number);
-  }
-
-  Scheduler scheduler_;
-  std::vector<Worker> workers_;
-  std::vector<int> done_;  // units of each job
-  int units_of_job_;
-  Time now_{0}, waited_{0};
-  std::priority_queue<Event> events_;
-  std::minstd_rand random_{1};
-};
+  SteadyFarm farm(std::move(options));
+  farm.run([&] { return *std::max_element(farm.done().begin(), farm.done().end()) == units_of_job; });
+  const auto [least, most] = std::minmax_element(farm.done().begin(), farm.done().end());
+  return {.least = *least, .most = *most, .waited = farm.idle_while_units_wait()};
+}
 
 void expect_even(const Shares& shares, double least) {
-  std::printf("%d to %d units of each job; threads waited for %.1f %% of their time\n", shares.least, shares.most,
+  std::printf("%u to %u units of each job; threads waited for %.1f %% of their time\n", shares.least, shares.most,
               100 * shares.waited);
   EXPECT_GE(shares.least, least * shares.most);
   EXPECT_LE(shares.waited, 0.03);
 }
 
 TEST(Shares, ManyEqualJobsAdvanceTogetherAndThreadsHardlyWait) {
-  expect_even(Farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160).run(), 0.85);
+  expect_even(share_farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160), 0.85);
 }
 
 TEST(Shares, FewLongJobsAdvanceTogetherAndThreadsHardlyWait) {
-  expect_even(Farm(/*workers=*/500, /*jobs=*/10, /*units_of_job=*/800).run(), 0.97);
+  expect_even(share_farm(/*workers=*/500, /*jobs=*/10, /*units_of_job=*/800), 0.97);
+}
+
+SteadyFarmOptions::Machine with_threads(std::uint32_t threads) { return {.threads = threads}; }
+
+TEST(Shares, AFewUnitsOfAnotherUserDoNotWaitForThousandsOfShortOnes) {
+  const std::vector<std::vector<SteadyFarmOptions::Machine>> farms = {{with_threads(2)},
+                                                                      std::vector(3, with_threads(1))};
+  for (const auto& machines : farms) {
+    SteadyFarm farm(
+        {.machines = machines,
+         .jobs = {{.user = "ann", .scene = "s", .units = 4096, .median_ms = 100},
+                  {.user = "bob", .scene = "t", .units = 4, .median_ms = 2000, .submitted = Time{10'000}}}});
+    farm.run([&] { return farm.done()[1] == 4; });
+    // Once 4 s of ann's work were given out over its head, bob's job has its turn: after 2 s of two threads, behind a
+    // unit or two in each hand. Its four units take 4 s.
+    EXPECT_LE(*farm.first_lease_after(1), Time{2500});
+    EXPECT_LE(farm.now(), Time{10'000 + 8000});
+  }
+}
+
+TEST(Shares, ShortUnitsAndLongOnesGetTheSame) {
+  SteadyFarm farm({.machines = std::vector(3, with_threads(2)),
+                   .jobs = {{.user = "ann", .scene = "s", .units = 8000, .median_ms = 100},
+                            {.user = "bob", .scene = "t", .units = 200, .median_ms = 5000}},
+                   .spread = 0.3});
+  farm.run([&] { return farm.now() >= Time{120'000}; });
+  const double anns = farm.done()[0] * 100.0, bobs = farm.done()[1] * 5000.0;
+  std::printf("short units %.1f s, long ones %.1f s\n", anns / 1000, bobs / 1000);
+  // Of 360 s each: what a worker may be ahead (4 s), what it holds (two units of 5 s a thread, 6 threads) are 64.
+  EXPECT_NEAR(anns / bobs, 1, 64.0 / 360);
+}
+
+TEST(Shares, TheFirstOfThirtyFramesIsDoneFirst) {
+  SteadyFarmOptions options{.machines = std::vector(4, with_threads(2)), .spread = 0.6};
+  for (int frame = 0; frame < 30; ++frame) {
+    options.jobs.push_back({.user = "ann", .scene = absl::StrCat(frame), .units = 60, .median_ms = 500});
+  }
+  SteadyFarm farm(options);
+  farm.run();
+  for (std::size_t frame = 1; frame < 30; ++frame) {
+    // The next one gets what the last units leave of the threads, and may overtake by one of them.
+    EXPECT_GE(farm.finished(frame) + Time{5000}, farm.finished(frame - 1)) << frame;
+  }
+  // A thirtieth of the time, and the last of its units: e^(0.6 * 2.4) times the median of 0.5 s, twice.
+  EXPECT_LE(farm.finished(0), farm.now() / 30 + Time{4500});
+}
+
+/// Users with a job each, whose units take from 10 ms to 10 s, and machines that all may do anything.
+TEST(Shares, EveryUsersFirstJobHasItsTurnInBoundedTime) {
+  const Seeds seeds = seeds_from_environment(/*count=*/100);
+  Time longest{0};
+  for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count && !testing::Test::HasFailure(); ++seed) {
+    std::mt19937_64 random(seed);
+    SteadyFarmOptions options{.seed = seed, .spread = 0.3};
+    if (random() % 2 == 0) options.scheduler.order = JobOrder::kFair;
+    for (std::uint64_t machines = 1 + random() % 4; machines > 0; --machines) {
+      options.machines.push_back(with_threads(static_cast<std::uint32_t>(1 + random() % 2)));
+    }
+    const std::size_t users = 2 + random() % 6;
+    double unit_ms = 0;
+    for (std::size_t user = 0; user < users; ++user) {
+      const double median = std::pow(10.0, 1 + static_cast<double>(random() % 1000) / 333);
+      unit_ms = std::max(unit_ms, median);
+      options.jobs.push_back({.user = absl::StrCat(user),
+                              .scene = absl::StrCat(user),
+                              .units = static_cast<std::uint32_t>(60'000 / median) + 4,
+                              .median_ms = median,
+                              .submitted = Time(random() % 30'000)});
+    }
+    SteadyFarm farm(options);
+    farm.run();
+    // Each user that waits may be passed over for 4 s of work, on one thread, and has a unit or two given out before
+    // it; a unit is as long as the longest, e^(0.3 * 4) times its median, and the first ones count as 1 s before that
+    // is known.
+    const Time bound(static_cast<std::int64_t>(static_cast<double>(users) * (4000 + 2 * 3.4 * unit_ms)) + 1000);
+    for (std::size_t job = 0; job < users; ++job) {
+      ASSERT_TRUE(farm.first_lease_after(job)) << "seed " << seed;
+      EXPECT_LE(*farm.first_lease_after(job), bound) << "seed " << seed << ", job " << job;
+      longest = std::max(longest, *farm.first_lease_after(job));
+    }
+  }
+  std::printf("the longest that a job waited for its first unit: %.1f s\n",
+              static_cast<double>(longest.count()) / 1000);
 }
 
 }  // namespace

@@ -43,6 +43,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
   longest_delay_ = Time(1 + pick(pick(4) == 0 ? 12'000 : 300));
   audits_ = pick(4) == 0, settle_ = Time(pick(2) * 1000);
   liars_ = pick(4) == 0, poison_ = pick(4) == 0, full_disk_ = pick(4) == 0;
+  if (pick(4) == 0) job_order_ = JobOrder::kFair;
   if (options.real_journal) disk_ = std::make_unique<SimulatedDisk>(options.seed);
 
   workers_.resize(options.workers > 0 ? options.workers : 4 + pick(7));
@@ -157,7 +158,8 @@ void Simulation::start_coordinator() {
   resolve_doubt(records);
   check_recovery(records);
   coordinator_ = std::make_unique<SimulatedCoordinator>(
-      *journal, jobs_, SchedulerOptions{.audit_one_in = liars_ || audits_ ? 3u : 0u, .settle = settle_});
+      *journal, jobs_,
+      SchedulerOptions{.audit_one_in = liars_ || audits_ ? 3u : 0u, .order = job_order_, .settle = settle_});
   if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
   ++incarnation_;
   committing_ = false;
@@ -277,7 +279,10 @@ void Simulation::check_class(Promise& promise, const UnitDone& done) {
 
 void Simulation::learn(const std::vector<JournalEntry>& entries) {
   for (const JournalEntry& entry : entries) {
-    if (const auto* added = std::get_if<JobAdded>(&entry)) promises_.at(added->id).journaled_job = true;
+    if (const auto* added = std::get_if<JobAdded>(&entry)) {
+      promises_.at(added->id).journaled_job = true;
+      promises_.at(added->id).arrived = ++arrivals_;
+    }
     if (const auto* done = std::get_if<UnitDone>(&entry)) learn(*done);
     if (const auto* reopened = std::get_if<JobReopened>(&entry)) {
       promises_.at(reopened->id).ended = v1::JOB_STATE_UNSPECIFIED;
@@ -300,6 +305,13 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     }
     if (kind == FarmEvent::Kind::kUnitFailed || kind == FarmEvent::Kind::kUnitLost)
       promises_.at(event->job).failed = true;
+    if (kind == FarmEvent::Kind::kAudit) {
+      Promise::Result& result = promises_.at(event->job).journaled.at(static_cast<std::size_t>(event->value) - 1);
+      result.disputed |= !event->text.empty();
+      if (event->text.empty() && ++result.audits > 1)
+        violate(absl::StrCat(event->job, "/", event->unit, " is audited twice"));
+      counts_.audits += event->text.empty();
+    }
     if (kind != FarmEvent::Kind::kRevoked) continue;
     ++counts_.revoked;
     Promise& promise = promises_.at(event->job);

@@ -29,7 +29,7 @@ struct SimulationOptions {
 /// What happened, for tests that want to know that something did.
 struct SimulationCounts {
   std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0, set_aside = 0,
-                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0;
+                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0;
 };
 
 class Simulation {
@@ -56,11 +56,15 @@ class Simulation {
       std::string host;
       bool acknowledged = false;
       bool revoked = false;
+      std::uint32_t audits = 0;         // as journaled
+      std::uint32_t second_leases = 0;  // given out after it was acknowledged
+      bool disputed = false;            // hosts disagree on it
     };
     std::vector<Result> journaled;                   // by sequence number - 1
     std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
     v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
+    std::uint64_t arrived = 0;  // when that was, in the order of jobs
     bool failed = false;  // a unit of it was not rendered, once
     std::string arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
   };
@@ -123,9 +127,12 @@ class Simulation {
   ResultFingerprint truth_of(const Promise& promise, std::uint32_t unit, const std::string& arithmetic_class) const;
   void check_class(Promise& promise, const UnitDone& done);
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
+  /// How many units each job has waiting.
+  std::map<std::string, std::uint32_t> waiting_units(const std::string& worker) const;
+  void check_order(const Worker& worker, const LeaseDecision& decision,
+                   const std::map<std::string, std::uint32_t>& waited);
   void check_sent_away(const Worker& worker, const std::string& id);
   void check_paces();
-  bool is_usual_pace_common() const;
   /// What a unit takes on a usual thread: log-normal over two decades, and a
   /// ray's part of it by a third.
   struct Effort {
@@ -155,6 +162,7 @@ class Simulation {
   Time settle_{0};
   bool usual_pace_is_common_ = false;
   bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
+  JobOrder job_order_ = JobOrder::kFirstCome;
 
   std::unique_ptr<SimulatedDisk> disk_;
   ModelJournal model_;
@@ -164,7 +172,7 @@ class Simulation {
   std::uint64_t incarnation_ = 0;
   bool committing_ = false;
   std::vector<JournalEntry> in_doubt_;
-  std::uint64_t names_ = 0;
+  std::uint64_t names_ = 0, arrivals_ = 0;
   std::map<std::string, Promise> promises_;
   std::vector<Worker> workers_;
 };
