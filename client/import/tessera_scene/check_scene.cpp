@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "import/input/concat.h"
-#include "import/input/nearest_name.h"
+#include "wire/nearest_name.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
@@ -119,7 +119,7 @@ class SceneCheck {
       if (reference.field != name_in_package(field)) continue;
       const std::set<std::string>& names = names_[std::string(reference.kind)];
       if (names.contains(name)) return;
-      const std::string nearest = nearest_name(name, {names.begin(), names.end()});
+      const std::string nearest = wire::nearest_name(name, {names.begin(), names.end()});
       diagnostics_.error(where, concat("there is no ", reference.kind, " \"", name, "\"",
                                        nearest.empty() ? "" : concat(": did you mean \"", nearest, "\"?")));
     }

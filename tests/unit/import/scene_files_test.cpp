@@ -1,7 +1,6 @@
 // Tessera's own scene files, and the scenes that come with the source.
 #include <set>
 
-#include "import/input/nearest_name.h"
 #include "unit/import/import_fixture.h"
 
 namespace tessera::client {
@@ -141,18 +140,6 @@ TEST_F(SceneFiles, DarkScenesAndBrightSurfacesAreWarnedOf) {
   ASSERT_TRUE(bright.ok()) << bright.status();
   ASSERT_THAT(bright->warnings, SizeIs(1));
   EXPECT_THAT(warnings_of(*bright), HasSubstr("t.textproto:3:3: a reflectance of 1.5 gives back more light"));
-}
-
-TEST(NearestName, FewestEditsWithinAThird) {
-  const std::vector<std::string> names = {"clay", "glaze", "glass", "brushed metal"};
-  EXPECT_EQ(nearest_name("clai", names), "clay");
-  EXPECT_EQ(nearest_name("caly", names), "clay") << "neighbours that change places are one edit";
-  EXPECT_EQ(nearest_name("glas", names), "glass");
-  EXPECT_EQ(nearest_name("brushed_metall", names), "brushed metal");
-  EXPECT_EQ(nearest_name("stone", names), "");
-  EXPECT_EQ(nearest_name("x", {"y"}), "y");
-  EXPECT_EQ(nearest_name("xyz", {}), "");
-  EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
 }
 
 }  // namespace
