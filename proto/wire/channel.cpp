@@ -52,7 +52,8 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view add
 
 bool wait_for_connection(grpc::Channel& channel, std::chrono::milliseconds delay, std::stop_token stop) {
   grpc_connectivity_state state = channel.GetState(/*try_to_connect=*/true);
-  if (state == GRPC_CHANNEL_READY) return interruptible_sleep(delay, stop);
+  // Channels within one process are not made anew, and say that they are shut down.
+  if (state == GRPC_CHANNEL_READY || state == GRPC_CHANNEL_SHUTDOWN) return interruptible_sleep(delay, stop);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point end = Clock::now() + delay;
   while (state != GRPC_CHANNEL_READY && !stop.stop_requested()) {

@@ -132,6 +132,7 @@ class Simulation {
   void check_order(const Worker& worker, const LeaseDecision& decision,
                    const std::map<std::string, std::uint32_t>& waited);
   void check_sent_away(const Worker& worker, const std::string& id);
+  bool is_usual_pace_common() const;
   void check_paces();
   /// What a unit takes on a usual thread: log-normal over two decades, and a
   /// ray's part of it by a third.

@@ -108,7 +108,7 @@ void use(server::Farm& farm) {
   lease.set_worker_id(worker->worker_id());
   lease.set_max_units(8);
   farm.lease(
-      lease, [] { return false; }, [](const absl::StatusOr<v1::LeaseResponse>&) {});
+      lease, {}, [] { return false; }, [](const absl::StatusOr<v1::LeaseResponse>&) {});
   for (const v1::JobStatus& job : jobs.jobs()) farm.cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
 }
 

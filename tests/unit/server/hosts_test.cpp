@@ -113,9 +113,9 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   const grpc::Status unknown = farm_->TrustHost(&context, request, &response);
   EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_THAT(unknown.error_message(), HasSubstr("did you mean 'liar'?"));
-  grpc::ClientContext again;
+  grpc::ClientContext second;
   request.set_host("liar");
-  ASSERT_TRUE(farm_->TrustHost(&again, request, &response).ok());
+  ASSERT_TRUE(farm_->TrustHost(&second, request, &response).ok());
   EXPECT_THAT(notes_of(over), Not(Contains(HasSubstr("liar"))));
 }
 
