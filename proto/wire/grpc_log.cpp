@@ -1,6 +1,7 @@
 #include "wire/grpc_log.h"
 
 #include <grpc/support/log.h>
+#include <cstdlib>
 
 #include <map>
 #include <mutex>
@@ -32,5 +33,9 @@ void write(gpr_log_func_args* args) {
 }  // namespace
 
 void log_grpc() { gpr_set_log_function(write); }
+
+void mute_grpc() {
+  if (std::getenv("GRPC_VERBOSITY") == nullptr) gpr_set_log_function([](gpr_log_func_args*) {});
+}
 
 }  // namespace tessera::wire

@@ -8,4 +8,7 @@ namespace tessera::wire {
 /// is said.
 void log_grpc();
 
+/// From here on gRPC logs nothing, unless $GRPC_VERBOSITY asks for it: people hear of it by the errors of calls.
+void mute_grpc();
+
 }  // namespace tessera::wire

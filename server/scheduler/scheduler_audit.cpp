@@ -277,12 +277,13 @@ std::optional<std::string> Scheduler::why_distrusted(const std::string& host) co
 }
 
 absl::Status Scheduler::trust_host(const std::string& text) {
-  std::set<std::string> known(hosts_.begin(), hosts_.end());
-  for (const auto& [id, worker] : workers_) known.insert(worker.info.host);
-  std::vector<std::string> names;
-  for (const std::string& host : known) names.push_back(host.substr(0, host.find('@')));
-  for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
-  std::erase_if(known, [&](const std::string& host) { return !is_meant(text, host); });
+  std::set<std::string> known;  // hosts that are meant
+  for (const std::string& host : hosts_) {
+    if (is_meant(text, host)) known.insert(host);
+  }
+  for (const auto& [id, worker] : workers_) {
+    if (is_meant(text, worker.info.host)) known.insert(worker.info.host);
+  }
   // An identity in quarantine is also meant by the names of its hosts.
   std::vector<std::string> meant;
   for (const auto& [subject, why] : distrusted_) {
@@ -295,6 +296,10 @@ absl::Status Scheduler::trust_host(const std::string& text) {
   }
   if (meant.empty()) {
     if (!known.empty()) return absl::OkStatus();
+    std::vector<std::string> names;
+    for (const std::string& host : hosts_) names.push_back(host.substr(0, host.find('@')));
+    for (const auto& [id, worker] : workers_) names.push_back(worker.info.host.substr(0, worker.info.host.find('@')));
+    for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
     return absl::NotFoundError(absl::StrCat("no host \"", text, "\" is known", wire::did_you_mean(text, names)));
   }
   distrusted_.erase(meant.front());

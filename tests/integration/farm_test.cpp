@@ -66,20 +66,33 @@ TEST(Farm, CancellingStopsTheWorkers) {
   EXPECT_EQ(tessera(farm.on_farm({"watch", job_id})).status.code, 5) << "the exit code of a job that was cancelled";
 }
 
+/// Whether an image can be decoded is seen by the worker; all else the client says before anything is uploaded.
 TEST(Farm, ASceneThatCannotBeBuiltFailsTheJob) {
   FarmUnderTest farm;
   farm.add_worker(1);
   const std::filesystem::path scene = farm.directory() / "bad.textproto";
-  {
-    std::ofstream out{scene};
-    out << "camera { perspective { fov_degrees: 40 } }\n"
-           "film { width: 8 height: 8 }\n"
-           "shapes { name: 'lamp' material: 'missing' sphere { radius: 1 } }\n";
-  }
+  std::ofstream{farm.directory() / "sky.exr"} << "this is no image";
+  std::ofstream{scene} << "camera { perspective { fov_degrees: 40 } }\n"
+                          "film { width: 8 height: 8 }\n"
+                          "lights { infinite { image { path: 'sky.exr' } } }\n";
   const support::Finished done =
       tessera(farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
-  EXPECT_EQ(done.status.code, 5);
-  EXPECT_NE(done.err.find("missing"), std::string::npos) << done.err;
+  EXPECT_EQ(done.status.code, 5) << done.err;
+  EXPECT_NE(done.err.find("failed"), std::string::npos) << done.err;
+}
+
+TEST(Farm, ANameThatRefersToNothingIsRefusedBeforeItIsUploaded) {
+  FarmUnderTest farm;
+  const std::filesystem::path scene = farm.directory() / "bad.textproto";
+  std::ofstream{scene} << "camera { perspective { fov_degrees: 40 } }\n"
+                          "film { width: 8 height: 8 }\n"
+                          "materials { name: 'clay' diffuse {} }\n"
+                          "shapes { name: 'lamp' material: 'clai' sphere { radius: 1 } }\n";
+  const support::Finished done =
+      tessera(farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
+  EXPECT_EQ(done.status.code, 3);
+  EXPECT_NE(done.err.find("bad.textproto:4"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("did you mean \"clay\"?"), std::string::npos) << done.err;
 }
 
 TEST(Farm, AUnitThatTakesTooLongIsSetAside) {

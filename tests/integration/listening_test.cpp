@@ -19,7 +19,7 @@ constexpr std::size_t kDescriptors = 256;  // of the coordinator
 constexpr std::size_t kStrangers = 600;
 
 Arguments with_few_descriptors() {
-  return {"bash", "-c", "ulimit -n " + std::to_string(kDescriptors) + "; exec \"$@\"", "bash"};
+  return {"/bin/bash", "-c", "ulimit -n " + std::to_string(kDescriptors) + "; exec \"$@\"", "bash"};
 }
 
 support::Finished jobs(const FarmUnderTest& farm) { return tessera(farm.on_farm({"jobs"})); }
@@ -55,7 +55,7 @@ TEST(Listening, TheAddressOfAFailedHandshakeIsLogged) {
   const auto address = coordinator.wait_for_line("listening on 127.0.0.1:", kPatience);
   ASSERT_TRUE(address) << coordinator.err();
   const support::Finished stranger = support::run_program(
-      {"bash", "-c", "exec 3<>/dev/tcp/127.0.0.1/" + *address + "; echo this is no TLS >&3; cat <&3"}, kPatience);
+      {"/bin/bash", "-c", "exec 3<>/dev/tcp/127.0.0.1/" + *address + "; echo this is no TLS >&3; cat <&3"}, kPatience);
   ASSERT_EQ(stranger.status.code, 0) << stranger.err;
   EXPECT_TRUE(coordinator.wait_for_err("ended before any call: a failed handshake", kPatience)) << coordinator.err();
   EXPECT_THAT(coordinator.err(), testing::ContainsRegex("ended before any call.*peer=127.0.0.1:[0-9]+"));

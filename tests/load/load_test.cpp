@@ -59,7 +59,7 @@ class LoadTest : public testing::Test {
     }
   }
 
-  FarmUnderLoad farm_{TESSERA_SERVER_PROGRAM, {"--log-level", "warning"}};
+  FarmUnderLoad farm_{TESSERA_SERVER_PROGRAM, {"--log-level", "warning", "--order", "fair"}};
   Progress progress_;
   std::vector<std::string> jobs_;
 };
@@ -69,7 +69,7 @@ TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
   const auto workers = fleet({.workers = 200, .threads = 1, .unit_time = milliseconds(100)});
   ASSERT_TRUE(wait_for([&] { return progress_.all_done(); })) << progress_.done() << " of " << progress_.wanted();
   EXPECT_EQ(workers->tally().refused, 0u);
-  // A worker has 3 units at most in its hands, and all jobs nearly the same number of all that are out, at any time: 60
+  // With --order fair: a user's jobs go together. A worker has 3 units at most in its hands, and all jobs nearly the same number of all that are out, at any time: 60
   // of the 400. A unit takes 50 to 150 ms, so a job's rate fluctuates by less than a part in five, and what is out when
   // the first job ends counts for none.
   const std::vector<std::uint64_t> shares = progress_.shares();

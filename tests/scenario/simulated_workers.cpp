@@ -122,7 +122,7 @@ void Simulation::ask_for_units(std::size_t index) {
                                                           const std::vector<std::string>& isas) {
                           if (!decision.ok()) return;
                           if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
-                          if (decision->leases.empty()) check_sent_away(workers_[index], id);
+                          if (decision->leases.empty()) check_sent_away(workers_[index], id, waited);
                           check_order(workers_[index], *decision, waited);
                           for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
                           to_worker(index, [this, index, decision, isas] { receive_units(index, *decision, isas); });
@@ -152,7 +152,7 @@ std::map<std::string, std::uint32_t> Simulation::waiting_units(const std::string
   for (const auto& [job, promise] : promises_) {
     const absl::StatusOr<JobView> view = coordinator_->scheduler().job(job);
     if (!view.ok() || view->paused || (view->state != v1::QUEUED && view->state != v1::RUNNING)) continue;
-    if (settle_ > Time{0} || coordinator_->scheduler().isa_for(worker, job).empty()) continue;
+    if (coordinator_->scheduler().isa_for(worker, job).empty()) continue;
     waiting[job] = view->units_total - view->units_done - view->units_leased - view->units_set_aside;
   }
   return waiting;
@@ -162,7 +162,8 @@ std::map<std::string, std::uint32_t> Simulation::waiting_units(const std::string
 void Simulation::check_order(const Worker& worker, const LeaseDecision& decision,
                              const std::map<std::string, std::uint32_t>& waited) {
   // Slow workers may be of no use to the older one.
-  if (job_order_ != JobOrder::kFirstCome || worker.slowness > 1) return;
+  // A job whose class is not chosen yet waits for that.
+  if (job_order_ != JobOrder::kFirstCome || worker.slowness > 1 || settle_ > Time{0}) return;
   std::map<std::string, std::uint32_t> given;
   for (const v1::Lease& lease : decision.leases) ++given[lease.token().job_id()];
   for (const auto& [older, units] : waited) {
@@ -173,13 +174,17 @@ void Simulation::check_order(const Worker& worker, const LeaseDecision& decision
       const Promise& second = promises_.at(younger);
       if (count == 0 || second.arrived <= first.arrived || first.request.user != second.request.user) continue;
       if (first.request.priority != second.request.priority || audits_ || liars_) continue;
+      // Its units that were lost with several workers go before all others, to somebody alone.
+      if (second.failed) continue;
       violate(absl::StrCat(younger, " goes before ", older, " of the same user"));
     }
   }
 }
 
-/// Whoever has nothing in hand gets a unit where one waits that it may take, unless it is slow.
-void Simulation::check_sent_away(const Worker& worker, const std::string& id) {
+/// Whoever has nothing in hand gets a unit where one waits that it may take, unless it is slow. `waited`: those that
+/// waited when it asked, for others may have come back since.
+void Simulation::check_sent_away(const Worker& worker, const std::string& id,
+                                 const std::map<std::string, std::uint32_t>& waited) {
   if (chaos_ || worker.slowness > 1 || !usual_pace_is_common_) return;
   const Scheduler& scheduler = coordinator_->scheduler();
   // Answers that were lost may have been leases, which run out. A look at all workers, so it comes last.
@@ -198,6 +203,8 @@ void Simulation::check_sent_away(const Worker& worker, const std::string& id) {
     if (scheduler.isa_for(id, job).empty()) continue;
     if (settle_ > Time{0} && !promise.request.any_class && view->classes.empty()) continue;
     const std::uint32_t begun = view->units_done + view->units_leased + view->units_set_aside;
+    const auto before = waited.find(job);
+    if (before == waited.end() || before->second == 0) continue;
     if (begun < view->units_total && is_free())
       violate(absl::StrCat(worker.host, " is sent away though ", job, " has units"));
   }
@@ -238,10 +245,8 @@ void Simulation::receive_units(std::size_t index, const LeaseDecision& decision,
         std::find_if(worker.held.begin(), worker.held.end(), [&](const Held& held) { return same(held.token, token); });
     if (known != worker.held.end()) continue;  // the reply came twice
     const Time cost(std::lround(1 + effort_of(token).milliseconds * worker.slowness));
-    worker.held.push_back({.token = token,
-                           .arithmetic_class = class_of(worker, isas[i]),
-                           .done_at = now_ + cost,
-                           .cost = cost});
+    worker.held.push_back(
+        {.token = token, .arithmetic_class = class_of(worker, isas[i]), .done_at = now_ + cost, .cost = cost});
     at(cost, [this, index, token, life = worker.life] {
       Worker& there = workers_[index];
       if (!there.alive || there.life != life) return;

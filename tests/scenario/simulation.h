@@ -131,7 +131,8 @@ class Simulation {
   std::map<std::string, std::uint32_t> waiting_units(const std::string& worker) const;
   void check_order(const Worker& worker, const LeaseDecision& decision,
                    const std::map<std::string, std::uint32_t>& waited);
-  void check_sent_away(const Worker& worker, const std::string& id);
+  void check_sent_away(const Worker& worker, const std::string& id,
+                       const std::map<std::string, std::uint32_t>& waited);
   bool is_usual_pace_common() const;
   void check_paces();
   /// What a unit takes on a usual thread: log-normal over two decades, and a
