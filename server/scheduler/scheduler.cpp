@@ -413,6 +413,9 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   Job& job = **open;
   if (absl::Status status = check_may_complete(worker, job); !status.ok()) return status;
 
+  // A lease of an earlier coordinator, whose choice of a class may be lost: what is accepted binds.
+  bind(job, *class_for(worker, job));
+
   // Every lease of the unit is over; this one's duration counts for the averages.
   if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
     measure(job, worker, leases_.get(*lease), result, now);
