@@ -18,7 +18,7 @@ LeaseIntake::LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string
     : leases_(leases), renderer_(renderer), address_(std::move(address)), full_(full) {}
 
 LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
-  Ask ask{.units = leases_.ask(full_), .known = known()};
+  Ask ask{.units = leases_.ask(full_), .known = known(), .deliveries = leases_.deliveries()};
   if (ask.units == 0) return ask;
   request.set_max_units(static_cast<std::uint32_t>(ask.units));
   for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
@@ -27,11 +27,12 @@ LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
 }
 
 void LeaseIntake::answered(const Ask& ask, const v1::LeaseResponse* response) {
-  if (response != nullptr) take(*ask.known, *response);
+  if (response != nullptr) take(ask, *response);
   leases_.answered(ask.units);
 }
 
-void LeaseIntake::take(const Specs& known, const v1::LeaseResponse& response) {
+void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
+  const Specs& known = *ask.known;
   Specs sent;
   for (const auto& [job_id, spec] : response.specs()) sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
   if (!sent.empty()) know(sent);
@@ -46,7 +47,7 @@ void LeaseIntake::take(const Specs& known, const v1::LeaseResponse& response) {
                 "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
       continue;
     }
-    leases_.add(lease, spec->second);
+    leases_.add(lease, spec->second, ask.deliveries);
     spdlog::debug("unit {} of job {} leased", token.unit_index(), token.job_id());
   }
 }

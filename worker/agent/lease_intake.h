@@ -25,6 +25,7 @@ class LeaseIntake {
   struct Ask {
     std::size_t units = 0;
     std::shared_ptr<const Specs> known;  // which the answer may leave out; never null
+    std::uint64_t deliveries = 0;        // LeaseTable::deliveries
   };
 
   /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing when none
@@ -35,7 +36,7 @@ class LeaseIntake {
   void answered(const Ask& ask, const v1::LeaseResponse* response);
 
  private:
-  void take(const Specs& known, const v1::LeaseResponse& response);
+  void take(const Ask& ask, const v1::LeaseResponse& response);
   std::shared_ptr<const Specs> known();
   void know(const Specs& sent);
 

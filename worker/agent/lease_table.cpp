@@ -15,7 +15,7 @@ bool same_token(const v1::LeaseToken& a, const v1::LeaseToken& b) {
 
 LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) { return {unit.job_id, unit.generation, unit.unit.index()}; }
 
-void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec) {
+void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at) {
   auto held = std::make_shared<HeldUnit>();
   held->unit = lease.unit();
   held->job_id = lease.token().job_id();
@@ -26,6 +26,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   std::lock_guard lock{mutex_};
   if (closed_) return;
   Key key = key_of(*held);
+  if (const auto before = delivered_.find(key); before != delivered_.end() && before->second > asked_at) return;
   if (const auto found = entries_.find(key); found != entries_.end()) {
     const bool on_its_way_out = found->second.given_up || found->second.held->stop.stop_requested();
     if (!on_its_way_out) {
@@ -78,6 +79,20 @@ v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
   token.set_generation(unit.generation);
   token.set_unit_index(unit.unit.index());
   return token;
+}
+
+void LeaseTable::delivered(const HeldUnit& unit) {
+  // As many as answers can tell of that were asked for before.
+  constexpr std::size_t kRemembered = 4096;
+  std::lock_guard lock{mutex_};
+  delivered_[key_of(unit)] = ++deliveries_;
+  if (delivered_.size() <= 2 * kRemembered) return;
+  std::erase_if(delivered_, [&](const auto& one) { return one.second + kRemembered <= deliveries_; });
+}
+
+std::uint64_t LeaseTable::deliveries() const {
+  std::lock_guard lock{mutex_};
+  return deliveries_;
 }
 
 void LeaseTable::give_up(const HeldUnit& unit) {

@@ -37,7 +37,14 @@ class LeaseTable {
  public:
   /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart the
   /// coordinator may grant what this worker never put down.
-  void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec);
+  /// `asked_at`: deliveries() when the answer was asked for. A unit that was delivered since is left out: it was granted
+  /// before its result arrived.
+  void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at = ~std::uint64_t{0});
+
+  /// The coordinator has the unit's result.
+  void delivered(const HeldUnit& unit);
+  /// How many times that was said.
+  std::uint64_t deliveries() const;
 
   /// The oldest unit not begun; waits for one. Null when `stop` is requested.
   std::shared_ptr<HeldUnit> next(std::stop_token stop);
@@ -87,6 +94,8 @@ class LeaseTable {
 
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
+  std::uint64_t deliveries_ = 0;
+  std::map<Key, std::uint64_t> delivered_;  // the latest, numbered
   std::map<Key, Entry> entries_;
   std::deque<Key> queue_;  // not begun, in the order of their grant
   std::size_t asked_ = 0;

@@ -73,6 +73,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
     if (!worker_id.ok()) return;
     const absl::Status status = send_once(outcome, *worker_id, stop);
     if (status.ok()) {
+      if (outcome.failure.ok()) leases_.delivered(*outcome.unit);
       std::lock_guard lock{mutex_};
       ++acknowledged_;
       return;
