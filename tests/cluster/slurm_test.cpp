@@ -68,7 +68,8 @@ class Slurm : public testing::Test {
              std::error_code error;
              for (std::filesystem::recursive_directory_iterator file(path("out.exr.state/data/results"), error), end;
                   file != end && !error; file.increment(error)) {
-               found |= file->is_regular_file(error) && file->file_size(error) > 0;
+               // Beside each job's results stands a log of it, JOB.log.
+               found |= file->is_regular_file(error) && file->path().extension().empty() && file->file_size(error) > 0;
              }
              return found || cluster_->is_over(job);
            }) &&

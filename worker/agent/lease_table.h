@@ -37,8 +37,8 @@ class LeaseTable {
  public:
   /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart the
   /// coordinator may grant what this worker never put down.
-  /// `asked_at`: deliveries() when the answer was asked for. A unit that was delivered since is left out: it was granted
-  /// before its result arrived.
+  /// `asked_at`: deliveries() when the answer was asked for. A unit that was delivered since is left out: it was
+  /// granted before its result arrived.
   void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at = ~std::uint64_t{0});
 
   /// The coordinator has the unit's result.
