@@ -104,6 +104,20 @@ TEST_F(LeaseTableTest, WhatIsAskedForIsNotAskedForAgain) {
   EXPECT_EQ(table_.ask(1), 0U) << "two are queued";
 }
 
+/// After a restart: the coordinator grants what is pending, and then hears that this worker has rendered it.
+TEST_F(LeaseTableTest, AGrantFromBeforeTheUnitWasDeliveredIsLeftOut) {
+  add(lease(1));
+  const auto held = table_.next({});
+  const std::uint64_t asked_at = table_.deliveries();
+  table_.delivered(*held);
+  table_.release(*held);
+  table_.add(lease(1), std::make_shared<v1::JobSpec>(), asked_at);
+  EXPECT_TRUE(table_.tokens().empty());
+  // One that was asked for since is meant: the result was lost, or proved wrong.
+  table_.add(lease(1), std::make_shared<v1::JobSpec>(), table_.deliveries());
+  EXPECT_EQ(table_.tokens().size(), 1U);
+}
+
 TEST_F(LeaseTableTest, DropQueuedKeepsWhatWasBegun) {
   add(lease(1));
   add(lease(2));
