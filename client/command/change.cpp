@@ -24,12 +24,12 @@ struct Options {
   bool json = false;
 };
 
-/// What is told of one job.
+/// Output about one job, for people and for programs.
 struct Told {
   std::string text, json;
 };
 
-/// What a command does to one job, and to which jobs it may be done.
+/// The change that a command makes to one job, and the jobs to which it may be made.
 struct Change {
   std::function<absl::StatusOr<Told>(FarmClient&, const Options&, const std::string& job, std::stop_token)> apply;
   Suits suits;

@@ -68,7 +68,7 @@ class Tale {
   void end() { progress_.finish(Clock::now()); }
 
  private:
-  /// What goes on before the first result.
+  /// The phase before the first result.
   std::string waits_for(const v1::JobStatus& status) const {
     if (status.paused()) return "paused";
     if (options_.building) return options_.building() ? "building the scene" : "starting, or rendering the first tiles";

@@ -14,7 +14,7 @@
 
 namespace tessera::client {
 
-/// What is wanted of a job that is not over.
+/// Whether an image of a job that is not over is wanted, and from when on.
 struct PartialImage {
   bool wanted = false;  // also when following is stopped, or broken off, or the job was cancelled or failed
   // Following is over when so many units have come; 0: with the job.
@@ -31,7 +31,7 @@ struct FollowedJob {
   bool written = false;     // deliver() has written the image
 };
 
-/// What the program that follows knows besides.
+/// Settings of the program that follows.
 struct FollowOptions {
   bool quiet = false;                   // no progress on stderr
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
@@ -51,7 +51,7 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// and what is missing.
 int report_end(const v1::JobStatus& status);
 
-/// What ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
+/// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and its
 /// error, writes the image with its metadata to `output`, and returns the exit code.
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet);

@@ -1,4 +1,4 @@
-// What has happened to a job, for people who follow it.
+// News of a job, for people who follow it.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ class JobNews {
  public:
   static constexpr int kMostFailures = 3;  // told of one status; the rest is counted
 
-  /// What is new: paused or resumed, who is left out, and units that failed, the oldest first. May be shown on a
+  /// Returns the news: paused or resumed, who is left out, and units that failed, the oldest first. May be shown on a
   /// terminal.
   std::vector<std::string> lines(const v1::JobStatus& status);
 

@@ -34,7 +34,7 @@ std::string noise_text(const v1::RenderSettings& settings) {
 // From this multiple of the usual time on, a worker is called slow.
 constexpr double kSlow = 2;
 
-/// What is out of the ordinary with a worker.
+/// Remarks on a worker that is out of the ordinary.
 std::vector<std::string> remarks_on(const v1::WorkerStatus& worker) {
   std::vector<std::string> remarks;
   if (worker.slowness() >= kSlow) {

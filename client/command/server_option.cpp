@@ -34,7 +34,7 @@ absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, 
 
 namespace {
 
-/// What stands in the way of a call that was never answered.
+/// Returns `status` with the reason why the call was never answered.
 absl::Status explained(const absl::Status& status, const ServerOption& option) {
   constexpr std::chrono::milliseconds kPatience{1000};
   const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(option.address);
