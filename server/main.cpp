@@ -59,6 +59,7 @@ struct Options {
   std::optional<double> keep_free_gigabytes;
   std::string bits = "same";
   std::string order = "first-come";
+  double unit_seconds = 10;
   std::string new_certificates;  // a folder; empty: none are made
   std::vector<std::string> hosts, users;
 };
@@ -150,6 +151,12 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("ORDER")
       .one_of({"first-come", "fair"})
       .with_default();
+  command
+      .add("--unit-seconds", options.unit_seconds,
+           "work that a worker's thread gets as one, once it is known what a job costs; 0: the least there is")
+      .type_name("SECONDS")
+      .in_range(0, 3600)
+      .with_default();
   command.group("Jobs that do not say otherwise");
   command.add("--bits", options.bits, "same: all of an image by machines that round alike; any: every machine works")
       .one_of({"same", "any"})
@@ -192,6 +199,7 @@ tessera::server::CoordinatorOptions coordinator_options(const Options& options) 
   result.same_bits = options.bits == "same";
   result.settle = kSettle;
   result.order = options.order == "fair" ? tessera::server::JobOrder::kFair : tessera::server::JobOrder::kFirstCome;
+  result.longest_run = std::chrono::milliseconds(static_cast<std::int64_t>(options.unit_seconds * 1e3));
   result.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_days * 86400));
   result.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));
   result.max_result_bytes = static_cast<std::uint64_t>(options.max_gigabytes * 1e9);

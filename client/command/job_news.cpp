@@ -10,12 +10,17 @@ namespace {
 
 std::string text_of(const v1::FailedUnit& failed) {
   const v1::UnitFailure& failure = failed.failure();
-  const std::string host = wire::printable(failure.host());
-  if (failure.lost()) return absl::StrCat("unit ", failed.unit_index(), " was lost with a worker on ", host);
-  return absl::StrCat("unit ", failed.unit_index(), " failed on ", host, ": ", wire::printable(failure.message()));
+  const std::string host = wire::printable(failure.host()), unit = name_of(failed);
+  if (failure.lost()) return absl::StrCat(unit, " was lost with a worker on ", host);
+  return absl::StrCat(unit, " failed on ", host, ": ", wire::printable(failure.message()));
 }
 
 }  // namespace
+
+std::string name_of(const v1::FailedUnit& failed) {
+  if (failed.ranges() <= 1) return absl::StrCat("unit ", failed.unit_index());
+  return absl::StrCat("the run of ", failed.ranges(), " units from ", failed.unit_index());
+}
 
 std::vector<std::string> JobNews::lines(const v1::JobStatus& status) {
   std::vector<std::string> lines;

@@ -9,6 +9,9 @@
 
 namespace tessera::client {
 
+/// Names the unit, or the run of units, that was not rendered.
+std::string name_of(const v1::FailedUnit& failed);
+
 /// Compares each status with the one before.
 class JobNews {
  public:

@@ -26,7 +26,12 @@ constexpr std::array kLightSelections{"auto", "tree", "mixed", "power", "uniform
 constexpr std::array kTraversals{"packet", "single"};
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
-constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 18;
+// A unit is the least that is leased. What it costs is not known before: so little that even a scene of 1 ms a sample
+// begins with seconds. The coordinator leases several as one as soon as it knows (docs/decisions/0020-unit-size.md).
+constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 14;
+constexpr std::uint64_t kUsualUnits = std::uint64_t{1} << 20;  // of a job, at most; the coordinator remembers each
+// A pass returns the whole film, so that smaller ones would be more to send and to merge.
+constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
 /// Exactly `N` whole numbers, with `separator` between them.
 template <std::size_t N>
@@ -139,10 +144,28 @@ absl::Status check_names(const JobRequest& request) {
   return wire::channels_for_aovs(request.aovs).status();
 }
 
-std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint32_t spp) {
+std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint64_t tiles, std::uint32_t spp) {
   const std::uint64_t wanted = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerUnit / pixels));
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(wanted, std::bit_ceil(spp)));
+  const std::uint64_t least = std::bit_ceil((tiles * spp + kUsualUnits - 1) / kUsualUnits);
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(std::max(wanted, least), std::bit_ceil(spp)));
 }
+
+namespace {
+
+std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
+  const std::uint64_t film = std::uint64_t{spec.width()} * spec.height(), side = spec.tile_size();
+  const std::uint32_t spp = spec.settings().spp();
+  // Passes go over the whole film, tiles over a square.
+  if (spec.settings().integrator() == "light") {
+    const std::uint64_t passes = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerPasses / film));
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(passes, std::bit_ceil(spp)));
+  }
+  const v1::PixelRect& crop = spec.crop();
+  const auto across = [side](std::uint32_t begin, std::uint32_t end) { return (end - begin + side - 1) / side + 1; };
+  return samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& imported,
                                                          const std::string& name) {
@@ -165,11 +188,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   spec.set_height(film.height);
   *spec.mutable_crop() = *std::move(crop);
   spec.set_tile_size(request.tile_size);
-  // Passes go over the whole film, tiles over a square.
-  const std::uint64_t pixels = spec.settings().integrator() == "light"
-                                   ? std::uint64_t{film.width} * film.height
-                                   : std::uint64_t{request.tile_size} * request.tile_size;
-  spec.set_samples_per_unit(samples_per_unit(pixels, spec.settings().spp()));
+  spec.set_samples_per_unit(samples_of_a_unit(spec));
   if (spec.settings().noise() != 0) spec.set_samples_per_unit(std::bit_ceil(spec.settings().spp()));
   if (absl::Status status = wire::check_noise(spec); !status.ok()) {
     return request.noise ? absl::OutOfRangeError(status.message()) : status;

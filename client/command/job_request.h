@@ -70,8 +70,8 @@ absl::Status check_names(const JobRequest& request);
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
                                                          const std::string& name);
 
-/// The power of two that makes a unit over `pixels` pixels of at most 2^18 samples, but no larger than what covers
-/// `spp`.
-std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint32_t spp);
+/// The power of two that makes a unit of a tile of `pixels` pixels of at most 2^14 samples, but no larger than what
+/// covers `spp`; more where the job's tiles would otherwise have more than 2^20 units together.
+std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint64_t tiles, std::uint32_t spp);
 
 }  // namespace tessera::client

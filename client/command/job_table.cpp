@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "command/job_news.h"
 #include "command/progress.h"
 #include "command/table.h"
 #include "command/time_spent.h"
@@ -212,7 +213,7 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
   lines.add_if_any("waits", status.waiting_for());
   lines.add_if_any("left out", status.left_out());
   for (const v1::SlowHost& slow : job.slow_hosts()) {
-    lines.add("slow", absl::StrFormat("host %s: %.2f s a unit, where %.2f s are usual (%u units)", slow.host(),
+    lines.add("slow", absl::StrFormat("host %s: %.2f s a unit, where %.2f s are usual (%u results)", slow.host(),
                                       seconds(slow.unit_time()), seconds(job.usual_unit_time()), slow.units()));
   }
   for (const v1::SetAsideUnit& aside : status.set_aside()) {
@@ -223,8 +224,7 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
   }
   if (status.failures() > 0) lines.add("failures", absl::StrCat(status.failures(), ", of which the latest are"));
   for (const v1::FailedUnit& failed : status.latest_failures()) {
-    lines.add("", absl::StrCat("unit ", failed.unit_index(), " on ", failed.failure().host(), ": ",
-                               failed.failure().message()));
+    lines.add("", absl::StrCat(name_of(failed), " on ", failed.failure().host(), ": ", failed.failure().message()));
   }
 }
 

@@ -46,6 +46,8 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   coordinator_options.data_dir = options.checkpoint;
   // What a checkpoint has lost is rendered again, and it is deleted by whoever made it.
   coordinator_options.accept_loss = true;
+  // Somebody watches, and Ctrl-C keeps what is done.
+  coordinator_options.longest_run = std::chrono::seconds{1};
   coordinator_options.keep_fetched = coordinator_options.keep_unfetched = std::chrono::hours{24 * 36500};
   absl::StatusOr<std::unique_ptr<server::Coordinator>> coordinator =
       server::Coordinator::start(std::move(coordinator_options));

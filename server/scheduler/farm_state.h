@@ -26,7 +26,7 @@ struct HostRecord {
 /// One a host.
 using Opinions = std::vector<std::pair<std::string, ResultFingerprint>>;
 
-/// Second opinions on one unit that is done.
+/// Second opinions on one result.
 struct Audit {
   Opinions opinions;                  // the accepted result's first
   bool out = false;                   // somebody is at it
@@ -54,8 +54,10 @@ struct FarmJob {
   std::uint32_t attempts = 0;  // grants so far
   std::uint32_t results = 0;   // accepted so far, those revoked included
   std::uint32_t revision = 0;
-  Time mean_duration{0};  // from grant to result, moving average; 0 before the first result
-  Time mean_cost{0};      // of one unit on one thread of a usual worker, likewise
+  Time mean_duration{0};    // of a lease, from grant to result, moving average; 0 before the first result
+  double mean_cost_ms = 0;  // of one unit on one thread of a usual worker, likewise
+  // The same of a unit of each tile, as in its latest result; 0: not known. Empty where a tile is one unit.
+  std::vector<float> tile_cost_ms;
   JobPace pace;
   std::vector<std::string> notes;
   std::uint32_t adopted = 0;  // results taken over
@@ -66,12 +68,14 @@ struct FarmJob {
   mutable std::string best_class;
 
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
+  // Units of runs that failed or were lost: the longest run that they may be part of.
+  absl::flat_hash_map<std::uint32_t, std::uint32_t> shorter_runs;
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
   std::map<std::string, std::string> scene_faults;  // host that says that the scene is at fault -> its message
   std::set<HostNumber> renderers;                   // of accepted results
-  std::map<std::uint32_t, Audit> audits;            // that wait or are made
-  std::set<std::uint32_t> audited;                  // units of whose result a second opinion was asked, be it once
+  std::map<std::uint32_t, Audit> audits;            // that wait or are made, by the first unit of the result
+  std::set<std::uint32_t> audited;                  // first units of results of which a second opinion was asked once
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end
@@ -87,6 +91,7 @@ struct FarmWorker {
   WorkerPace pace{};
   double slowness = 1;       // how long its units take, relative to the usual worker
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
+  std::uint64_t units = 0;   // in hand
   bool isolated = false;     // holds a dangerous unit, and so nothing else
   bool counted = false;      // in the census
 };

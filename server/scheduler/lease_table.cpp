@@ -6,7 +6,7 @@ namespace tessera::server {
 
 LeaseId LeaseTable::add(Lease lease) {
   const LeaseId id = next_id_++;
-  by_unit_[{lease.job, lease.unit}].push_back(id);
+  for (const std::uint32_t unit : lease.units) by_unit_[{lease.job, unit}].push_back(id);
   by_worker_[lease.worker].insert(id);
   deadlines_.emplace(lease.deadline, id);
   leases_.emplace(id, std::move(lease));
@@ -18,9 +18,11 @@ Lease LeaseTable::remove(LeaseId id) {
   Lease lease = std::move(found->second);
   leases_.erase(found);
 
-  const auto unit = by_unit_.find({lease.job, lease.unit});
-  std::erase(unit->second, id);
-  if (unit->second.empty()) by_unit_.erase(unit);
+  for (const std::uint32_t number : lease.units) {
+    const auto unit = by_unit_.find({lease.job, number});
+    std::erase(unit->second, id);
+    if (unit->second.empty()) by_unit_.erase(unit);
+  }
 
   const auto worker = by_worker_.find(lease.worker);
   worker->second.erase(id);

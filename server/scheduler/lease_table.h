@@ -12,6 +12,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
+#include "scheduler/unit_run.h"
 
 namespace tessera::server {
 
@@ -20,16 +21,16 @@ using Time = std::chrono::milliseconds;
 
 using LeaseId = std::uint64_t;
 
-/// One grant of one unit to one worker.
+/// One grant of one unit, or of a run of them, to one worker.
 struct Lease {
   std::uint64_t job = 0;  // number of the job
-  std::uint32_t unit = 0;
+  UnitRun units;
   std::uint32_t attempt = 0;  // with `epoch`, unique within the job
   std::uint64_t epoch = 0;    // of the coordinator that granted it
   std::string worker;
   Time granted_at{};
   Time deadline{};
-  bool audit = false;          // the unit is done; this is a second opinion
+  bool audit = false;          // the units are done; this is a second opinion
   std::int64_t charge_ms = 0;  // of work, as expected when it was granted; for fair shares
   Time expected_end{};         // when its result ought to come, from what is known of job and worker
 };
@@ -46,7 +47,7 @@ class LeaseTable {
   const Lease& get(LeaseId id) const { return leases_.at(id); }
   std::size_t size() const { return leases_.size(); }
 
-  /// Leases of one unit, oldest first.
+  /// Leases that have the unit, oldest first.
   std::vector<LeaseId> of_unit(std::uint64_t job, std::uint32_t unit) const;
   std::vector<LeaseId> of_worker(const std::string& worker) const;
   std::size_t count_of_worker(const std::string& worker) const;

@@ -77,14 +77,15 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from, cons
   if (results.empty()) return absl::OkStatus();
   bind(job, results.front().arithmetic_class);
   for (const AdoptedResult& result : results) {
-    job.units.finish(
-        result.unit,
-        {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(result.host)});
+    job.units.finish({.fingerprint = result.fingerprint,
+                      .sequence = ++job.results,
+                      .host = number_of_host(result.host),
+                      .units = result.units});
     job.renderers.insert(number_of_host(result.host));
     note_class(job, result.host, job.results, result.arithmetic_class);
   }
   job.state = v1::RUNNING;
-  job.adopted = static_cast<std::uint32_t>(results.size());
+  job.adopted = job.units.done();
   job.adopted_from = from;
   FarmEvent& event = record(FarmEvent::Kind::kAdopted, job.request.id);
   event.value = job.adopted;
@@ -225,6 +226,8 @@ void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
   job.error = std::move(error);
   job.audits.clear();
   job.dangerous.clear();
+  job.shorter_runs.clear();
+  job.tile_cost_ms = {};
   job.hosts.clear();
   job.scene_faults.clear();
   job.renderers.clear();
@@ -253,14 +256,15 @@ void Scheduler::settle(Job& job) {
 
 // ---------------------------------------------------------------- recovery
 
-absl::Status Scheduler::restore_done(std::string_view id, std::uint32_t unit, const AcceptedResult& result) {
+absl::Status Scheduler::restore_done(std::string_view id, const AcceptedResult& result) {
   const absl::StatusOr<Job*> job = find_job(id);
   if (!job.ok()) return job.status();
   UnitLedger& units = (*job)->units;
-  if (unit >= units.count() || units.state(unit) == UnitState::kDone) {
+  for (const std::uint32_t unit : result.units) {
+    if (unit < units.count() && units.state(unit) != UnitState::kDone) continue;
     return absl::InvalidArgumentError(absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
   }
-  units.finish(unit, result);
+  units.finish(result);
   (*job)->renderers.insert(result.host);
   (*job)->results = std::max((*job)->results, result.sequence);
   (*job)->state = v1::RUNNING;
@@ -395,17 +399,12 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   if (!found.ok()) return found.status();
   Worker& worker = **found;
 
-  // The result of a unit that is done is compared, also after the end of the job.
+  // The result of units that are done is compared, also after the end of the job.
   const absl::StatusOr<Job*> known = find_job(token.job_id());
   if (!known.ok()) return known.status();
-  const std::uint32_t unit = token.unit_index();
-  if (token.generation() == (*known)->request.generation && unit < (*known)->units.count() &&
-      (*known)->units.state(unit) == UnitState::kDone) {
-    const std::optional<LeaseId> lease = find_lease(**known, token, worker_id);
-    if (lease) measure(**known, worker, leases_.get(*lease), result, now);
-    const absl::StatusOr<CompleteDecision> decision = second_result(**known, worker, unit, result.fingerprint);
-    if (lease && leases_.contains(*lease)) drop_lease(*lease);
-    return decision;
+  const std::optional<UnitRun> units = units_of(**known, token);
+  if (units && token.generation() == (*known)->request.generation && any_done(**known, *units)) {
+    return late_result(**known, worker, *units, token, result, now);
   }
 
   const absl::StatusOr<Job*> open = find_open_job(token);
@@ -416,22 +415,28 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   // A lease of an earlier coordinator, whose choice of a class may be lost: what is accepted binds.
   bind(job, *class_for(worker, job));
 
-  // Every lease of the unit is over; this one's duration counts for the averages.
+  // Every lease of the units is over; this one's duration counts for the averages.
   if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
     measure(job, worker, leases_.get(*lease), result, now);
   }
-  job.units.finish(
-      unit, {.fingerprint = result.fingerprint, .sequence = ++job.results, .host = number_of_host(worker.info.host)});
+  const AcceptedResult accepted{.fingerprint = result.fingerprint,
+                                .sequence = ++job.results,
+                                .host = number_of_host(worker.info.host),
+                                .units = *units};
+  job.units.finish(accepted);
   note_class(job, worker.info.host, job.results, *class_for(worker, job));
-  for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
-  job.failures.erase(unit);
-  forgive(job, unit);
+  for (const std::uint32_t unit : *units) {
+    for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
+    job.failures.erase(unit);
+    job.shorter_runs.erase(unit);
+    forgive(job, unit);
+  }
   job.hosts.erase(worker.info.host);
-  job.renderers.insert(number_of_host(worker.info.host));
+  job.renderers.insert(accepted.host);
   job.state = v1::RUNNING;
-  ++worker.units_done;
-  if (audit_wanted(job, unit)) {
-    job.audits[unit] = first_opinion(job, unit);
+  worker.units_done += units->count;
+  if (audit_wanted(job, accepted)) {
+    job.audits[units->first] = first_opinion(job, accepted);
     auditing_.insert(job.number);
   }
   const CompleteDecision decision{.sequence = job.results};
@@ -439,20 +444,49 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   return decision;
 }
 
+bool Scheduler::any_done(const Job& job, const UnitRun& units) {
+  for (const std::uint32_t unit : units) {
+    if (job.units.state(unit) == UnitState::kDone) return true;
+  }
+  return false;
+}
+
+/// A result of units some of which are done: compared where they came as one, too.
+absl::StatusOr<CompleteDecision> Scheduler::late_result(Job& job, Worker& worker, const UnitRun& units,
+                                                        const v1::LeaseToken& token, const DeliveredResult& result,
+                                                        Time now) {
+  const bool same_units =
+      job.units.state(units.first) == UnitState::kDone && job.units.result(units.first).units == units;
+  // Cut in another way, sums of the same samples can be neither merged nor compared.
+  if (!same_units) return CompleteDecision{.duplicate = true};
+  const std::optional<LeaseId> lease = find_lease(job, token, worker.info.id);
+  if (lease) measure(job, worker, leases_.get(*lease), result, now);
+  const absl::StatusOr<CompleteDecision> decision =
+      second_result(job, worker, job.units.result(units.first), result.fingerprint);
+  if (lease && leases_.contains(*lease)) drop_lease(*lease);
+  return decision;
+}
+
 /// Takes one finished lease into the averages of its job and the pace of its worker.
 void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now) {
   const Time duration = std::max(Time{1}, now - lease.granted_at);
   const bool told = result.cost.count() > 0 && result.cost <= duration + Time{1};
-  const Time cost = told ? std::max(Time{1}, std::chrono::round<Time>(result.cost)) : duration;
+  const std::chrono::nanoseconds cost = told ? result.cost : duration;
   if (told) {
-    const auto work = static_cast<double>(std::max<std::uint64_t>(1, result.work));
-    job.pace.compare(worker.pace, usual_pace_, std::log(static_cast<double>(result.cost.count()) / work));
+    // Without a measure of the work, all units count alike.
+    const auto work = static_cast<double>(result.work > 0 ? result.work : lease.units.count);
+    job.pace.compare(worker.pace, usual_pace_, std::log(static_cast<double>(cost.count()) / work));
     worker.slowness = slowness_of(worker.pace, usual_pace_);
     if (++results_since_comparison_ > workers_.size() / 4) compare_workers();
   }
   // What a slow worker needs says little of the unit.
-  const Time usual = std::max(Time{1}, Time(std::lround(static_cast<double>(cost.count()) / worker.slowness)));
-  job.mean_cost = job.mean_cost == Time{0} ? usual : (7 * job.mean_cost + usual) / 8;
+  const double usual_ms = std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
+  job.mean_cost_ms = job.mean_cost_ms == 0 ? usual_ms : (7 * job.mean_cost_ms + usual_ms) / 8;
+  const std::uint32_t tiles = lease.units.step;
+  if (job.units.count() > tiles) {
+    job.tile_cost_ms.resize(tiles);
+    job.tile_cost_ms[lease.units.first % tiles] = static_cast<float>(usual_ms);
+  }
   turns_.remember(job.number, lease.charge_ms, now);
   job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
 }
@@ -499,17 +533,26 @@ absl::StatusOr<Scheduler::Job*> Scheduler::find_open_job(const v1::LeaseToken& t
                                                       (*job)->request.generation, ", the lease in ",
                                                       token.generation()));
   }
-  if (token.unit_index() >= (*job)->units.count()) {
-    return absl::OutOfRangeError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index()));
+  if (!units_of(**job, token)) {
+    return absl::OutOfRangeError(
+        absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
+                     token.ranges() > 1 ? absl::StrCat(" of ", token.ranges(), " ranges") : ""));
   }
   return job;
+}
+
+std::optional<UnitRun> Scheduler::units_of(const Job& job, const v1::LeaseToken& token) {
+  return job.request.plan->run(token.unit_index(), std::max(token.ranges(), 1u));
 }
 
 std::optional<LeaseId> Scheduler::find_lease(const Job& job, const v1::LeaseToken& token,
                                              std::string_view worker) const {
   for (const LeaseId id : leases_.of_unit(job.number, token.unit_index())) {
     const Lease& lease = leases_.get(id);
-    if (lease.attempt == token.attempt() && lease.epoch == token.epoch() && lease.worker == worker) return id;
+    const bool same_units =
+        lease.units.first == token.unit_index() && lease.units.count == std::max(token.ranges(), 1u);
+    if (same_units && lease.attempt == token.attempt() && lease.epoch == token.epoch() && lease.worker == worker)
+      return id;
   }
   return std::nullopt;
 }

@@ -25,6 +25,8 @@ namespace tessera::server {
 /// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the one that
 ///   has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most kAffinitySlackMs
 ///   ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the job whose turn it was.
+/// - Runs: units of one tile are leased as one, as many as take SchedulerOptions::longest_run; short ones at first,
+///   that a first picture appears, and towards the end of a job [docs/decisions/0020-unit-size.md].
 /// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When nothing is
 ///   pending, units that will come late are given to a second worker. The first result of a unit wins.
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
@@ -42,6 +44,7 @@ class Scheduler {
   static constexpr std::size_t kMaxCopies = 2;          // leases of one unit at a time, second opinions apart
   static constexpr std::int64_t kAffinitySlackMs = 4000;
   static constexpr std::int64_t kUnknownCostMs = 1000;       // of a unit, before any is done
+  static constexpr std::uint32_t kRunPieces = 16;            // into which a run is cut that was not rendered
   static constexpr std::size_t kHeartbeatsPerSecond = 2000;  // that are bearable
   static constexpr Time kLongestHeartbeat{5000};
   static constexpr Time kFirstBar{60'000};  // doubled each time
@@ -85,8 +88,8 @@ class Scheduler {
 
   // ---- recovery, before any other call on the job: its results, then its events, both in order.
 
-  /// InvalidArgument for a unit that does not exist or is done already.
-  absl::Status restore_done(std::string_view job, std::uint32_t unit, const AcceptedResult& result);
+  /// InvalidArgument for units that do not exist or are done already.
+  absl::Status restore_done(std::string_view job, const AcceptedResult& result);
   /// A result was journaled that was revoked later: its number is taken.
   absl::Status restore_revoked(std::string_view job, std::uint32_t sequence);
   absl::Status restore(const FarmEvent& event);
@@ -133,9 +136,10 @@ class Scheduler {
   /// of such farms live longer for it.
   Time heartbeat_interval() const;
 
-  /// A result. Valid from any lease of the job's generation, expired or not. NotFound (job), FailedPrecondition (the
-  /// job was cancelled, failed, or is of another generation; the worker is not of the job's class; its host is in
-  /// quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted before: one of two is at fault).
+  /// A result, of the units that the token names. Valid from any lease of the job's generation, expired or not.
+  /// NotFound (job), FailedPrecondition (the job was cancelled, failed, or is of another generation; the worker is not
+  /// of the job's class; its host is in quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted
+  /// before: one of two is at fault).
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
                                             const DeliveredResult& result, Time now);
 
@@ -159,10 +163,15 @@ class Scheduler {
   absl::StatusOr<Job*> find_job(std::string_view id);
   absl::StatusOr<const Job*> find_job(std::string_view id) const;
   absl::StatusOr<Worker*> find_worker(std::string_view id, Time now);
-  /// The job of a token, which must be open and of that generation, and have that unit.
+  /// The job of a token, which must be open and of that generation, and have those units.
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
+  /// The units that a token names; none when the job has no such run.
+  static std::optional<UnitRun> units_of(const Job& job, const v1::LeaseToken& token);
   std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token, std::string_view worker) const;
   absl::Status check_may_complete(const Worker& worker, const Job& job) const;
+  static bool any_done(const Job& job, const UnitRun& units);
+  absl::StatusOr<CompleteDecision> late_result(Job& job, Worker& worker, const UnitRun& units,
+                                               const v1::LeaseToken& token, const DeliveredResult& result, Time now);
   void measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now);
   void compare_workers();
   /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
@@ -187,16 +196,20 @@ class Scheduler {
   bool would_come_late(const Batch& batch, const Job& job) const;
   bool may_work_on(const Worker& worker, const Job& job, Time now) const;
   bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;
-  void grant(Batch& batch, Job& job, std::uint32_t unit, bool audit);
-  std::optional<LeaseId> find_own_lease(const Job& job, std::uint32_t unit, std::string_view worker) const;
-  bool take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now);
-  std::int64_t charge_for(const Job& job) const;
-  Time unit_cost(const Worker& worker, const Job& job) const;
+  UnitRun run_from(const Batch& batch, const Job& job, std::uint32_t unit) const;
+  bool fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const;
+  double longest_run(const Batch& batch, const Job& job, const UnitRun& units) const;
+  void grant(Batch& batch, Job& job, const UnitRun& units, bool audit);
+  std::optional<LeaseId> find_own_lease(const Job& job, const UnitRun& units, std::string_view worker) const;
+  bool take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token, Time now);
+  double unit_cost_ms(const Job& job, const UnitRun& units) const;
+  std::int64_t charge_for(const Job& job, const UnitRun& units) const;
+  Time expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const;
   Time lease_time() const;
   void add_lease(Job& job, Worker& worker, Lease lease);
-  /// The unit goes back to pending when it is leased and this was its last lease.
+  /// Its units go back to pending when they are leased and this was their last lease.
   void drop_lease(LeaseId id);
-  void index_only_lease(Job& job, std::uint32_t unit, bool add);
+  void index_only_lease(Job& job, const UnitRun& units, bool add);
   void drop_worker(std::string_view id);
 
   // ---- scheduler_classes.cpp
@@ -219,6 +232,8 @@ class Scheduler {
   bool awaits_another(const Job& job, const std::vector<UnitFailure>& failures) const;
   void judge_scene(Job& job, const std::string& message, Time now);
   Time bar(Job& job, const std::string& host, Time now);
+  void cut_run(Job& job, const UnitRun& units, const UnitFailure& failure);
+  static void shorten_runs(Job& job, const UnitRun& units);
   void forgive(Job& job, std::uint32_t unit);
   void judge_host(Job& job, std::uint32_t unit, const std::string& host, Time now);
   void reopen(Job& job);
@@ -227,19 +242,19 @@ class Scheduler {
   // ---- scheduler_audit.cpp
   void restore_audits(Job& job);
   void restore_audit(Job& job, const FarmEvent& event);
-  Audit first_opinion(const Job& job, std::uint32_t unit) const;
-  bool audit_wanted(const Job& job, std::uint32_t unit) const;
+  Audit first_opinion(const Job& job, const AcceptedResult& accepted) const;
+  bool audit_wanted(const Job& job, const AcceptedResult& accepted) const;
   bool is_of_one_identity() const;
   std::optional<std::string> why_distrusted(const std::string& host) const;
   bool may_speak(const Audit& audit, const std::string& host) const;
   bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
   bool anyone_can_audit(const Job& job, const Audit& audit) const;
-  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker, std::uint32_t unit,
+  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker, const AcceptedResult& accepted,
                                                  ResultFingerprint result);
   void adjudicate(Job& job, std::uint32_t unit);
   void distrust(const std::string& subject, const std::string& why);
   void revoke_results(Job& job, const std::string& subject);
-  void revoke(Job& job, std::uint32_t unit);
+  void revoke(Job& job, const AcceptedResult& result);
 
   SchedulerOptions options_;
   std::uint64_t jobs_added_ = 0;
@@ -254,7 +269,7 @@ class Scheduler {
   std::uint64_t workers_added_ = 0;
   std::uint64_t threads_ = 0;  // of all workers
   UsualPace usual_pace_;
-  std::size_t results_since_comparison_ = 0;  // of workers' paces
+  std::size_t results_since_comparison_ = 0;       // of workers' paces
   std::map<std::string, std::size_t> identities_;  // that answer for the workers, and for how many
   ClassCensus census_;
   Time settled_at_{};  // when the last new kind of worker will have been there for SchedulerOptions::settle

@@ -69,33 +69,28 @@ void Scheduler::restore_audits(Job& job) {
     std::erase_if(opinions, [&](const auto& opinion) { return !trusts(opinion.first); });
     audit = opinions.size() < 2 || verdict_of(opinions) ? job.audits.erase(audit) : std::next(audit);
   }
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> latest;  // sequence number, unit
-  for (std::uint32_t unit = 0; unit < job.units.count(); ++unit) {
-    if (job.units.state(unit) != UnitState::kDone || !chosen(options_, job.request.id, unit)) continue;
-    if (job.audited.contains(unit)) continue;
-    latest.emplace_back(job.units.result(unit).sequence, unit);
-  }
-  std::sort(latest.rbegin(), latest.rend());
-  if (latest.size() > kRestoredAudits) latest.resize(kRestoredAudits);
-  for (const auto& [sequence, unit] : latest) {
-    const AcceptedResult& accepted = job.units.result(unit);
+  std::vector<AcceptedResult> latest = job.units.results();
+  std::erase_if(latest, [&](const AcceptedResult& result) {
+    return !chosen(options_, job.request.id, result.units.first) || job.audited.contains(result.units.first);
+  });
+  if (latest.size() > kRestoredAudits) latest.erase(latest.begin(), latest.end() - kRestoredAudits);
+  for (const AcceptedResult& accepted : latest) {
     if (accepted.host >= hosts_.size() || !trusts(hosts_[accepted.host])) continue;
-    job.audits[unit] = first_opinion(job, unit);
+    job.audits[accepted.units.first] = first_opinion(job, accepted);
   }
   if (!job.audits.empty()) auditing_.insert(job.number);
 }
 
-/// The accepted result of a unit that is done.
-Audit Scheduler::first_opinion(const Job& job, std::uint32_t unit) const {
-  const AcceptedResult& accepted = job.units.result(unit);
+/// The opinion of whoever rendered the accepted result.
+Audit Scheduler::first_opinion(const Job& job, const AcceptedResult& accepted) const {
   return {.opinions = {{hosts_[accepted.host], accepted.fingerprint}},
           .out = false,
           .arithmetic_class = class_of_result(job, accepted)};
 }
 
-bool Scheduler::audit_wanted(const Job& job, std::uint32_t unit) const {
-  return chosen(options_, job.request.id, unit) && job.audits.size() < kMaxAudits &&
-         anyone_can_audit(job, first_opinion(job, unit));
+bool Scheduler::audit_wanted(const Job& job, const AcceptedResult& accepted) const {
+  return chosen(options_, job.request.id, accepted.units.first) && job.audits.size() < kMaxAudits &&
+         anyone_can_audit(job, first_opinion(job, accepted));
 }
 
 /// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one vote only.
@@ -111,12 +106,13 @@ bool Scheduler::may_speak(const Audit& audit, const std::string& host) const {
 void Scheduler::restore_audit(Job& job, const FarmEvent& event) {
   if (job.units.state(event.unit) != UnitState::kDone) return;
   const AcceptedResult& accepted = job.units.result(event.unit);
-  if (accepted.sequence != event.value || accepted.host >= hosts_.size()) return;
+  const bool same = accepted.units.first == event.unit && accepted.sequence == event.value;
+  if (!same || accepted.host >= hosts_.size()) return;
   job.audited.insert(event.unit);
   ResultFingerprint opinion = 0;
   if (!absl::SimpleAtoi(event.text, &opinion)) return;
   Audit& audit = job.audits[event.unit];
-  if (audit.opinions.empty()) audit = first_opinion(job, event.unit);
+  if (audit.opinions.empty()) audit = first_opinion(job, accepted);
   audit.opinions.emplace_back(event.host, opinion);
 }
 
@@ -131,10 +127,10 @@ bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
                      [&](const auto& entry) { return can_audit(entry.second, job, audit); });
 }
 
-/// A result of a unit that is done.
-absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker& worker, std::uint32_t unit,
-                                                          ResultFingerprint result) {
-  const AcceptedResult& accepted = job.units.result(unit);
+/// A result of the units of one that was accepted.
+absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker& worker,
+                                                          const AcceptedResult& accepted, ResultFingerprint result) {
+  const std::uint32_t unit = accepted.units.first;
   const std::string* const own = class_for(worker, job);
   if (own == nullptr || *own != class_of_result(job, accepted)) return CompleteDecision{.duplicate = true};
   const bool equal = accepted.fingerprint == result;
@@ -146,7 +142,7 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   // A copy that agrees is no news where nobody asked.
   if (counts && (found != job.audits.end() || !equal)) {
     Audit& audit = job.audits[unit];
-    if (audit.opinions.empty()) audit = first_opinion(job, unit);
+    if (audit.opinions.empty()) audit = first_opinion(job, accepted);
     if (may_speak(audit, worker.info.host)) {
       audit.opinions.emplace_back(worker.info.host, result);
       if (!equal || audit.opinions.size() > 2) {
@@ -205,35 +201,36 @@ void Scheduler::distrust(const std::string& subject, const std::string& why) {
 
 /// Everything that the host, or the hosts of the identity, did for an open job is done again.
 void Scheduler::revoke_results(Job& job, const std::string& subject) {
-  std::vector<std::uint32_t> units;
-  for (HostNumber host = 0; host < hosts_.size(); ++host) {
-    if (!covers(subject, hosts_[host])) continue;
-    const std::vector<std::uint32_t> its_units = job.units.done_by(host);
-    units.insert(units.end(), its_units.begin(), its_units.end());
-  }
+  std::vector<AcceptedResult> results = job.units.results();
+  std::erase_if(results, [&](const AcceptedResult& result) {
+    return result.host >= hosts_.size() || !covers(subject, hosts_[result.host]);
+  });
   for (auto audit = job.audits.begin(); audit != job.audits.end();) {
     auto& opinions = audit->second.opinions;
     std::erase_if(opinions, [&](const auto& opinion) { return covers(subject, opinion.first); });
     audit = opinions.empty() ? job.audits.erase(audit) : std::next(audit);
   }
   std::erase_if(job.renderers, [&](HostNumber host) { return host < hosts_.size() && covers(subject, hosts_[host]); });
-  for (const std::uint32_t unit : units) revoke(job, unit);
+  std::uint32_t units = 0;
+  for (const AcceptedResult& result : results) {
+    units += result.units.count;
+    revoke(job, result);
+  }
   if (job.audits.empty()) auditing_.erase(job.number);
-  if (units.empty()) return;
-  note(job, absl::StrCat(units.size(), " units of host ", short_name(subject), " are done again"));
+  if (results.empty()) return;
+  note(job, absl::StrCat(units, " units of host ", short_name(subject), " are done again"));
 }
 
-/// The unit, which is done, is to be done again.
-void Scheduler::revoke(Job& job, std::uint32_t unit) {
-  job.audits.erase(unit);
-  job.audited.erase(unit);
-  for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
+/// The units of a result that counts are to be done again.
+void Scheduler::revoke(Job& job, const AcceptedResult& result) {
+  job.audits.erase(result.units.first);
+  job.audited.erase(result.units.first);
+  for (const LeaseId lease : leases_.of_unit(job.number, result.units.first)) drop_lease(lease);
   FarmEvent& event = record(FarmEvent::Kind::kRevoked, job.request.id);
-  const AcceptedResult& revoked = job.units.result(unit);
-  event.unit = unit;
-  event.value = revoked.sequence;
-  if (revoked.host < hosts_.size()) event.host = hosts_[revoked.host];
-  job.units.put_back(unit);
+  event.unit = result.units.first;
+  event.value = result.sequence;
+  if (result.host < hosts_.size()) event.host = hosts_[result.host];
+  for (const std::uint32_t unit : result.units) job.units.put_back(unit);
   ++job.revision;
 }
 
@@ -253,7 +250,7 @@ absl::Status Scheduler::revoke_result(std::string_view id, std::uint32_t unit, s
     record(FarmEvent::Kind::kReopened, job.request.id);
     reopen(job);
   }
-  revoke(job, unit);
+  revoke(job, job.units.result(unit));
   if (job.audits.empty()) auditing_.erase(job.number);
   note(job, absl::StrCat("unit ", unit, " is done again: ", why));
   return absl::OkStatus();

@@ -70,10 +70,8 @@ void Scheduler::bind(Job& job, const std::string& name) {
   if (job.request.any_class || before == name) return;
   // Results from before classes were told of stay what they are: of some class of that ISA.
   std::vector<AcceptedResult> unclear;
-  for (std::uint32_t unit = 0; !before.empty() && unit < job.units.count(); ++unit) {
-    if (job.units.state(unit) != UnitState::kDone) continue;
-    if (class_of_result(job, job.units.result(unit)) == before) unclear.push_back(job.units.result(unit));
-  }
+  if (!before.empty()) unclear = job.units.results();
+  std::erase_if(unclear, [&](const AcceptedResult& result) { return class_of_result(job, result) != before; });
   job.classes.bind(name);
   record(FarmEvent::Kind::kBound, job.request.id).text = name;
   for (const AcceptedResult& result : unclear) note_class(job, hosts_[result.host], result.sequence, before);

@@ -44,13 +44,16 @@ absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& t
   if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
   const std::string& host = (*worker)->info.host;
   const bool audit = leases_.get(*lease).audit;
+  const UnitRun units = leases_.get(*lease).units;
   drop_lease(*lease);
   UnitFailure failure{.host = host,
                       .message = message,
                       .lost = false,
                       .scene_fault = scene_fault,
                       .grant = grant_id(token.epoch(), token.attempt())};
-  if (audit) {
+  if (!audit && !scene_fault && units.count > 1) {
+    cut_run(job, units, failure);
+  } else if (audit) {
     // The unit is done, and no worse for it; nobody needs to try again.
     job.audits.erase(token.unit_index());
     if (scene_fault) record_failure(job, token.unit_index(), failure);
@@ -85,6 +88,22 @@ void Scheduler::add_failure(Job& job, std::uint32_t unit, UnitFailure failure, T
   job.failures[unit].push_back(std::move(failure));
   if (speaks_of_host) judge_host(job, unit, host, now);
   judge_unit(job, unit);
+}
+
+/// Which of its units was at fault is not known: they are tried in shorter runs, and in the end one by one.
+void Scheduler::cut_run(Job& job, const UnitRun& units, const UnitFailure& failure) {
+  FarmEvent& event = record(failure.lost ? FarmEvent::Kind::kRunLost : FarmEvent::Kind::kRunFailed, job.request.id);
+  event.unit = units.first;
+  event.value = units.count;
+  event.host = failure.host;
+  event.text = failure.message;
+  shorten_runs(job, units);
+}
+
+void Scheduler::shorten_runs(Job& job, const UnitRun& units) {
+  for (const std::uint32_t unit : units) {
+    if (job.units.state(unit) != UnitState::kDone) job.shorter_runs[unit] = std::max(1u, units.count / kRunPieces);
+  }
 }
 
 /// Sets a unit aside that failed too often, and isolates one that may be what killed its workers.
@@ -181,11 +200,14 @@ void Scheduler::blame_loss(const std::vector<WorkerInfo>& lost, Time now) {
       drop_lease(id);
       Job& job = *jobs_.at(lease.job);
       if (lease.audit || !job.open()) continue;
-      add_failure(
-          job, lease.unit,
-          {.host = worker.host, .message = kLostMessage, .lost = true, .grant = grant_id(lease.epoch, lease.attempt)},
-          now);
-      settle(job);
+      const UnitFailure failure{
+          .host = worker.host, .message = kLostMessage, .lost = true, .grant = grant_id(lease.epoch, lease.attempt)};
+      if (lease.units.count > 1) {
+        cut_run(job, lease.units, failure);
+      } else {
+        add_failure(job, lease.units.first, failure, now);
+        settle(job);
+      }
     }
   }
 }
@@ -240,6 +262,7 @@ void Scheduler::reopen(Job& job) {
     if (job.units.state(unit) == UnitState::kSetAside) job.units.put_back(unit);
   }
   job.failures.clear();
+  job.shorter_runs.clear();
   job.dangerous.clear();
   endangered_.erase(job.number);
   job.hosts.clear();
@@ -290,6 +313,12 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
                                           .lost = event.kind == Kind::kUnitLost,
                                           .scene_fault = event.kind == Kind::kSceneFault,
                                           .grant = event.value});
+      break;
+    case Kind::kRunFailed:
+    case Kind::kRunLost:
+      if (const auto run = job.request.plan->run(event.unit, static_cast<std::uint32_t>(event.value))) {
+        shorten_runs(job, *run);
+      }
       break;
     case Kind::kUnitFound:
       if (const auto failures = job.failures.find(event.unit); failures != job.failures.end()) {

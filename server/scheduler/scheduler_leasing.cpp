@@ -103,8 +103,10 @@ bool Scheduler::lease_pending(Batch& batch) {
       return !job->dangerous.contains(candidate) && !avoids(batch.worker, *job, candidate);
     });
     if (unit) {
-      if (batch.passed_over != nullptr) batch.passed_over->passed_over_ms += charge_for(*job);
-      grant(batch, *job, *unit, /*audit=*/false);
+      const UnitRun units = run_from(batch, *job, *unit);
+      for (std::uint32_t i = 1; i < units.count; ++i) job->units.take(units[i]);
+      if (batch.passed_over != nullptr) batch.passed_over->passed_over_ms += charge_for(*job, units);
+      grant(batch, *job, units, /*audit=*/false);
       return true;
     }
     batch.nothing_for_it.push_back(job);
@@ -126,7 +128,7 @@ bool Scheduler::lease_dangerous(Batch& batch) {
       ++waiting;
       if (batch.held > 0) continue;
       job.units.take(unit);
-      grant(batch, job, unit, /*audit=*/false);
+      grant(batch, job, *job.request.plan->run(unit, 1), /*audit=*/false);
       worker.isolated = true;
       freeing_.erase(worker.info.id);
       return true;
@@ -154,7 +156,7 @@ bool Scheduler::lease_audit(Batch& batch) {
         event.value = job.units.result(unit).sequence;
         event.host = batch.worker.info.host;
       }
-      grant(batch, job, unit, /*audit=*/true);
+      grant(batch, job, job.units.result(unit).units, /*audit=*/true);
       return true;
     }
   }
@@ -163,7 +165,7 @@ bool Scheduler::lease_audit(Batch& batch) {
 
 bool Scheduler::lease_copy(Batch& batch) {
   Job* job = nullptr;
-  std::uint32_t unit = 0;
+  UnitRun units;
   turns_.for_each([&](const TurnOrder::Turn& turn) {
     Job& candidate = *jobs_.at(turn.job);
     if (candidate.units.pending() > candidate.dangerous.size() || !may_work_on(batch.worker, candidate, batch.now)) {
@@ -171,45 +173,57 @@ bool Scheduler::lease_copy(Batch& batch) {
     }
     const auto suits = [&](LeaseId id) {
       const Lease& lease = leases_.get(id);
-      return lease.worker != batch.worker.info.id && !candidate.dangerous.contains(lease.unit) &&
-             !avoids(batch.worker, candidate, lease.unit);
+      // A run that was lost with another worker is not copied but cut, once nobody has it any more.
+      const bool killer = candidate.dangerous.contains(lease.units.first) ||
+                          (lease.units.count > 1 && !fits_run(candidate, lease.units.first, lease.units.count));
+      return lease.worker != batch.worker.info.id && !killer && !avoids(batch.worker, candidate, lease.units.first);
     };
     const auto choose = [&](LeaseId id) {
       job = &candidate;
-      unit = leases_.get(id).unit;
+      units = leases_.get(id).units;
       return TurnOrder::Next::kStop;
     };
     // Units on a worker that is known to be so slow that a copy would be there in less than half the time.
-    const Time own = unit_cost(batch.worker, candidate);
     for (auto last = candidate.by_end.rbegin(); last != candidate.by_end.rend(); ++last) {
-      if (last->first - batch.now <= 2 * own) break;
-      if (suits(last->second)) return choose(last->second);
+      const double left_ms = static_cast<double>((last->first - batch.now).count());
+      if (left_ms <= 2 * candidate.mean_cost_ms * batch.worker.slowness) break;
+      const Time own = expected_cost(batch.worker, candidate, leases_.get(last->second).units);
+      if (last->first - batch.now > 2 * own && suits(last->second)) return choose(last->second);
     }
-    // A unit that is out for twice the usual time is likely to be on a dead worker, or on one that became slow.
+    // A unit that is out for twice the usual time, and for twice the time that was expected of it, is likely to be on a
+    // dead worker, or on one that became slow.
     const Time age = candidate.mean_duration == Time{0} ? options_.lease_timeout / 2
                                                         : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
     for (const auto& [granted_at, id] : candidate.only_leases) {
       if (batch.now - granted_at < age) break;
-      if (suits(id)) return choose(id);
+      const bool in_time = batch.now - granted_at < 2 * (leases_.get(id).expected_end - granted_at);
+      if (!in_time && suits(id)) return choose(id);
     }
     return TurnOrder::Next::kJob;
   });
   if (job == nullptr) return false;
-  grant(batch, *job, unit, /*audit=*/false);
+  grant(batch, *job, units, /*audit=*/false);
   return true;
 }
 
 // ---------------------------------------------------------------- who may have what
 
-/// What one unit is expected to take on a thread of a usual worker, in ms.
-std::int64_t Scheduler::charge_for(const Job& job) const {
-  return job.mean_cost == Time{0} ? kUnknownCostMs : job.mean_cost.count();
+/// What each of these units is expected to take on a thread of a usual worker, in ms: as much as those of the same tile
+/// that came last, whose pixels are the same.
+double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
+  const double of_tile = job.tile_cost_ms.empty() ? 0 : job.tile_cost_ms[units.first % units.step];
+  if (of_tile > 0) return of_tile;
+  return job.mean_cost_ms > 0 ? job.mean_cost_ms : kUnknownCostMs;
 }
 
-/// The same on a thread of this worker.
-Time Scheduler::unit_cost(const Worker& worker, const Job& job) const {
-  return Time(
-      std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(charge_for(job)) * worker.slowness)));
+std::int64_t Scheduler::charge_for(const Job& job, const UnitRun& units) const {
+  return std::max<std::int64_t>(1, std::llround(units.count * unit_cost_ms(job, units)));
+}
+
+/// What they are expected to take on a thread of this worker.
+Time Scheduler::expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const {
+  const auto charge_ms = static_cast<double>(charge_for(job, units));
+  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(charge_ms * worker.slowness)));
 }
 
 /// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, until
@@ -219,10 +233,11 @@ Time Scheduler::unit_cost(const Worker& worker, const Job& job) const {
 bool Scheduler::has_room(const Batch& batch, const Job& job) const {
   const Worker& worker = batch.worker;
   const std::uint64_t threads = worker.info.threads;
-  if (job.mean_cost == Time{0} || batch.in_hand() < threads) return true;
+  if (job.mean_cost_ms == 0 || batch.in_hand() < threads) return true;
   const auto in_hand_ms = static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness);
   if (Time(in_hand_ms) >= options_.batch * static_cast<std::int64_t>(threads)) return false;
-  const std::uint64_t ahead = batch.in_hand() + 1 - threads;
+  // Of what is in hand, the part beyond one lease a thread.
+  const std::uint64_t ahead = worker.units - worker.units * threads / batch.in_hand() + 1;
   return is_left(batch, job.request.priority, (2 * threads_ * ahead + threads - 1) / threads);
 }
 
@@ -244,7 +259,7 @@ bool Scheduler::is_left(const Batch& batch, std::int32_t priority, std::uint64_t
 
 /// Whether the others will have done all that is left well before this slow worker would have done one unit.
 bool Scheduler::would_come_late(const Batch& batch, const Job& job) const {
-  if (job.mean_cost == Time{0} || batch.worker.slowness < 2) return false;
+  if (job.mean_cost_ms == 0 || batch.worker.slowness < 2) return false;
   double at_work = 0;  // threads of others, each by its pace
   for (const auto& [id, leases] : job.holders) {
     if (id == batch.worker.info.id) continue;
@@ -285,32 +300,77 @@ bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit)
          });
 }
 
-void Scheduler::grant(Batch& batch, Job& job, std::uint32_t unit, bool audit) {
+/// Units from a pending one on that this worker had better do as one.
+UnitRun Scheduler::run_from(const Batch& batch, const Job& job, std::uint32_t unit) const {
+  UnitRun run = job.request.plan->longest_run(unit);
+  const std::uint32_t possible = std::exchange(run.count, 1);
+  const double wanted = longest_run(batch, job, run);
+  while (2 * run.count <= possible && 2 * run.count <= wanted) {
+    UnitRun longer = run;
+    longer.count *= 2;
+    for (std::uint32_t i = 0; i < longer.count; ++i) {
+      const bool taken = i < run.count;
+      if (!fits_run(job, longer[i], longer.count) ||
+          (!taken && i > 0 && job.units.state(longer[i]) != UnitState::kPending)) {
+        return run;
+      }
+    }
+    run = longer;
+  }
+  return run;
+}
+
+/// Whether nothing is known of the unit for which it should go alone, or in a shorter run than one of `count`.
+bool Scheduler::fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const {
+  if (job.failures.contains(unit) || job.dangerous.contains(unit)) return false;
+  const auto shorter = job.shorter_runs.find(unit);
+  return shorter == job.shorter_runs.end() || count <= shorter->second;
+}
+
+/// How many units of the tile may be leased to this worker as one, at most. The first of each tile are to be there
+/// soon; towards the end of the job no more than half of a thread's part of what is left [Polychronopoulos1987], but
+/// not so few that the lease would be most of the work.
+double Scheduler::longest_run(const Batch& batch, const Job& job, const UnitRun& units) const {
+  if (job.mean_cost_ms == 0) return 1;
+  const double unit_ms = unit_cost_ms(job, units) * batch.worker.slowness;
+  const auto longest = static_cast<double>(options_.longest_run.count());
+  const double worthwhile = std::min(longest, static_cast<double>(options_.short_run.count()));
+  if (job.request.plan->begins_tile(units.first)) return worthwhile / unit_ms;
+  // A slow thread's part has fewer units, and takes it as long.
+  const double part =
+      static_cast<double>(job.units.pending()) * job.mean_cost_ms / (2.0 * static_cast<double>(threads_));
+  return std::clamp(part, worthwhile, longest) / unit_ms;
+}
+
+void Scheduler::grant(Batch& batch, Job& job, const UnitRun& units, bool audit) {
   Worker& worker = batch.worker;
-  if (batch.left && batch.left->priority <= job.request.priority && batch.left->units > 0) --batch.left->units;
+  if (batch.left && batch.left->priority <= job.request.priority) {
+    batch.left->units -= std::min<std::uint64_t>(batch.left->units, units.count);
+  }
   job.state = v1::RUNNING;
   job.passed_over_ms = 0;
   bind(job, *class_for(worker, job));
-  const Time cost = unit_cost(worker, job);
+  const Time cost = expected_cost(worker, job, units);
   const std::int64_t ahead =
       static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness) / worker.info.threads;
   Lease lease{.job = job.number,
-              .unit = unit,
+              .units = units,
               .attempt = ++job.attempts,
               .epoch = options_.epoch,
               .worker = worker.info.id,
               .granted_at = batch.now,
               .deadline = batch.now + lease_time(),
               .audit = audit,
-              .expected_end = job.mean_cost == Time{0} ? Time{0} : batch.now + Time(ahead) + cost};
+              .expected_end = job.mean_cost_ms == 0 ? Time{0} : batch.now + Time(ahead) + cost};
   v1::Lease& out = batch.decision.leases.emplace_back();
   v1::LeaseToken& token = *out.mutable_token();
   token.set_job_id(job.request.id);
   token.set_generation(job.request.generation);
-  token.set_unit_index(unit);
+  token.set_unit_index(units.first);
+  if (units.count > 1) token.set_ranges(units.count);
   token.set_attempt(lease.attempt);
   token.set_epoch(lease.epoch);
-  *out.mutable_unit() = job.request.plan->unit(unit);
+  *out.mutable_unit() = job.request.plan->unit(units);
   // The rest of the batch had better be of the same scene.
   if (std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) == batch.scenes.end()) {
     batch.scenes.push_back(job.request.scene_digest);
@@ -336,37 +396,39 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
   for (const v1::LeaseToken& token : leases) {
     const absl::StatusOr<Job*> job = find_open_job(token);
     if (job.ok()) absolve(**job, token, (*worker)->info.host);
-    const std::optional<LeaseId> lease = job.ok() ? find_own_lease(**job, token.unit_index(), worker_id) : std::nullopt;
+    const std::optional<UnitRun> units = job.ok() ? units_of(**job, token) : std::nullopt;
+    const std::optional<LeaseId> lease = units ? find_own_lease(**job, *units, worker_id) : std::nullopt;
     if (lease) {
       leases_.refresh(*lease, now + lease_time());
-    } else if (!job.ok() || !take_up(**worker, **job, token, now)) {
+    } else if (!units || !take_up(**worker, **job, *units, token, now)) {
       decision.revoked.push_back(token);
     }
   }
   return decision;
 }
 
-/// The worker's lease of a unit, whichever grant it names: after a restart a unit may be granted anew to the worker
-/// that has it in its hands, and the answer that says so may still be on its way.
-std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, std::uint32_t unit, std::string_view worker) const {
-  for (const LeaseId id : leases_.of_unit(job.number, unit)) {
-    if (leases_.get(id).worker == worker) return id;
+/// The worker's lease of these units, whichever grant it names: after a restart a unit may be granted anew to the
+/// worker that has it in its hands, and the answer that says so may still be on its way.
+std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, const UnitRun& units, std::string_view worker) const {
+  for (const LeaseId id : leases_.of_unit(job.number, units.first)) {
+    if (leases_.get(id).worker == worker && leases_.get(id).units == units) return id;
   }
   return std::nullopt;
 }
 
-/// A lease that is not known any more goes on where it was, when nobody else has begun with its unit.
-bool Scheduler::take_up(Worker& worker, Job& job, const v1::LeaseToken& token, Time now) {
-  const std::uint32_t unit = token.unit_index();
+/// A lease that is not known any more goes on where it was, when nobody else has begun with its units.
+bool Scheduler::take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token, Time now) {
   // Where no class is bound, no unit was given out.
   if (!job.request.any_class && job.classes.bound().empty()) return false;
   if (class_for(worker, job) == nullptr || !trusts(worker.info.host)) return false;
-  if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
+  for (const std::uint32_t unit : units) {
+    if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
+  }
   job.state = v1::RUNNING;
-  job.units.take(unit);
+  for (const std::uint32_t unit : units) job.units.take(unit);
   add_lease(job, worker,
             {.job = job.number,
-             .unit = unit,
+             .units = units,
              .attempt = token.attempt(),
              .epoch = token.epoch(),
              .worker = worker.info.id,
@@ -400,9 +462,9 @@ Expiry Scheduler::advance(Time now) {
 
 // ---------------------------------------------------------------- bookkeeping
 
-/// Takes the one lease of a unit into or out of the indices by which copies are chosen; none when there are more.
-void Scheduler::index_only_lease(Job& job, std::uint32_t unit, bool add) {
-  const std::vector<LeaseId> leases = leases_.of_unit(job.number, unit);
+/// Takes the one lease of units into or out of the indices by which copies are chosen; none when there are more.
+void Scheduler::index_only_lease(Job& job, const UnitRun& units, bool add) {
+  const std::vector<LeaseId> leases = leases_.of_unit(job.number, units.first);
   if (leases.size() != 1) return;
   const Lease& lease = leases_.get(leases.front());
   const std::pair by_age{lease.granted_at, leases.front()}, by_end{lease.expected_end, leases.front()};
@@ -416,43 +478,46 @@ void Scheduler::index_only_lease(Job& job, std::uint32_t unit, bool add) {
 }
 
 void Scheduler::add_lease(Job& job, Worker& worker, Lease lease) {
-  const std::uint32_t unit = lease.unit;
-  lease.charge_ms = charge_for(job);
+  const UnitRun units = lease.units;
+  lease.charge_ms = charge_for(job, units);
   worker.load_ms += lease.charge_ms;
+  worker.units += units.count;
   job.load_ms += lease.charge_ms;
   turns_.charge(job.number, lease.charge_ms);
   ++job.leases;
   ++job.holders[worker.info.id];
   const bool audit = lease.audit;
-  if (!audit) index_only_lease(job, unit, /*add=*/false);
+  if (!audit) index_only_lease(job, units, /*add=*/false);
   leases_.add(std::move(lease));
-  if (!audit) index_only_lease(job, unit, /*add=*/true);
+  if (!audit) index_only_lease(job, units, /*add=*/true);
 }
 
 void Scheduler::drop_lease(LeaseId id) {
   const Lease lease = leases_.get(id);
   Job& job = *jobs_.at(lease.job);
-  if (!lease.audit) index_only_lease(job, lease.unit, /*add=*/false);
+  if (!lease.audit) index_only_lease(job, lease.units, /*add=*/false);
   leases_.remove(id);
 
   Worker& worker = workers_.at(lease.worker);
   worker.load_ms -= lease.charge_ms;
+  worker.units -= lease.units.count;
   if (leases_.count_of_worker(lease.worker) == 0) worker.isolated = false;
   job.load_ms -= lease.charge_ms;
   turns_.charge(job.number, -lease.charge_ms);
   --job.leases;
   if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
   if (lease.audit) {
-    if (const auto audit = job.audits.find(lease.unit); audit != job.audits.end()) {
+    if (const auto audit = job.audits.find(lease.units.first); audit != job.audits.end()) {
       audit->second.out = false;
       audit->second.lost = true;
     }
     return;
   }
-  if (leases_.of_unit(job.number, lease.unit).empty()) {
-    if (job.units.state(lease.unit) == UnitState::kLeased) job.units.put_back(lease.unit);
-  } else {
-    index_only_lease(job, lease.unit, /*add=*/true);
+  if (!leases_.of_unit(job.number, lease.units.first).empty()) {
+    return index_only_lease(job, lease.units, /*add=*/true);
+  }
+  for (const std::uint32_t unit : lease.units) {
+    if (job.units.state(unit) == UnitState::kLeased) job.units.put_back(unit);
   }
 }
 

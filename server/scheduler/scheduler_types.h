@@ -21,6 +21,8 @@ struct SchedulerOptions {
   Time lease_timeout{8000};          // a lease, and a worker, that was not heard of for so long is given up
   Time min_copy_age{500};            // a unit is not copied to a second worker before it was out for so long
   Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs
+  Time longest_run{10'000};          // that a run of units may take, as measured; 0: units are leased one at a time
+  Time short_run{100};               // one that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   JobOrder order = JobOrder::kFirstCome;
   std::uint64_t epoch = 1;  // of the coordinator; part of every token
@@ -135,7 +137,7 @@ struct DeliveredResult {
 
 /// A result that another job has of the same pixels and samples.
 struct AdoptedResult {
-  std::uint32_t unit = 0;  // of the new job
+  UnitRun units;  // of the new job
   ResultFingerprint fingerprint = 0;
   std::string host;  // that rendered it
   std::string arithmetic_class;

@@ -4,7 +4,7 @@
 
 namespace tessera::server {
 
-UnitLedger::UnitLedger(std::uint32_t count) : states_(count, UnitState::kPending), results_(count), pending_(count) {}
+UnitLedger::UnitLedger(std::uint32_t count) : states_(count, UnitState::kPending), sequences_(count), pending_(count) {}
 
 std::optional<std::uint32_t> UnitLedger::next_pending() {
   while (!returned_.empty()) {
@@ -33,12 +33,15 @@ std::optional<std::uint32_t> UnitLedger::take_pending(const std::function<bool(s
   return unit;
 }
 
-std::vector<std::uint32_t> UnitLedger::done_by(HostNumber host) const {
-  std::vector<std::uint32_t> units;
-  for (std::uint32_t unit = 0; unit < count(); ++unit) {
-    if (states_[unit] == UnitState::kDone && results_[unit].host == host) units.push_back(unit);
+std::vector<AcceptedResult> UnitLedger::results() const {
+  std::vector<AcceptedResult> counting;
+  for (const AcceptedResult& result : results_) {
+    const std::uint32_t unit = result.units.first;
+    if (result.sequence != 0 && states_[unit] == UnitState::kDone && sequences_[unit] == result.sequence) {
+      counting.push_back(result);
+    }
   }
-  return units;
+  return counting;
 }
 
 /// Takes the unit out of the count of its state.
@@ -72,12 +75,17 @@ void UnitLedger::put_back(std::uint32_t unit) {
   if (unit < first_untouched_) returned_.push(unit);
 }
 
-void UnitLedger::finish(std::uint32_t unit, const AcceptedResult& result) {
-  assert(states_[unit] != UnitState::kDone);
-  leave(unit);
-  states_[unit] = UnitState::kDone;
-  results_[unit] = result;
-  ++done_;
+void UnitLedger::finish(const AcceptedResult& result) {
+  if (results_.size() < result.sequence) results_.resize(result.sequence);
+  assert(result.sequence > 0 && results_[result.sequence - 1].sequence == 0);
+  results_[result.sequence - 1] = result;
+  for (const std::uint32_t unit : result.units) {
+    assert(states_[unit] != UnitState::kDone);
+    leave(unit);
+    states_[unit] = UnitState::kDone;
+    sequences_[unit] = result.sequence;
+    ++done_;
+  }
 }
 
 void UnitLedger::set_aside(std::uint32_t unit) {

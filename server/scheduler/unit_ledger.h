@@ -7,6 +7,8 @@
 #include <queue>
 #include <vector>
 
+#include "scheduler/unit_run.h"
+
 namespace tessera::server {
 
 enum class UnitState : std::uint8_t { kPending, kLeased, kDone, kSetAside };
@@ -22,9 +24,11 @@ struct AcceptedResult {
   ResultFingerprint fingerprint = 0;
   std::uint32_t sequence = 0;  // within the job, from 1
   HostNumber host = 0;
+  UnitRun units = {};  // that it covers
 };
 
-/// 17 bytes a unit. Every operation takes O(log n) amortised over the life of a job, but for `done_by`.
+/// 5 bytes a unit, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job, but for
+/// `results`.
 class UnitLedger {
  public:
   explicit UnitLedger(std::uint32_t count);
@@ -37,9 +41,9 @@ class UnitLedger {
   bool settled() const { return done_ + set_aside_ == count(); }
   UnitState state(std::uint32_t unit) const { return states_[unit]; }
   /// Of a unit that is done.
-  const AcceptedResult& result(std::uint32_t unit) const { return results_[unit]; }
-  /// Looks at every unit; for events that are rare.
-  std::vector<std::uint32_t> done_by(HostNumber host) const;
+  const AcceptedResult& result(std::uint32_t unit) const { return results_[sequences_[unit] - 1]; }
+  /// Those that count, by sequence number. Looks at every result; for events that are rare.
+  std::vector<AcceptedResult> results() const;
 
   /// Leases the pending unit of the lowest index that `suits`; none when there is none.
   std::optional<std::uint32_t> take_pending(const std::function<bool(std::uint32_t)>& suits);
@@ -50,8 +54,8 @@ class UnitLedger {
   /// A unit that is leased, done or set aside becomes pending again.
   void put_back(std::uint32_t unit);
 
-  /// A unit that is not done becomes done.
-  void finish(std::uint32_t unit, const AcceptedResult& result);
+  /// Units that are not done become done: those of the result, whose number was not there before.
+  void finish(const AcceptedResult& result);
 
   /// A unit that is not done is not given out any more.
   void set_aside(std::uint32_t unit);
@@ -61,7 +65,8 @@ class UnitLedger {
   void leave(std::uint32_t unit);
 
   std::vector<UnitState> states_;
-  std::vector<AcceptedResult> results_;
+  std::vector<std::uint32_t> sequences_;  // of the results of units that are done
+  std::vector<AcceptedResult> results_;   // by sequence number - 1; some do not count any more
   std::uint32_t pending_ = 0;
   std::uint32_t done_ = 0;
   std::uint32_t set_aside_ = 0;

@@ -122,19 +122,37 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   return plan;
 }
 
-v1::WorkUnit WorkPlan::unit(std::uint32_t index) const {
+UnitRun WorkPlan::longest_run(std::uint32_t first) const {
   const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
-  const std::uint32_t range = index / tile_count;
-  const std::uint32_t tile = tiles_[index % tile_count];
+  const std::uint32_t range = first / tile_count;
+  const std::uint32_t whole_ranges = samples_ / samples_per_unit_;
+  // The last range may have fewer samples: a run with it would not be the node that it is where there are more.
+  std::uint32_t count = range >= whole_ranges ? 1 : std::bit_floor(whole_ranges - range);
+  if (range > 0) count = std::min(count, range & (~range + 1));  // the largest power of two that divides it
+  return {.first = first, .count = count, .step = tile_count};
+}
+
+std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) const {
+  if (first >= unit_count() || !std::has_single_bit(count)) return std::nullopt;
+  UnitRun run = longest_run(first);
+  if (count > run.count) return std::nullopt;
+  run.count = count;
+  return run;
+}
+
+v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
+  const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
+  const std::uint32_t range = run.first / tile_count;
+  const std::uint32_t tile = tiles_[run.first % tile_count];
   const std::uint32_t x = (first_column_ + tile % columns_) * tile_size_;
   const std::uint32_t y = (first_row_ + tile / columns_) * tile_size_;
 
   v1::WorkUnit unit;
-  unit.set_index(index);
+  unit.set_index(run.first);
   v1::SampleRange& samples = passes_ ? *unit.mutable_pass()->mutable_passes() : *unit.mutable_tile()->mutable_samples();
   samples.set_begin(range * samples_per_unit_);
-  samples.set_end(
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{range + 1} * samples_per_unit_, samples_)));
+  samples.set_end(static_cast<std::uint32_t>(
+      std::min<std::uint64_t>((std::uint64_t{range} + run.count) * samples_per_unit_, samples_)));
   if (passes_) return unit;
   v1::PixelRect& pixels = *unit.mutable_tile()->mutable_pixels();
   pixels.set_x0(std::max(x, crop_.x0()));

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "scheduler/unit_run.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::server {
@@ -27,7 +29,20 @@ class WorkPlan {
   std::uint32_t unit_count() const { return static_cast<std::uint32_t>(tiles_.size()) * range_count_; }
 
   /// Same spec and index, same unit. `index` must be below unit_count().
-  v1::WorkUnit unit(std::uint32_t index) const;
+  v1::WorkUnit unit(std::uint32_t index) const { return unit({.first = index}); }
+
+  /// The units of the run as one: its index is that of the first.
+  v1::WorkUnit unit(const UnitRun& run) const;
+
+  /// So many units of one tile from `first` on, or none where they are not one node of the sum tree: more than one are
+  /// a power of two, begin at a multiple of it, and have whole sample ranges.
+  std::optional<UnitRun> run(std::uint32_t first, std::uint32_t count) const;
+
+  /// The longest run that begins with this unit.
+  UnitRun longest_run(std::uint32_t first) const;
+
+  /// Whether the unit has the first samples of its tile.
+  bool begins_tile(std::uint32_t index) const { return index < tiles_.size(); }
 
  private:
   WorkPlan() = default;

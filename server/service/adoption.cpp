@@ -50,6 +50,7 @@ std::string without_cost(const std::string& serialized) {
 struct Fitting {
   std::size_t index;  // of the donor's results
   std::string arithmetic_class;
+  UnitRun units;  // of the job
 };
 
 /// Results that are of a unit of the job's, and rendered as it asks for by a host that is trusted.
@@ -61,22 +62,24 @@ std::vector<Fitting> fitting_results(const Scheduler& scheduler, const JobReques
     const JobRecord::Result& result = donor.record.results[i];
     const std::string& name = classes.of(result.host, static_cast<std::uint32_t>(i + 1));
     // Both plans number the tiles of a range, and the ranges, in the same order; the last range may be cut.
-    if (result.unit >= job.plan->unit_count() || std::binary_search(revoked.begin(), revoked.end(), i + 1) ||
+    const std::optional<UnitRun> units = job.plan->run(result.units.first, result.units.ranges);
+    const std::optional<UnitRun> of_donor = donor.plan->run(result.units.first, result.units.ranges);
+    if (!units || !of_donor || std::binary_search(revoked.begin(), revoked.end(), i + 1) ||
         !scheduler.trusts(result.host) || (!job.isa.empty() && wire::isa_of(name) != job.isa) ||
-        !MessageDifferencer::Equals(job.plan->unit(result.unit), donor.plan->unit(result.unit))) {
+        !MessageDifferencer::Equals(job.plan->unit(*units), donor.plan->unit(*of_donor))) {
       continue;
     }
-    fitting.push_back({.index = i, .arithmetic_class = name});
+    fitting.push_back({.index = i, .arithmetic_class = name, .units = *units});
   }
   return fitting;
 }
 
 std::string most_common_class(const std::vector<Fitting>& fitting) {
-  std::map<std::string, std::size_t> counts;
-  for (const Fitting& result : fitting) ++counts[result.arithmetic_class];
+  std::map<std::string, std::uint64_t> units;
+  for (const Fitting& result : fitting) units[result.arithmetic_class] += result.units.count;
   const auto most =
-      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == counts.end() ? "" : most->first;
+      std::max_element(units.begin(), units.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == units.end() ? "" : most->first;
 }
 
 }  // namespace
@@ -96,24 +99,24 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
   if (!job.any_class) chosen = most_common_class(fitting);
   std::vector<AdoptedResult> adopted;
   std::vector<JournalEntry> done;
-  for (const auto& [index, name] : fitting) {
+  std::uint64_t adopted_units = 0;
+  for (const auto& [index, name, units] : fitting) {
     if (chosen && name != *chosen) continue;
     const JobRecord::Result& result = donor.record.results[index];
-    adopted.push_back({.unit = result.unit,
-                       .fingerprint = fingerprint_of(result.digest),
-                       .host = result.host,
-                       .arithmetic_class = name});
+    adopted.push_back(
+        {.units = units, .fingerprint = fingerprint_of(result.digest), .host = result.host, .arithmetic_class = name});
     done.push_back(UnitDone{.job = job.id,
                             .sequence = adopted.size(),
-                            .unit = result.unit,
+                            .units = result.units,
                             .digest = result.digest,
                             .payload = "",
                             .stats = without_cost(result.stats),
                             .host = result.host,
                             .from_job = donor.record.added.id,
                             .from_sequence = index + 1});
+    adopted_units += units.count;
   }
-  if (chosen && adopted.size() < job.plan->unit_count()) {
+  if (chosen && adopted_units < job.plan->unit_count()) {
     // Of results from before classes were told of, none says whose arithmetic the rest should have.
     if (!wire::is_whole_class(*chosen)) return absl::OkStatus();
     if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen)) return absl::OkStatus();

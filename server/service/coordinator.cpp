@@ -97,6 +97,7 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
                                 .blobs = options.keep_blobs,
                                 .interval = options.prune_interval},
                   .max_open_units = options.max_open_units,
+                  .longest_run = options.longest_run,
                   .order = options.order,
                   .share_results = options.share_jobs || options.certificates.empty(),
                   .seal = *seal,

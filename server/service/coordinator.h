@@ -42,7 +42,8 @@ struct CoordinatorOptions {
   JobOrder order = JobOrder::kFirstCome;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
-  /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far as it goes, leaves.
+  /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far
+  /// as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
   /// What everybody may make the coordinator hold at a time.
   Holding of_each = Accounts::kLimits;
@@ -57,7 +58,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds late_results{60'000};
   /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
   std::string metrics = {};
-  /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls are served.
+  /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls are
+  /// served.
   std::string health = {};
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
@@ -68,7 +70,7 @@ struct CoordinatorOptions {
   std::chrono::milliseconds prune_interval{15'000};
   /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as there.
   std::optional<std::uint64_t> keep_free_bytes = {};
-  /// Most units that the jobs have together that are not over; each takes 29 bytes.
+  /// Most units that the jobs have together that are not over; each takes 5 bytes, and each result 48.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
   /// Of jobs that do not say: whether all of an image is to have the bits of one arithmetic class, and the kernels
   /// (empty: any).
@@ -76,6 +78,8 @@ struct CoordinatorOptions {
   std::string isa = {};
   /// How long workers that are started together have, before a job is bound to the class of most of them.
   std::chrono::milliseconds settle{0};
+  /// Units of a tile are leased as one, as many as take a worker this time; 0: each by itself.
+  std::chrono::milliseconds longest_run{10'000};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
 };
@@ -85,8 +89,8 @@ class Coordinator {
  public:
   /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address), PermissionDenied
   /// (not loopback, and neither encrypted nor allowed to be), Unavailable (cannot listen there), FailedPrecondition
-  /// (another coordinator uses the data directory, its format is not known, or something is lost that was acknowledged),
-  /// DataLoss and Internal (data directory damaged, disk).
+  /// (another coordinator uses the data directory, its format is not known, or something is lost that was
+  /// acknowledged), DataLoss and Internal (data directory damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
 
   /// Where workers join; 0 when none do.

@@ -26,10 +26,12 @@ wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .use
 void note_failure(JobEntry& entry, const FarmEvent& event) {
   ++entry.failures;
   v1::FailedUnit& failed = entry.latest_failures.emplace_back();
+  const bool run_lost = event.kind == FarmEvent::Kind::kRunLost, run_failed = event.kind == FarmEvent::Kind::kRunFailed;
   failed.set_unit_index(event.unit);
+  if (run_lost || run_failed) failed.set_ranges(static_cast<std::uint32_t>(event.value));
   failed.mutable_failure()->set_host(short_name(event.host));
   failed.mutable_failure()->set_message(event.text);
-  failed.mutable_failure()->set_lost(event.kind == FarmEvent::Kind::kUnitLost);
+  failed.mutable_failure()->set_lost(run_lost || event.kind == FarmEvent::Kind::kUnitLost);
   if (entry.latest_failures.size() > JobEntry::kLatestFailures) entry.latest_failures.pop_front();
 }
 
@@ -43,6 +45,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       seal_(options.seal),
       scheduler_({.heartbeat_interval = options.heartbeat_interval,
                   .lease_timeout = options.lease_timeout,
+                  .longest_run = options.longest_run,
                   .order = options.order,
                   .epoch = journal.epoch(),
                   .audit_key = seal_->derive_key("audits"),
@@ -100,7 +103,7 @@ absl::Status Farm::recover(JobRecord record) {
     status.Update(do_again(entry, sequence, absl::DataLossError("its result is not on the disk any more")));
   }
   wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
-            record.result_count, entry.shape->plan->unit_count());
+            scheduler_.job(entry.id)->units_done, entry.shape->plan->unit_count());
   return status;
 }
 
@@ -141,12 +144,16 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       return;
     case FarmEvent::Kind::kUnitFailed:
     case FarmEvent::Kind::kUnitLost:
+    case FarmEvent::Kind::kRunFailed:
+    case FarmEvent::Kind::kRunLost:
       note_failure(*entry, event);
       return;
-    case FarmEvent::Kind::kRevoked:
-      entry->units_by_sequence[static_cast<std::size_t>(event.value) - 1] = JobEntry::kRevoked;
-      entry->hosts.discount(event.host);
+    case FarmEvent::Kind::kRevoked: {
+      CoveredUnits& units = entry->units_by_sequence[static_cast<std::size_t>(event.value) - 1];
+      units.first = JobEntry::kRevoked;
+      entry->hosts.discount(event.host, units.ranges);
       return;
+    }
     case FarmEvent::Kind::kNote:
       wire::log(spdlog::level::warn, fields_of(*entry), "job {}: {}", event.job, event.text);
       return;
@@ -194,7 +201,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
       for (const Shown& news : shown) {
         JobEntry* const entry = jobs_.find(news.job);
         if (entry == nullptr) continue;
-        entry->durable_results = std::max(entry->durable_results, news.results);
+        note_durable(*entry, news.results);
         entry->durable_end |= news.end && news.times_reopened == entry->times_reopened;
       }
     }
@@ -280,7 +287,7 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
     const v1::JobSpec& other = entry->shape->spec;
     if (!options_.share_results && other.user() != spec.user()) continue;
     if (entry->durable_results == 0 || other.scene().digest() != spec.scene().digest() ||
-        (best != nullptr && best->durable_results >= entry->durable_results)) {
+        (best != nullptr && best->durable_units >= entry->durable_units)) {
       continue;
     }
     if (!has_isa(*entry)) continue;
@@ -331,15 +338,12 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
     if (done == nullptr) continue;
     v1::UnitStats stats;
     static_cast<void>(stats.ParseFromString(done->stats));
-    add_stats(entry.stats, stats);
-    entry.hosts.count(done->host);
-    entry.hosts.time(done->host, time_of(stats));
-    entry.units_by_sequence.push_back(done->unit);
+    add_result(entry, done->units, done->host, stats);
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
-  if (!entry.units_by_sequence.empty()) {
+  if (entry.units > 0) {
     wire::log(spdlog::level::info, fields_of(entry), "job {}: {} units are taken over from job {}", entry.id,
-              entry.units_by_sequence.size(), donor->record.added.id);
+              entry.units, donor->record.added.id);
   }
   return entries;
 }

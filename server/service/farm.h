@@ -46,10 +46,11 @@ struct FarmOptions {
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
+  std::chrono::milliseconds longest_run{10'000};          // SchedulerOptions::longest_run
   JobOrder order = JobOrder::kFirstCome;
-  bool share_results = false;                             // jobs take over those of other users' jobs too
-  std::shared_ptr<const LeaseSeal> seal;                  // of this data directory
-  std::filesystem::path lived_time = {};                  // the file of LivedTime; empty: none
+  bool share_results = false;             // jobs take over those of other users' jobs too
+  std::shared_ptr<const LeaseSeal> seal;  // of this data directory
+  std::filesystem::path lived_time = {};  // the file of LivedTime; empty: none
   // Of jobs that do not say: JobSpec.bits and JobSpec.isa.
   v1::Bits bits = v1::BITS_SAME;
   std::string isa = {};

@@ -210,7 +210,8 @@ v1::ListWorkersResponse Farm::list_workers() {
   v1::ListWorkersResponse response;
   std::size_t bytes = 0;
   absl::flat_hash_map<std::string, std::vector<Assignment>> assignments;
-  for (Assignment& assignment : scheduler_.assignments()) assignments[assignment.worker].push_back(std::move(assignment));
+  for (Assignment& assignment : scheduler_.assignments())
+    assignments[assignment.worker].push_back(std::move(assignment));
   for (const WorkerView& view : scheduler_.workers()) {
     if (bytes > kMostWorkerBytes) {
       spdlog::warn("the list of workers is cut: {} of them fill a message", response.workers_size());
@@ -252,7 +253,7 @@ v1::ListWorkersResponse Farm::list_workers() {
 absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64_t after, bool status_only) {
   WatchBatch batch{.response = {}, .last = after};
   std::shared_ptr<const JobShape> shape;
-  std::vector<std::uint32_t> units;
+  std::vector<CoveredUnits> units;
   std::vector<std::uint64_t> revoked;
   bool ended, past;
   std::uint64_t available;
@@ -274,13 +275,13 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
     }
   }
   if (past && !status_only && after < available) {
-    absl::StatusOr<std::vector<std::uint32_t>> read = journal_.read_units(id, after, kWatchBatchResults);
+    absl::StatusOr<std::vector<CoveredUnits>> read = journal_.read_units(id, after, kWatchBatchResults);
     if (!read.ok()) return read.status();
     units = *std::move(read);
   }
   std::size_t bytes = 0;
-  for (const std::uint32_t unit : units) {
-    if (unit == JobEntry::kRevoked || std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
+  for (const CoveredUnits& covered : units) {
+    if (covered.first == JobEntry::kRevoked || std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
       ++batch.last;
       continue;
     }
@@ -298,7 +299,11 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
     bytes += payload->size();
     v1::UnitResult& result = *batch.response.add_results();
     result.set_sequence(++batch.last);
-    *result.mutable_unit() = shape->plan->unit(unit);
+    // A journal may be damaged.
+    const std::optional<UnitRun> run = shape->plan->run(covered.first, covered.ranges);
+    if (!run) return absl::DataLossError(absl::StrCat("journal: job ", id, ": result ", batch.last, " cannot be read"));
+    *result.mutable_unit() = shape->plan->unit(*run);
+    result.set_ranges(run->count);
     result.set_payload(*payload);
   }
   batch.finished = ended && (status_only || batch.last >= available);
@@ -314,7 +319,7 @@ absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl:
     if (absl::Status status = restore_job(scheduler_, request_of(entry), *record); !status.ok()) return status;
     recall(entry, *record);
   }
-  const std::uint32_t unit = entry.units_by_sequence[sequence - 1];
+  const std::uint32_t unit = entry.units_by_sequence[sequence - 1].first;
   if (unit == JobEntry::kRevoked) return absl::OkStatus();  // somebody else noticed before
   absl::Status status = scheduler_.revoke_result(entry.id, unit, sequence, std::string(damage.message()));
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});

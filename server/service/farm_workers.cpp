@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "scheduler/identity.h"
 #include "absl/strings/str_join.h"
+#include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/identifier.h"
 #include "service/result_check.h"
@@ -93,8 +93,9 @@ class Served {
 /// A line about what a worker did with a unit.
 void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
                absl::string_view text) {
+  const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
   wire::log(level, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
-            "worker {}, unit {} of job {}: {}", worker, token.unit_index(), token.job_id(), std::string(text));
+            "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(), std::string(text));
 }
 
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
@@ -337,11 +338,13 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin, Do
     }
     shape = (*entry)->shape;
   }
-  if (token.unit_index() >= shape->plan->unit_count()) {
-    return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index())));
+  const std::optional<UnitRun> units = shape->plan->run(token.unit_index(), std::max(token.ranges(), 1u));
+  if (!units) {
+    return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
+                                                        " of ", std::max(token.ranges(), 1u), " ranges")));
   }
   const absl::StatusOr<std::string> digest =
-      check_result(request.payload(), shape->plan->unit(token.unit_index()), shape->spec, shape->channels);
+      check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels);
   if (!digest.ok()) {
     metrics_.refused();
     const std::lock_guard lock(mutex_);
@@ -382,16 +385,14 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   metrics_.completed(time_of(stats), request.payload().size());
 
   JobEntry& entry = *jobs_.find(token.job_id());
-  add_stats(entry.stats, stats);
   const std::string host = scheduler_.host_of(request.worker_id());
-  entry.hosts.count(host);
-  entry.hosts.time(host, time_of(stats));
-  entry.units_by_sequence.push_back(token.unit_index());
-  entry.rate.note(entry.units_by_sequence.size(), now());
+  const CoveredUnits units{.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
+  add_result(entry, units, host, stats);
+  entry.rate.note(entry.units, now());
   std::vector<JournalEntry> entries;
   entries.push_back(UnitDone{.job = entry.id,
                              .sequence = decision->sequence,
-                             .unit = token.unit_index(),
+                             .units = units,
                              .digest = digest,
                              .payload = request.payload(),
                              .stats = stats.SerializeAsString(),

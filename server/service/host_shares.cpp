@@ -18,13 +18,13 @@ HostShares::Share* HostShares::share_of(const std::string& host) {
   return &hosts_[host];
 }
 
-void HostShares::count(const std::string& host) {
-  if (Share* const share = share_of(host)) ++share->units;
+void HostShares::count(const std::string& host, std::uint32_t units) {
+  if (Share* const share = share_of(host)) share->units += units;
 }
 
-void HostShares::discount(const std::string& host) {
+void HostShares::discount(const std::string& host, std::uint32_t units) {
   const auto found = hosts_.find(host);
-  if (found != hosts_.end() && found->second.units > 0) --found->second.units;
+  if (found != hosts_.end()) found->second.units -= std::min(units, found->second.units);
 }
 
 void HostShares::clear_counts() {

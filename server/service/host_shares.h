@@ -24,13 +24,13 @@ class HostShares {
   static constexpr std::uint32_t kLeastTimedUnits = 4;  // before that, one expensive unit would speak for the host
   static constexpr double kSlow = 2;
 
-  /// A result that counts.
-  void count(const std::string& host);
+  /// A result of so many units counts.
+  void count(const std::string& host, std::uint32_t units);
   /// One of its results does not count any more.
-  void discount(const std::string& host);
+  void discount(const std::string& host, std::uint32_t units);
   /// None counts, until they are counted again.
   void clear_counts();
-  /// How long a unit took on one thread; 0 when it was not rendered for this job.
+  /// How long a unit took on one thread, on average over those of a result; 0 when they were not rendered for this job.
   void time(const std::string& host, std::chrono::nanoseconds taken);
 
   using Saved = google::protobuf::RepeatedPtrField<v1::JobCost::Host>;

@@ -19,12 +19,12 @@ constexpr int kMaxWarningsPerUnit = 8;
 constexpr int kMaxWarningsPerJob = 64;
 constexpr std::size_t kMaxTimesPerJob = 4096;  // names of materials, above all
 
-/// Unit of each result, as in JobEntry::units_by_sequence.
-std::vector<std::uint32_t> units_of(const JobRecord& record) {
-  std::vector<std::uint32_t> units;
-  for (const JobRecord::Result& result : record.results) units.push_back(result.unit);
+/// Units of each result, as in JobEntry::units_by_sequence.
+std::vector<CoveredUnits> units_of(const JobRecord& record) {
+  std::vector<CoveredUnits> units;
+  for (const JobRecord::Result& result : record.results) units.push_back(result.units);
   for (const std::uint64_t sequence : revoked_results(record)) {
-    if (sequence > 0 && sequence <= units.size()) units[sequence - 1] = JobEntry::kRevoked;
+    if (sequence > 0 && sequence <= units.size()) units[sequence - 1].first = JobEntry::kRevoked;
   }
   return units;
 }
@@ -75,6 +75,23 @@ std::string request_key(const std::string& user, const std::string& request_id) 
   return absl::StrCat(user.size(), ":", user, " ", request_id);
 }
 
+void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host, const v1::UnitStats& stats) {
+  add_stats(entry.stats, stats);
+  entry.hosts.count(host, units.ranges);
+  entry.hosts.time(host, time_of(stats) / units.ranges);
+  entry.units_by_sequence.push_back(units);
+  entry.units += units.ranges;
+}
+
+void note_durable(JobEntry& entry, std::uint64_t results) {
+  // Of a job that is over for long no unit is counted any more.
+  for (; entry.durable_results < results; ++entry.durable_results) {
+    if (entry.durable_results < entry.units_by_sequence.size()) {
+      entry.durable_units += entry.units_by_sequence[entry.durable_results].ranges;
+    }
+  }
+}
+
 JobRequest request_of(const JobEntry& entry) {
   const v1::JobSpec& spec = entry.shape->spec;
   return {.id = entry.id,
@@ -120,25 +137,34 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   entry.stats = cost.stats();
   entry.hosts = HostShares::restored(cost.hosts());
   const std::vector<std::uint64_t> revoked = revoked_results(record);
+  // Rows of jobs that are over are not read; older versions had one unit a result.
+  entry.durable_units = !record.results.empty() ? 0
+                        : cost.units() > 0      ? cost.units()
+                                                : record.result_count - revoked.size();
   // The sums are from before the last revocations; the rows are not.
   if (!record.results.empty()) entry.hosts.clear_counts();
   for (std::size_t i = 0; i < record.results.size(); ++i) {
     const JobRecord::Result& result = record.results[i];
-    if (result.unit >= units || !wire::is_digest(result.digest)) return damaged("a result cannot be read");
-    if (!std::binary_search(revoked.begin(), revoked.end(), i + 1)) entry.hosts.count(result.host);
+    if (!entry.shape->plan->run(result.units.first, result.units.ranges) || !wire::is_digest(result.digest)) {
+      return damaged("a result cannot be read");
+    }
+    if (!std::binary_search(revoked.begin(), revoked.end(), i + 1)) {
+      entry.hosts.count(result.host, result.units.ranges);
+      entry.durable_units += result.units.ranges;
+    }
     if (i < record.stats.results) continue;
     v1::UnitStats stats;
     if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
     stats = bounded(std::move(stats));
     add_stats(entry.stats, stats);
-    entry.hosts.time(result.host, time_of(stats));
+    entry.hosts.time(result.host, time_of(stats) / result.units.ranges);
   }
   entry.units_by_sequence = units_of(record);
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
     entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
                          .units_total = units,
-                         .units_done = static_cast<std::uint32_t>(record.result_count - revoked.size()),
+                         .units_done = static_cast<std::uint32_t>(entry.durable_units),
                          .units_leased = 0,
                          .units_set_aside = 0,
                          .isa = "",
@@ -172,9 +198,9 @@ void recall(JobEntry& entry, const JobRecord& record) {
 }
 
 void retire(JobEntry& entry, JobView view) {
-  const std::vector<std::uint32_t> units = std::exchange(entry.units_by_sequence, {});
+  const std::vector<CoveredUnits> units = std::exchange(entry.units_by_sequence, {});
   for (std::size_t i = 0; i < units.size(); ++i) {
-    if (units[i] == JobEntry::kRevoked) entry.past_revoked.push_back(i + 1);
+    if (units[i].first == JobEntry::kRevoked) entry.past_revoked.push_back(i + 1);
   }
   entry.past = std::move(view);
 }
@@ -186,7 +212,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_state(view.state);
   status.set_units_total(view.units_total);
   // Only what survives a crash is said to be done, so that the number never falls.
-  status.set_units_done(std::min(view.units_done, static_cast<std::uint32_t>(entry.durable_results)));
+  status.set_units_done(std::min(view.units_done, static_cast<std::uint32_t>(entry.durable_units)));
   status.set_units_leased(view.units_leased);
   *status.mutable_stats() = entry.stats;
   status.set_error(view.error);
@@ -225,6 +251,9 @@ JobStats stats_of(const JobEntry& entry) {
   v1::JobCost cost;
   *cost.mutable_stats() = entry.stats;
   entry.hosts.save(*cost.mutable_hosts());
+  for (const CoveredUnits& units : entry.units_by_sequence) {
+    if (units.first != JobEntry::kRevoked) cost.set_units(cost.units() + units.ranges);
+  }
   return {.id = entry.id, .results = entry.units_by_sequence.size(), .stats = cost.SerializeAsString()};
 }
 

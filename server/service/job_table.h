@@ -45,21 +45,23 @@ struct JobEntry {
 
   v1::UnitStats stats;
   HostShares hosts;
-  /// Unit of each result, by sequence number - 1; kRevoked where the result does not count any more. Empty when `past`
-  /// is set: the journal knows.
-  std::vector<std::uint32_t> units_by_sequence;
+  /// Units of each result, by sequence number - 1; the first is kRevoked where the result does not count any more.
+  /// Empty when `past` is set: the journal knows.
+  std::vector<CoveredUnits> units_by_sequence;
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
   std::vector<std::uint64_t> past_revoked;  // where `past` is set: numbers of results that do not count, ascending
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.
   std::uint64_t durable_results = 0;
+  std::uint64_t durable_units = 0;     // that these cover
   /// The job is over, and that is on disk.
   bool durable_end = false;
   std::uint32_t times_reopened = 0;
 
   // For people who wait; since the coordinator started.
   static constexpr std::size_t kLatestFailures = 16;
+  std::uint64_t units = 0;  // that results brought
   CompletionRate rate = {};
   std::uint64_t failures = 0;
   std::deque<v1::FailedUnit> latest_failures = {};
@@ -67,6 +69,12 @@ struct JobEntry {
 
 /// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of their own.
 std::string request_key(const std::string& user, const std::string& request_id);
+
+/// A result is there, which counts.
+void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host, const v1::UnitStats& stats);
+
+/// So many results are on disk.
+void note_durable(JobEntry& entry, std::uint64_t results);
 
 /// What the scheduler is told of a job.
 JobRequest request_of(const JobEntry& entry);

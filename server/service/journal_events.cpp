@@ -1,7 +1,9 @@
 #include "service/journal_events.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "absl/strings/str_cat.h"
 #include "service/result_check.h"
 
 namespace tessera::server {
@@ -69,6 +71,7 @@ ClassHistory classes_of(const JobRecord& record) {
 
 absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobRecord& record) {
   const std::string id = request.id;
+  const std::shared_ptr<const WorkPlan> plan = request.plan;
   request.bound = record.isa;
   absl::Status status = scheduler.add_job(std::move(request));
   const std::vector<std::uint64_t> revoked = revoked_results(record);
@@ -79,10 +82,16 @@ absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobReco
       status.Update(scheduler.restore_revoked(id, static_cast<std::uint32_t>(sequence)));
       continue;
     }
-    status.Update(scheduler.restore_done(id, result.unit,
-                                         {.fingerprint = fingerprint_of(result.digest),
-                                          .sequence = static_cast<std::uint32_t>(sequence),
-                                          .host = scheduler.number_of_host(result.host)}));
+    const std::optional<UnitRun> units = plan->run(result.units.first, result.units.ranges);
+    if (!units) {
+      status.Update(absl::InvalidArgumentError(
+          absl::StrCat("job ", id, " has no unit ", result.units.first, " of ", result.units.ranges, " ranges")));
+      break;
+    }
+    status.Update(scheduler.restore_done(id, {.fingerprint = fingerprint_of(result.digest),
+                                              .sequence = static_cast<std::uint32_t>(sequence),
+                                              .host = scheduler.number_of_host(result.host),
+                                              .units = *units}));
   }
   for (const SchedulerEvent& event : record.events) status.Update(scheduler.restore(from_journal(event)));
   if (status.ok()) status.Update(scheduler.restored(id));

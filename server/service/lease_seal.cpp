@@ -20,7 +20,8 @@ namespace {
 /// The fields of a token and the host, each of a length that it says itself: no two grants give the same bytes.
 std::string message_of(const v1::LeaseToken& token, std::string_view host) {
   return absl::StrCat("lease ", token.job_id().size(), ":", token.job_id(), " ", token.generation(), " ",
-                      token.unit_index(), " ", token.attempt(), " ", token.epoch(), " ", std::string(host));
+                      token.unit_index(), " ", token.ranges(), " ", token.attempt(), " ", token.epoch(), " ",
+                      std::string(host));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ void fields(Archive& archive, JobEnded& e) {
 }
 template <typename Archive>
 void fields(Archive& archive, UnitDone& e) {
-  archive(e.job, e.sequence, e.unit, e.digest, e.stats, e.host);
+  archive(e.job, e.sequence, e.units.first, e.digest, e.stats, e.host, e.units.ranges);
 }
 template <typename Archive>
 void fields(Archive& archive, JobStats& e) {

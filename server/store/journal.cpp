@@ -265,10 +265,10 @@ absl::StatusOr<ResultFile::Extent> SqliteJournal::find_result(const std::string&
   return extent;
 }
 
-absl::StatusOr<std::vector<std::uint32_t>> SqliteJournal::read_units(const std::string& job, std::uint64_t after,
-                                                                     std::uint32_t most) {
+absl::StatusOr<std::vector<CoveredUnits>> SqliteJournal::read_units(const std::string& job, std::uint64_t after,
+                                                                    std::uint32_t most) {
   const std::lock_guard lock(database_mutex_);
-  std::vector<std::uint32_t> units;
+  std::vector<CoveredUnits> units;
   const absl::Status status = read_tables("reading", [&] {
     units = rows_.units(job, after, most);
     return absl::OkStatus();

@@ -38,11 +38,19 @@ struct JobEnded {
   std::int64_t finished_unix_ms = 0;
 };
 
-/// A unit is done. Sequence numbers of a job go up by one from 1, in the order of commits.
+/// The units that a result covers: so many sample ranges of one tile.
+struct CoveredUnits {
+  std::uint32_t first = 0;
+  std::uint32_t ranges = 1;
+
+  bool operator==(const CoveredUnits&) const = default;
+};
+
+/// Units are done. Sequence numbers of a job go up by one from 1, in the order of commits.
 struct UnitDone {
   std::string job;
   std::uint64_t sequence = 0;
-  std::uint32_t unit = 0;
+  CoveredUnits units;
   std::string digest;   // SHA-256 of the decoded result, hexadecimal
   std::string payload;  // proto/wire/tile_result.h
   std::string stats;    // serialized UnitStats
@@ -91,9 +99,9 @@ using JournalEntry =
 struct JobRecord {
   JobAdded added;
   std::string isa;  // JobBound::isa
-  JobEnded ended;  // state 0 while it is open
+  JobEnded ended;   // state 0 while it is open
   struct Result {
-    std::uint32_t unit = 0;
+    CoveredUnits units;
     std::string digest;
     std::string stats;
     std::string host;
@@ -136,8 +144,8 @@ class Journal {
   virtual absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) = 0;
 
   /// Units of at most `most` committed results after the number `after`, in order.
-  virtual absl::StatusOr<std::vector<std::uint32_t>> read_units(const std::string& job, std::uint64_t after,
-                                                                std::uint32_t most) = 0;
+  virtual absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string& job, std::uint64_t after,
+                                                               std::uint32_t most) = 0;
 };
 
 struct JournalOptions {

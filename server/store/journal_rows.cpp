@@ -71,7 +71,8 @@ void JournalRows::count_results(JobRecord& record) {
 
 absl::StatusOr<std::vector<std::uint64_t>> JournalRows::read_results(JobRecord& record, std::uint64_t known) {
   SQLite::Statement rows(
-      database_, "SELECT sequence, unit, digest, end, stats, host FROM results WHERE job = ? ORDER BY sequence");
+      database_,
+      "SELECT sequence, unit, digest, end, stats, host, ranges FROM results WHERE job = ? ORDER BY sequence");
   rows.bind(1, record.added.id);
   record.events = events(record.added.id);
   std::vector<std::uint64_t> ends;
@@ -83,7 +84,7 @@ absl::StatusOr<std::vector<std::uint64_t>> JournalRows::read_results(JobRecord& 
       return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
     }
     ends.push_back(static_cast<std::uint64_t>(end));
-    record.results.push_back({.unit = rows.getColumn(1).getUInt(),
+    record.results.push_back({.units = {.first = rows.getColumn(1).getUInt(), .ranges = rows.getColumn(6).getUInt()},
                               .digest = text(rows.getColumn(2)),
                               .stats = ends.size() > known ? text(rows.getColumn(4)) : "",
                               .host = text(rows.getColumn(5)),
@@ -105,14 +106,14 @@ std::vector<std::uint64_t> JournalRows::ends(const std::string& job, std::uint64
   return ends;
 }
 
-std::vector<std::uint32_t> JournalRows::units(const std::string& job, std::uint64_t after, std::uint32_t most) {
+std::vector<CoveredUnits> JournalRows::units(const std::string& job, std::uint64_t after, std::uint32_t most) {
   SQLite::Statement rows(database_,
-                         "SELECT unit FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
+                         "SELECT unit, ranges FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
   rows.bind(1, job);
   rows.bind(2, static_cast<std::int64_t>(after));
   rows.bind(3, most);
-  std::vector<std::uint32_t> units;
-  while (rows.executeStep()) units.push_back(rows.getColumn(0).getUInt());
+  std::vector<CoveredUnits> units;
+  while (rows.executeStep()) units.push_back({rows.getColumn(0).getUInt(), rows.getColumn(1).getUInt()});
   return units;
 }
 

@@ -34,7 +34,7 @@ class JournalRows {
   /// Where results end whose numbers are `first` to `last`, in order.
   std::vector<std::uint64_t> ends(const std::string& job, std::uint64_t first, std::uint64_t last);
   /// Units of at most `most` results after the number `after`, in order.
-  std::vector<std::uint32_t> units(const std::string& job, std::uint64_t after, std::uint32_t most);
+  std::vector<CoveredUnits> units(const std::string& job, std::uint64_t after, std::uint32_t most);
   /// In order; of the whole farm for an empty `job`.
   std::vector<SchedulerEvent> events(const std::string& job);
 

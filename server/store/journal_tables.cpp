@@ -8,7 +8,7 @@ namespace tessera::server {
 namespace {
 
 // 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs beside the
-// tables (entry_log.h). Older formats are brought up to date when they are opened.
+// tables (entry_log.h), and the column `ranges`. Older formats are brought up to date when they are opened.
 constexpr int kFormatVersion = 4;
 
 constexpr char kSchema[] = R"(
@@ -61,7 +61,10 @@ constexpr char kFromFormat2[] = R"(
 )";
 
 // Jobs without a row in `logs` get their logs when the journal is opened (log_recovery.h).
-constexpr char kFromFormat3[] = "UPDATE meta SET value = 4 WHERE key = 'format'";
+constexpr char kFromFormat3[] = R"(
+  ALTER TABLE results ADD COLUMN ranges INTEGER NOT NULL DEFAULT 1;
+  UPDATE meta SET value = 4 WHERE key = 'format';
+)";
 
 }  // namespace
 
@@ -103,7 +106,7 @@ JournalTables::JournalTables(SQLite::Database& database)
            "VALUES (?, ?, ?, ?, ?, ?)"),
       bind_(database, "UPDATE jobs SET isa = ? WHERE id = ?"),
       end_(database, "UPDATE jobs SET state = ?, error = ?, finished_unix_ms = ? WHERE id = ?"),
-      done_(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?)"),
+      done_(database, "INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
       stats_(database, "UPDATE jobs SET stats = ?, stats_results = ? WHERE id = ?"),
       event_(database, "INSERT INTO events (job, kind, unit, value, host, text) VALUES (?, ?, ?, ?, ?, ?)"),
       fetched_(database, "UPDATE jobs SET fetched = 1 WHERE id = ?"),
@@ -172,11 +175,12 @@ void JournalTables::write_row(const UnitDone& entry, std::uint64_t end) {
   row.reset();
   row.bind(1, entry.job);
   row.bind(2, static_cast<std::int64_t>(entry.sequence));
-  row.bind(3, entry.unit);
+  row.bind(3, entry.units.first);
   row.bind(4, entry.digest);
   row.bind(5, static_cast<std::int64_t>(end));
   row.bind(6, entry.stats.data(), static_cast<int>(entry.stats.size()));
   row.bind(7, entry.host);
+  row.bind(8, entry.units.ranges);
   row.exec();
 }
 

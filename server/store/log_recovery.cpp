@@ -303,7 +303,7 @@ absl::StatusOr<std::uint64_t> LogRecovery::write_anew(const std::string& job) {
       JobRecord::Result& result = record->results[i];
       add(UnitDone{.job = job,
                    .sequence = i + 1,
-                   .unit = result.unit,
+                   .units = result.units,
                    .digest = result.digest,
                    .payload = "",
                    .stats = result.stats,

@@ -51,6 +51,62 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   }
 }
 
+/// Ranges and results of a job that is done.
+struct Cut {
+  std::uint32_t units = 0, results = 0;
+};
+
+Cut cut_of(FarmUnderTest& farm, const std::string& job_id) {
+  Cut cut;
+  client::FarmClient::WatchHandlers handlers;
+  handlers.result = [&](const v1::UnitResult& result) {
+    cut.units += result.ranges();
+    ++cut.results;
+    return absl::OkStatus();
+  };
+  EXPECT_TRUE(farm.client().watch(job_id, handlers, {}).ok());
+  return cut;
+}
+
+TEST(BitEquality, OneUnitAtATimeOrManyAsOneWhoeverIsKilled) {
+  // Seven whole ranges of 64 samples and a ragged one, in each of 25 tiles.
+  const Arguments job = kView + Arguments{"--spp", "500", "--tile", "16"};
+  FarmUnderTest single{{}, {}, "127.0.0.1", {"--unit-seconds", "0"}};
+  single.add_worker(2);
+  const std::string alone = single.submit_detached(job);
+  const std::string expected = single.fetch_hash(alone);
+  const Cut units = cut_of(single, alone);
+  EXPECT_EQ(units.results, 25 * 8U);
+  EXPECT_EQ(units.units, 25 * 8U);
+
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(1);
+  const std::string job_id = farm.submit_detached(job);
+  const auto done = [](std::uint32_t least) {
+    return [least](const v1::JobStatus& status) { return status.units_done() >= least; };
+  };
+  farm.watch_until(job_id, done(30));
+  farm.kill_worker(0);
+  farm.watch_until(job_id, done(60));
+  farm.kill_and_restart_coordinator();
+  farm.restart_worker(0);
+  EXPECT_EQ(farm.fetch_hash(job_id), expected);
+  const Cut runs = cut_of(farm, job_id);
+  EXPECT_EQ(runs.units, units.units);
+  EXPECT_LT(runs.results, units.results);
+  EXPECT_EQ(render_hash(job), expected) << "in process";
+}
+
+TEST(BitEquality, PassesOneAtATimeOrManyAsOne) {
+  // 16 ranges of 16 passes over 128x128 pixels.
+  const Arguments job{
+      "scenes/cornell-box/scene.pbrt", "--resolution", "128x128", "--integrator", "light", "--spp", "256", "--quiet"};
+  FarmUnderTest single{{}, {}, "127.0.0.1", {"--unit-seconds", "0"}};
+  single.add_worker(1);
+  EXPECT_EQ(single.fetch_hash(single.submit_detached(job)), render_hash(job));
+}
+
 TEST(BitEquality, SamplesAsNoiseAsksInProcessAndOnTwoWorkersWhateverTiles) {
   const Arguments adaptive = kView + Arguments{"--spp", "128", "--noise", "0.2"};
   const std::string expected = render_hash(adaptive);

@@ -73,8 +73,8 @@ double json_number(const std::filesystem::path& file, const std::string& name) {
 }
 
 FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::string> environment,
-                             const std::string& host)
-    : wrapper_(std::move(wrapper)), environment_(std::move(environment)) {
+                             const std::string& host, Arguments options)
+    : wrapper_(std::move(wrapper)), environment_(std::move(environment)), options_(std::move(options)) {
   start_coordinator(host + ":0");
   client_ = new_client();
 }
@@ -87,7 +87,8 @@ std::unique_ptr<client::FarmClient> FarmUnderTest::new_client() const {
 
 void FarmUnderTest::start_coordinator(const std::string& listen) {
   coordinator_ = std::make_unique<support::Process>(
-      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string(), "--allow-insecure"},
+      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string(), "--allow-insecure"} +
+          options_,
       environment_);
   const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
   if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + coordinator_->err()};

@@ -53,10 +53,10 @@ struct WorkerSetup {
 
 class FarmUnderTest {
  public:
-  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own. It listens on a free port
-  /// of `host`, without encryption.
+  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own, and `options` to those of
+  /// its command. It listens on a free port of `host`, without encryption.
   explicit FarmUnderTest(std::vector<std::string> wrapper = {}, std::vector<std::string> environment = {},
-                         const std::string& host = "127.0.0.1");
+                         const std::string& host = "127.0.0.1", Arguments options = {});
 
   /// Directory for what the test writes.
   const std::filesystem::path& directory() const { return directory_.path(); }
@@ -107,7 +107,7 @@ class FarmUnderTest {
   std::unique_ptr<support::Process> start_worker(const WorkerSetup& setup) const;
 
   support::TempDir directory_;
-  const std::vector<std::string> wrapper_, environment_;  // of the coordinator
+  const std::vector<std::string> wrapper_, environment_, options_;  // of the coordinator
   std::string address_;
   std::unique_ptr<support::Process> coordinator_;
   std::vector<Worker> workers_;

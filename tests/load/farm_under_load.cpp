@@ -107,7 +107,7 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
       const std::string payload = "result " + std::to_string(unit);
       entries.push_back(server::UnitDone{.job = id,
                                          .sequence = unit + 1,
-                                         .unit = unit,
+                                         .units = {.first = unit},
                                          .digest = wire::sha256_hex(payload),
                                          .payload = payload,
                                          .stats = stats,

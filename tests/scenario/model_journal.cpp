@@ -36,7 +36,8 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
         return absl::InternalError(absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
       }
       ++record.result_count;
-      record.results.push_back({.unit = done->unit, .digest = done->digest, .stats = done->stats, .host = done->host});
+      record.results.push_back(
+          {.units = done->units, .digest = done->digest, .stats = done->stats, .host = done->host});
     } else if (const auto* event = std::get_if<SchedulerEvent>(&entry)) {
       (event->job.empty() ? farm_events_ : find(event->job)->events).push_back(*event);
     } else if (const auto* fetched = std::get_if<JobFetched>(&entry)) {
@@ -58,7 +59,7 @@ absl::StatusOr<std::string> ModelJournal::read_result(const std::string& job, st
   return absl::UnimplementedError("the model keeps no payloads");
 }
 
-absl::StatusOr<std::vector<std::uint32_t>> ModelJournal::read_units(const std::string&, std::uint64_t, std::uint32_t) {
+absl::StatusOr<std::vector<CoveredUnits>> ModelJournal::read_units(const std::string&, std::uint64_t, std::uint32_t) {
   return absl::UnimplementedError("nobody fetches from the model");
 }
 

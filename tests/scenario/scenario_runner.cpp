@@ -242,7 +242,7 @@ std::string ScenarioRunner::complete(const Arguments& arguments) {
   return absl::StrCat("result ", decision->sequence, "\n",
                       journal({UnitDone{.job = lease.job_id(),
                                         .sequence = decision->sequence,
-                                        .unit = lease.unit_index(),
+                                        .units = covered_by(lease),
                                         .digest = digest_of(result),
                                         .payload = "",
                                         .stats = "",
@@ -285,7 +285,11 @@ v1::LeaseToken ScenarioRunner::token(const std::string& text) const {
   v1::LeaseToken token;
   token.set_job_id(text.substr(0, slash));
   token.set_generation(1);
-  token.set_unit_index(static_cast<std::uint32_t>(std::stoul(text.substr(slash + 1, hash - slash - 1))));
+  const std::string unit = text.substr(slash + 1, hash - slash - 1);
+  token.set_unit_index(static_cast<std::uint32_t>(std::stoul(unit)));
+  if (const std::size_t run = unit.find('x'); run != std::string::npos) {
+    token.set_ranges(static_cast<std::uint32_t>(std::stoul(unit.substr(run + 1))));
+  }
   token.set_attempt(static_cast<std::uint32_t>(std::stoul(text.substr(hash + 1))));
   token.set_epoch(at == std::string::npos ? options_.epoch : std::stoull(text.substr(at + 1)));
   return token;
@@ -293,7 +297,8 @@ v1::LeaseToken ScenarioRunner::token(const std::string& text) const {
 
 std::string ScenarioRunner::text(const v1::LeaseToken& token) const {
   const std::string epoch = token.epoch() == options_.epoch ? "" : absl::StrCat("@", token.epoch());
-  return absl::StrCat(token.job_id(), "/", token.unit_index(), "#", token.attempt(), epoch);
+  const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
+  return absl::StrCat(token.job_id(), "/", token.unit_index(), run, "#", token.attempt(), epoch);
 }
 
 }  // namespace tessera::server

@@ -49,7 +49,9 @@ void expect_even(const Shares& shares, double least) {
 }
 
 TEST(Shares, ManyEqualJobsAdvanceTogetherAndThreadsHardlyWait) {
-  expect_even(share_farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160), 0.85);
+  // What 160 units cost differs by 0.31 / sqrt(160) = 2.4 %, the extremes of 50 jobs by 11 %; ten units of each job are
+  // out when the first one ends, 6 %. Seeds 1 to 12 give 0.83 to 0.90.
+  expect_even(share_farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160), 0.8);
 }
 
 TEST(Shares, FewLongJobsAdvanceTogetherAndThreadsHardlyWait) {
@@ -101,6 +103,8 @@ TEST(Shares, TheFirstOfThirtyFramesIsDoneFirst) {
   EXPECT_LE(farm.finished(0), farm.now() / 30 + Time{4500});
 }
 
+constexpr double kLongestRunMs = 10'000;
+
 /// Users with a job each, whose units take from 10 ms to 10 s, and machines that all may do anything.
 TEST(Shares, EveryUsersFirstJobHasItsTurnInBoundedTime) {
   const Seeds seeds = seeds_from_environment(/*count=*/100);
@@ -116,18 +120,20 @@ TEST(Shares, EveryUsersFirstJobHasItsTurnInBoundedTime) {
     double unit_ms = 0;
     for (std::size_t user = 0; user < users; ++user) {
       const double median = std::pow(10.0, 1 + static_cast<double>(random() % 1000) / 333);
-      unit_ms = std::max(unit_ms, median);
+      const std::uint32_t ranges = random() % 2 == 0 ? 1 : 32;
+      unit_ms = std::max({unit_ms, median, ranges > 1 ? kLongestRunMs : 0});
       options.jobs.push_back({.user = absl::StrCat(user),
                               .scene = absl::StrCat(user),
-                              .units = static_cast<std::uint32_t>(60'000 / median) + 4,
+                              .units = (static_cast<std::uint32_t>(60'000 / median) / ranges + 4) * ranges,
+                              .ranges = ranges,
                               .median_ms = median,
                               .submitted = Time(random() % 30'000)});
     }
     SteadyFarm farm(options);
     farm.run();
-    // Each user that waits may be passed over for 4 s of work, on one thread, and has a unit or two given out before
-    // it; a unit is as long as the longest, e^(0.3 * 4) times its median, and the first ones count as 1 s before that
-    // is known.
+    // Each user that waits may be passed over for 4 s of work, on one thread, and has a lease or two given out before
+    // it; one is as long as the longest unit, e^(0.3 * 4) times its median, or run, and the first ones count as 1 s
+    // before that is known.
     const Time bound(static_cast<std::int64_t>(static_cast<double>(users) * (4000 + 2 * 3.4 * unit_ms)) + 1000);
     for (std::size_t job = 0; job < users; ++job) {
       ASSERT_TRUE(farm.first_lease_after(job)) << "seed " << seed;

@@ -1,5 +1,6 @@
 #include "scenario/simulated_coordinator.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -13,6 +14,10 @@ std::string digest_of(ResultFingerprint result) {
   char text[65];
   std::snprintf(text, sizeof(text), "%016llx%048d", static_cast<unsigned long long>(result), 0);
   return text;
+}
+
+CoveredUnits covered_by(const v1::LeaseToken& token) {
+  return {.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
 }
 
 SimulatedCoordinator::SimulatedCoordinator(Journal& journal, const Jobs& jobs, SchedulerOptions options)
@@ -44,6 +49,19 @@ void SimulatedCoordinator::push(std::vector<JournalEntry> entries, Reply reply) 
   for (const FarmEvent& event : scheduler_.take_events()) append_to_journal(event, 1, entries);
   if (entries.empty() && reply == nullptr) return;
   waiting_.push_back({std::move(entries), std::move(reply)});
+}
+
+bool SimulatedCoordinator::revokes(const std::string& job, std::uint64_t sequence) const {
+  for (const Waiting& item : waiting_) {
+    for (const JournalEntry& entry : item.entries) {
+      const auto* const event = std::get_if<SchedulerEvent>(&entry);
+      if (event != nullptr && static_cast<FarmEvent::Kind>(event->kind) == FarmEvent::Kind::kRevoked &&
+          event->job == job && event->value == static_cast<std::int64_t>(sequence)) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 absl::Status SimulatedCoordinator::commit() {
@@ -135,7 +153,7 @@ void SimulatedCoordinator::complete(const std::string& worker, const v1::LeaseTo
   if (decision->duplicate) return push({}, std::move(reply));
   push({UnitDone{.job = job,
                  .sequence = decision->sequence,
-                 .unit = token.unit_index(),
+                 .units = covered_by(token),
                  .digest = digest_of(result.fingerprint),
                  .payload = absl::StrCat("payload ", job, " ", token.unit_index()),
                  .stats = "",

@@ -16,6 +16,9 @@ namespace tessera::server {
 /// Hexadecimal, with the fingerprint in front.
 std::string digest_of(ResultFingerprint result);
 
+/// The units that the token of a lease names.
+CoveredUnits covered_by(const v1::LeaseToken& token);
+
 class SimulatedCoordinator {
  public:
   /// Sent once what it tells of is durable.
@@ -48,6 +51,8 @@ class SimulatedCoordinator {
 
   Scheduler& scheduler() { return scheduler_; }
   bool waits_for_commit() const { return !waiting_.empty(); }
+  /// Whether a result does not count any more, which is not durable yet.
+  bool revokes(const std::string& job, std::uint64_t sequence) const;
   /// Entries that the last commit made durable.
   const std::vector<JournalEntry>& committed() const { return committed_; }
   /// The state in which a job ended before this coordinator started; unspecified for all others.

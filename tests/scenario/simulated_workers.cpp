@@ -13,15 +13,16 @@ namespace {
 constexpr Time kWorkerTick{2000};
 
 bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
-  return a.unit_index() == b.unit_index() && a.attempt() == b.attempt() && a.epoch() == b.epoch() &&
+  return covered_by(a) == covered_by(b) && a.attempt() == b.attempt() && a.epoch() == b.epoch() &&
          a.job_id() == b.job_id();
 }
 
 }  // namespace
 
-ResultFingerprint Simulation::truth_of(const Promise& promise, std::uint32_t unit,
+ResultFingerprint Simulation::truth_of(const Promise& promise, const CoveredUnits& units,
                                        const std::string& arithmetic_class) const {
-  return (std::hash<std::string>{}(promise.content) * 31 + std::hash<std::string>{}(arithmetic_class)) * 31 + unit;
+  return (std::hash<std::string>{}(promise.content) * 31 + std::hash<std::string>{}(arithmetic_class)) * 31 +
+         units.first + 10'007 * units.ranges;
 }
 
 std::string Simulation::class_of(const Worker& worker, const std::string& isa) {
@@ -30,9 +31,14 @@ std::string Simulation::class_of(const Worker& worker, const std::string& isa) {
   return found == worker.classes.end() ? "" : *found;
 }
 
+UnitRun Simulation::units_of(const std::string& job, const CoveredUnits& covered) const {
+  return *promises_.at(job).request.plan->run(covered.first, covered.ranges);
+}
+
 Simulation::Effort Simulation::effort_of(const v1::LeaseToken& token) const {
-  std::mt19937_64 random(truth_of(promises_.at(token.job_id()), token.unit_index(), ""));
-  const double milliseconds = std::lognormal_distribution<double>(std::log(800.0), std::log(100.0) / 4)(random);
+  std::mt19937_64 random(truth_of(promises_.at(token.job_id()), covered_by(token), ""));
+  const double milliseconds =
+      covered_by(token).ranges * std::lognormal_distribution<double>(std::log(800.0), std::log(100.0) / 4)(random);
   const double rays_per_ms = std::lognormal_distribution<double>(std::log(1000.0), 0.3)(random);
   return {.milliseconds = milliseconds, .rays = 1 + static_cast<std::uint64_t>(milliseconds * rays_per_ms)};
 }
@@ -134,15 +140,18 @@ void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) 
   Promise& promise = promises_.at(token.job_id());
   const std::string unit = absl::StrCat(token.job_id(), "/", token.unit_index());
   if (promise.cancel_acknowledged) return violate(absl::StrCat(unit, " was given out after its job was cancelled"));
-  const auto live = promise.live.find(token.unit_index());
-  if (live == promise.live.end()) return;
-  Promise::Result& result = promise.journaled[live->second];
-  if (!result.acknowledged) return;
-  // A second opinion is asked for once, of another host; more only to decide between two, of which is not known here
-  // what is not committed yet.
-  const bool second_opinion = (liars_ || audits_) && result.host != worker.host;
-  if (!second_opinion || (++result.second_leases > 1 && !result.disputed && !coordinator_->waits_for_commit())) {
-    violate(absl::StrCat(unit, " was acknowledged and is given out again"));
+  for (const std::uint32_t one : units_of(token)) {
+    const auto live = promise.live.find(one);
+    if (live == promise.live.end() || coordinator_->revokes(token.job_id(), live->second + 1)) continue;
+    Promise::Result& result = promise.journaled[live->second];
+    if (!result.acknowledged) continue;
+    // A second opinion is asked for once, of another host and for the same units; more only to decide between two, of
+    // which is not known here what is not committed yet.
+    const bool second_opinion = (liars_ || audits_) && result.host != worker.host && result.units == covered_by(token);
+    const bool again = one == token.unit_index() && ++result.second_leases > 1;
+    if (!second_opinion || (again && !result.disputed && !coordinator_->waits_for_commit())) {
+      return violate(absl::StrCat(unit, " was acknowledged and is given out again"));
+    }
   }
 }
 
@@ -165,7 +174,7 @@ void Simulation::check_order(const Worker& worker, const LeaseDecision& decision
   // A job whose class is not chosen yet waits for that.
   if (job_order_ != JobOrder::kFirstCome || worker.slowness > 1 || settle_ > Time{0}) return;
   std::map<std::string, std::uint32_t> given;
-  for (const v1::Lease& lease : decision.leases) ++given[lease.token().job_id()];
+  for (const v1::Lease& lease : decision.leases) given[lease.token().job_id()] += covered_by(lease.token()).ranges;
   for (const auto& [older, units] : waited) {
     const Promise& first = promises_.at(older);
     // Units that failed may be for others, and so may the whole job for a while.
@@ -234,7 +243,11 @@ void Simulation::check_paces() {
 }
 
 bool Simulation::poisonous(const v1::LeaseToken& token) const {
-  return poison_ && token.unit_index() == 3 && token.job_id() == "j0";
+  if (!poison_ || token.job_id() != "j0") return false;
+  for (const std::uint32_t unit : units_of(token)) {
+    if (unit == 3) return true;
+  }
+  return false;
 }
 
 void Simulation::receive_units(std::size_t index, const LeaseDecision& decision, const std::vector<std::string>& isas) {
@@ -266,11 +279,17 @@ void Simulation::deliver(std::size_t index, const Held& held) {
   const auto settled = [this, index, token](const absl::Status& status) {
     if (status.ok()) {
       Promise& promise = promises_.at(token.job_id());
-      const auto live = promise.live.find(token.unit_index());
-      if (live == promise.live.end() && promise.ended == v1::JOB_STATE_UNSPECIFIED && !liars_ && fail_ == 0) {
+      bool durable = false;
+      for (const std::uint32_t unit : units_of(token)) {
+        const auto live = promise.live.find(unit);
+        if (live == promise.live.end()) continue;
+        durable = true;  // cut in another way, perhaps
+        Promise::Result& result = promise.journaled[live->second];
+        result.acknowledged |= result.units == covered_by(token);
+      }
+      if (!durable && promise.ended == v1::JOB_STATE_UNSPECIFIED && !liars_ && fail_ == 0) {
         violate("a result is acknowledged that is not durable");
       }
-      if (live != promise.live.end()) promise.journaled[live->second].acknowledged = true;
     }
     to_worker(index, [this, index, token, status] {
       if (absl::IsNotFound(status)) {
@@ -291,7 +310,7 @@ void Simulation::deliver(std::size_t index, const Held& held) {
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
   const DeliveredResult result{
       .fingerprint =
-          truth_of(promises_.at(token.job_id()), token.unit_index(), held.arithmetic_class) + (lies ? 1 + index : 0),
+          truth_of(promises_.at(token.job_id()), covered_by(token), held.arithmetic_class) + (lies ? 1 + index : 0),
       .cost = held.cost,
       .work = effort_of(token).rays};
   to_coordinator(

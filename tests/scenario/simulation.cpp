@@ -44,6 +44,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
   audits_ = pick(4) == 0, settle_ = Time(pick(2) * 1000);
   liars_ = pick(4) == 0, poison_ = pick(4) == 0, full_disk_ = pick(4) == 0;
   if (pick(4) == 0) job_order_ = JobOrder::kFair;
+  runs_ = pick(2) == 0;
   if (options.real_journal) disk_ = std::make_unique<SimulatedDisk>(options.seed);
 
   workers_.resize(options.workers > 0 ? options.workers : 4 + pick(7));
@@ -157,9 +158,11 @@ void Simulation::start_coordinator() {
   if (!read.ok()) return violate(read.ToString());
   resolve_doubt(records);
   check_recovery(records);
-  coordinator_ = std::make_unique<SimulatedCoordinator>(
-      *journal, jobs_,
-      SchedulerOptions{.audit_one_in = liars_ || audits_ ? 3u : 0u, .order = job_order_, .settle = settle_});
+  coordinator_ = std::make_unique<SimulatedCoordinator>(*journal, jobs_,
+                                                        SchedulerOptions{.short_run = runs_ ? Time{10'000} : Time{100},
+                                                                         .audit_one_in = liars_ || audits_ ? 3u : 0u,
+                                                                         .order = job_order_,
+                                                                         .settle = settle_});
   if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
   ++incarnation_;
   committing_ = false;
@@ -244,22 +247,25 @@ void Simulation::learn(const UnitDone& done) {
   Promise& promise = promises_.at(done.job);
   if (done.sequence != promise.journaled.size() + 1)
     violate(absl::StrCat(done.job, ": result ", done.sequence, " out of order"));
-  if (!promise.live.emplace(done.unit, promise.journaled.size()).second) {
-    violate(absl::StrCat(done.job, "/", done.unit, " is merged twice"));
+  for (const std::uint32_t unit : units_of(done.job, done.units)) {
+    if (!promise.live.emplace(unit, promise.journaled.size()).second) {
+      violate(absl::StrCat(done.job, "/", unit, " is merged twice"));
+    }
   }
+  counts_.runs += done.units.ranges > 1;
   if (promise.ended == v1::CANCELLED) violate(absl::StrCat(done.job, ": merged after it was cancelled"));
   if (promise.ended != v1::JOB_STATE_UNSPECIFIED) violate(absl::StrCat(done.job, ": merged after its end"));
   if (!done.from_job.empty()) {
     const Promise& donor = promises_.at(done.from_job);
     if (donor.content != promise.content || done.from_sequence == 0 || done.from_sequence > donor.journaled.size() ||
-        donor.journaled[done.from_sequence - 1].unit != done.unit ||
+        donor.journaled[done.from_sequence - 1].units != done.units ||
         donor.journaled[done.from_sequence - 1].digest != done.digest) {
-      violate(absl::StrCat(done.job, "/", done.unit, " is taken over from where there is nothing"));
+      violate(absl::StrCat(done.job, "/", done.units.first, " is taken over from where there is nothing"));
     }
     ++counts_.adopted;
   }
   check_class(promise, done);
-  promise.journaled.push_back({.unit = done.unit, .digest = done.digest, .host = done.host});
+  promise.journaled.push_back({.units = done.units, .digest = done.digest, .host = done.host});
   ++counts_.results;
 }
 
@@ -268,7 +274,7 @@ void Simulation::check_class(Promise& promise, const UnitDone& done) {
   if (promise.request.any_class) return;
   for (const std::vector<std::string>& machine : kMachines) {
     for (const std::string& name : machine) {
-      if (digest_of(truth_of(promise, done.unit, name)) != done.digest) continue;
+      if (digest_of(truth_of(promise, done.units, name)) != done.digest) continue;
       if (promise.arithmetic_class.empty()) promise.arithmetic_class = name;
       if (promise.arithmetic_class != name)
         violate(absl::StrCat(done.job, " is of ", promise.arithmetic_class, " and ", name));
@@ -316,9 +322,9 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     ++counts_.revoked;
     Promise& promise = promises_.at(event->job);
     Promise::Result& result = promise.journaled.at(static_cast<std::size_t>(event->value) - 1);
-    if (result.unit != event->unit || result.revoked) violate("a result is revoked that does not count");
+    if (result.units.first != event->unit || result.revoked) violate("a result is revoked that does not count");
     result.revoked = true;
-    promise.live.erase(event->unit);
+    for (const std::uint32_t unit : units_of(event->job, result.units)) promise.live.erase(unit);
   }
 }
 
@@ -333,6 +339,13 @@ void Simulation::resolve_doubt(const std::map<std::string, JobRecord>& records) 
     } else if (const auto* ended = std::get_if<JobEnded>(&entry)) {
       const auto found = records.find(ended->id);
       ++decidable, there += found != records.end() && found->second.ended.state == ended->state;
+    } else if (const auto* event = std::get_if<SchedulerEvent>(&entry);
+               event != nullptr && static_cast<FarmEvent::Kind>(event->kind) == FarmEvent::Kind::kRevoked) {
+      const auto found = records.find(event->job);
+      ++decidable, there += found != records.end() &&
+                            std::any_of(found->second.events.begin(), found->second.events.end(), [&](const auto& e) {
+                              return e.kind == event->kind && e.value == event->value;
+                            });
     }
   }
   if (there != 0 && there != decidable) violate("half a commit survived");
@@ -355,7 +368,7 @@ void Simulation::check_recovery(const std::map<std::string, JobRecord>& records)
     }
     for (std::size_t i = 0; i < results.size(); ++i) {
       const Promise::Result& expected = promise.journaled[i];
-      if (results[i].unit != expected.unit || results[i].digest != expected.digest ||
+      if (results[i].units != expected.units || results[i].digest != expected.digest ||
           results[i].host != expected.host) {
         return violate(absl::StrCat(id, ": result ", i + 1, " is not what was journaled"));
       }
@@ -374,7 +387,7 @@ void Simulation::submit_job() {
   const auto tiles = donor.empty() ? static_cast<std::uint32_t>(many ? options_.workers * 3 : 1 + pick(24))
                                    : tiles_of(*promises_.at(donor).request.plan);
   JobRequest request{.id = id,
-                     .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(3))),
+                     .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(runs_ ? 12 : 3))),
                      .scene_digest = absl::StrCat("s", pick(2)),
                      .isa = pick(3) == 0 ? "avx2" : "",
                      .priority = static_cast<std::int32_t>(pick(2)),

@@ -29,7 +29,7 @@ struct SimulationOptions {
 /// What happened, for tests that want to know that something did.
 struct SimulationCounts {
   std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0, set_aside = 0,
-                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0;
+                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0;
 };
 
 class Simulation {
@@ -51,7 +51,7 @@ class Simulation {
     bool acknowledged = false;  // the submission
     bool cancel_acknowledged = false;
     struct Result {
-      std::uint32_t unit = 0;
+      CoveredUnits units;
       std::string digest;
       std::string host;
       bool acknowledged = false;
@@ -64,8 +64,8 @@ class Simulation {
     std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
     v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
-    std::uint64_t arrived = 0;  // when that was, in the order of jobs
-    bool failed = false;  // a unit of it was not rendered, once
+    std::uint64_t arrived = 0;     // when that was, in the order of jobs
+    bool failed = false;           // a unit of it was not rendered, once
     std::string arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
   };
   struct Held {
@@ -122,17 +122,19 @@ class Simulation {
   void deliver(std::size_t index, const Held& held);
   void forget(Worker& worker, const v1::LeaseToken& token);
   void kill_worker(std::size_t index);
+  UnitRun units_of(const std::string& job, const CoveredUnits& covered) const;
+  UnitRun units_of(const v1::LeaseToken& token) const { return units_of(token.job_id(), covered_by(token)); }
   bool poisonous(const v1::LeaseToken& token) const;
   /// What an honest worker returns.
-  ResultFingerprint truth_of(const Promise& promise, std::uint32_t unit, const std::string& arithmetic_class) const;
+  ResultFingerprint truth_of(const Promise& promise, const CoveredUnits& units,
+                             const std::string& arithmetic_class) const;
   void check_class(Promise& promise, const UnitDone& done);
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
   /// How many units each job has waiting.
   std::map<std::string, std::uint32_t> waiting_units(const std::string& worker) const;
   void check_order(const Worker& worker, const LeaseDecision& decision,
                    const std::map<std::string, std::uint32_t>& waited);
-  void check_sent_away(const Worker& worker, const std::string& id,
-                       const std::map<std::string, std::uint32_t>& waited);
+  void check_sent_away(const Worker& worker, const std::string& id, const std::map<std::string, std::uint32_t>& waited);
   bool is_usual_pace_common() const;
   void check_paces();
   /// What a unit takes on a usual thread: log-normal over two decades, and a
@@ -164,6 +166,7 @@ class Simulation {
   Time settle_{0};
   bool usual_pace_is_common_ = false;
   bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
+  bool runs_ = false;  // of units, as often as there can be
   JobOrder job_order_ = JobOrder::kFirstCome;
 
   std::unique_ptr<SimulatedDisk> disk_;

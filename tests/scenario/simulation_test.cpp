@@ -27,19 +27,19 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
     total.coordinator_deaths += counts.coordinator_deaths, total.worker_deaths += counts.worker_deaths;
     total.power_failures += counts.power_failures, total.disk_full += counts.disk_full;
     total.quarantines += counts.quarantines, total.revoked += counts.revoked;
-    total.adopted += counts.adopted, total.audits += counts.audits;
+    total.adopted += counts.adopted, total.audits += counts.audits, total.runs += counts.runs;
   }
   testing::Test::RecordProperty("steps", absl::StrCat(total.steps));
   std::printf(
       "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power failures, "
       "%llu full disks; %llu quarantines, %llu results revoked, "
-      "%llu taken over, %llu audits\n",
+      "%llu taken over, %llu audits, %llu of runs\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
       static_cast<unsigned long long>(total.results), static_cast<unsigned long long>(total.coordinator_deaths),
       static_cast<unsigned long long>(total.worker_deaths), static_cast<unsigned long long>(total.power_failures),
       static_cast<unsigned long long>(total.disk_full), static_cast<unsigned long long>(total.quarantines),
       static_cast<unsigned long long>(total.revoked), static_cast<unsigned long long>(total.adopted),
-      static_cast<unsigned long long>(total.audits));
+      static_cast<unsigned long long>(total.audits), static_cast<unsigned long long>(total.runs));
   return total;
 }
 
@@ -54,6 +54,7 @@ TEST(Simulation, NothingIsLostAndEveryJobEnds) {
   EXPECT_GT(counts.revoked, count / 100);
   EXPECT_GT(counts.adopted, count / 4);
   EXPECT_GT(counts.audits, count);
+  EXPECT_GT(counts.runs, count);
 }
 
 TEST(Simulation, TheJournalSurvivesPowerFailuresAndFullDisks) {

@@ -23,6 +23,7 @@ SteadyFarm::SteadyFarm(SteadyFarmOptions options)
       scheduler_(options_.scheduler),
       workers_(options_.machines.size()),
       done_(options_.jobs.size()),
+      results_(options_.jobs.size()),
       waits_(options_.jobs.size()),
       finished_(options_.jobs.size()),
       first_lease_(options_.jobs.size()),
@@ -32,12 +33,18 @@ SteadyFarm::SteadyFarm(SteadyFarmOptions options)
   for (std::size_t job = 0; job < options_.jobs.size(); ++job) {
     const SteadyFarmOptions::Work& work = options_.jobs[job];
     std::vector<double>&costs = costs_.emplace_back(work.units), &rays = rays_.emplace_back(work.units);
+    const std::uint32_t tiles = work.units / work.ranges;
     double along = normal(random_);
-    for (std::uint32_t unit = 0; unit < work.units; ++unit) {
-      costs[unit] = work.median_ms * std::exp(options_.spread * along);
-      rays[unit] = kRaysPerMs * costs[unit] * std::exp(options_.ray_spread.value_or(0) * normal(random_));
+    for (std::uint32_t tile = 0; tile < tiles; ++tile) {
+      costs[tile] = work.median_ms * std::exp(options_.spread * along);
+      rays[tile] = kRaysPerMs * costs[tile] * std::exp(options_.ray_spread.value_or(0) * normal(random_));
       along = options_.correlation * along + innovation * normal(random_);
     }
+    for (std::uint32_t unit = tiles; unit < work.units; ++unit) {
+      costs[unit] = costs[unit - tiles];
+      rays[unit] = rays[unit - tiles];
+    }
+    plans_.push_back(row_of_tiles(tiles, work.ranges));
     happen(work.submitted, {.kind = Kind::kSubmit, .which = job});
   }
   for (std::size_t machine = 0; machine < workers_.size(); ++machine) {
@@ -131,23 +138,32 @@ void SteadyFarm::step(const Event& event) {
     }
     case Kind::kAnswered: {
       const std::size_t job = std::stoul(event.token.job_id());
-      const auto rays = static_cast<std::uint64_t>(rays_[job][event.token.unit_index()]);
+      const UnitRun units = units_of(event.token);
+      const auto rays = static_cast<std::uint64_t>(units.count * rays_[job][units.first]);
       const auto decision = scheduler_.complete(
           absl::StrCat(event.which), event.token,
           {.fingerprint = 1, .cost = event.cost, .work = options_.ray_spread ? std::max<std::uint64_t>(1, rays) : 0},
           now());
       EXPECT_TRUE(decision.ok()) << decision.status().ToString();
-      if (decision.ok() && !decision->duplicate && ++done_[job] == options_.jobs[job].units) finished_[job] = now_;
+      if (decision.ok() && !decision->duplicate) {
+        ++results_[job];
+        done_[job] += units.count;
+        if (done_[job] == options_.jobs[job].units) finished_[job] = now_;
+      }
       return ask(event.which);
     }
   }
+}
+
+UnitRun SteadyFarm::units_of(const v1::LeaseToken& token) const {
+  return *plans_[std::stoul(token.job_id())]->run(token.unit_index(), std::max(token.ranges(), 1u));
 }
 
 void SteadyFarm::submit(std::size_t job) {
   const SteadyFarmOptions::Work& work = options_.jobs[job];
   EXPECT_TRUE(scheduler_
                   .add_job({.id = absl::StrCat(job),
-                            .plan = row_of_tiles(work.units, 1),
+                            .plan = plans_[job],
                             .scene_digest = work.scene,
                             .isa = "avx2",
                             .user = work.user,
@@ -175,9 +191,14 @@ void SteadyFarm::ask(std::size_t machine) {
   for (const v1::Lease& lease : decision->leases) {
     worker.queue.push_back(lease.token());
     const std::size_t job = std::stoul(lease.token().job_id());
-    std::vector<bool>::reference waits = waits_[job][lease.token().unit_index()];
-    if (waits) --waiting_;
-    waits = false;
+    const UnitRun units = units_of(lease.token());
+    for (const std::uint32_t unit : units) {
+      if (waits_[job][unit]) --waiting_;
+      waits_[job][unit] = false;
+    }
+    if (results_[job] >= 8) {
+      longest_lease_ = std::max(longest_lease_, Instant(std::llround(1000 * units.count * costs_[job][units.first])));
+    }
     if (!first_lease_[job]) first_lease_[job] = now() - options_.jobs[job].submitted;
     const std::string& scene = options_.jobs[job].scene;
     if (std::find(worker.scenes.begin(), worker.scenes.end(), scene) != worker.scenes.end()) continue;
@@ -196,7 +217,8 @@ void SteadyFarm::begin(std::size_t machine) {
     const v1::LeaseToken token = worker.queue.front();
     worker.queue.pop_front();
     ++worker.running;
-    const double milliseconds = costs_[std::stoul(token.job_id())][token.unit_index()] * slowness_now(machine);
+    const UnitRun units = units_of(token);
+    const double milliseconds = units.count * costs_[std::stoul(token.job_id())][units.first] * slowness_now(machine);
     const Instant cost(std::max<std::int64_t>(1, std::llround(1000 * milliseconds)));
     happen(cost, {.kind = Kind::kRendered, .which = machine, .token = token, .cost = cost});
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <queue>
 #include <random>
@@ -29,7 +30,8 @@ struct SteadyFarmOptions {
     std::string user;
     std::string scene;
     std::uint32_t units = 1;
-    double median_ms = 1000;  // of what a unit takes on a usual thread
+    std::uint32_t ranges = 1;  // of each tile: units of one tile cost the same, and may be leased as one
+    double median_ms = 1000;   // of what a unit takes on a usual thread
     Time submitted{0};
   };
   std::vector<Machine> machines = {};
@@ -54,6 +56,10 @@ class SteadyFarm {
   Time now() const { return std::chrono::duration_cast<Time>(now_); }
   /// Units of each job that are done.
   const std::vector<std::uint32_t>& done() const { return done_; }
+  /// Results of each job, which may be of several units.
+  const std::vector<std::uint32_t>& results() const { return results_; }
+  /// What the longest lease took on a usual thread that was given out after the first eight results of its job.
+  Time longest_lease() const { return std::chrono::duration_cast<Time>(longest_lease_); }
   /// When the job's last unit was done.
   Time finished(std::size_t job) const { return std::chrono::duration_cast<Time>(finished_[job]); }
   /// When the job's first unit was given out, counted from its submission; none before that.
@@ -91,18 +97,20 @@ class SteadyFarm {
   void ask(std::size_t machine);
   void begin(std::size_t machine);
   void count_idle(Instant until);
+  UnitRun units_of(const v1::LeaseToken& token) const;
   double slowness_now(std::size_t machine) const;
 
   SteadyFarmOptions options_;
   Scheduler scheduler_;
   std::vector<Worker> workers_;
   std::vector<std::vector<double>> costs_, rays_;  // of each unit, in ms on a usual thread
-  std::vector<std::uint32_t> done_;
+  std::vector<std::uint32_t> done_, results_;
+  std::vector<std::shared_ptr<const WorkPlan>> plans_;
   std::vector<std::vector<bool>> waits_;  // units that nobody was given
   std::uint64_t waiting_ = 0;
   std::vector<Instant> finished_;
   std::vector<std::optional<Time>> first_lease_;
-  Instant now_{0};
+  Instant now_{0}, longest_lease_{0};
   double idle_ = 0, idle_in_vain_ = 0, thread_time_ = 0;  // thread-microseconds
   std::uint64_t order_ = 0;
   std::priority_queue<Event> events_;

@@ -57,11 +57,23 @@ SteadyFarmOptions random_farm(std::uint64_t seed) {
   return options;
 }
 
-TEST(Throughput, EqualMachinesAreNeverIdleWhileUnitsWait) {
+/// The same work in tiles that take half a minute or more, of which several units are leased as one.
+SteadyFarmOptions random_farm_of_runs(std::uint64_t seed) {
+  SteadyFarmOptions options = random_farm(seed);
+  std::mt19937_64 random(seed);
+  for (SteadyFarmOptions::Work& work : options.jobs) {
+    work.ranges = 32u << random() % 4;
+    work.units = (16 + static_cast<std::uint32_t>(random() % 32)) * work.ranges;
+    work.median_ms *= 32.0 / work.ranges;
+  }
+  return options;
+}
+
+void expect_busy_and_equal(SteadyFarmOptions (*random)(std::uint64_t seed)) {
   Worst worst;
   const Seeds seeds = seeds_from_environment(/*count=*/60);
   for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count; ++seed) {
-    const SteadyFarmOptions options = random_farm(seed);
+    const SteadyFarmOptions options = random(seed);
     SteadyFarm farm(options);
     Worst here;
     run_and_watch(farm, options.machines.size(), here);
@@ -70,11 +82,15 @@ TEST(Throughput, EqualMachinesAreNeverIdleWhileUnitsWait) {
     EXPECT_LE(here.idle, 0.02) << "seed " << seed;
     EXPECT_LE(here.slow, 1.2) << "seed " << seed;
     worst = {.idle = std::max(worst.idle, here.idle), .slow = std::max(worst.slow, here.slow)};
-    if (HasFailure()) return;
+    if (testing::Test::HasFailure()) return;
   }
   std::printf("%llu farms: idle while units wait %.2f %% at most, pace of equal machines within %.2f\n",
               static_cast<unsigned long long>(seeds.count), 100 * worst.idle, worst.slow);
 }
+
+TEST(Throughput, EqualMachinesAreNeverIdleWhileUnitsWait) { expect_busy_and_equal(random_farm); }
+
+TEST(Throughput, EqualMachinesAreNeverIdleWhileRunsWait) { expect_busy_and_equal(random_farm_of_runs); }
 
 TEST(Throughput, ThreeJobsOneAfterTheOtherKeepSixWorkersBusy) {
   SteadyFarmOptions options{.machines = std::vector<SteadyFarmOptions::Machine>(6), .spread = kTwoDecades};
@@ -85,6 +101,29 @@ TEST(Throughput, ThreeJobsOneAfterTheOtherKeepSixWorkersBusy) {
   std::printf("idle while units wait %.2f %%, pace within %.2f\n", 100 * worst.idle, worst.slow);
   EXPECT_LE(worst.idle, 0.02);
   EXPECT_LE(worst.slow, 1.2);
+}
+
+TEST(Throughput, RunsTakeTenSecondsWhateverTheTileAndThreadsEndTogether) {
+  constexpr std::uint32_t kTiles = 60, kRanges = 256, kThreads = 6;
+  for (const double unit_ms : {6.0, 150.0, 4000.0}) {
+    SteadyFarm farm(
+        {.machines = std::vector<SteadyFarmOptions::Machine>(kThreads),
+         .jobs = {{.user = "ann", .scene = "s", .units = kTiles * kRanges, .ranges = kRanges, .median_ms = unit_ms}},
+         .spread = kTwoDecades,
+         .correlation = 0.8});
+    farm.run();
+    const double seconds = static_cast<double>(farm.now().count()) / 1000, idle = farm.idle() * seconds;
+    const double longest = static_cast<double>(farm.longest_lease().count()) / 1000;
+    std::printf("units of %.0f ms: %u results in %.0f s, the longest lease %.2f s, threads idle for %.2f s each\n",
+                unit_ms, farm.results()[0], seconds, longest, idle);
+    // The most expensive of 60 tiles is three standard deviations from the median. Nothing is shorter than a unit.
+    const double unit = unit_ms * std::exp(3 * kTwoDecades) / 1000;
+    EXPECT_LE(longest, std::max(10.0, unit));
+    // The last leases take 100 ms, or are one unit.
+    EXPECT_LE(idle, 0.1 + unit);
+    // Runs are powers of two, so 5 to 10 s; before that each tile has runs of 1, 1, 2, 4 ... 128 units.
+    EXPECT_LE(farm.results()[0], kThreads * seconds / 5 + kTiles * 9);
+  }
 }
 
 /// Of one job of 2000 units.

@@ -51,7 +51,8 @@ class Agent::Work {
   Work(std::shared_ptr<grpc::Channel> channel, AgentOptions options, std::unique_ptr<BlobCache> cache)
       : options_(std::move(options)),
         link_(std::move(channel), options_.address),
-        session_(link_, registration(options_)),
+        session_(link_, registration(options_),
+                 [this](const std::string& id, std::stop_token stop) { heart_.introduce(id, stop); }),
         cache_(std::move(cache)),
         fetcher_(cache_ ? std::make_unique<BlobFetcher>(link_, *cache_) : nullptr),
         renderer_(options_, fetcher_.get()),

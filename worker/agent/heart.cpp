@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,15 +16,10 @@ void Heart::beat(std::stop_token halt) {
   bool warned = false;
   std::string known;  // the registration that was last heard of
   while (true) {
-    // At once after a new registration: a coordinator that has started again learns what is held here before it gives
-    // it to others.
     const absl::StatusOr<std::string> worker_id = session_.wait_for_beat(known, halt);
     if (!worker_id.ok()) return;
     known = *worker_id;
-    v1::HeartbeatRequest request;
-    request.set_worker_id(*worker_id);
-    for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);
-    const absl::StatusOr<v1::HeartbeatResponse> response = link_.heartbeat(request, halt);
+    const absl::StatusOr<v1::HeartbeatResponse> response = link_.heartbeat(all_held(*worker_id), halt);
     if (response.ok()) {
       obey(*response);
     } else {
@@ -34,11 +30,26 @@ void Heart::beat(std::stop_token halt) {
   }
 }
 
+void Heart::introduce(const std::string& worker_id, std::stop_token halt) {
+  const v1::HeartbeatRequest request = all_held(worker_id);
+  if (request.leases().empty()) return;
+  if (const absl::StatusOr<v1::HeartbeatResponse> response = link_.heartbeat(request, halt); response.ok()) {
+    obey(*response);
+  }
+}
+
+v1::HeartbeatRequest Heart::all_held(const std::string& worker_id) const {
+  v1::HeartbeatRequest request;
+  request.set_worker_id(worker_id);
+  for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);
+  return request;
+}
+
 bool Heart::ride(const HeldUnit& home, v1::HeartbeatRequest& request) {
   if (!session_.beat_early()) return false;
   for (v1::LeaseToken& token : leases_.tokens()) {
     const bool goes_home = token.job_id() == home.job_id && token.generation() == home.generation &&
-                           token.unit_index() == home.unit.index();
+                           token.unit_index() == home.unit.index() && std::max(token.ranges(), 1u) == home.ranges;
     if (!goes_home) *request.add_leases() = std::move(token);
   }
   return true;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stop_token>
+#include <string>
 
 #include "agent/coordinator_link.h"
 #include "agent/lease_table.h"
@@ -18,6 +19,10 @@ class Heart {
   /// Calls whenever it is time, until `halt`, or until the worker is refused.
   void beat(std::stop_token halt);
 
+  /// Tells a coordinator that has started again what is held here, before it gives it to others, or anew and cut in
+  /// another way to this worker. Whether it is heard or not, the next heartbeat says the same.
+  void introduce(const std::string& worker_id, std::stop_token halt);
+
   /// Fills in `request` when a heartbeat may go with the result of this unit, which is not held for long any more;
   /// false when none is due soon. What came of it is to be told to arrived().
   bool ride(const HeldUnit& home, v1::HeartbeatRequest& request);
@@ -25,6 +30,7 @@ class Heart {
   void arrived(const v1::HeartbeatResponse* response);
 
  private:
+  v1::HeartbeatRequest all_held(const std::string& worker_id) const;
   void obey(const v1::HeartbeatResponse& response);
 
   CoordinatorLink& link_;

@@ -6,14 +6,18 @@
 namespace tessera::agent {
 namespace {
 
+std::uint32_t ranges_of(const v1::LeaseToken& token) { return std::max(token.ranges(), 1u); }
+
 bool same_token(const v1::LeaseToken& a, const v1::LeaseToken& b) {
   return a.job_id() == b.job_id() && a.generation() == b.generation() && a.unit_index() == b.unit_index() &&
-         a.attempt() == b.attempt() && a.epoch() == b.epoch();
+         a.attempt() == b.attempt() && a.epoch() == b.epoch() && ranges_of(a) == ranges_of(b);
 }
 
 }  // namespace
 
-LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) { return {unit.job_id, unit.generation, unit.unit.index()}; }
+LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) {
+  return {unit.job_id, unit.generation, unit.unit.index(), unit.ranges};
+}
 
 void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at) {
   auto held = std::make_shared<HeldUnit>();
@@ -21,6 +25,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   held->job_id = lease.token().job_id();
   held->generation = lease.token().generation();
   held->attempt = lease.token().attempt();
+  held->ranges = ranges_of(lease.token());
   held->spec = std::move(spec);
 
   std::lock_guard lock{mutex_};
@@ -78,6 +83,7 @@ v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
   token.set_job_id(unit.job_id);
   token.set_generation(unit.generation);
   token.set_unit_index(unit.unit.index());
+  token.set_ranges(unit.ranges);
   return token;
 }
 
@@ -113,7 +119,7 @@ std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
   std::lock_guard lock{mutex_};
   std::size_t revoked = 0;
   for (const v1::LeaseToken& token : tokens) {
-    const auto found = entries_.find(Key{token.job_id(), token.generation(), token.unit_index()});
+    const auto found = entries_.find(Key{token.job_id(), token.generation(), token.unit_index(), ranges_of(token)});
     if (found == entries_.end() || !same_token(found->second.token, token)) continue;
     found->second.held->stop.request_stop();
     forget_if_queued(found);

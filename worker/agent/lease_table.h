@@ -19,9 +19,10 @@
 
 namespace tessera::agent {
 
-/// A unit in the worker's hands.
+/// A unit in the worker's hands, or a run of them that is rendered as one.
 struct HeldUnit {
   v1::WorkUnit unit;
+  std::uint32_t ranges = 1;  // of the run
   std::string job_id;
   std::uint32_t generation = 0;  // of the job
   std::uint32_t attempt = 0;     // the grant that brought it
@@ -82,7 +83,7 @@ class LeaseTable {
   bool wait_until_empty(std::chrono::milliseconds timeout);
 
  private:
-  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t>;  // job, generation, unit
+  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t>;  // job, generation, unit, ranges
   struct Entry {
     std::shared_ptr<HeldUnit> held;
     v1::LeaseToken token;

@@ -24,7 +24,8 @@ std::chrono::milliseconds interval_of(const google::protobuf::Duration& duration
 
 }  // namespace
 
-Session::Session(CoordinatorLink& link, v1::RegisterRequest request) : link_(link), request_(std::move(request)) {}
+Session::Session(CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce)
+    : link_(link), request_(std::move(request)), introduce_(std::move(introduce)) {}
 
 absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
   std::unique_lock lock{mutex_};
@@ -38,6 +39,7 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
   const bool registered_before = registered_before_;
   lock.unlock();
   const absl::StatusOr<v1::RegisterResponse> response = register_until_heard(registered_before, stop);
+  if (response.ok()) introduce_(response->worker_id(), stop);
   lock.lock();
   registering_ = false;
   changed_.notify_all();  // nobody looks before the lock is free

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <stop_token>
 #include <string>
@@ -15,7 +16,10 @@ namespace tessera::agent {
 /// Thread-safe.
 class Session {
  public:
-  Session(CoordinatorLink& link, v1::RegisterRequest request);
+  /// Says what this worker holds already, before anybody is told that it is registered by this id.
+  using Introduce = std::function<void(const std::string& worker_id, std::stop_token stop)>;
+
+  Session(CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce);
 
   /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be reached.
   /// Cancelled when `stop` is requested; any other error is final: the coordinator refuses this worker, or the address
@@ -44,6 +48,7 @@ class Session {
 
   CoordinatorLink& link_;
   const v1::RegisterRequest request_;
+  const Introduce introduce_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool registering_ = false;

@@ -42,6 +42,15 @@ TEST(JobNews, AUnitThatFailsIsToldOnceAndEscaped) {
   EXPECT_THAT(news.lines(lost), ElementsAre("unit 1 was lost with a worker on render7"));
 }
 
+TEST(JobNews, ARunThatIsLostIsToldAsOne) {
+  v1::JobStatus status = status_with(1, 1);
+  status.mutable_latest_failures(0)->set_ranges(16);
+  EXPECT_THAT(JobNews().lines(status),
+              ElementsAre("the run of 16 units from 0 failed on render7: no \\x1b[31mtexture"));
+  status.mutable_latest_failures(0)->mutable_failure()->set_lost(true);
+  EXPECT_THAT(JobNews().lines(status), ElementsAre("the run of 16 units from 0 was lost with a worker on render7"));
+}
+
 TEST(JobNews, ManyFailuresAtOnceAreCounted) {
   JobNews news;
   const std::vector<std::string> lines = news.lines(status_with(1000, 16));

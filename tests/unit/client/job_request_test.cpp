@@ -122,14 +122,22 @@ TEST(JobRequest, UnknownNamesAreAnsweredWithTheKnownOnes) {
   EXPECT_TRUE(check_names(request).ok());
 }
 
-TEST(JobRequest, UnitsAreAPowerOfTwoOfAQuarterMillionSamplesAtMost) {
-  EXPECT_EQ(samples_per_unit(1024, 4096), 256U);
-  EXPECT_EQ(samples_per_unit(4096, 4096), 64U);
-  EXPECT_EQ(samples_per_unit(1089, 4096), 128U);
-  EXPECT_EQ(samples_per_unit(1048576, 4096), 1U);
-  EXPECT_EQ(samples_per_unit(1024, 16), 16U);
-  EXPECT_EQ(samples_per_unit(1024, 17), 32U) << "one range may cover more than there is";
-  EXPECT_EQ(samples_per_unit(8, 1), 1U);
+TEST(JobRequest, UnitsAreAPowerOfTwoOfSixteenThousandSamplesAtMost) {
+  EXPECT_EQ(samples_per_unit(1024, 1, 4096), 16U);
+  EXPECT_EQ(samples_per_unit(256, 1, 4096), 64U);
+  EXPECT_EQ(samples_per_unit(1089, 1, 4096), 8U);
+  EXPECT_EQ(samples_per_unit(1048576, 1, 4096), 1U);
+  EXPECT_EQ(samples_per_unit(1024, 1, 16), 16U);
+  EXPECT_EQ(samples_per_unit(256, 1, 17), 32U) << "one range may cover more than there is";
+  EXPECT_EQ(samples_per_unit(8, 1, 1), 1U);
+}
+
+TEST(JobRequest, AJobHasAMillionUnitsAtMostWhereItCan) {
+  constexpr std::uint64_t kTiles = 120 * 68;  // 3840x2160
+  EXPECT_EQ(samples_per_unit(1024, kTiles, 1024), 16U);
+  EXPECT_EQ(samples_per_unit(1024, kTiles, 4096), 32U);
+  EXPECT_EQ(samples_per_unit(1024, kTiles, 65536), 512U);
+  EXPECT_EQ(samples_per_unit(64, kTiles * 16 * 16, 16), 16U) << "a tile is a unit at least";
 }
 
 TEST(JobRequest, WithNoiseAUnitHasAllSamples) {

@@ -51,9 +51,8 @@ void restore_old_job(Scheduler& scheduler, const std::string& bound = "avx2") {
                             .required_tags = {},
                             .bound = bound})
                   .ok());
-  ASSERT_TRUE(
-      scheduler.restore_done("job", 0, {.fingerprint = 1, .sequence = 1, .host = scheduler.number_of_host("old")})
-          .ok());
+  const AcceptedResult result{.fingerprint = 1, .sequence = 1, .host = scheduler.number_of_host("old"), .units = {}};
+  ASSERT_TRUE(scheduler.restore_done("job", result).ok());
   ASSERT_TRUE(scheduler.restored("job").ok());
 }
 

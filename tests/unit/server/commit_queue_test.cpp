@@ -22,8 +22,8 @@ class SlowJournal final : public Journal {
     return result;
   }
   absl::StatusOr<std::string> read_result(const std::string&, std::uint64_t) override { return ""; }
-  absl::StatusOr<std::vector<std::uint32_t>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
-    return std::vector<std::uint32_t>{};
+  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
+    return std::vector<CoveredUnits>{};
   }
 
   void await_begin() { begun_.acquire(); }

@@ -119,7 +119,8 @@ v1::LeaseResponse CoordinatorTest::lease(const std::string& worker, std::uint32_
   return response;
 }
 
-grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Lease& lease, const std::string& payload) {
+grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Lease& lease, const std::string& payload,
+                                       std::chrono::milliseconds took) {
   grpc::ClientContext context;
   v1::CompleteRequest request;
   request.set_worker_id(worker);
@@ -127,8 +128,19 @@ grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Leas
   request.set_payload(payload);
   request.mutable_stats()->set_samples(100);
   request.mutable_stats()->mutable_cpu_time()->set_nanos(700'000'000);
+  *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(took.count());
   v1::CompleteResponse response;
   return work_->Complete(&context, request, &response);
+}
+
+grpc::Status CoordinatorTest::fail(const std::string& worker, const v1::Lease& lease, const std::string& message) {
+  grpc::ClientContext context;
+  v1::FailRequest request;
+  request.set_worker_id(worker);
+  *request.mutable_token() = lease.token();
+  request.set_message(message);
+  v1::FailResponse response;
+  return work_->Fail(&context, request, &response);
 }
 
 }  // namespace tessera::server

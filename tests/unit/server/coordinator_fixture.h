@@ -38,7 +38,10 @@ class CoordinatorTest : public testing::Test {
 
   std::string register_worker(const std::string& isa = "avx2");
   v1::LeaseResponse lease(const std::string& worker, std::uint32_t units, std::chrono::milliseconds wait = {});
-  grpc::Status complete(const std::string& worker, const v1::Lease& lease, const std::string& payload);
+  /// `took`: what the worker says that rendering took; 0: it does not say.
+  grpc::Status complete(const std::string& worker, const v1::Lease& lease, const std::string& payload,
+                        std::chrono::milliseconds took = {});
+  grpc::Status fail(const std::string& worker, const v1::Lease& lease, const std::string& message);
 
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<v1::FarmService::Stub> farm_;

@@ -16,7 +16,7 @@ std::vector<JournalEntry> all_kinds() {
   return {JobAdded{"a", "request", std::string("spec\0with a zero", 16), 2, 1'700'000'000'000, 12},
           JobBound{"a", "avx2"},
           JobEnded{"a", 3, "why", 17},
-          UnitDone{"a", 5, 6, "digest", "", "stats", "host"},
+          UnitDone{"a", 5, {6, 4}, "digest", "", "stats", "host"},
           JobStats{"a", 5, "of five"},
           SchedulerEvent{"a", 4, 7, -8, "host", "text"},
           JobReopened{"a"},

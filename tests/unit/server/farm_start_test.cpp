@@ -43,8 +43,8 @@ class SlowJournal : public Journal {
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t) override {
     return absl::OutOfRangeError(job);
   }
-  absl::StatusOr<std::vector<std::uint32_t>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
-    return std::vector<std::uint32_t>();
+  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
+    return std::vector<CoveredUnits>();
   }
 
   bool committed_early() const { return committed_early_; }

@@ -11,7 +11,7 @@ using std::chrono::seconds;
 
 void add(HostShares& shares, const std::string& host, int units, seconds each) {
   for (int i = 0; i < units; ++i) {
-    shares.count(host);
+    shares.count(host, 1);
     shares.time(host, each);
   }
 }
@@ -59,11 +59,11 @@ TEST(HostShares, WhatIsRevokedDoesNotCountButWasTimed) {
   HostShares shares;
   add(shares, "a", 4, seconds{3});
   add(shares, "b", 4, seconds{1});
-  shares.discount("a");
+  shares.discount("a", 1);
   EXPECT_EQ(shares.units_of("a"), 3u);
   shares.clear_counts();
-  shares.discount("a");
-  shares.count("b");
+  shares.discount("a", 1);
+  shares.count("b", 1);
   EXPECT_THAT(shares.hosts(), testing::ElementsAre("b"));
   EXPECT_THAT(names(shares.slow()), testing::ElementsAre("a"));
 }

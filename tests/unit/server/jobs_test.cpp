@@ -202,13 +202,7 @@ TEST_F(JobsTest, AUnitThatFailsIsToldAtOnce) {
   const v1::LeaseResponse leases = lease(worker, 1);
   ASSERT_EQ(leases.leases_size(), 1);
   EXPECT_EQ(job(id).failures(), 0u);
-  grpc::ClientContext context;
-  v1::FailRequest request;
-  request.set_worker_id(worker);
-  *request.mutable_token() = leases.leases(0).token();
-  request.set_message("the texture is gone");
-  v1::FailResponse response;
-  ASSERT_TRUE(work_->Fail(&context, request, &response).ok());
+  ASSERT_TRUE(fail(worker, leases.leases(0), "the texture is gone").ok());
   const v1::JobStatus status = job(id);
   EXPECT_EQ(status.units_set_aside(), 0u) << "it is tried again";
   EXPECT_EQ(status.failures(), 1u);

@@ -27,7 +27,7 @@ UnitDone unit_done(const std::string& job, std::uint64_t sequence) {
   const std::string payload = payload_of(job, sequence);
   return {.job = job,
           .sequence = sequence,
-          .unit = static_cast<std::uint32_t>(sequence * 3),
+          .units = {.first = static_cast<std::uint32_t>(sequence * 3), .ranges = 1u << sequence % 3},
           .digest = wire::sha256_hex(payload),
           .payload = payload,
           .stats = absl::StrCat("stats ", sequence),
@@ -62,7 +62,8 @@ absl::StatusOr<std::string> contents_of(const std::filesystem::path& directory) 
   const absl::Status status = (*journal)->recover([&](const JobRecord& record) {
     absl::StrAppend(&all, record.added.id, record.added.request_id, record.added.spec, record.isa, record.ended.state);
     for (const JobRecord::Result& result : record.results) {
-      absl::StrAppend(&all, result.unit, result.digest, result.stats, result.host, result.bytes, " ");
+      absl::StrAppend(&all, result.units.first, result.units.ranges, result.digest, result.stats, result.host,
+                      result.bytes, " ");
     }
     for (const SchedulerEvent& event : record.events) absl::StrAppend(&all, event.kind, event.value, event.text, " ");
     return absl::OkStatus();
@@ -79,6 +80,23 @@ class JournalTest : public testing::Test {
   JournalTest() { EXPECT_TRUE(DataDir::open(directory_.path()).ok()); }
   std::unique_ptr<Journal> open() { return open_journal(directory_.path()).value(); }
   std::filesystem::path results(const std::string& job) const { return directory_.path() / "results" / job; }
+  /// What a version that knew neither logs nor runs would have left.
+  void make_it_of_format_3() const {
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,
+                              checked_pages_vfs()),
+              SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(database,
+                           "PRAGMA locking_mode = EXCLUSIVE; ALTER TABLE results DROP COLUMN ranges; DROP TABLE logs;"
+                           "DELETE FROM meta WHERE key = 'commit'; UPDATE meta SET value = 3 WHERE key = 'format'",
+                           nullptr, nullptr, nullptr),
+              SQLITE_OK);
+    sqlite3_close(database);
+    std::filesystem::remove(directory_.path() / "manifest");
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(directory_.path())) {
+      if (entry.path().extension() == ".log") std::filesystem::remove(entry.path());
+    }
+  }
 
   support::TempDir directory_;
 };
@@ -141,7 +159,7 @@ TEST_F(JournalTest, RemembersEverything) {
   EXPECT_EQ(records[0].added.uploaded_bytes, 12u);
   EXPECT_EQ(records[0].ended.state, 0);
   ASSERT_EQ(records[0].results.size(), 2u);
-  EXPECT_EQ(records[0].results[1].unit, 6u);
+  EXPECT_EQ(records[0].results[1].units, (CoveredUnits{.first = 6, .ranges = 4}));
   EXPECT_EQ(records[0].results[1].digest, wire::sha256_hex(payload_of("b", 2)));
   EXPECT_EQ(records[0].results[1].stats, "stats 2");
   EXPECT_EQ(records[1].isa, "avx2");
@@ -185,7 +203,7 @@ TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
     }
     EXPECT_EQ(journal->read_result("a", kResults + 1).status().code(), absl::StatusCode::kOutOfRange);
     EXPECT_EQ(journal->read_units("a", 1023, 2).value(),
-              (std::vector<std::uint32_t>{unit_done("a", 1024).unit, unit_done("a", 1025).unit}));
+              (std::vector<CoveredUnits>{unit_done("a", 1024).units, unit_done("a", 1025).units}));
     EXPECT_TRUE(journal->read_units("a", kResults, 10).value().empty());
   };
   expect_results();
@@ -299,19 +317,7 @@ TEST_F(JournalTest, AnOlderFormatGetsLogs) {
     ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1), JobEnded{"a", v1::DONE, "", 17}}).ok());
     ASSERT_TRUE(journal->commit({job_added("b"), unit_done("b", 1)}).ok());
   }
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,
-                            checked_pages_vfs()),
-            SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database,
-                         "PRAGMA locking_mode = EXCLUSIVE; DROP TABLE logs; DELETE FROM meta WHERE key = 'commit'; "
-                         "UPDATE meta SET value = 3 WHERE key = 'format'",
-                         nullptr, nullptr, nullptr),
-            SQLITE_OK);
-  sqlite3_close(database);
-  for (const char* file : {"manifest", "farm.log", "results/a.log", "results/b.log"}) {
-    std::filesystem::remove(directory_.path() / file);
-  }
+  make_it_of_format_3();
   const std::string before = contents_of(directory_.path()).value();
   for (const char* suffix : {"", "-wal"}) {
     std::filesystem::remove(directory_.path() / absl::StrCat("journal.sqlite", suffix));
@@ -378,6 +384,17 @@ TEST_F(JournalTest, AJournalWithoutChecksumsGetsThem) {
   sqlite3_close(database);
 }
 
+TEST_F(JournalTest, ResultsOfOlderFormatsAreOfOneUnit) {
+  ASSERT_TRUE(open()->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2)}).ok());
+  make_it_of_format_3();
+  const auto journal = open();
+  const std::vector<JobRecord> records = recover(*journal);
+  ASSERT_EQ(records.size(), 1u);
+  ASSERT_EQ(records[0].results.size(), 2u);
+  EXPECT_EQ(records[0].results[1].units, (CoveredUnits{.first = 6, .ranges = 1}));
+  ASSERT_TRUE(journal->commit({unit_done("a", 3)}).ok());
+}
+
 TEST_F(JournalTest, ANewerFormatIsRefused) {
   open();
   sqlite3* database = nullptr;
@@ -427,7 +444,7 @@ TEST_F(JournalTest, WhatWasAcknowledgedSurvivesKill9) {
     ASSERT_GE(records[0].results.size(), acknowledged);
     EXPECT_EQ(records[0].results.size() % 2, 0u) << "half a commit";
     for (std::uint64_t sequence = 1; sequence <= records[0].results.size(); ++sequence) {
-      EXPECT_EQ(records[0].results[sequence - 1].unit, sequence * 3);
+      EXPECT_EQ(records[0].results[sequence - 1].units, unit_done("a", sequence).units);
       ASSERT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
     }
   }

@@ -11,7 +11,7 @@ using testing::IsEmpty;
 
 Lease lease_of(std::uint64_t job, std::uint32_t unit, const std::string& worker, Time deadline) {
   return {.job = job,
-          .unit = unit,
+          .units = {.first = unit},
           .attempt = 1,
           .epoch = 1,
           .worker = worker,

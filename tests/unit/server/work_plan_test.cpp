@@ -60,6 +60,41 @@ TEST(WorkPlan, RangesAreNodesOfTheSumTreeAndComeInOrder) {
   EXPECT_EQ(last_begin, 16u);
 }
 
+TEST(WorkPlan, RunsAreNodesOfTheSumTree) {
+  v1::JobSpec spec = sound_spec();
+  spec.mutable_settings()->set_spp(8 * 13 + 5);  // thirteen whole ranges, and one of five samples
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  const std::uint32_t tiles = plan.unit_count() / 14;
+  const std::uint32_t longest[] = {8, 1, 2, 1, 4, 1, 2, 1, 4, 1, 2, 1, 1, 1};
+  for (std::uint32_t range = 0; range < 14; ++range) {
+    const UnitRun run = plan.longest_run(range * tiles + 3);
+    EXPECT_EQ(run.count, longest[range]) << "from range " << range;
+    EXPECT_EQ(plan.begins_tile(run.first), range == 0);
+    const v1::TileUnit tile = plan.unit(run).tile();
+    EXPECT_EQ(tile.samples().begin(), 8 * range);
+    EXPECT_EQ(tile.samples().end(), std::min(8 * (range + run.count), 8u * 13 + 5));
+    EXPECT_EQ(plan.unit(run).index(), run.first);
+    for (const std::uint32_t unit : run) {
+      EXPECT_EQ(plan.unit(unit).tile().pixels().x0(), tile.pixels().x0());
+      EXPECT_EQ(plan.unit(unit).tile().pixels().y0(), tile.pixels().y0());
+    }
+    EXPECT_EQ(plan.run(run.first, run.count), run);
+    EXPECT_EQ(plan.run(run.first, 2 * run.count), std::nullopt);
+  }
+  EXPECT_EQ(plan.run(0, 3), std::nullopt);
+  EXPECT_EQ(plan.run(0, 0), std::nullopt);
+  EXPECT_EQ(plan.run(plan.unit_count(), 1), std::nullopt);
+}
+
+TEST(WorkPlan, PassesRunAlike) {
+  v1::JobSpec spec = sound_spec();
+  spec.mutable_settings()->set_integrator("light");
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  ASSERT_EQ(plan.unit_count(), 3u);
+  EXPECT_EQ(plan.longest_run(0), (UnitRun{.first = 0, .count = 2, .step = 1}));
+  EXPECT_EQ(plan.unit(plan.longest_run(0)).pass().passes().end(), 16u);
+}
+
 TEST(WorkPlan, BeginsInTheMiddle) {
   v1::JobSpec spec = sound_spec();
   spec.mutable_crop()->set_x0(0);
