@@ -136,6 +136,10 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       wire::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
                 v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ", event.text);
       return;
+    case FarmEvent::Kind::kBound:
+      ++entry->bounds_under_way;
+      shown.push_back({.job = event.job, .bound = true});
+      return;
     case FarmEvent::Kind::kReopened:
       entry->durable_end = false;
       ++entry->times_reopened;
@@ -203,6 +207,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
         if (entry == nullptr) continue;
         note_durable(*entry, news.results);
         entry->durable_end |= news.end && news.times_reopened == entry->times_reopened;
+        entry->bounds_under_way -= news.bound;
       }
     }
     dispatcher_.notify_news();

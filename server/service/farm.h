@@ -151,6 +151,7 @@ class Farm {
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
     bool end = false;
     std::uint32_t times_reopened = 0;  // an end counts only when the job was not opened again since
+    bool bound = false;                // to an arithmetic class
   };
   /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
   /// after that. Answers at once where there is nothing, if `wait` is not set.

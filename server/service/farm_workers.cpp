@@ -198,13 +198,17 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     return true;
   }
   if (response->leases().empty() && !last) return false;
-  if (!scheduler_.has_events()) {
+  // No worker may begin before it is durable in which class: after a restart another one could be chosen. The choice
+  // may have been that of another call, and on its way.
+  const bool binding = std::any_of(response->leases().begin(), response->leases().end(), [&](const v1::Lease& lease) {
+    return jobs_.find(lease.token().job_id())->bounds_under_way > 0;
+  });
+  if (!binding && !scheduler_.has_events()) {
     lock.unlock();
     done(std::move(response));
     return true;
   }
-  // No worker may begin before it is durable in which class: after a restart another one could be chosen.
-  commit({}, {}, /*wait=*/false, [response = *std::move(response), done](const absl::Status& status) {
+  commit({}, {}, /*wait=*/true, [response = *std::move(response), done](const absl::Status& status) {
     status.ok() ? done(response) : done(status);
   });
   return true;

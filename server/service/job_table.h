@@ -55,6 +55,7 @@ struct JobEntry {
   /// Results that are on disk; clients see only those.
   std::uint64_t durable_results = 0;
   std::uint64_t durable_units = 0;     // that these cover
+  std::uint32_t bounds_under_way = 0;  // choices of an arithmetic class that are not on disk yet
   /// The job is over, and that is on disk.
   bool durable_end = false;
   std::uint32_t times_reopened = 0;

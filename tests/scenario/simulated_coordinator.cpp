@@ -51,6 +51,16 @@ void SimulatedCoordinator::push(std::vector<JournalEntry> entries, Reply reply) 
   waiting_.push_back({std::move(entries), std::move(reply)});
 }
 
+bool SimulatedCoordinator::binds(const std::string& job) const {
+  for (const Waiting& item : waiting_) {
+    for (const JournalEntry& entry : item.entries) {
+      const auto* const bound = std::get_if<JobBound>(&entry);
+      if (bound != nullptr && bound->id == job) return true;
+    }
+  }
+  return false;
+}
+
 bool SimulatedCoordinator::revokes(const std::string& job, std::uint64_t sequence) const {
   for (const Waiting& item : waiting_) {
     for (const JournalEntry& entry : item.entries) {
@@ -120,12 +130,14 @@ void SimulatedCoordinator::pause(const std::string& job, bool paused, Reply repl
 void SimulatedCoordinator::lease(const LeaseRequest& request, Time now, LeaseReply reply) {
   absl::StatusOr<LeaseDecision> decision = scheduler_.lease(request, now);
   std::vector<std::string> isas;
+  bool binding = false;
   if (decision.ok()) {
     for (const v1::Lease& lease : decision->leases) {
+      binding |= binds(lease.token().job_id());
       isas.push_back(scheduler_.isa_for(request.worker, lease.token().job_id()));
     }
   }
-  if (!scheduler_.has_events()) return reply(decision, isas);
+  if (!binding && !scheduler_.has_events()) return reply(decision, isas);
   push({}, [decision = std::move(decision), isas, reply = std::move(reply)](const absl::Status&) {
     reply(decision, isas);
   });

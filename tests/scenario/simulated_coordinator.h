@@ -51,6 +51,8 @@ class SimulatedCoordinator {
 
   Scheduler& scheduler() { return scheduler_; }
   bool waits_for_commit() const { return !waiting_.empty(); }
+  /// Whether the job is bound to a class, which is not durable yet.
+  bool binds(const std::string& job) const;
   /// Whether a result does not count any more, which is not durable yet.
   bool revokes(const std::string& job, std::uint64_t sequence) const;
   /// Entries that the last commit made durable.

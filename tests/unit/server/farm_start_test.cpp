@@ -1,12 +1,14 @@
-// A farm that starts on a journal that takes its time.
+// A farm on a journal that takes its time.
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
+#include <future>
 #include <thread>
 
 #include "requests.h"
 #include "service/farm.h"
+#include "wire/digest.h"
 
 namespace tessera::server {
 namespace {
@@ -14,11 +16,24 @@ namespace {
 using std::chrono::hours;
 using std::chrono::milliseconds;
 
-/// Has one job, cancelled long ago, and is busy with the next when the farm's clock ticks.
-class SlowJournal : public Journal {
+class EmptyJournal : public Journal {
  public:
   std::uint64_t epoch() const override { return 2; }
+  absl::Status recover(const std::function<absl::Status(JobRecord)>&) override { return absl::OkStatus(); }
+  absl::Status commit(const std::vector<JournalEntry>&) override { return absl::OkStatus(); }
+  absl::StatusOr<JobRecord> read_job(const std::string& job) override { return absl::NotFoundError(job); }
+  absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override { return std::vector<SchedulerEvent>(); }
+  absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t) override {
+    return absl::OutOfRangeError(job);
+  }
+  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
+    return std::vector<CoveredUnits>();
+  }
+};
 
+/// Has one job, cancelled long ago, and is busy with the next when the farm's clock ticks.
+class SlowJournal : public EmptyJournal {
+ public:
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override {
     const v1::JobSpec spec = square_spec("a scene", 16);
     JobRecord record;
@@ -38,15 +53,6 @@ class SlowJournal : public Journal {
     return absl::OkStatus();
   }
 
-  absl::StatusOr<JobRecord> read_job(const std::string& job) override { return absl::NotFoundError(job); }
-  absl::StatusOr<std::vector<SchedulerEvent>> farm_events() override { return std::vector<SchedulerEvent>(); }
-  absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t) override {
-    return absl::OutOfRangeError(job);
-  }
-  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
-    return std::vector<CoveredUnits>();
-  }
-
   bool committed_early() const { return committed_early_; }
   bool pruned() const { return pruned_; }
 
@@ -54,23 +60,87 @@ class SlowJournal : public Journal {
   std::atomic<bool> recovered_ = false, committed_early_ = false, pruned_ = false;
 };
 
+/// Writes the choice of a class when it is told to.
+class HoldingJournal : public EmptyJournal {
+ public:
+  absl::Status commit(const std::vector<JournalEntry>& entries) override {
+    for (const JournalEntry& entry : entries) {
+      if (!std::holds_alternative<JobBound>(entry)) continue;
+      held_.set_value();
+      released_.get_future().wait();
+    }
+    return absl::OkStatus();
+  }
+
+  void wait_until_held() { held_.get_future().wait(); }
+  void release() { released_.set_value(); }
+
+ private:
+  std::promise<void> held_, released_;
+};
+
+FarmOptions farm_options(Retention retention) {
+  return {.heartbeat_interval = std::chrono::seconds(1),
+          .lease_timeout = std::chrono::seconds(8),
+          .late_results = std::chrono::minutes(1),
+          .retention = retention,
+          .seal = LeaseSeal::open({}).value()};
+}
+
 TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
   SlowJournal journal;
   const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
-  const FarmOptions options = {.heartbeat_interval = std::chrono::seconds(1),
-                               .lease_timeout = std::chrono::seconds(8),
-                               .late_results = std::chrono::minutes(1),
-                               .retention = {.fetched = hours(0),
-                                             .unfetched = hours(1),
-                                             .max_bytes = 0,
-                                             .blobs = hours(0),
-                                             .interval = milliseconds(1)},
-                               .seal = LeaseSeal::open({}).value()};
+  const FarmOptions options = farm_options(
+      {.fetched = hours(0), .unfetched = hours(1), .max_bytes = 0, .blobs = hours(0), .interval = milliseconds(1)});
   const auto farm = Farm::open(journal, *blobs, options, [](const absl::Status&) {});
   ASSERT_TRUE(farm.ok()) << farm.status();
   EXPECT_FALSE(journal.committed_early());
   while (!journal.pruned()) std::this_thread::sleep_for(milliseconds{20});  // the test's own timeout is the limit
   EXPECT_TRUE((*farm)->list_jobs().jobs().empty());
+}
+
+TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
+  constexpr char kScene[] = "a scene";
+  HoldingJournal journal;
+  const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
+  auto writer = blobs->write(wire::sha256_hex(kScene), 0);
+  ASSERT_TRUE(writer.ok() && (*writer)->append(kScene).ok() && (*writer)->finish().ok());
+  const FarmOptions options = farm_options({.fetched = hours(1),
+                                            .unfetched = hours(1),
+                                            .max_bytes = std::uint64_t{1} << 40,
+                                            .blobs = hours(1),
+                                            .interval = hours(1)});
+  const auto farm = Farm::open(journal, *blobs, options, [](const absl::Status&) {});
+  ASSERT_TRUE(farm.ok()) << farm.status();
+  v1::SubmitJobRequest submission;
+  submission.set_request_id("request");
+  *submission.mutable_spec() = square_spec(kScene, 64);
+  std::promise<void> submitted;
+  (*farm)->submit(submission, [&](const absl::StatusOr<std::string>& id) {
+    EXPECT_TRUE(id.ok()) << id.status();
+    submitted.set_value();
+  });
+  submitted.get_future().wait();
+
+  // The first call makes the choice; the second finds it made, and not written.
+  std::promise<int> first, second;
+  std::future<int> firsts_units = first.get_future(), seconds_units = second.get_future();
+  const auto lease = [&](const char* name, std::promise<int>& units) {
+    v1::LeaseRequest request;
+    request.set_worker_id((*farm)->register_worker(registration(name))->worker_id());
+    request.set_max_units(1);
+    (*farm)->lease(
+        request, {}, [] { return false; },
+        [&units](const absl::StatusOr<v1::LeaseResponse>& response) { units.set_value(response->leases_size()); });
+  };
+  lease("a", first);
+  journal.wait_until_held();
+  lease("b", second);
+  EXPECT_EQ(firsts_units.wait_for(milliseconds{0}), std::future_status::timeout);
+  EXPECT_EQ(seconds_units.wait_for(milliseconds{0}), std::future_status::timeout);
+  journal.release();
+  EXPECT_EQ(firsts_units.get(), 1);
+  EXPECT_EQ(seconds_units.get(), 1);
 }
 
 }  // namespace
