@@ -1,5 +1,6 @@
 # Every package that Tessera uses. deploy/setup.sh is the list of their Debian names.
 find_package(Threads REQUIRED)
+find_package(CLI11 2.1 CONFIG REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Protobuf REQUIRED)
 pkg_check_modules(grpcpp REQUIRED IMPORTED_TARGET grpc++)

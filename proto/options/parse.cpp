@@ -1,7 +1,8 @@
-// From words to values.
+// From words to values: CLI11 takes the line apart, and is included here and nowhere else.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
+#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -12,148 +13,156 @@
 namespace tessera::options {
 namespace {
 
-absl::Status wrong(const std::string& text) { return absl::InvalidArgumentError(text); }
+/// Names the option in what is said about `value`: its variable of the environment when the value is from there.
+std::string source_of(const OptionSpec& spec, const std::string& value) {
+  const char* const variable = spec.environment.empty() ? nullptr : std::getenv(spec.environment.c_str());
+  return variable != nullptr && value == variable ? "$" + spec.environment : spec.name();
+}
 
-absl::Status take_one(OptionSpec& spec, const std::string& value, const std::string& called) {
+std::string needs_value(const OptionSpec& spec, const std::string& called) {
+  return absl::StrCat(called, " needs a value: ", called, " ", spec.value_name);
+}
+
+/// Converts one value. The message is without the option's name.
+absl::Status take_one(OptionSpec& spec, const std::string& value) {
   if (!spec.choices.empty() && std::ranges::find(spec.choices, value) == spec.choices.end()) {
-    return wrong(absl::StrCat(called, ": there is no '", value, "'; there is: ", absl::StrJoin(spec.choices, ", ")));
+    return absl::InvalidArgumentError(
+        absl::StrCat("there is no '", value, "'; there is: ", absl::StrJoin(spec.choices, ", ")));
   }
   for (const auto& check : spec.checks) {
-    if (const std::string fault = check(value); !fault.empty()) return wrong(absl::StrCat(called, ": ", fault));
+    if (const std::string fault = check(value); !fault.empty()) return absl::InvalidArgumentError(fault);
   }
-  const absl::Status status = spec.take(value);
-  return status.ok() ? status : wrong(absl::StrCat(called, ": ", std::string{status.message()}));
+  return spec.take(value);
 }
 
-/// `called`: what the user named it.
-absl::Status take(OptionSpec& spec, const std::string& value, const std::string& called) {
-  if (++spec.times_given > 1 && !spec.list && !spec.is_flag()) return wrong(absl::StrCat(called, " is given twice"));
-  if (spec.times_given == 1 && spec.list) spec.clear();
-  if (!spec.commas) return take_one(spec, value, called);
-  for (const std::string& part : std::vector<std::string>(absl::StrSplit(value, ','))) {
-    if (absl::Status status = take_one(spec, part, called); !status.ok()) return status;
+/// Converts all values of an option or an argument. Throws ValidationError, as CLI11 expects of what it calls back.
+void take(OptionSpec& spec, const std::vector<std::string>& values) {
+  if (values.size() > 1 && !spec.list) throw CLI::ValidationError(spec.name() + " is given twice");
+  if (spec.list) spec.clear();
+  for (const std::string& value : values) {
+    // CLI11 takes the option that follows for the value.
+    if (!spec.is_argument() && value.starts_with("--")) throw CLI::ValidationError(needs_value(spec, spec.name()));
+    const std::vector<std::string> parts =
+        spec.commas ? std::vector<std::string>(absl::StrSplit(value, ',')) : std::vector{value};
+    for (const std::string& part : parts) {
+      if (absl::Status status = take_one(spec, part); !status.ok()) {
+        throw CLI::ValidationError(source_of(spec, value), std::string{status.message()});
+      }
+    }
   }
-  return absl::OkStatus();
 }
 
-std::vector<std::string> names_of_options(const CommandSpec& command) {
-  std::vector<std::string> names{"--help"};
-  for (const auto& option : command.options) {
-    if (!option->is_argument()) names.push_back(option->name());
-  }
-  return names;
-}
+std::string name_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
-/// "-" is a word, and so is "-5": no option is a number.
-bool looks_like_option(const std::string& word) {
-  return word.size() > 1 && word[0] == '-' && !(word[1] >= '0' && word[1] <= '9');
-}
-
-/// Goes over the words of one command line.
+/// A command line as CLI11 knows it: the options, and all arguments as one list, which it could not share out among
+/// arguments that follow a list.
 class Parser {
  public:
-  Parser(CommandSpec& command, const std::vector<std::string>& words) : command_(command), words_(words) {}
+  Parser(CommandSpec& command, const std::vector<std::string>& words) : command_(command), words_(words) {
+    app_.set_help_flag();
+    app_.allow_extras();
+    const auto share_out = [this](const std::vector<std::string>& arguments) { take_arguments(arguments); };
+    arguments_ = app_.add_option_function<std::vector<std::string>>("ARGUMENTS", share_out);
+    for (const auto& spec : command.options) {
+      if (!spec->is_argument()) options_[spec.get()] = add(*spec);
+    }
+    for (const auto& [spec, option] : options_) {
+      for (const OptionSpec* other : spec->excludes) option->excludes(options_.at(other));
+      for (const OptionSpec* other : spec->needs) option->needs(options_.at(other));
+    }
+  }
 
   absl::Status run() {
-    bool only_arguments = false;
-    while (at_ < words_.size()) {
-      const std::string& word = words_[at_++];
-      absl::Status status;
-      if (!only_arguments && word == "--") {
-        only_arguments = true;
-      } else if (!only_arguments && looks_like_option(word)) {
-        status = take_option(word);
-      } else {
-        arguments_.push_back(word);
-      }
-      if (!status.ok()) return status;
+    std::string fault;
+    try {
+      app_.parse(reversed_words());
+      if (arguments_->empty()) take_arguments({});
+    } catch (const CLI::ArgumentMismatch& error) {
+      fault = mismatch(error.what());
+    } catch (const CLI::ParseError& error) {
+      fault = error.what();
     }
-    if (absl::Status status = take_arguments(); !status.ok()) return status;
-    if (absl::Status status = take_environment(); !status.ok()) return status;
-    return check_together();
+    // A misspelt option comes first: others may be missing because of it.
+    if (app_.remaining_size() > 0) {
+      const std::string name = name_of(app_.remaining().front());
+      fault = absl::StrCat("there is no option '", name, "'", wire::did_you_mean(name, names_of_options()));
+    }
+    return fault.empty() ? absl::OkStatus() : absl::InvalidArgumentError(fault);
   }
 
  private:
-  absl::Status take_option(const std::string& word) {
-    const bool is_long = word.starts_with("--");
-    const std::size_t equals = is_long ? word.find('=') : std::string::npos;
-    const std::string name = is_long ? word.substr(0, equals) : word.substr(0, 2);
-    OptionSpec* const spec = command_.find(name);
-    if (spec == nullptr || spec->is_argument()) {
-      const std::string& whole = is_long ? name : word;
-      return wrong(
-          absl::StrCat("there is no option '", whole, "'", wire::did_you_mean(whole, names_of_options(command_))));
+  CLI::Option* add(OptionSpec& spec) {
+    const std::string names = absl::StrJoin(spec.names, ",");
+    if (spec.is_flag()) {
+      return app_.add_flag_function(names, [&spec](std::int64_t) { take(spec, {""}); })->disable_flag_override();
     }
-    std::optional<std::string> value;
-    if (equals != std::string::npos) value = word.substr(equals + 1);
-    if (!is_long && word.size() > 2) value = word.substr(2);
-    if (spec->is_flag()) {
-      if (value) return wrong(absl::StrCat(name, " takes no value"));
-      return take(*spec, "", name);
-    }
-    if (!value) {
-      const bool none = at_ == words_.size() || words_[at_].starts_with("--");
-      if (none) return wrong(absl::StrCat(name, " needs a value: ", name, " ", spec->value_name));
-      value = words_[at_++];
-    }
-    return take(*spec, *value, name);
+    const auto take_all = [&spec](const std::vector<std::string>& values) { take(spec, values); };
+    return app_.add_option_function<std::vector<std::string>>(names, take_all)
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->allow_extra_args(false)
+        ->required(spec.required)
+        ->envname(spec.environment);
   }
 
-  /// In their order; a list among them takes what the others leave.
-  absl::Status take_arguments() {
+  /// CLI11 reads from the end. An empty value, "--name=", is a word of its own, or CLI11 would take the next one.
+  std::vector<std::string> reversed_words() const {
+    std::vector<std::string> reversed;
+    for (const std::string& word : words_) {
+      const OptionSpec* const spec = word.ends_with('=') ? command_.find(name_of(word)) : nullptr;
+      const bool is_empty = spec != nullptr && !spec->is_flag();
+      reversed.push_back(is_empty ? name_of(word) : word);
+      if (is_empty) reversed.emplace_back();
+    }
+    std::ranges::reverse(reversed);
+    return reversed;
+  }
+
+  /// Says where values and options do not match: CLI11 stopped at the last word, which has none, or at a flag with one.
+  std::string mismatch(const std::string& otherwise) const {
+    const OptionSpec* const last = command_.find(words_.back());
+    if (last != nullptr && !last->is_flag()) return needs_value(*last, words_.back());
+    for (const std::string& word : words_) {
+      const OptionSpec* const spec = command_.find(name_of(word));
+      if (spec != nullptr && spec->is_flag() && word != name_of(word)) return name_of(word) + " takes no value";
+    }
+    return otherwise;
+  }
+
+  /// Gives every argument its words in the order of definition; a list among them takes what the others leave.
+  void take_arguments(const std::vector<std::string>& arguments) {
     std::vector<OptionSpec*> specs;
     for (const auto& spec : command_.options) {
       if (spec->is_argument()) specs.push_back(spec.get());
     }
     const bool has_list = std::ranges::any_of(specs, [](const OptionSpec* spec) { return spec->list; });
     const std::size_t alone = specs.size() - (has_list ? 1 : 0);
-    const std::size_t listed = has_list && arguments_.size() > alone ? arguments_.size() - alone : 0;
-    if (!has_list && arguments_.size() > alone) {
-      return wrong(absl::StrCat("'", arguments_[alone], "' is one word too many"));
+    const std::size_t listed = has_list && arguments.size() > alone ? arguments.size() - alone : 0;
+    if (!has_list && arguments.size() > alone) {
+      throw CLI::ValidationError(absl::StrCat("'", arguments[alone], "' is one word too many"));
     }
-    auto word = arguments_.begin();
+    auto word = arguments.begin();
     for (OptionSpec* spec : specs) {
-      for (std::size_t i = 0; i < (spec->list ? listed : 1) && word != arguments_.end(); ++i, ++word) {
-        if (absl::Status status = take(*spec, *word, spec->name()); !status.ok()) return status;
-      }
+      const auto end = word + std::min<std::ptrdiff_t>(arguments.end() - word, spec->list ? listed : 1);
+      if (word == end && spec->required) throw CLI::ValidationError(spec->name() + " is required");
+      if (word != end) take(*spec, {word, end});
+      word = end;
     }
-    return absl::OkStatus();
   }
 
-  absl::Status take_environment() {
+  std::vector<std::string> names_of_options() const {
+    std::vector<std::string> names{"--help"};
     for (const auto& spec : command_.options) {
-      if (spec->times_given > 0 || spec->environment.empty()) continue;
-      const char* const value = std::getenv(spec->environment.c_str());
-      if (value == nullptr || *value == '\0') continue;
-      if (absl::Status status = take(*spec, value, absl::StrCat("$", spec->environment)); !status.ok()) return status;
+      if (!spec->is_argument()) names.push_back(spec->name());
     }
-    return absl::OkStatus();
-  }
-
-  absl::Status check_together() {
-    for (const auto& spec : command_.options) {
-      if (spec->times_given == 0) {
-        if (!spec->required) continue;
-        if (spec->is_argument()) return wrong(absl::StrCat(spec->name(), " is missing"));
-        return wrong(absl::StrCat(absl::StrJoin(spec->names, " or "), " ", spec->value_name, " is required"));
-      }
-      for (const OptionSpec* other : spec->excludes) {
-        if (other->times_given > 0)
-          return wrong(absl::StrCat(spec->name(), " and ", other->name(), " exclude each other"));
-      }
-      for (const OptionSpec* other : spec->needs) {
-        if (other->times_given == 0) {
-          return wrong(absl::StrCat(spec->name(), " needs ", other->name(), " ", other->value_name, " too"));
-        }
-      }
-    }
-    return absl::OkStatus();
+    return names;
   }
 
   CommandSpec& command_;
   const std::vector<std::string>& words_;
-  std::size_t at_ = 0;
-  std::vector<std::string> arguments_;
+  CLI::App app_;
+  std::map<const OptionSpec*, CLI::Option*> options_;
+  CLI::Option* arguments_ = nullptr;
 };
 
 }  // namespace
@@ -168,7 +177,6 @@ OptionSpec* CommandSpec::find(std::string_view name) const {
 }
 
 absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& words) {
-  for (const auto& option : command.options) option->times_given = 0;
   return Parser{command, words}.run();
 }
 

@@ -30,7 +30,6 @@ struct OptionSpec {
   std::function<absl::Status(const std::string&)> take;  // one value
   std::function<void()> clear;                           // of a list: what was there by default
   std::function<std::string()> show;                     // the value as text
-  int times_given = 0;
 
   bool is_argument() const { return !names.front().starts_with('-'); }
   bool is_flag() const { return value_name.empty(); }

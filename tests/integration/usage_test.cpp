@@ -100,7 +100,7 @@ TEST(Usage, WhatIsWrongIsSaidInPlainWordsByEveryProgram) {
       {{tessera_program(), "render", kScene, "-o", "x.exr", "--threads", "0"},
        "a whole number from 1 to 1024, not '0'"},
       {{server_program(), "--listn", "127.0.0.1:0"}, "did you mean '--listen'"},
-      {{server_program(), "--tls-user", "alice"}, "--tls-user needs --init-tls DIR too"},
+      {{server_program(), "--tls-user", "alice"}, "--tls-user requires --init-tls"},
       {{worker_program(), "--server", "127.0.0.1:1", "--threads", "many"}, "a whole number from 1 to 1024, not 'many'"},
       {{worker_program(), "now"}, "'now' is one word too many"}};
   for (const auto& [command, text] : cases) {

@@ -91,6 +91,32 @@ TEST_F(ProgramTest, GivesAListOfArgumentsWhatTheOthersLeave) {
   EXPECT_THAT(program_.parse({"priority", "--help"}).out, HasSubstr("usage: draw priority ID... PRIORITY\n"));
 }
 
+TEST_F(ProgramTest, TakesAnEmptyValueForWhatItIs) {
+  EXPECT_FALSE(program_.parse({"render", "--tls=", "box.pbrt", "--output=", "--tag", ""}).exit_code);
+  EXPECT_EQ(values_.scene, "box.pbrt");
+  EXPECT_THAT(values_.tags, ElementsAre(""));
+  EXPECT_THAT(fault_of_render({"--spp="}), HasSubstr("--spp: expected a whole number from 1 to 65536, not ''"));
+}
+
+TEST_F(ProgramTest, TakesNumbersInBaseTenOnly) {
+  EXPECT_FALSE(program_.parse({"render", "box.pbrt", "-o", "box.exr", "--spp", "0010"}).exit_code);
+  EXPECT_EQ(values_.spp, 10u);
+  EXPECT_THAT(fault_of_render({"--spp", "0x10"}), HasSubstr("--spp: expected"));
+  EXPECT_THAT(fault_of_render({"--counts", "1,,2"}), HasSubstr("--counts: expected"));
+}
+
+TEST_F(ProgramTest, LeavesBracketsInValuesAlone) {
+  EXPECT_FALSE(program_.parse({"render", "box.pbrt", "-o", "[c]", "--tag", "[d]"}).exit_code);
+  EXPECT_EQ(values_.output, "[c]");
+  EXPECT_THAT(values_.tags, ElementsAre("[d]"));
+}
+
+TEST_F(ProgramTest, TakesShortFlagsTogetherWithAnOption) {
+  EXPECT_FALSE(program_.parse({"render", "box.pbrt", "-qobox.exr"}).exit_code);
+  EXPECT_TRUE(values_.quiet);
+  EXPECT_EQ(values_.output, "box.exr");
+}
+
 TEST_F(ProgramTest, TakesAWordWithADashBehindTwoDashes) {
   EXPECT_FALSE(program_.parse({"render", "-o", "box.exr", "--", "--scene.pbrt"}).exit_code);
   EXPECT_EQ(values_.scene, "--scene.pbrt");
@@ -134,16 +160,16 @@ TEST_F(ProgramTest, RefusesRealNumbersThatAreNotFinite) {
 TEST_F(ProgramTest, SaysWhatIsGivenTwiceOrIsTooMuchOrMissing) {
   EXPECT_THAT(fault({"render", "a", "-o", "b", "--output", "c"}), HasSubstr("--output is given twice"));
   EXPECT_THAT(fault_of_render({"other.pbrt"}), HasSubstr("'other.pbrt' is one word too many"));
-  EXPECT_THAT(fault({"render", "a"}), HasSubstr("-o or --output FILE is required"));
-  EXPECT_THAT(fault({"render", "-o", "b"}), HasSubstr("SCENE is missing"));
+  EXPECT_THAT(fault({"render", "a"}), HasSubstr("--output is required"));
+  EXPECT_THAT(fault({"render", "-o", "b"}), HasSubstr("SCENE is required"));
   EXPECT_THAT(fault({"render", "a", "-o"}), HasSubstr("-o needs a value: -o FILE"));
-  EXPECT_THAT(fault({"render", "a", "-o", "--quiet"}), HasSubstr("-o needs a value: -o FILE"));
+  EXPECT_THAT(fault({"render", "a", "-o", "--quiet"}), HasSubstr("--output needs a value: --output FILE"));
   EXPECT_THAT(fault_of_render({"--quiet=yes"}), HasSubstr("--quiet takes no value"));
 }
 
 TEST_F(ProgramTest, SaysWhatGoesTogether) {
-  EXPECT_THAT(fault_of_render({"--quiet", "--noise", "0.1"}), HasSubstr("--quiet and --noise exclude each other"));
-  EXPECT_THAT(fault_of_render({"--join", "token"}), HasSubstr("--join needs --tls TEXT too"));
+  EXPECT_THAT(fault_of_render({"--quiet", "--noise", "0.1"}), HasSubstr("--noise excludes --quiet"));
+  EXPECT_THAT(fault_of_render({"--join", "token"}), HasSubstr("--join requires --tls"));
 }
 
 TEST_F(ProgramTest, TakesFromTheEnvironmentWhatIsNotGiven) {
@@ -151,6 +177,16 @@ TEST_F(ProgramTest, TakesFromTheEnvironmentWhatIsNotGiven) {
   EXPECT_FALSE(program_.parse({"render", "a", "-o", "b", "--join", "token"}).exit_code);
   EXPECT_EQ(values_.tls, "folder");
   ::unsetenv("TESSERA_TEST_TLS");
+}
+
+TEST_F(ProgramTest, NamesTheVariableThatHoldsAWrongValue) {
+  std::uint32_t port = 0;
+  program_.add_command("serve", "Serves").add("--port", port).in_range(1, 65535).from_environment("TESSERA_TEST_PORT");
+  ::setenv("TESSERA_TEST_PORT", "many", 1);
+  EXPECT_THAT(fault({"serve"}), HasSubstr("$TESSERA_TEST_PORT: expected a whole number from 1 to 65535, not 'many'"));
+  EXPECT_FALSE(program_.parse({"serve", "--port", "80"}).exit_code);
+  ::unsetenv("TESSERA_TEST_PORT");
+  EXPECT_EQ(port, 80u);
 }
 
 TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
