@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "net/free_memory.h"
 #include "wire/log.h"
 
 namespace tessera::server {
@@ -24,6 +25,7 @@ using Clock = Connections::Clock;
 constexpr int kBacklog = 4096;   // the system's own limit may be less
 constexpr int kMostAtOnce = 64;  // connections accepted before the clock is looked at again
 constexpr milliseconds kSweepInterval{1000};
+constexpr std::uint64_t kSweepsPerTrim = 4;
 constexpr milliseconds kPause{100};         // after an error that may pass
 constexpr unsigned kUserTimeoutMs = 5'000;  // as gRPC's own listeners: for bytes that nobody acknowledges
 
@@ -147,6 +149,7 @@ void Listener::close_sockets() {
 
 void Listener::run() {
   Clock::time_point next_sweep = Clock::now() + kSweepInterval;
+  std::uint64_t sweeps = 0;
   while (!stopping_) {
     std::vector<pollfd> waiting{{.fd = wake_, .events = POLLIN, .revents = 0}};
     for (const int socket : sockets_) waiting.push_back({.fd = socket, .events = POLLIN, .revents = 0});
@@ -165,6 +168,7 @@ void Listener::run() {
     if (const Clock::time_point now = Clock::now(); now >= next_sweep) {
       connections_.sweep(now);
       next_sweep = now + kSweepInterval;
+      if (++sweeps % kSweepsPerTrim == 0) trim_free_memory();
     }
   }
 }

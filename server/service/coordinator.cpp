@@ -22,6 +22,9 @@ namespace {
 // How long calls may take to end after a shutdown was requested.
 constexpr std::chrono::seconds kGrace{2};
 constexpr int kMaxStreamsPerConnection = 512;
+// Requests that have not arrived whole, and gRPC's own records of calls and connections: beyond, gRPC takes less at a
+// time, closes connections without calls, and cancels calls.
+constexpr std::size_t kMaxArrivingBytes = std::size_t{256} << 20;
 using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
@@ -185,6 +188,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.RegisterService(&*blob_service);
   builder.SetMaxReceiveMessageSize(static_cast<int>(wire::kMaxMessageBytes));
   builder.SetMaxSendMessageSize(static_cast<int>(wire::kMaxMessageBytes));
+  builder.SetResourceQuota(grpc::ResourceQuota{"calls"}.Resize(kMaxArrivingBytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   // Clients ping every 10 s (wire/channel.cpp); and a client whose machine is gone is noticed here too.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);

@@ -1,13 +1,19 @@
 // Connections that strangers open without end, beside those of thousands of workers: the coordinator goes on serving.
+#include <grpcpp/create_channel.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <future>
+#include <list>
 #include <thread>
 
 #include "load/farm_under_load.h"
 #include "support/idle_connections.h"
 #include "support/long_form.h"
+#include "support/tcp_proxy.h"
+#include "wire/address.h"
 #include "wire/channel.h"
 
 namespace tessera::load {
@@ -18,6 +24,7 @@ using std::chrono::seconds;
 using test::long_form;
 
 constexpr seconds kPatience{100};  // reached only when something hangs
+constexpr seconds kKeepalive{15};  // then the coordinator closes a connection on which nobody answers
 constexpr std::size_t kAtOnce = 1000;
 constexpr rlim_t kByHand = 1024;  // descriptors of a program that is started from a shell
 
@@ -85,6 +92,72 @@ TEST(Strangers, LeaveThousandsOfWorkersAndNewcomersBeServed) {
               strangers, static_cast<unsigned long long>(progress.done()),
               static_cast<unsigned long long>(fleet.tally().retries),
               static_cast<double>(use.peak_resident_bytes) / (1 << 20));
+}
+
+/// Calls of which the coordinator gets a part of the request, and never the rest.
+class HalfCalls {
+ public:
+  /// On one connection. They share the memory of `request`.
+  HalfCalls(const std::string& address, std::size_t calls, const grpc::ByteBuffer& request) : calls_(calls) {
+    grpc::ChannelArguments arguments = wire::channel_arguments();
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    grpc::GenericStub stub{grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments)};
+    for (Call& call : calls_) {
+      call.request = request;
+      stub.UnaryCall(&call.context, "/tessera.v1.WorkService/Complete", grpc::StubOptions{}, &call.request,
+                     &call.response, [&call](const grpc::Status& status) { call.end.set_value(status); });
+    }
+  }
+  ~HalfCalls() {
+    for (Call& call : calls_) call.context.TryCancel();
+    for (Call& call : calls_) call.ended.wait();
+  }
+
+  bool all_cancelled() const {
+    return std::ranges::all_of(
+        calls_, [](const Call& call) { return call.ended.wait_for(seconds(0)) == std::future_status::ready; });
+  }
+
+ private:
+  struct Call {
+    grpc::ClientContext context;
+    grpc::ByteBuffer request, response;
+    std::promise<grpc::Status> end;
+    std::future<grpc::Status> ended = end.get_future();
+  };
+  std::vector<Call> calls_;
+};
+
+TEST(Strangers, LargeRequestsThatNeverArriveWholeTakeBoundedMemory) {
+  constexpr std::size_t kConnections = 8, kCalls = 16;
+  constexpr std::size_t kRequestBytes = std::size_t{64} << 20;  // within wire::kMaxMessageBytes
+  constexpr std::size_t kSent = kConnections * kCalls * kRequestBytes / 2;
+  // gRPC cancels calls beyond its quota of 256 MiB, one after the other, while more arrives at what loopback carries:
+  // 2.0 GiB at most were seen, of 4 without a quota. Then a quarter remains, for the quota and all else.
+  constexpr std::size_t kMostAtPeak = kSent / 4 * 3, kMostInTheEnd = kSent / 4;
+  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM, {"--log-level", "error"}};
+  support::TcpProxy proxy{wire::parse_host_port(farm.address())->port};
+  proxy.forward_at_most(kSent / kConnections);
+  const grpc::Slice bytes{std::string(kRequestBytes, 'x')};
+  std::list<HalfCalls> halves;
+  for (std::size_t i = 0; i < kConnections; ++i)
+    halves.emplace_back(proxy.address(), kCalls, grpc::ByteBuffer{&bytes, 1});
+
+  const auto over = [&] {
+    return proxy.forwarded() >= kSent || std::ranges::any_of(halves, &HalfCalls::all_cancelled);
+  };
+  ASSERT_TRUE(wait_for(over)) << proxy.forwarded() << " bytes forwarded";
+  EXPECT_LT(farm.use().peak_resident_bytes, kMostAtPeak);
+  const auto end = std::chrono::steady_clock::now() + kKeepalive / 2;
+  while (farm.use().resident_bytes > kMostInTheEnd && std::chrono::steady_clock::now() < end) {
+    const absl::Status newcomer = call_anew(farm.address());
+    EXPECT_TRUE(newcomer.ok()) << newcomer;
+  }
+  const ProcessUse use = farm.use();
+  EXPECT_LT(use.resident_bytes, kMostInTheEnd);
+  std::printf("%zu MiB of requests: %zu MiB at most, then %zu\n", kSent >> 20,
+              static_cast<std::size_t>(use.peak_resident_bytes >> 20),
+              static_cast<std::size_t>(use.resident_bytes >> 20));
 }
 
 }  // namespace

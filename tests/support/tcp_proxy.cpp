@@ -75,24 +75,32 @@ void TcpProxy::forward(int client, std::uint64_t number, std::stop_token stop) {
   const int server = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_in address = loopback(server_port_);
   std::uint64_t random = 0x9e3779b97f4a7c15u * (number + 1);  // no two connections suffer alike
+  std::uint64_t left_of_client = most_of_client_;
   bool open = ::connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   while (open && !stop.stop_requested() && fault_ != Fault::kRefusing) {
     const Fault fault = fault_;
-    const short from_client = fault == Fault::kSilence || fault == Fault::kDeaf ? 0 : POLLIN;
+    const short from_client = fault == Fault::kSilence || fault == Fault::kDeaf || left_of_client == 0 ? 0 : POLLIN;
     const short from_server = fault == Fault::kSilence || fault == Fault::kMute ? 0 : POLLIN;
     pollfd ends[2]{{from_client ? client : -1, from_client, 0}, {from_server ? server : -1, from_server, 0}};
     if (::poll(ends, 2, kLookAroundMs) <= 0) continue;
-    if (ends[0].revents != 0) open = pass(client, server, random);
-    if (open && ends[1].revents != 0) open = pass(server, client, random);
+    if (ends[0].revents != 0) {
+      const std::size_t bytes = pass(client, server, random);
+      open = bytes > 0;
+      left_of_client -= std::min<std::uint64_t>(left_of_client, bytes);
+      forwarded_ += bytes;
+    }
+    if (open && ends[1].revents != 0) open = pass(server, client, random) > 0;
   }
   ::close(client);
   if (server >= 0) ::close(server);
 }
 
-bool TcpProxy::pass(int from, int to, std::uint64_t& random) {
+std::size_t TcpProxy::pass(int from, int to, std::uint64_t& random) {
   unsigned char buffer[16384];
-  const ssize_t got = ::recv(from, buffer, sizeof(buffer), 0);
-  if (got <= 0) return got < 0 && errno == EINTR;
+  ssize_t got = -1;
+  do got = ::recv(from, buffer, sizeof(buffer), 0);
+  while (got < 0 && errno == EINTR);
+  if (got <= 0) return 0;
   if (const std::uint64_t every = flip_every_; every > 0) {
     for (ssize_t i = 0; i < got; ++i) {
       if (next(random) % every != 0) continue;
@@ -102,10 +110,10 @@ bool TcpProxy::pass(int from, int to, std::uint64_t& random) {
   }
   for (ssize_t sent = 0; sent < got;) {
     const ssize_t more = ::send(to, buffer + sent, static_cast<std::size_t>(got - sent), MSG_NOSIGNAL);
-    if (more <= 0) return false;
+    if (more <= 0) return 0;
     sent += more;
   }
-  return true;
+  return static_cast<std::size_t>(got);
 }
 
 }  // namespace tessera::support

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,17 +38,23 @@ class TcpProxy {
   void flip_a_bit_in(std::uint64_t bytes) { flip_every_ = bytes; }
   std::uint64_t flipped() const { return flipped_; }
 
+  /// Forwards at most so many bytes of what each client sends, and nothing more of it; to be said before they connect.
+  void forward_at_most(std::uint64_t bytes_of_client) { most_of_client_ = bytes_of_client; }
+  /// Bytes of clients that were forwarded, of all connections.
+  std::uint64_t forwarded() const { return forwarded_; }
+
  private:
   void accept_all(std::stop_token stop);
   void forward(int client, std::uint64_t number, std::stop_token stop);
-  /// False when the connection is over.
-  bool pass(int from, int to, std::uint64_t& random);
+  /// Bytes passed on; 0 when the connection is over.
+  std::size_t pass(int from, int to, std::uint64_t& random);
 
   const int server_port_;
   int listener_ = -1;
   int port_ = 0;
   std::atomic<Fault> fault_{Fault::kNone};
   std::atomic<std::uint64_t> flip_every_{0}, flipped_{0};
+  std::atomic<std::uint64_t> most_of_client_{std::numeric_limits<std::uint64_t>::max()}, forwarded_{0};
   std::vector<std::jthread> connections_;
   std::jthread accepting_;
 };
