@@ -13,7 +13,8 @@ packages=(
   # tools
   g++ cmake ninja-build ccache pkg-config protobuf-compiler protobuf-compiler-grpc
   # command lines, RPC, errors, metrics, logs
-  libcli11-dev libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libspdlog-dev nlohmann-json3-dev
+  libcli11-dev libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libspdlog-dev
+  nlohmann-json3-dev
   # journal, digests, compression
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
   # renderer and images

@@ -6,6 +6,7 @@ find_package(Protobuf REQUIRED)
 pkg_check_modules(grpcpp REQUIRED IMPORTED_TARGET grpc++)
 find_library(TESSERA_GRPC_REFLECTION grpc++_reflection REQUIRED)  # it has no .pc file
 find_package(prometheus-cpp CONFIG REQUIRED)
+pkg_check_modules(microhttpd REQUIRED IMPORTED_TARGET libmicrohttpd)
 find_program(GRPC_CPP_PLUGIN grpc_cpp_plugin REQUIRED)
 find_package(absl CONFIG REQUIRED)
 find_package(OpenSSL REQUIRED)

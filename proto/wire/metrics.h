@@ -1,19 +1,11 @@
 // What Tessera's programs have in common where Prometheus looks at them.
 #pragma once
 
-#include <prometheus/collectable.h>
 #include <prometheus/metric_family.h>
 
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
-
-#include "absl/status/statusor.h"
-
-namespace prometheus {
-class Exposer;
-}
 
 namespace tessera::wire {
 
@@ -32,22 +24,6 @@ class ReadFamily {
   const char* label_;
   prometheus::MetricFamily family_;
   std::map<std::string, double> values_;
-};
-
-/// Serves /metrics over plain HTTP.
-class MetricsServer {
- public:
-  /// Unavailable where `address` (HOST:PORT; port 0 takes a free one) cannot be listened on.
-  static absl::StatusOr<std::unique_ptr<MetricsServer>> start(
-      const std::string& address, std::vector<std::shared_ptr<prometheus::Collectable>> sources);
-  ~MetricsServer();
-
-  int port() const;
-
- private:
-  MetricsServer() = default;
-  std::vector<std::shared_ptr<prometheus::Collectable>> sources_;
-  std::unique_ptr<prometheus::Exposer> exposer_;
 };
 
 }  // namespace tessera::wire

@@ -23,7 +23,7 @@
 #include "store/blob_store.h"
 #include "store/data_dir.h"
 #include "store/journal.h"
-#include "wire/metrics.h"
+#include "wire/metrics_server.h"
 
 namespace tessera::server {
 

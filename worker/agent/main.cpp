@@ -21,7 +21,7 @@
 #include "wire/channel.h"
 #include "wire/grpc_log.h"
 #include "wire/log.h"
-#include "wire/metrics.h"
+#include "wire/metrics_server.h"
 #include "wire/version.h"
 
 namespace tessera {

@@ -1,5 +1,7 @@
 #include "agent/metrics.h"
 
+#include <prometheus/collectable.h>
+
 #include <limits>
 #include <utility>
 #include <vector>

@@ -78,14 +78,16 @@ std::string CoordinatorTest::submit(const v1::JobSpec& spec) {
   return response.job_id();
 }
 
-v1::JobStatus CoordinatorTest::job(const std::string& id) {
+v1::GetJobResponse CoordinatorTest::get_job(const std::string& id) {
   grpc::ClientContext context;
   v1::GetJobRequest request;
   request.set_job_id(id);
   v1::GetJobResponse response;
   EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
-  return response.status();
+  return response;
 }
+
+v1::JobStatus CoordinatorTest::job(const std::string& id) { return get_job(id).status(); }
 
 std::vector<v1::WatchJobResponse> CoordinatorTest::watch(const v1::WatchJobRequest& request, grpc::StatusCode code) {
   grpc::ClientContext context;

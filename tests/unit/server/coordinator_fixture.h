@@ -31,6 +31,7 @@ class CoordinatorTest : public testing::Test {
   /// A spec of 2 x 2 tiles and `ranges` sample ranges, whose scene was uploaded.
   v1::JobSpec job_spec(std::uint32_t ranges = 1);
   std::string submit(const v1::JobSpec& spec);
+  v1::GetJobResponse get_job(const std::string& id);
   v1::JobStatus job(const std::string& id);
   /// Reads the whole stream; its status is OK unless told otherwise.
   std::vector<v1::WatchJobResponse> watch(const v1::WatchJobRequest& request,

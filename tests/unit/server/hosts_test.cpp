@@ -33,14 +33,6 @@ class Hosts : public CoordinatorTest {
     v1::CompleteResponse response;
     return work_->Complete(&context, request, &response).error_code();
   }
-  v1::GetJobResponse all_of(const std::string& id) {
-    grpc::ClientContext context;
-    v1::GetJobRequest request;
-    request.set_job_id(id);
-    v1::GetJobResponse response;
-    EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
-    return response;
-  }
   std::vector<std::string> notes_of(const std::string& id) {
     const v1::JobStatus status = job(id);
     return {status.notes().begin(), status.notes().end()};
@@ -61,7 +53,7 @@ TEST_F(Hosts, SlowOnesAreNamed) {
     }
   }
   for (int round = 0; round < 2; ++round) {
-    const v1::GetJobResponse response = all_of(id);
+    const v1::GetJobResponse response = get_job(id);
     EXPECT_EQ(response.usual_unit_time().seconds(), 10);
     ASSERT_EQ(response.slow_hosts_size(), 1);
     EXPECT_EQ(response.slow_hosts(0).host(), "slow");

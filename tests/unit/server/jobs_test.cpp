@@ -44,15 +44,6 @@ class JobsTest : public CoordinatorTest {
     return farm_->DeleteJob(&context, request, &response);
   }
 
-  v1::GetJobResponse get_job(const std::string& id) {
-    grpc::ClientContext context;
-    v1::GetJobRequest request;
-    request.set_job_id(id);
-    v1::GetJobResponse response;
-    EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
-    return response;
-  }
-
   void render_all(const std::string& worker) {
     const v1::LeaseResponse leases = lease(worker, 100);
     for (const v1::Lease& lease : leases.leases()) {

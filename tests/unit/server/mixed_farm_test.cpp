@@ -39,15 +39,6 @@ class MixedFarmTest : public CoordinatorTest {
     return units;
   }
 
-  v1::GetJobResponse whole_job(const std::string& id) {
-    grpc::ClientContext context;
-    v1::GetJobRequest request;
-    request.set_job_id(id);
-    v1::GetJobResponse response;
-    EXPECT_TRUE(farm_->GetJob(&context, request, &response).ok());
-    return response;
-  }
-
   std::string continued_from(const v1::JobSpec& spec, const std::string& donor) {
     grpc::ClientContext context;
     v1::SubmitJobRequest request;
@@ -129,17 +120,17 @@ TEST_F(MixedFarmTest, TakesOverResultsOfOneClassIntoAJobOfOne) {
 }
 
 TEST_F(MixedFarmTest, HasDefaultsForJobsThatDoNotSay) {
-  EXPECT_EQ(whole_job(submit(job_spec())).spec().bits(), v1::BITS_SAME);
+  EXPECT_EQ(get_job(submit(job_spec())).spec().bits(), v1::BITS_SAME);
   CoordinatorOptions options;
   options.same_bits = false;
   options.isa = "avx2";
   start(std::move(options));
-  const v1::JobSpec silent = whole_job(submit(job_spec())).spec();
+  const v1::JobSpec silent = get_job(submit(job_spec())).spec();
   EXPECT_EQ(silent.bits(), v1::BITS_ANY);
   EXPECT_EQ(silent.isa(), "avx2");
   v1::JobSpec said = spec_with(v1::BITS_SAME);
   said.set_isa("avx512");
-  said = whole_job(submit(said)).spec();
+  said = get_job(submit(said)).spec();
   EXPECT_EQ(said.bits(), v1::BITS_SAME);
   EXPECT_EQ(said.isa(), "avx512");
 }

@@ -1,44 +1,22 @@
 // What a coordinator shows of itself: metrics and health.
-#include <arpa/inet.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <string>
 
 #include "coordinator_fixture.h"
 #include "service/in_process.h"
+#include "support/http_get.h"
 
 namespace tessera::server {
 namespace {
-
-/// What a server on loopback answers to GET; empty when there is none.
-std::string get(int port, const std::string& path) {
-  const int connection = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  std::string answer;
-  if (::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
-    EXPECT_EQ(::send(connection, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
-    char buffer[4096];
-    for (ssize_t n; (n = ::recv(connection, buffer, sizeof buffer, 0)) > 0;)
-      answer.append(buffer, static_cast<std::size_t>(n));
-  }
-  ::close(connection);
-  return answer;
-}
 
 class Observability : public CoordinatorTest {
  protected:
   /// The value of a series; -1 when it is not there.
   double metric(const std::string& series) const {
-    const std::string text = get(coordinator_->metrics_port(), "/metrics");
+    const std::string text = support::http_get(coordinator_->metrics_port(), "/metrics");
     const std::size_t at = text.find("\n" + series + " ");
     return at == std::string::npos ? -1 : std::stod(text.substr(at + series.size() + 2));
   }
