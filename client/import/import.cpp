@@ -1,6 +1,7 @@
 #include "import/import.h"
 
 #include "import/input/concat.h"
+#include "import/input/diagnostics.h"
 #include "import/mitsuba/import_mitsuba.h"
 #include "import/pbrt/import_pbrt.h"
 #include "import/tessera_scene/read_scene.h"
@@ -28,9 +29,12 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   }
   if (!scene.ok()) return scene;
   // Of numbers that are sound each, products may not be.
-  if (const absl::Status sound = wire::check_scene_numbers(scene->scene); !sound.ok()) {
-    return absl::InvalidArgumentError(concat(path.string(), ": ", sound.message()));
+  Diagnostics diagnostics;
+  const SourceLocation whole_file{.file = diagnostics.add_file(path.string())};
+  for (const wire::BadNumber& bad : wire::find_bad_numbers(scene->scene, Diagnostics::kMaxErrors)) {
+    diagnostics.error(whole_file, bad.to_string());
   }
+  if (absl::Status sound = diagnostics.status(); !sound.ok()) return sound;
   if (!options.defines.empty() && !name.ends_with(".xml")) {
     scene->warnings.push_back(
         {path.string(), 0, 0, "this kind of scene file has no parameters: definitions have no effect"});

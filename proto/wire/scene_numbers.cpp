@@ -1,7 +1,7 @@
 #include "wire/scene_numbers.h"
 
-#include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/message.h"
@@ -20,59 +20,73 @@ std::string name_of(const Message& message) {
   return known ? message.GetReflection()->GetString(message, name) : std::string();
 }
 
-/// Index of the first bad number of a repeated field, -1 where all are sound.
-template <typename T>
-int first_bad(const google::protobuf::RepeatedFieldRef<T>& values) {
-  int index = 0;
-  for (const T value : values) {
-    if (!is_scene_number(value)) return index;
-    ++index;
-  }
-  return -1;
-}
+/// Finds the numbers of a scene that are none.
+class Search {
+ public:
+  explicit Search(std::size_t most) : most_(most) {}
 
-/// Looks at one field that holds numbers.
-bool find_in_numbers(const Message& message, const FieldDescriptor* field, BadNumber& found) {
-  const auto* reflection = message.GetReflection();
-  const bool is_float = field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT;
-  int index = -1;
-  if (field->is_repeated()) {
-    index = is_float ? first_bad(reflection->GetRepeatedFieldRef<float>(message, field))
-                     : first_bad(reflection->GetRepeatedFieldRef<double>(message, field));
-    if (index < 0) return false;
-    found.value = is_float ? reflection->GetRepeatedFloat(message, field, index)
-                           : reflection->GetRepeatedDouble(message, field, index);
-  } else {
-    found.value = is_float ? reflection->GetFloat(message, field) : reflection->GetDouble(message, field);
-    if (is_scene_number(found.value)) return false;
-  }
-  found.path.emplace_back(field, index);
-  return true;
-}
-
-/// On success the path stands in `found` from the number upwards.
-bool find_in(const Message& message, BadNumber& found) {
-  const auto* reflection = message.GetReflection();
-  std::vector<const FieldDescriptor*> fields;
-  reflection->ListFields(message, &fields);
-  for (const FieldDescriptor* field : fields) {
-    const auto type = field->cpp_type();
-    if (type == FieldDescriptor::CPPTYPE_FLOAT || type == FieldDescriptor::CPPTYPE_DOUBLE) {
-      if (find_in_numbers(message, field, found)) return true;
+  void look_into(const Message& message) {
+    const auto* reflection = message.GetReflection();
+    std::vector<const FieldDescriptor*> fields;
+    reflection->ListFields(message, &fields);
+    for (const FieldDescriptor* field : fields) {
+      switch (field->cpp_type()) {
+        case FieldDescriptor::CPPTYPE_FLOAT:
+          look_at<float>(message, field);
+          break;
+        case FieldDescriptor::CPPTYPE_DOUBLE:
+          look_at<double>(message, field);
+          break;
+        case FieldDescriptor::CPPTYPE_MESSAGE:
+          look_into_field(message, field);
+          break;
+        default:
+          break;
+      }
     }
-    if (type != FieldDescriptor::CPPTYPE_MESSAGE) continue;
+  }
+
+  std::vector<BadNumber> found() && { return std::move(found_); }
+
+ private:
+  void look_into_field(const Message& message, const FieldDescriptor* field) {
+    const auto* reflection = message.GetReflection();
     const int count = field->is_repeated() ? reflection->FieldSize(message, field) : 1;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < count && found_.size() < most_; ++i) {
       const Message& child = field->is_repeated() ? reflection->GetRepeatedMessage(message, field, i)
                                                   : reflection->GetMessage(message, field);
-      if (!find_in(child, found)) continue;
-      found.path.emplace_back(field, field->is_repeated() ? i : -1);
-      if (found.element.empty()) found.element = name_of(child);
-      return true;
+      path_.emplace_back(field, field->is_repeated() ? i : -1);
+      messages_.push_back(&child);
+      look_into(child);
+      messages_.pop_back();
+      path_.pop_back();
     }
   }
-  return false;
-}
+
+  template <typename T>
+  void look_at(const Message& message, const FieldDescriptor* field) {
+    const auto* reflection = message.GetReflection();
+    if (!field->is_repeated()) {
+      if constexpr (std::is_same_v<T, float>) check(reflection->GetFloat(message, field), field, -1);
+      if constexpr (std::is_same_v<T, double>) check(reflection->GetDouble(message, field), field, -1);
+      return;
+    }
+    int index = 0;
+    for (const T value : reflection->GetRepeatedFieldRef<T>(message, field)) check(value, field, index++);
+  }
+
+  void check(double value, const FieldDescriptor* field, int index) {
+    if (is_scene_number(value) || found_.size() >= most_) return;
+    BadNumber& bad = found_.emplace_back(BadNumber{.path = path_, .element = {}, .value = value});
+    bad.path.emplace_back(field, index);
+    for (auto at = messages_.rbegin(); at != messages_.rend() && bad.element.empty(); ++at) bad.element = name_of(**at);
+  }
+
+  const std::size_t most_;
+  std::vector<std::pair<const FieldDescriptor*, int>> path_;
+  std::vector<const Message*> messages_;  // that the path leads through
+  std::vector<BadNumber> found_;
+};
 
 }  // namespace
 
@@ -88,16 +102,15 @@ std::string BadNumber::to_string() const {
                       ", the largest magnitude of a number of a scene");
 }
 
-std::optional<BadNumber> find_bad_number(const v1::Scene& scene) {
-  BadNumber found;
-  if (!find_in(scene, found)) return std::nullopt;
-  std::reverse(found.path.begin(), found.path.end());
-  return found;
+std::vector<BadNumber> find_bad_numbers(const v1::Scene& scene, std::size_t most) {
+  Search search{most};
+  search.look_into(scene);
+  return std::move(search).found();
 }
 
 absl::Status check_scene_numbers(const v1::Scene& scene) {
-  const auto bad = find_bad_number(scene);
-  return bad ? absl::InvalidArgumentError(bad->to_string()) : absl::OkStatus();
+  const std::vector<BadNumber> bad = find_bad_numbers(scene, 1);
+  return bad.empty() ? absl::OkStatus() : absl::InvalidArgumentError(bad.front().to_string());
 }
 
 }  // namespace tessera::wire

@@ -1,7 +1,7 @@
 // Which numbers a Scene message may hold: client and worker hold each other to the same.
 #pragma once
 
-#include <optional>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +29,11 @@ struct BadNumber {
   std::string to_string() const;
 };
 
-/// The first such number of `scene` in the order of fields; looks into every floating-point field of every message.
-std::optional<BadNumber> find_bad_number(const v1::Scene& scene);
+/// Returns such numbers of `scene` in the order of fields, at most so many; looks into every floating-point field of
+/// every message.
+std::vector<BadNumber> find_bad_numbers(const v1::Scene& scene, std::size_t most);
 
-/// InvalidArgument with find_bad_number()'s text.
+/// InvalidArgument with the text of the first of them.
 absl::Status check_scene_numbers(const v1::Scene& scene);
 
 }  // namespace tessera::wire

@@ -1,6 +1,7 @@
 #include "import/mitsuba/materials.h"
 
 #include "import/input/concat.h"
+#include "import/mitsuba/colors.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -125,6 +126,8 @@ std::string MaterialTable::write_bump_map(PropertyReader& reader, Wrapping wrapp
   read_map_options(reader);
   if (texture == nullptr) {
     reader.error("bsdf \"bumpmap\": expected a texture inside");
+  } else if (read_constant_color(reader, *reader.children("texture").front(), ColorUse::kUnbounded)) {
+    reader.warn("a bumpmap of the same height everywhere bends nothing: it is left out");
   } else if (wrapping.fields.has_displacement()) {
     reader.warn("a bumpmap inside a bumpmap is left out");
   } else {

@@ -74,7 +74,10 @@ void MaterialTable::convert(Entry& entry) {
       },
       material);
   if (entry.parameters.has("displacement")) *material.mutable_displacement() = values.number("displacement", 0);
-  if (std::optional<v1::BlobRef> image = values.image("normalmap")) {
+  // pbrt takes files only.
+  if (std::optional<std::string> texture = values.texture("normalmap")) {
+    material.set_normal_texture(*std::move(texture));
+  } else if (std::optional<v1::BlobRef> image = values.image("normalmap")) {
     *material.mutable_normal_map()->mutable_image() = *std::move(image);
     material.mutable_normal_map()->set_encoding(v1::ImageTexture::LINEAR);
   }

@@ -111,6 +111,14 @@ v1::Spectrum ValueReader::plain_spectrum(std::string_view name, double fallback,
   return value ? *std::move(value) : constant_spectrum(fallback);
 }
 
+std::optional<std::string> ValueReader::texture(std::string_view name) {
+  const Parameter* parameter = parameters_.find(name, {ParameterType::kTexture, ParameterType::kString}, diagnostics());
+  if (parameter == nullptr || parameter->type != ParameterType::kTexture || parameter->strings.empty()) {
+    return std::nullopt;
+  }
+  return textures_.use(TextureKind::kSpectrum, parameter->strings.front(), parameter->where);
+}
+
 std::optional<v1::BlobRef> ValueReader::image(std::string_view name) {
   const std::string file = get_string(name, "");
   if (file.empty()) return std::nullopt;

@@ -62,6 +62,8 @@ class ValueReader {
   v1::FloatValue number(std::string_view name, double fallback);
   /// A constant.
   v1::Spectrum plain_spectrum(std::string_view name, double fallback, SpectrumUse use);
+  /// The name in the scene of a spectrum texture, empty after an error; nothing where the parameter is something else.
+  std::optional<std::string> texture(std::string_view name);
   /// An image file that must exist, as a blob; nothing after an error.
   std::optional<v1::BlobRef> image(std::string_view name);
 

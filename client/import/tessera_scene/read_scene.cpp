@@ -89,23 +89,23 @@ class BlobResolver {
   Diagnostics& diagnostics_;
 };
 
-/// The line of a number, as near as the parser recorded it; 0 without locations.
-std::uint32_t line_of(const wire::BadNumber& number, Locations* locations) {
-  int line = -1;
+/// The place of a number, as near as the parser recorded it; line 0 without locations.
+SourceLocation place_of(const wire::BadNumber& number, std::uint32_t file, Locations* locations) {
+  google::protobuf::TextFormat::ParseLocation place{-1, -1};
   for (std::size_t i = 0; i < number.path.size() && locations != nullptr; ++i) {
     const auto& [field, index] = number.path[i];
     const auto location = locations->GetLocation(field, index);
-    if (location.line >= 0) line = location.line;
+    if (location.line >= 0) place = location;
     const bool is_message = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
     locations = is_message ? locations->GetTreeForNested(field, index) : nullptr;
   }
-  return static_cast<std::uint32_t>(line + 1);
+  return {file, static_cast<std::uint32_t>(place.line + 1), static_cast<std::uint32_t>(place.column + 1)};
 }
 
 absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path, std::uint32_t file,
                                           Locations* locations, Diagnostics& diagnostics) {
-  if (const auto bad = wire::find_bad_number(scene)) {
-    diagnostics.error({file, line_of(*bad, locations), 0}, bad->to_string());
+  for (const wire::BadNumber& bad : wire::find_bad_numbers(scene, Diagnostics::kMaxErrors)) {
+    diagnostics.error(place_of(bad, file, locations), bad.to_string());
   }
   check_scene(scene, file, locations, diagnostics);
   BlobCollector blobs;

@@ -206,6 +206,18 @@ TEST_F(MitsubaValues, NormalMapsMayBeAnyTexture) {
   EXPECT_EQ(find_texture(whole, meshes.normal_texture()).mesh_attribute().attribute(), "vertex_n");
 }
 
+TEST_F(MitsubaValues, BumpMapsOfOneHeightAreLeftOutWithAWarning) {
+  for (const char* texture : {"<texture type='rawconstant'><float name='value' value='2'/></texture>",
+                              "<texture type='uniform'><float name='value' value='2'/></texture>"}) {
+    ImportedScene whole;
+    const v1::Material m =
+        material(std::string("<bsdf type='bumpmap'>") + texture + "<bsdf type='diffuse'/></bsdf>", &whole);
+    EXPECT_TRUE(m.has_diffuse());
+    EXPECT_FALSE(m.has_displacement() || m.bends_softly());
+    EXPECT_THAT(warnings_of(whole), HasSubstr("a bumpmap of the same height everywhere bends nothing"));
+  }
+}
+
 TEST_F(MitsubaValues, AllNamedConductors) {
   for (const char* name : {"Ag", "a-C", "W", "V_palik", "Se-e"}) {
     const v1::Material m = material(std::string("<bsdf type='conductor'><string name='material' value='") + name + "'/></bsdf>");

@@ -71,6 +71,18 @@ TEST_F(PbrtValues, RoughnessFallsBackToTheCommonOne) {
   EXPECT_EQ(warnings_, "");
 }
 
+TEST_F(PbrtValues, NormalMapsMayBeTextures) {
+  const ImportedScene scene = world(
+      "Texture \"waves\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [ .4 .5 1 ] \"rgb tex2\" [ .6 .5 1 ]\n"
+      "Material \"diffuse\" \"texture normalmap\" \"waves\"\nShape \"sphere\"");
+  ASSERT_EQ(scene.scene.materials_size(), 1);
+  EXPECT_EQ(scene.scene.materials(0).normal_texture(), "waves");
+  EXPECT_FALSE(scene.scene.materials(0).has_normal_map());
+  EXPECT_EQ(warnings_of(scene), "");
+  EXPECT_THAT(error_of(import_world("Material \"diffuse\" \"texture normalmap\" \"wave\"\nShape \"sphere\"")),
+              testing::HasSubstr("there is no spectrum texture \"wave\""));
+}
+
 TEST_F(PbrtValues, HairTakesItsColourFromWhatIsGiven) {
   const v1::HairMaterial fallback = material("\"hair\"").hair();
   EXPECT_FLOAT_EQ(fallback.sigma_a().constant().rgb().r(), 1.3f * 0.419f);  // eumelanin 1.3

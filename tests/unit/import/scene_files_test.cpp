@@ -128,15 +128,41 @@ lights { scale: 2 }
   EXPECT_THAT(message, HasSubstr("s.textproto:13:1: a light without a kind"));
 }
 
+TEST_F(SceneFiles, BadNumbersAreErrorsAllAtOnceAtTheirPlaces) {
+  const std::string message = error_of(import_scene(write("s.textproto",
+                                                          R"(shapes { name: "ball"
+  sphere { radius: inf } }
+shapes { material: "clai" sphere { radius: 1 }
+  world_from_object { elements: [1, 0, 0, 0,
+    0, nan, 0, 0, 0, 0, 1e30, 0, 0, 0, 0, 1] } }
+lights { point { intensity { constant: -1e19 } } }
+)")));
+  EXPECT_THAT(message, HasSubstr("s.textproto:2:12: shapes[0].sphere.radius (ball): inf is not finite"));
+  // The parser knows where a list begins.
+  EXPECT_THAT(message, HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[5]: nan is not finite"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[10]: 1e+30 is beyond 1e+18"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:6:30: lights[0].point.intensity.constant: -1e+19 is beyond"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:3:10: there is no material \"clai\""));
+}
+
+TEST_F(SceneFiles, ThousandsOfBadNumbersAreTwentyErrors) {
+  std::string scene;
+  for (int i = 0; i < 5000; ++i) scene += "shapes { sphere { radius: nan } }\n";
+  const std::string message = error_of(import_scene(write("s.textproto", scene)));
+  EXPECT_THAT(message, AllOf(HasSubstr("s.textproto:20:"), testing::Not(HasSubstr("s.textproto:21:")),
+                             HasSubstr("stopped after 20 errors")));
+}
+
 TEST_F(SceneFiles, DarkScenesAndBrightSurfacesAreWarnedOf) {
   const auto dark = import_scene(write("s.textproto", "shapes { sphere { radius: 1 } }\n"));
   ASSERT_TRUE(dark.ok()) << dark.status();
   EXPECT_THAT(warnings_of(*dark), HasSubstr("the scene has no light"));
-  const auto bright = import_scene(write("t.textproto",
-                                         "lights { point { intensity { constant: 1 } } }\n"
-                                         "materials { name: 'a' diffuse {\n  reflectance { constant { rgb { r: 0.5 "
-                                         "g: 1.5 b: 1 } } } } }\n"
-                                         "materials { name: 'b' diffuse { reflectance { constant { constant: 1 } } } }\n"));
+  const auto bright =
+      import_scene(write("t.textproto",
+                         "lights { point { intensity { constant: 1 } } }\n"
+                         "materials { name: 'a' diffuse {\n  reflectance { constant { rgb { r: 0.5 "
+                         "g: 1.5 b: 1 } } } } }\n"
+                         "materials { name: 'b' diffuse { reflectance { constant { constant: 1 } } } }\n"));
   ASSERT_TRUE(bright.ok()) << bright.status();
   ASSERT_THAT(bright->warnings, SizeIs(1));
   EXPECT_THAT(warnings_of(*bright), HasSubstr("t.textproto:3:3: a reflectance of 1.5 gives back more light"));
