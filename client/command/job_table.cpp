@@ -88,10 +88,6 @@ std::string trouble_of(const v1::JobStatus& job) {
   return job.failures() > 0 ? absl::StrCat(job.failures(), " failed") : "";
 }
 
-double seconds(const google::protobuf::Duration& time) {
-  return static_cast<double>(time.seconds()) + 1e-9 * time.nanos();
-}
-
 }  // namespace
 
 const char* state_name(v1::JobState state) {
@@ -213,8 +209,8 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
   lines.add_if_any("waits", status.waiting_for());
   lines.add_if_any("left out", status.left_out());
   for (const v1::SlowHost& slow : job.slow_hosts()) {
-    lines.add("slow", absl::StrFormat("host %s: %.2f s a unit, where %.2f s are usual (%u results)", slow.host(),
-                                      seconds(slow.unit_time()), seconds(job.usual_unit_time()), slow.units()));
+    lines.add("slow", absl::StrFormat("host %s: %.1f times the usual time (%u units)", slow.host(), slow.slowness(),
+                                      slow.units()));
   }
   for (const v1::SetAsideUnit& aside : status.set_aside()) {
     lines.add("set aside", absl::StrCat("unit ", aside.unit().index(), ", ", place_of(aside.unit())));

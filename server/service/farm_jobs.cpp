@@ -1,6 +1,4 @@
 // What clients do with jobs: look at them, change them, take their results.
-#include <google/protobuf/util/time_util.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -16,8 +14,6 @@
 
 namespace tessera::server {
 namespace {
-
-using google::protobuf::util::TimeUtil;
 
 // Of one WatchJob message: enough to keep a connection busy, little enough to hold for a thousand slow readers.
 constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
@@ -66,14 +62,11 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
   v1::GetJobResponse response;
   *response.mutable_status() = describe(**entry);
   *response.mutable_spec() = (*entry)->shape->spec;
-  if (const auto usual = (*entry)->hosts.usual(); usual.count() > 0) {
-    *response.mutable_usual_unit_time() = TimeUtil::NanosecondsToDuration(usual.count());
-  }
   for (const HostShare& slow : (*entry)->hosts.slow()) {
     v1::SlowHost& host = *response.add_slow_hosts();
     host.set_host(short_name(slow.host));
     host.set_units(slow.units);
-    *host.mutable_unit_time() = TimeUtil::NanosecondsToDuration(slow.mean.count());
+    host.set_slowness(slow.slowness);
   }
   add_workers(scheduler_, id, response);
   return response;

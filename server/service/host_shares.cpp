@@ -1,6 +1,7 @@
 #include "service/host_shares.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tessera::server {
 
@@ -8,14 +9,20 @@ using std::chrono::nanoseconds;
 
 namespace {
 
-// A damaged journal may say more; room for sums is left.
-constexpr std::uint64_t kLongestSaved = std::uint64_t{1} << 62;
+// A damaged journal may say anything.
+constexpr double kMostLogTime = 100;
+// The usual pace is made anew after an eighth as many results as there are hosts.
+constexpr std::size_t kUnitsPerHost = 8;
 
 }  // namespace
 
 HostShares::Share* HostShares::share_of(const std::string& host) {
-  if (hosts_.size() >= kMostHosts && !hosts_.contains(host)) return nullptr;
-  return &hosts_[host];
+  if (const auto found = hosts_.find(host); found != hosts_.end()) return &found->second;
+  if (hosts_.size() >= kMostHosts) return nullptr;
+  Share& share = hosts_[host];
+  share.pace.worker = hosts_.size();
+  share.pace.log_time = usual_.log_time;
+  return &share;
 }
 
 void HostShares::count(const std::string& host, std::uint32_t units) {
@@ -33,21 +40,37 @@ void HostShares::clear_counts() {
 
 void HostShares::time(const std::string& host, nanoseconds taken) {
   if (taken <= nanoseconds{0}) return;
-  if (Share* const share = share_of(host)) {
-    ++share->timed_units;
-    share->total += taken;
+  Share* const share = share_of(host);
+  if (share == nullptr) return;
+  ++share->timed_units;
+  job_.compare(share->pace, usual_, std::log(static_cast<double>(taken.count())));
+  // Looking at all hosts with every unit of a large farm would take longer than the rest.
+  if (++timed_ * kUnitsPerHost < hosts_.size()) return;
+  timed_ = 0;
+  usual_ = usual();
+}
+
+UsualPace HostShares::usual() const {
+  std::vector<const WorkerPace*> paces;
+  for (const auto& [host, share] : hosts_) {
+    if (share.timed_units > 0) paces.push_back(&share.pace);
   }
+  return usual_pace(paces);
 }
 
 HostShares HostShares::restored(const Saved& saved) {
   HostShares shares;
   for (const v1::JobCost::Host& host : saved) {
-    if (shares.hosts_.size() >= kMostHosts) break;
-    shares.hosts_[host.name()] = {
-        .units = host.units(),
-        .timed_units = host.timed_units(),
-        .total = nanoseconds(static_cast<std::int64_t>(std::min(host.timed_ns(), kLongestSaved)))};
+    Share* const share = shares.share_of(host.name());
+    if (share == nullptr) break;
+    share->units = host.units();
+    share->timed_units = host.timed_units();
+    // Negated, so that a NaN is refused too.
+    if (!(host.pace_variance() > 0) || !(std::abs(host.pace()) <= kMostLogTime)) continue;
+    share->pace.log_time = host.pace();
+    share->pace.variance = std::min(host.pace_variance(), WorkerPace::kUnknownVariance);
   }
+  shares.usual_ = shares.usual();
   return shares;
 }
 
@@ -57,7 +80,8 @@ void HostShares::save(Saved& saved) const {
     host.set_name(name);
     host.set_units(share.units);
     host.set_timed_units(share.timed_units);
-    host.set_timed_ns(static_cast<std::uint64_t>(share.total.count()));
+    host.set_pace(share.pace.log_time);
+    host.set_pace_variance(share.pace.variance);
   }
 }
 
@@ -74,28 +98,16 @@ std::vector<std::string> HostShares::hosts() const {
   return names;
 }
 
-nanoseconds HostShares::usual() const {
-  std::vector<nanoseconds> means;
-  for (const auto& [host, share] : hosts_) {
-    if (share.timed_units >= kLeastTimedUnits) means.push_back(share.mean());
-  }
-  if (means.size() < 2) return nanoseconds{0};
-  // Of an even number the lower one: of two hosts, the faster says what is usual.
-  const auto middle = means.begin() + static_cast<std::ptrdiff_t>((means.size() - 1) / 2);
-  std::nth_element(means.begin(), middle, means.end());
-  return *middle;
-}
-
 std::vector<HostShare> HostShares::slow() const {
-  const nanoseconds least = usual();
+  const UsualPace usual_now = usual();
   std::vector<HostShare> found;
-  if (least <= nanoseconds{0}) return found;
   for (const auto& [host, share] : hosts_) {
-    if (share.timed_units >= kLeastTimedUnits && share.mean() >= kSlow * least) {
-      found.push_back({.host = host, .units = share.timed_units, .mean = share.mean()});
+    const double slowness = slowness_of(share.pace, usual_now);
+    if (share.timed_units > 0 && slowness >= kSlow) {
+      found.push_back({.host = host, .units = share.timed_units, .slowness = slowness});
     }
   }
-  std::sort(found.begin(), found.end(), [](const HostShare& a, const HostShare& b) { return a.mean > b.mean; });
+  std::sort(found.begin(), found.end(), [](const HostShare& a, const HostShare& b) { return a.slowness > b.slowness; });
   return found;
 }
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "scheduler/worker_pace.h"
 #include "tessera/v1/farm.pb.h"
 
 namespace tessera::server {
@@ -14,14 +16,13 @@ namespace tessera::server {
 /// How one host fares with the units of one job.
 struct HostShare {
   std::string host;
-  std::uint32_t units = 0;
-  std::chrono::nanoseconds mean{0};  // of a unit
+  std::uint32_t units = 0;  // that were timed
+  double slowness = 1;      // their time, as a multiple of the usual host's
 };
 
 class HostShares {
  public:
-  static constexpr std::size_t kMostHosts = 8192;       // beyond, hosts that come late are not told apart
-  static constexpr std::uint32_t kLeastTimedUnits = 4;  // before that, one expensive unit would speak for the host
+  static constexpr std::size_t kMostHosts = 8192;  // beyond, hosts that come late are not told apart
   static constexpr double kSlow = 2;
 
   /// A result of so many units counts.
@@ -41,22 +42,23 @@ class HostShares {
   /// Those whose results count.
   std::vector<std::string> hosts() const;
 
-  /// Median of the hosts' means; 0 while fewer than two hosts have units enough to be compared.
-  std::chrono::nanoseconds usual() const;
-  /// Hosts whose units take kSlow times the usual and more, the slowest first.
+  /// Hosts whose units take kSlow times the usual and more beyond doubt, the slowest first. Hosts are compared by the
+  /// units that they return one after the other (scheduler/worker_pace.h), for a job's units cost very differently.
   std::vector<HostShare> slow() const;
 
  private:
   struct Share {
     std::uint32_t units = 0;
     std::uint32_t timed_units = 0;
-    std::chrono::nanoseconds total{0};
-
-    std::chrono::nanoseconds mean() const { return total / timed_units; }
+    WorkerPace pace;
   };
   Share* share_of(const std::string& host);
+  UsualPace usual() const;
 
   std::map<std::string, Share> hosts_;
+  JobPace job_{0};  // the only one that these paces are compared in
+  UsualPace usual_;
+  std::size_t timed_ = 0;  // since usual_ was made
 };
 
 }  // namespace tessera::server

@@ -4,15 +4,31 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
+#include "absl/strings/str_cat.h"
+
 namespace tessera::server {
 namespace {
 
-using std::chrono::seconds;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
-void add(HostShares& shares, const std::string& host, int units, seconds each) {
-  for (int i = 0; i < units; ++i) {
-    shares.count(host, 1);
-    shares.time(host, each);
+// Of two hosts, twice as many as it takes to be sure of a factor of five.
+constexpr int kRounds = 200;
+
+using Seconds = std::chrono::duration<double>;
+
+void add(HostShares& shares, const std::string& host, Seconds taken) {
+  shares.count(host, 1);
+  shares.time(host, std::chrono::duration_cast<std::chrono::nanoseconds>(taken));
+}
+
+/// So many rounds, in each of which every host returns a unit that takes it so many seconds.
+void add_rounds(HostShares& shares, int rounds, const std::vector<std::pair<std::string, double>>& hosts) {
+  for (int i = 0; i < rounds; ++i) {
+    for (const auto& [host, seconds] : hosts) add(shares, host, Seconds(seconds));
   }
 }
 
@@ -22,50 +38,82 @@ std::vector<std::string> names(const std::vector<HostShare>& shares) {
   return hosts;
 }
 
-TEST(HostShares, NameHostsThatTakeTwiceTheMedian) {
+TEST(HostShares, NameHostsThatTakeTwiceAsLong) {
   HostShares shares;
-  add(shares, "a", 10, seconds{10});
-  add(shares, "b", 10, seconds{11});
-  add(shares, "c", 10, seconds{9});
-  EXPECT_TRUE(shares.slow().empty());
-  add(shares, "slow", 4, seconds{25});
-  add(shares, "slower", 5, seconds{100});
-  EXPECT_EQ(shares.usual(), seconds{11});
-  EXPECT_THAT(names(shares.slow()), testing::ElementsAre("slower", "slow"));
-  EXPECT_EQ(shares.slow().front().units, 5u);
-  EXPECT_EQ(shares.slow().front().mean, seconds{100});
+  add_rounds(shares, 40, {{"a", 10}, {"b", 11}, {"c", 9}, {"d", 10}});
+  EXPECT_THAT(shares.slow(), IsEmpty());
+  add_rounds(shares, kRounds, {{"a", 10}, {"b", 11}, {"c", 9}, {"d", 10}, {"slow", 40}, {"slower", 200}});
+  ASSERT_THAT(names(shares.slow()), ElementsAre("slower", "slow"));
+  EXPECT_EQ(shares.slow().front().units, 1u * kRounds);
+  // What is said is what is beyond doubt, and less than what is so.
+  EXPECT_GT(shares.slow().front().slowness, 2 * shares.slow().back().slowness);
+  EXPECT_LT(shares.slow().front().slowness, 22);
 }
 
 TEST(HostShares, OfTwoTheFasterIsUsual) {
   HostShares shares;
-  add(shares, "a", 4, seconds{30});
-  EXPECT_TRUE(shares.slow().empty());
-  add(shares, "b", 4, seconds{10});
-  EXPECT_THAT(names(shares.slow()), testing::ElementsAre("a"));
+  add_rounds(shares, 4, {{"a", 50}});
+  EXPECT_THAT(shares.slow(), IsEmpty());
+  add_rounds(shares, kRounds, {{"a", 50}, {"b", 10}});
+  EXPECT_THAT(names(shares.slow()), ElementsAre("a"));
+}
+
+TEST(HostShares, UnevenCostsMakeNoHostSlow) {
+  std::mt19937_64 random(1);
+  std::lognormal_distribution<double> cost(0, 1.15);  // two decades: the mean of 20 is uncertain by a factor of 1.4
+  HostShares shares;
+  for (int i = 0; i < 4000; ++i) {
+    // Beyond 4.5 standard deviations seven times in a million, and then by far less than kSlow.
+    add(shares, absl::StrCat("host ", random() % 40), Seconds(cost(random)));
+    ASSERT_THAT(shares.slow(), IsEmpty()) << i;
+  }
+}
+
+TEST(HostShares, SlownessShowsThroughUnevenCosts) {
+  std::mt19937_64 random(2);
+  std::lognormal_distribution<double> cost(0, 1.15);
+  HostShares shares;
+  for (int i = 0; i < 4000; ++i) {
+    const std::uint64_t host = random() % 20;
+    add(shares, absl::StrCat("host ", host), Seconds(cost(random) * (host == 7 ? 8 : 1)));
+  }
+  // 200 units each: a standard deviation of 1.3 / sqrt(200) = 0.09, 4.5 of them are less than ln 8 - ln 2.
+  ASSERT_THAT(names(shares.slow()), ElementsAre("host 7"));
+  EXPECT_NEAR(shares.slow().front().slowness, 8, 3);
 }
 
 TEST(HostShares, FewUnitsSayNothing) {
   HostShares shares;
-  add(shares, "a", 4, seconds{1});
-  add(shares, "b", 4, seconds{1});
-  add(shares, "c", 3, seconds{100});
-  add(shares, "adopted", 100, seconds{0});
-  EXPECT_TRUE(shares.slow().empty());
+  add_rounds(shares, 3, {{"a", 1}, {"b", 1}, {"c", 100}});
+  add_rounds(shares, 100, {{"adopted", 0}});
+  EXPECT_THAT(shares.slow(), IsEmpty());
   EXPECT_EQ(shares.units_of("c"), 3u);
   EXPECT_EQ(shares.units_of("adopted"), 100u);
 }
 
 TEST(HostShares, WhatIsRevokedDoesNotCountButWasTimed) {
   HostShares shares;
-  add(shares, "a", 4, seconds{3});
-  add(shares, "b", 4, seconds{1});
+  add_rounds(shares, kRounds, {{"a", 50}, {"b", 10}});
   shares.discount("a", 1);
-  EXPECT_EQ(shares.units_of("a"), 3u);
+  EXPECT_EQ(shares.units_of("a"), kRounds - 1u);
   shares.clear_counts();
   shares.discount("a", 1);
   shares.count("b", 1);
-  EXPECT_THAT(shares.hosts(), testing::ElementsAre("b"));
-  EXPECT_THAT(names(shares.slow()), testing::ElementsAre("a"));
+  EXPECT_THAT(shares.hosts(), ElementsAre("b"));
+  EXPECT_THAT(names(shares.slow()), ElementsAre("a"));
+}
+
+TEST(HostShares, PacesAreSaved) {
+  HostShares shares;
+  add_rounds(shares, kRounds, {{"a", 50}, {"b", 10}, {"c", 10}});
+  HostShares::Saved saved;
+  shares.save(saved);
+  const HostShares again = HostShares::restored(saved);
+  EXPECT_THAT(names(again.slow()), ElementsAre("a"));
+  EXPECT_EQ(again.slow().front().slowness, shares.slow().front().slowness);
+  // Those of older versions, and damaged ones, are not known.
+  for (v1::JobCost::Host& host : saved) host.set_pace_variance(std::nan(""));
+  EXPECT_THAT(HostShares::restored(saved).slow(), IsEmpty());
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "coordinator_fixture.h"
 #include "requests.h"
+#include "service/host_shares.h"
 #include "support/temp_dir.h"
 
 namespace tessera::server {
@@ -42,23 +43,23 @@ class Hosts : public CoordinatorTest {
 TEST_F(Hosts, SlowOnesAreNamed) {
   const support::TempDir folder;
   start(folder.path());
-  const std::string id = submit(job_spec(/*ranges=*/4));  // sixteen units
+  const std::string id = submit(job_spec(/*ranges=*/256));  // 1024 units
   const std::vector<std::string> workers = {register_host("usual"), register_host("as usual"), register_host("slow")};
-  std::vector<v1::LeaseResponse> held;
-  for (const std::string& worker : workers) held.push_back(lease(worker, 4));
-  for (int unit = 0; unit < 4; ++unit) {
-    for (std::size_t w = 0; w < 3; ++w) {
-      ASSERT_EQ(held[w].leases_size(), 4);
-      ASSERT_EQ(bring(workers[w], held[w].leases(unit), 0, w == 2 ? 30 : 10), grpc::StatusCode::OK);
+  for (int round = 0; round < 200; ++round) {
+    for (const std::string& worker : workers) {
+      const v1::LeaseResponse held = lease(worker, 1);
+      // Once the scheduler knows it as slow, it may get none.
+      if (held.leases().empty() && worker == workers[2]) continue;
+      ASSERT_EQ(held.leases_size(), 1);
+      ASSERT_EQ(bring(worker, held.leases(0), 0, worker == workers[2] ? 50 : 10), grpc::StatusCode::OK);
     }
   }
   for (int round = 0; round < 2; ++round) {
     const v1::GetJobResponse response = get_job(id);
-    EXPECT_EQ(response.usual_unit_time().seconds(), 10);
     ASSERT_EQ(response.slow_hosts_size(), 1);
     EXPECT_EQ(response.slow_hosts(0).host(), "slow");
-    EXPECT_EQ(response.slow_hosts(0).unit_time().seconds(), 30);
-    EXPECT_EQ(response.slow_hosts(0).units(), 4u);
+    EXPECT_GE(response.slow_hosts(0).slowness(), HostShares::kSlow);
+    EXPECT_GT(response.slow_hosts(0).units(), 0u);
     start(folder.path());  // it is known to the next coordinator too
   }
 }
