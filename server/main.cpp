@@ -144,7 +144,7 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("FORMAT")
       .one_of(tessera::wire::kLogFormats)
       .with_default();
-  command.group("Who gets the farm");
+  command.group("Scheduling");
   command
       .add("--order", options.order,
            "a user's jobs of one priority: first-come (the next where one has no units left) or fair (together)")
@@ -157,13 +157,15 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
-  command.group("Jobs that do not say otherwise");
+  command.group("Defaults of jobs");
   command.add("--bits", options.bits, "same: all of an image by machines that round alike; any: every machine works")
+      .type_name("BITS")
       .one_of({"same", "any"})
       .with_default();
   command.add("--isa", options.coordinator.isa, "kernels that workers must use: avx2, avx512 or neon")
+      .type_name("NAME")
       .one_of({"avx2", "avx512", "neon"});
-  command.group("What is kept");
+  command.group("Storage");
   command.add("--data", options.data_dir, "folder for the journal, results and blobs").type_name("DIR").with_default();
   command.add_flag("--accept-loss", options.coordinator.accept_loss,
                    "start although the data lacks something that was acknowledged, and go on with what there is");

@@ -1,4 +1,4 @@
-// What the runs of a benchmark say, and how surely.
+// Statistics of the runs of a benchmark, with their uncertainty.
 #pragma once
 
 #include <cstdint>

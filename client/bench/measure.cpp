@@ -68,7 +68,7 @@ absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const
                   .flip = *flip};
 }
 
-/// As often as there are seeds, at the smallest sample count; the variants take turns.
+/// Renders as often as there are seeds, at the smallest sample count; the variants take turns.
 absl::Status measure_ceilings(std::span<const BenchVariant> variants, const BenchPlan& plan, std::stop_token stop,
                               std::vector<BenchVariantResult>& results) {
   std::vector<std::vector<BenchCeiling>> all(variants.size());

@@ -1,4 +1,4 @@
-// What a benchmark found, for people, for machines, and as a picture.
+// Report of what a benchmark found, for people, for machines, and as a picture.
 #pragma once
 
 #include <string>

@@ -217,9 +217,9 @@ int run(Options options, Interrupt& interrupt) {
 
 void add_bench_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("bench", "Measures run time against error, in this process");
+  Command command = line.add_command("bench", "Measure run time against error, in this process");
   command.add("SCENE", options->scenes, "scene files").required();
-  command.group("Measuring");
+  command.group("Measurement");
   command.add("--reference", options->references, "what the images are held against, one for each scene")
       .separated_by_commas()
       .type_name("FILE.exr,...");
@@ -233,7 +233,7 @@ void add_bench_command(CommandLine& line) {
   command.add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
-  command.group("What is told");
+  command.group("Output");
   command.add("--json", options->json, "write all figures").type_name("FILE.json");
   command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
   command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");

@@ -84,7 +84,7 @@ Command add_change(CommandLine& line, const char* name, const char* description,
                    std::shared_ptr<Options> options = std::make_shared<Options>()) {
   Command command = line.add_command(name, description);
   define_job_selection(command, options->jobs);
-  command.group("What is told");
+  command.group("Output");
   command.add_flag("--json", options->json, "as JSON, one object a line");
   define_server_option(command, options->server);
   command.does([options, change](Interrupt& interrupt) { return run(*options, change, interrupt); });
@@ -109,7 +109,7 @@ Change set_paused(bool paused) {
 }  // namespace
 
 void add_cancel_command(CommandLine& line) {
-  add_change(line, "cancel", "Stops jobs; a finished one stays as it is",
+  add_change(line, "cancel", "Cancel jobs; finished ones stay as they are",
              {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
                 return tell(farm.cancel(job, stop));
               },
@@ -120,7 +120,7 @@ void add_cancel_command(CommandLine& line) {
 
 void add_delete_command(CommandLine& line) {
   add_change(
-      line, "delete", "Forgets jobs that are over, and their results",
+      line, "delete", "Delete jobs that are over, and their results",
       {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) -> absl::StatusOr<Told> {
          if (absl::Status status = farm.delete_job(job, stop); !status.ok()) return status;
          return Told{absl::StrCat("job ", job, ": deleted"),
@@ -132,7 +132,7 @@ void add_delete_command(CommandLine& line) {
 }
 
 void add_retry_command(CommandLine& line) {
-  add_change(line, "retry", "Tries again what was set aside of jobs, with a clean record",
+  add_change(line, "retry", "Retry the units of jobs that were set aside",
              {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
                 return tell(farm.retry(job, stop));
               },
@@ -141,12 +141,12 @@ void add_retry_command(CommandLine& line) {
 }
 
 void add_pause_command(CommandLine& line) {
-  add_change(line, "pause", "Begins no more units of jobs; those begun are finished", set_paused(true))
+  add_change(line, "pause", "Pause jobs; units that are leased are finished", set_paused(true))
       .example("tessera pause 4f0c");
 }
 
 void add_resume_command(CommandLine& line) {
-  add_change(line, "resume", "Goes on with paused jobs", set_paused(false)).example("tessera resume --state paused");
+  add_change(line, "resume", "Resume paused jobs", set_paused(false)).example("tessera resume --state paused");
 }
 
 void add_priority_command(CommandLine& line) {
@@ -158,7 +158,7 @@ void add_priority_command(CommandLine& line) {
                            return tell(farm.adjust(request, stop));
                          },
                          is_open};
-  Command command = add_change(line, "priority", "Changes the priority of jobs; higher goes first", change, options);
+  Command command = add_change(line, "priority", "Change the priority of jobs; higher goes first", change, options);
   command.add("PRIORITY", options->priority, "a whole number; 0 is usual").required();
   command.example("tessera priority 4f0c 91be 5");
 }

@@ -21,7 +21,7 @@ class Command : public options::Command {
  public:
   Command(options::Command command, Interrupt& interrupt) : options::Command(command), interrupt_(&interrupt) {}
 
-  /// What is to be done when the command line names this subcommand.
+  /// Sets what is to be done when the command line names this subcommand.
   void does(Action action);
 
  private:

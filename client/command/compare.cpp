@@ -32,7 +32,7 @@ int run(const Options& options) {
 
 void add_compare_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("compare", "Measures the error of an EXR image against a reference");
+  Command command = line.add_command("compare", "Measure the error of an EXR image against a reference");
   command.add("REF", options->reference, "the reference, .exr").required();
   command.add("TEST", options->test, "the image, .exr").required();
   command.add_flag("--json", options->json, "as JSON");

@@ -45,7 +45,7 @@ int convert_scene(const Options& options) {
 
 void add_convert_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("convert", "Scene to .textproto or .tsb; .exr to .png or .exr");
+  Command command = line.add_command("convert", "Convert a scene to .textproto or .tsb, or an .exr to .png");
   command.add("IN", options->input, "a scene, or an .exr").required();
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
   command.add_flag("--half", options->half, "16-bit EXR");

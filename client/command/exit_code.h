@@ -1,4 +1,4 @@
-// What the program's exit codes mean.
+// Exit codes of the program, and their meaning.
 #pragma once
 
 #include <string>

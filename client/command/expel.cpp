@@ -44,8 +44,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_expel_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command =
-      line.add_command("expel", "Puts a member out of the farm: its certificates of until now are refused");
+  Command command = line.add_command("expel", "Expel a member: refuse the certificates that it has");
   command.add("NAME", options->name, "the name in the certificate (tessera workers)").required();
   command.add("--role", options->role, "what the certificate is for")
       .type_name("ROLE")

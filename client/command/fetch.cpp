@@ -49,7 +49,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_fetch_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("fetch", "Writes the image of a job, waiting for its end where needed");
+  Command command = line.add_command("fetch", "Write the image of a job, waiting for its end");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
   command.add_flag("--half", options->half, "16-bit EXR");

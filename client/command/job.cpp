@@ -34,7 +34,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_job_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("job", "Shows one job");
+  Command command = line.add_command("job", "Show one job");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "as JSON");

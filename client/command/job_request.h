@@ -18,7 +18,7 @@ struct Resolution {
   std::uint32_t width = 0, height = 0;  // pixels
 };
 
-/// What the command line says; absent or empty: as the scene has it, or the default.
+/// Settings that the command line gives; absent or empty: as the scene has it, or the default.
 struct JobRequest {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;

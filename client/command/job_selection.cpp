@@ -45,8 +45,8 @@ bool matches(const JobFilter& filter, const v1::JobStatus& job) {
 
 void define_job_selection(options::Command& command, JobSelection& selection) {
   command.add("ID", selection.ids, "the jobs, or unique beginnings of their ids");
-  command.group("Instead of ids");
-  command.add_flag("--all", selection.all, "all jobs that this may be done to");
+  command.group("Selection, instead of ids");
+  command.add_flag("--all", selection.all, "all jobs that the command applies to");
   define_job_filter(command, selection.filter);
 }
 

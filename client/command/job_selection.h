@@ -29,7 +29,7 @@ struct JobSelection {
 /// Defines ID..., --all, --user and --state.
 void define_job_selection(options::Command& command, JobSelection& selection);
 
-/// What a command is for, of the jobs that --all, --user and --state find.
+/// Tells which jobs a command is for, of those that --all, --user and --state find.
 using Suits = std::function<bool(const v1::JobStatus&)>;
 
 /// The ids of the jobs, each once. InvalidArgument where nothing is selected, both ways at once are used, or a

@@ -41,9 +41,9 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_jobs_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("jobs", "Lists the coordinator's jobs");
+  Command command = line.add_command("jobs", "List the coordinator's jobs");
   define_job_filter(command, options->filter);
-  command.group("What is told");
+  command.group("Output");
   command.add_flag("--json", options->json, "as JSON");
   define_server_option(command, options->server);
   command.example("tessera jobs --user $USER --state running");

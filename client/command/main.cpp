@@ -17,9 +17,9 @@ int main(int argc, char** argv) {
                          add_retry_command, add_pause_command, add_resume_command, add_priority_command}) {
     add(line);
   }
-  line.group("The farm itself");
+  line.group("Administration");
   for (const auto add : {add_workers_command, add_trust_command, add_token_command, add_expel_command}) add(line);
-  line.group("Files and measuring");
+  line.group("Files and measurement");
   for (const auto add : {add_convert_command, add_compare_command, add_bench_command}) add(line);
   return line.run(argc, argv);
 }

@@ -13,7 +13,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// What is over before is not worth a line.
+// A phase that is over before is not worth a line.
 constexpr milliseconds kBarBegins(300), kBarInterval(200);
 constexpr milliseconds kLineBegins(2000), kLineInterval(5000);
 

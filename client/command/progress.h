@@ -40,7 +40,7 @@ std::string format_bar(const ProgressState& state, int columns);
 /// took.
 std::string format_line(const ProgressState& state);
 
-/// What is done.
+/// Work that is done.
 struct WorkDone {
   double share = 0;           // 0 to 1
   std::uint64_t samples = 0;  // taken

@@ -167,14 +167,14 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
 
 void add_render_command(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
-  Command command = line.add_command("render", "Renders a scene in this process");
+  Command command = line.add_command("render", "Render a scene in this process");
   define_render_options(command, *options);
   command.option("--output").required();
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  command.group("How it is computed");
+  command.group("Computation");
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.option("--isa").one_of(local_isas());
-  command.group("What is told");
+  command.group("Output");
   command.add("--checkpoint", options->checkpoint, "keep results in this folder; the same command goes on with them")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");

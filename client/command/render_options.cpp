@@ -39,8 +39,8 @@ std::string check_define(const std::string& text) {
   return equals == std::string::npos || equals == 0 ? "expected NAME=VALUE" : "";
 }
 
-/// What people call the job: the scene's own name, which is the file's where it has none; of "kitchen/scene.pbrt" or
-/// "kitchen/scene-small.pbrt", the usual forms, the folder's.
+/// Name of the job for people: the scene's own name, which is the file's where it has none; of
+/// "kitchen/scene.pbrt" or "kitchen/scene-small.pbrt", the usual forms, the folder's.
 std::string name_of(const std::string& file, const ImportedScene& imported) {
   const std::filesystem::path path = std::filesystem::absolute(file);
   if (!imported.scene.name().empty() && imported.scene.name() != path.stem()) return imported.scene.name();
@@ -67,7 +67,7 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.group("Quality");
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
-  command.group("What is told");
+  command.group("Output");
   command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
@@ -91,7 +91,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.add("--aov", job.aovs, "further channels: variance, albedo, normal, depth, samples, alpha")
       .separated_by_commas()
       .type_name("NAME,...");
-  command.group("How it is computed");
+  command.group("Computation");
   command
       .add("--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust")

@@ -22,7 +22,7 @@ nlohmann::ordered_json json_of(const std::vector<TimePart>& parts) {
   return json;
 }
 
-/// Of everything that the job refers to.
+/// Bytes of everything that the job refers to.
 std::uint64_t scene_bytes(const v1::JobSpec& spec) {
   std::uint64_t bytes = spec.scene().size_bytes();
   for (const v1::BlobRef& blob : spec.blobs()) bytes += blob.size_bytes();

@@ -1,4 +1,4 @@
-// What a render cost, as a JSON file.
+// Cost of a render, as a JSON file.
 #pragma once
 
 #include <cstdint>

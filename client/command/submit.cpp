@@ -114,7 +114,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_submit_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("submit", "Renders a scene on the farm");
+  Command command = line.add_command("submit", "Render a scene on the farm");
   define_render_options(command, options->render);
   command.group("Job");
   JobRequest& job = options->render.job;

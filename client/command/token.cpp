@@ -47,8 +47,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_token_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command =
-      line.add_command("token", "Prints a token with which workers join the farm (tessera-worker --join)");
+  Command command = line.add_command("token", "Print a token with which workers join the farm (tessera-worker --join)");
   command
       .add_read_by(
           "--for", [options](const std::string& text) { return read_lifetime(text, options->lifetime); },

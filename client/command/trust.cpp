@@ -28,7 +28,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_trust_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("trust", "Lets a host work again that had returned wrong pixels");
+  Command command = line.add_command("trust", "Lift the quarantine of a host");
   command.add("HOST", options->host, "as tessera workers names it").required();
   define_server_option(command, options->server);
   command.example("tessera trust render7");

@@ -37,7 +37,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_watch_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("watch", "Shows a job's progress until it ends");
+  Command command = line.add_command("watch", "Show a job's progress until it ends");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "the final status as JSON");

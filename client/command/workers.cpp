@@ -38,7 +38,7 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_workers_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("workers", "Lists the coordinator's workers");
+  Command command = line.add_command("workers", "List the coordinator's workers");
   define_server_option(command, options->server);
   command.example("tessera workers --server 10.0.0.1:7070 --tls ~/farm-tls/client-$USER");
   command.add_flag("--json", options->json, "as JSON");

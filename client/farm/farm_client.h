@@ -66,7 +66,7 @@ class FarmClient {
   absl::StatusOr<v1::JobStatus> retry(const std::string& job_id, std::stop_token stop);
   /// Pauses, resumes, changes the priority. FailedPrecondition when the job is over.
   absl::StatusOr<v1::JobStatus> adjust(const v1::AdjustJobRequest& request, std::stop_token stop);
-  /// Lets a host in quarantine work again. NotFound for one that the coordinator does not know.
+  /// Lifts the quarantine of a host. NotFound for one that the coordinator does not know.
   absl::Status trust(const std::string& host, std::stop_token stop);
   /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes no joins.
   absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses, std::stop_token stop);

@@ -51,9 +51,10 @@ struct RgbPlanes {
 };
 RgbPlanes rgb_planes(const Image& image);
 
-/// What an image file says of its making, as attributes "tessera.scene_digest", "tessera.spp", "tessera.seed" (in
-/// decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.sampler", "tessera.isa", "tessera.arithmetic"
-/// (classes, separated by ", "), "tessera.version" and "tessera.render_seconds".
+/// Facts that an image file tells of its making, as attributes "tessera.scene_digest", "tessera.spp",
+/// "tessera.seed" (in decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.sampler",
+/// "tessera.isa", "tessera.arithmetic" (classes, separated by ", "), "tessera.version" and
+/// "tessera.render_seconds".
 struct RenderInfo {
   std::string scene_digest;
   std::uint32_t spp = 0;

@@ -18,7 +18,7 @@
 
 namespace tessera::client {
 
-/// What rendering cost; counts and times of tiles add up.
+/// Cost of rendering; counts and times of tiles add up.
 struct BenchCost {
   double cpu_seconds = 0;
   std::uint64_t samples = 0, dropped_samples = 0;
@@ -53,7 +53,7 @@ class BenchScene {
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }
-  /// What the scene asked for that was approximated or left out.
+  /// Warnings of what the scene asked for and was approximated or left out.
   const std::vector<std::string>& warnings() const;
 
   /// Absent for light tracing, whose rays are not recorded. Cancelled when stopped.

@@ -103,7 +103,7 @@ std::string help_of(const CommandSpec& command) {
       absl::StrAppend(&help, help_line(left_of(*option), right_of(*option), kRight));
     }
   }
-  absl::StrAppend(&help, "\n", help_line("-h, --help", "this", kRight));
+  absl::StrAppend(&help, "\n", help_line("-h, --help", "show this help", kRight));
   if (!command.examples.empty()) absl::StrAppend(&help, "\nfor example\n");
   for (const std::string& example : command.examples) absl::StrAppend(&help, "  ", example, "\n");
   return help;

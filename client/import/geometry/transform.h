@@ -20,7 +20,7 @@ struct Transform {
 
   Vector3 apply_to_point(const Vector3& p) const;
   Vector3 apply_to_vector(const Vector3& v) const;
-  /// Of the upper left 3x3 part: the change of volume, negative where handedness changes.
+  /// Determinant of the upper left 3x3 part: the change of volume, negative where handedness changes.
   double determinant3() const;
   bool is_finite() const;
 };
@@ -38,7 +38,8 @@ Transform rotation(double degrees, const Vector3& axis);
 /// target coincide or `up` is parallel to the view.
 std::optional<Transform> look_at(const Vector3& eye, const Vector3& target, const Vector3& up);
 
-/// What `ActiveTransform` keeps apart: where something is at the two times of `TransformTimes`.
+/// Pair of transforms that `ActiveTransform` keeps apart: where something is at the two times of
+/// `TransformTimes`.
 struct MovingTransform {
   Transform start, end;
 

@@ -1,4 +1,4 @@
-// What an import gives: the Scene message and the bytes that it refers to.
+// Result of an import: the Scene message and the bytes that it refers to.
 #pragma once
 
 #include <string>

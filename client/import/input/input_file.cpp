@@ -16,7 +16,7 @@
 namespace tessera::client {
 namespace {
 
-// What a scene file may inflate to: guards against a few kilobytes that claim to be everything.
+// Upper bound of what a scene file inflates to: guards against a few kilobytes that claim to be everything.
 constexpr std::size_t kMaxInflatedBytes = std::size_t{8} << 30;
 
 absl::Status system_error(const std::filesystem::path& path, int error) {

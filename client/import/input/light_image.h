@@ -16,7 +16,7 @@ struct LightImage {
   int width = 0, height = 0;
   std::vector<float> rgb;
 
-  /// Of linear Rec.709, at column x and row y.
+  /// Luminance of linear Rec.709, at column x and row y.
   double luminance(int x, int y) const;
   double mean_of_channels(int x, int y) const;
 };

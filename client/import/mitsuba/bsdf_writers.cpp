@@ -135,7 +135,7 @@ void write_rough_plastic(PropertyReader& reader, TextureTable& textures, v1::Mat
   roughness.mutable_v()->set_constant(alpha);
 }
 
-/// What "principled" and "principledthin" have in common.
+/// Writes what "principled" and "principledthin" have in common.
 void write_burley(PropertyReader& reader, TextureTable& textures, v1::PrincipledMaterial& principled) {
   *principled.mutable_base_color() = textures.color(reader, "base_color", 0.5, ColorUse::kReflectance);
   const auto write = [&](std::string_view name, double fallback, v1::FloatValue* value) {

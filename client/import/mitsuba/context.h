@@ -1,4 +1,4 @@
-// What every part of the Mitsuba importer writes to.
+// Context that every part of the Mitsuba importer writes to.
 #pragma once
 
 #include <set>

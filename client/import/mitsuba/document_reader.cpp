@@ -27,7 +27,7 @@ bool is_object_tag(std::string_view tag) {
   return tags.contains(tag);
 }
 
-/// What holds for the file that is being read.
+/// State of the file that is being read.
 struct FileScope {
   const XmlFile& file;
   std::filesystem::path directory;

@@ -1,4 +1,4 @@
-// What perspective sensors and projectors have in common.
+// Field of view, which perspective sensors and projectors have in common.
 #pragma once
 
 #include "import/mitsuba/property_reader.h"

@@ -24,7 +24,7 @@ constexpr NamedIor kNamed[] = {{"vacuum", 1.0},      {"helium", 1.000036},      
                                {"bk7", 1.5046},      {"sodium chloride", 1.544},  {"amber", 1.55},
                                {"pet", 1.5750},      {"diamond", 2.419}};
 
-// What the renderer takes, and more than there is.
+// Upper bound of what the renderer takes, and more than there is.
 constexpr double kLeastIor = 1e-4, kLargestIor = 1e4;
 
 double read_ior(PropertyReader& reader, std::string_view parameter, const std::string& fallback) {

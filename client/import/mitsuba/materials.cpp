@@ -112,7 +112,7 @@ std::string MaterialTable::write_mask(PropertyReader& reader, Wrapping wrapping)
   return use_only_child(reader, wrapping);
 }
 
-/// What Mitsuba does about normals that a map has turned too far, since version 3.7.1.
+/// Reads what Mitsuba is to do about normals that a map has turned too far, since version 3.7.1.
 void MaterialTable::read_map_options(PropertyReader& reader) {
   for (const char* option : {"flip_invalid_normals", "use_shadowing_function"}) {
     if (!reader.boolean(option, true))

@@ -16,11 +16,11 @@ class MaterialTable {
 
   /// The name in the scene of a BSDF.
   std::string use(Object& bsdf) { return use(bsdf, Wrapping{}); }
-  /// Of a shape without one: diffuse, black where the shape emits light.
+  /// Material of a shape without one: diffuse, black where the shape emits light.
   std::string use_default(bool emits);
 
  private:
-  /// What surrounds a BSDF.
+  /// Wrappers that surround a BSDF.
   struct Wrapping {
     bool two_sided = false;
     v1::Material fields;  // back, opacity, displacement, normal_map

@@ -24,7 +24,7 @@ enum Flags : std::uint32_t {
   kDouble = 0x2000,
 };
 constexpr std::uint64_t kMaxElements = std::uint64_t{1} << 31;  // of a mesh blob
-// What one mesh may inflate to: guards against a few kilobytes that claim to be everything.
+// Upper bound of what one mesh inflates to: guards against a few kilobytes that claim to be everything.
 constexpr std::size_t kMaxInflatedBytes = std::size_t{8} << 30;
 
 template <typename T>

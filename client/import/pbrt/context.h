@@ -1,4 +1,4 @@
-// What every part of the pbrt importer writes to.
+// Context that every part of the pbrt importer writes to.
 #pragma once
 
 #include <filesystem>

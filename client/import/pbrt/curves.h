@@ -10,7 +10,7 @@ namespace tessera::client::pbrt {
 
 /// Cubic Bezier segments on their way into one Shape.
 struct CurveBatch {
-  /// As many as one shape takes: a blob of them stays below 300 MB.
+  /// Segments of one shape at most: a blob of them stays below 300 MB.
   static constexpr std::size_t kMaxSegments = std::size_t{1} << 22;
 
   v1::Curves::Kind kind = v1::Curves::FLAT;

@@ -10,7 +10,8 @@
 
 namespace tessera::client::pbrt {
 
-/// What a shape is made of: a named material, one given in place (an index), or neither: pbrt's default.
+/// Material that a shape is made of: a named material, one given in place (an index), or neither: pbrt's
+/// default.
 struct MaterialRef {
   int anonymous = -1;
   std::string name;

@@ -12,7 +12,8 @@
 namespace tessera::client::pbrt {
 namespace {
 
-// What pbrt-v4's images show of a light spectrum that it does not normalise: the integral of the CIE function y, nm.
+// Factor that pbrt-v4's images show of a light spectrum that it does not normalise: the integral of the CIE
+// function y, nm.
 constexpr double kIntegralOfY = 106.856895;
 constexpr std::int64_t kMaxSamples = 65536;  // along an axis, of proto/wire/volume_blob.h
 

@@ -79,7 +79,7 @@ class ParameterList {
  private:
   std::optional<double> single_number(std::string_view name, ParameterType type, Diagnostics& diagnostics);
 
-  /// What the copies of a list share.
+  /// State that the copies of a list share.
   struct Own {
     std::vector<Parameter> parameters;
     std::string owner;

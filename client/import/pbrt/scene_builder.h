@@ -15,7 +15,7 @@
 
 namespace tessera::client::pbrt {
 
-/// What AttributeBegin saves and AttributeEnd restores.
+/// State that AttributeBegin saves and AttributeEnd restores.
 struct GraphicsState {
   MovingTransform ctm;  // world_from_object inside the world block, camera_from_world before it
   bool reverse_orientation = false;

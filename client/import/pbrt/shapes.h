@@ -8,7 +8,7 @@
 
 namespace tessera::client::pbrt {
 
-/// What a shape still needs when its message is written.
+/// Parts that a shape still needs when its message is written.
 struct ShapeResult {
   bool kept = false;                    // false: left out, with a warning, or after an error
   std::string ply_file;                 // of a plymesh, as the scene names it

@@ -15,7 +15,7 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// What a field of strings refers to.
+/// Kind of element that a field of strings refers to.
 struct ReferenceField {
   std::string_view field;  // without "tessera.v1."
   std::string_view kind;

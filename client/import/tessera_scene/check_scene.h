@@ -1,4 +1,4 @@
-// What is wrong with a hand-written scene, before anything is uploaded.
+// Checks of a hand-written scene, before anything is uploaded.
 #pragma once
 
 #include "import/input/diagnostics.h"
