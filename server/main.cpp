@@ -64,7 +64,7 @@ struct Options {
   std::vector<std::string> hosts, users;
 };
 
-/// What --init-tls made, and what is to be done with it.
+/// Tells what --init-tls made, and what is to be done with it.
 std::string tell_certificates(const Options& options) {
   const std::string folder = std::filesystem::absolute(options.new_certificates).lexically_normal().string();
   const std::string host = options.hosts.empty() ? "127.0.0.1" : options.hosts.front();
@@ -193,7 +193,7 @@ void define_options(tessera::options::Command command, Options& options) {
   command.example("tessera-server --listen 10.0.0.1:7070 --tls ~/farm-tls/server");
 }
 
-/// What the coordinator is told of them.
+/// Turns the command line's options into the coordinator's.
 tessera::server::CoordinatorOptions coordinator_options(const Options& options) {
   tessera::server::CoordinatorOptions result = options.coordinator;
   result.data_dir = options.data_dir;

@@ -1,4 +1,4 @@
-// What --help prints.
+// Text of --help.
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"

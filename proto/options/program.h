@@ -27,7 +27,7 @@ class Option {
   Option required();
   /// --help tells the value that the variable has now.
   Option with_default();
-  /// What --help calls the value.
+  /// Name of the value in --help.
   Option type_name(const char* name);
   /// Both ends included.
   Option in_range(double least, double most);
@@ -35,13 +35,13 @@ class Option {
   Option one_of(std::vector<std::string> names);
   /// The value is a list: "a,b,c".
   Option separated_by_commas();
-  /// What to take where the option is not given.
+  /// Takes the value from this variable where the option is not given.
   Option from_environment(const char* variable);
   /// Both together are refused.
   Option excludes(const Option& other);
   /// Refused without the other.
   Option needs(const Option& other);
-  /// What `check` has to say against a text; nothing when it is well.
+  /// Refuses texts with the fault that `check` returns; sound ones have an empty one.
   Option checked_by(std::function<std::string(const std::string&)> check);
 
  private:
@@ -75,14 +75,14 @@ class Command {
   /// One that was added before.
   Option option(const char* name);
 
-  /// What Program::run does when the command line names this command.
+  /// Sets what Program::run does when the command line names this command.
   void runs(std::function<int()> action);
 
  private:
   CommandSpec* spec_;
 };
 
-/// What has become of a command line.
+/// Outcome of parsing a command line.
 struct Outcome {
   std::optional<int> exit_code;  // absent: the options are set, and the program goes on
   std::string out, err;          // to be printed
@@ -94,7 +94,7 @@ class Program {
   Program(const char* name, const char* description, const std::string& version, const char* footer = "");
   ~Program();
 
-  /// Of a program that is one command.
+  /// Returns the only command of a program without named ones.
   Command root();
   /// The heading of --help under which the commands are listed that follow.
   void group(const char* heading);

@@ -1,4 +1,4 @@
-// What is known of the commands and options of a program. For the sources of this folder only.
+// Descriptions of the commands and options of a program. For the sources of this folder only.
 #pragma once
 
 #include <functional>
@@ -33,7 +33,7 @@ struct OptionSpec {
 
   bool is_argument() const { return !names.front().starts_with('-'); }
   bool is_flag() const { return value_name.empty(); }
-  /// What people call it: the longest of its names.
+  /// Name for people: the longest of its names.
   const std::string& name() const { return names.back(); }
   bool is_called(std::string_view name) const;
 };
@@ -56,7 +56,7 @@ absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& w
 /// "tessera render SCENE -o FILE [options]".
 std::string usage_of(const CommandSpec& command);
 
-/// What --help prints, at most 80 columns wide.
+/// Text of --help, at most 80 columns wide.
 std::string help_of(const CommandSpec& command);
 
 /// `text` in lines of at most 80 columns; each but the first begins with `indent` spaces, and the first has room for

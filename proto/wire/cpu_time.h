@@ -15,10 +15,10 @@ inline std::chrono::nanoseconds read_clock(clockid_t clock) {
 }
 }  // namespace internal
 
-/// Of the calling thread.
+/// CPU time of the calling thread.
 inline std::chrono::nanoseconds thread_cpu_time() { return internal::read_clock(CLOCK_THREAD_CPUTIME_ID); }
 
-/// Of all threads of this process.
+/// CPU time of all threads of this process.
 inline std::chrono::nanoseconds process_cpu_time() { return internal::read_clock(CLOCK_PROCESS_CPUTIME_ID); }
 
 inline double in_seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }

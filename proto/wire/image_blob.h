@@ -32,7 +32,7 @@ struct ImagePixels {
 absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::string& name,
                                          std::uint64_t max_pixels = std::uint64_t{1} << 28);
 
-/// Of the same files, from the header alone.
+/// Size of the same files, from the header alone.
 absl::StatusOr<ImageSize> image_size(std::string_view blob, const std::string& name);
 
 }  // namespace tessera::wire

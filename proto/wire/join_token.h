@@ -1,4 +1,4 @@
-// What a new worker needs to join a farm: a secret, where to say it, and whom to say it to.
+// Token that a new worker needs to join a farm: a secret, where to say it, and whom to say it to.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace tessera::wire {
 
-/// As text: "tessera-join:PORT:DIGEST:SECRET". Whoever has it may become a worker of the farm, for as long as the
-/// coordinator accepts it.
+/// Token, as text "tessera-join:PORT:DIGEST:SECRET". Whoever has it may become a worker of the farm, for as
+/// long as the coordinator accepts it.
 struct JoinToken {
   std::uint16_t port = 0;        // of the coordinator's JoinService
   std::string authority_digest;  // SHA-256 of the certificate of the farm's authority, 64 hexadecimal digits

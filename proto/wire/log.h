@@ -14,7 +14,7 @@
 
 namespace tessera::wire {
 
-/// What a line is about. What is absent or empty is left out.
+/// Fields that say what a line is about. Those that are absent or empty are left out.
 struct LogFields {
   std::string_view job = {};
   std::optional<std::uint32_t> unit = {};
@@ -50,7 +50,7 @@ enum class LogFormat {
           // line
 };
 
-/// What command lines call the formats and the levels.
+/// Names of the formats and the levels on command lines.
 inline const std::vector<std::string> kLogFormats{"text", "json"};
 inline const std::vector<std::string> kLogLevels{"trace", "debug", "info", "warning", "error", "critical", "off"};
 

@@ -1,4 +1,4 @@
-// What Tessera's programs have in common where Prometheus looks at them.
+// Metrics that Tessera's programs have in common.
 #pragma once
 
 #include <prometheus/metric_family.h>

@@ -1,4 +1,4 @@
-// What somebody may have meant who typed a name that there is not.
+// Nearest name to one that there is not: suggestions for typing errors.
 #pragma once
 
 #include <string>

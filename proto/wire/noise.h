@@ -1,4 +1,4 @@
-// What a job must be like whose pixels take as many samples as their noise asks for.
+// Checks of jobs whose pixels take as many samples as their noise asks for.
 #pragma once
 
 #include "absl/status/status.h"

@@ -14,7 +14,8 @@ struct Character {
   std::size_t bytes = 0;  // 0: not UTF-8
 };
 
-/// What stands first in `text`, which is not empty; in its shortest form, and no surrogate [RFC3629].
+/// Reads the character that `text`, which is not empty, begins with; in its shortest form, and no surrogate
+/// [RFC3629].
 Character first_of(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return {.code = byte(0), .bytes = 1};

@@ -1,4 +1,4 @@
-// What listens at an address.
+// Probe of what listens at an address.
 #pragma once
 
 #include <chrono>

@@ -13,7 +13,7 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// Of a field without presence; a name is asked for only where something is wrong.
+/// Name of an element; empty for messages that have none.
 std::string name_of(const Message& message) {
   const FieldDescriptor* name = message.GetDescriptor()->FindFieldByName("name");
   const bool known = name != nullptr && name->cpp_type() == FieldDescriptor::CPPTYPE_STRING && !name->is_repeated();

@@ -1,4 +1,4 @@
-// What a tile unit returns: per pixel, one node of the binary sum tree over its sample indices.
+// Result of a tile unit: per pixel, one node of the binary sum tree over its sample indices.
 //
 // The tree of a pixel with S samples has leaves 0..S-1. The node [k 2^m, (k+1) 2^m) is its left child where the
 // right child lies beyond S, else merge(left, right). Whatever way a frame was cut into units, merging their
@@ -15,7 +15,7 @@
 
 namespace tessera::wire {
 
-/// What a channel holds, and so how two nodes merge.
+/// Kind of values in a channel, and so how two nodes merge.
 enum class ChannelKind : std::uint8_t {
   kSum = 0,              // sum over samples: a + b
   kSquaredDeviation = 1  // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]

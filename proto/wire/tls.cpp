@@ -24,7 +24,7 @@ using Verification = std::unique_ptr<X509_STORE_CTX, Freer<X509_STORE_CTX_free>>
 
 std::string path_of(const std::string& folder, const char* file) { return absl::StrCat(folder, "/", file); }
 
-/// What `read` makes of a file, or null; NotFound when there is no such file.
+/// Reads a file by `read`, which says whether that went well. NotFound when there is no such file.
 template <class Read>
 absl::Status read_pem(const std::string& path, Read read) {
   const std::unique_ptr<std::FILE, Freer<std::fclose>> file{std::fopen(path.c_str(), "rb")};

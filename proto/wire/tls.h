@@ -14,7 +14,7 @@ class ServerCredentials;
 
 namespace tessera::wire {
 
-// What the folder of one program holds, as PEM: who it trusts, who it is, and the key that proves that.
+// Files in the folder of one program, as PEM: who it trusts, who it is, and the key that proves that.
 inline constexpr const char* kTrustedFile = "ca.pem";
 inline constexpr const char* kCertificateFile = "certificate.pem";
 inline constexpr const char* kKeyFile = "key.pem";

@@ -1,4 +1,4 @@
-// What the three programs must agree on before they talk.
+// Versions that the three programs must agree on before they talk.
 #pragma once
 
 #include <cstdint>

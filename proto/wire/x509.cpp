@@ -19,7 +19,7 @@ using Bio = std::unique_ptr<BIO, Freer<BIO_free_all>>;
 /// Without it, OpenSSL would ask for the password of what is encrypted, at the terminal, whoever sent it.
 int no_password(char*, int, int, void*) { return -1; }
 
-/// What `read` finds in `pem`; its errors are forgotten.
+/// Returns what `read` finds in `pem`; its errors are forgotten.
 template <class Read>
 auto read_from(std::string_view pem, Read read) {
   const Bio bio{BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))};
@@ -28,7 +28,7 @@ auto read_from(std::string_view pem, Read read) {
   return object;
 }
 
-/// What `write` writes.
+/// Returns what `write` writes.
 template <class Write>
 std::string written_by(Write write) {
   const Bio bio{BIO_new(BIO_s_mem())};

@@ -19,7 +19,7 @@ using Certificate = std::unique_ptr<X509, Freer<X509_free>>;
 using CertificateRequest = std::unique_ptr<X509_REQ, Freer<X509_REQ_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Freer<EVP_PKEY_free>>;
 
-/// What stands first in `pem`; null when that is not of this kind.
+/// Reads what stands first in `pem`; null when that is not of this kind.
 Certificate certificate_from_pem(std::string_view pem);
 CertificateRequest request_from_pem(std::string_view pem);
 Key key_from_pem(std::string_view pem);
@@ -44,7 +44,8 @@ std::string name_of(const X509* certificate);
 /// From when on it is valid; nothing when it does not say so.
 std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate);
 
-/// What every program of a farm has: an elliptic key on P-256. Null when OpenSSL has none to give.
+/// Makes a key such as every program of a farm has: an elliptic key on P-256. Null when OpenSSL has none to
+/// give.
 Key make_key();
 /// Whether it is one of those.
 bool is_usual_key(EVP_PKEY* key);

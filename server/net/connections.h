@@ -25,7 +25,8 @@ struct Peer {
   std::uint16_t port = 0;
 
   static Peer of(const sockaddr_storage& socket_address);
-  /// What gRPC calls a peer: "ipv4:10.0.0.1:4711", "ipv6:%5B::1%5D:4711". Port 0 where it is something else.
+  /// Reads gRPC's name of a peer: "ipv4:10.0.0.1:4711", "ipv6:%5B::1%5D:4711". Port 0 where it is something
+  /// else.
   static Peer of(std::string_view grpc_peer);
 
   /// The same for all that one owner of an address may have: an IPv6 network of 64 bits counts as one address.

@@ -11,7 +11,8 @@ std::size_t raise_descriptor_limit();
 /// More connections than this are not taken, whatever the limit: each takes some tens of kilobytes.
 inline constexpr std::size_t kMostConnections = std::size_t{1} << 16;
 
-/// What a limit of descriptors leaves for connections: journal, results and blobs keep a quarter, 64 to 512.
+/// Connections that a limit of descriptors leaves room for: journal, results and blobs keep a quarter, 64 to
+/// 512.
 std::size_t connections_within(std::size_t descriptors);
 
 }  // namespace tessera::server

@@ -26,7 +26,7 @@ class Listener {
   /// Unavailable where the address is not one of this machine, or in use. `connections` must outlive the listener.
   static absl::StatusOr<std::unique_ptr<Listener>> open(const wire::HostPort& address, Connections& connections,
                                                         Connections::Port kind);
-  /// As stop().
+  /// Stops, as stop() does.
   ~Listener();
 
   int port() const { return address_.port; }

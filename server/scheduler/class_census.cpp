@@ -17,12 +17,12 @@ bool fits(const std::string& name, const std::string& needed, std::string_view i
   return needed.empty() ? isa.empty() || wire::isa_of(name) == isa : name == needed;
 }
 
-/// What a class has to offer.
+/// Workers that a class has to offer.
 struct Offer {
   std::vector<std::pair<std::uint32_t, std::uint64_t>> workers;  // threads of each, and how many such workers there are
   std::uint64_t dislike = 0;  // threads, each times the place of the class among those of its worker
 
-  /// Of at most so many workers.
+  /// Threads of at most so many workers.
   std::uint64_t threads(std::uint32_t max_workers) {
     std::sort(workers.rbegin(), workers.rend());
     std::uint64_t sum = 0, left = max_workers == 0 ? UINT64_MAX : max_workers;

@@ -19,7 +19,7 @@ bool has_tags(const WorkerInfo& worker, const std::vector<std::string>& required
 /// there are kinds of machines.
 class ClassCensus {
  public:
-  /// What a job asks of its workers.
+  /// Requirements of a job on its workers.
   struct Demand {
     std::string_view isa;  // empty: any
     const std::vector<std::string>& tags;

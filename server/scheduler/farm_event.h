@@ -1,4 +1,4 @@
-// What changes in the scheduler that must outlive the coordinator, besides the jobs and results themselves.
+// Changes in the scheduler that must outlive the coordinator, besides the jobs and results themselves.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What the scheduler knows of a job and of a worker. For the scheduler's own sources.
+// State of a job and of a worker in the scheduler. For the scheduler's own sources.
 #pragma once
 
 #include <cstdint>

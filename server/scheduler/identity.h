@@ -1,4 +1,4 @@
-// What hosts are called, and who answers for them.
+// Names of hosts, and who answers for them.
 //
 // A host is a fault domain: what fails there says nothing of others. Who answers for it is its identity: the key of the
 // certificate that its workers call with. Where there are certificates, a host is called "NAME@FINGERPRINT": its name
@@ -12,7 +12,7 @@
 
 namespace tessera::server {
 
-/// Of a key's SHA-256: 128 bits, so that nobody finds a second key for a fingerprint.
+/// Digits of a key's SHA-256 in a fingerprint: 128 bits, so that nobody finds a second key for a fingerprint.
 inline constexpr std::size_t kFingerprintDigits = 32;
 /// That people see, and may give instead of all.
 inline constexpr std::size_t kShownDigits = 8;

@@ -54,7 +54,7 @@ class Scheduler {
 
   explicit Scheduler(const SchedulerOptions& options);
 
-  /// What has to be journaled, in order, since the call before.
+  /// Returns what has to be journaled, in order, since the call before.
   std::vector<FarmEvent> take_events() { return std::exchange(events_, {}); }
   bool has_events() const { return !events_.empty(); }
 

@@ -42,7 +42,7 @@ struct Verdict {
   std::map<std::string, ResultFingerprint> voters;  // identities, or hosts where all are of one
 };
 
-/// What more than half of the identities say; none when there is no such thing.
+/// Returns what more than half of the identities say; none when there is no such thing.
 std::optional<Verdict> verdict_of(const Opinions& opinions) {
   const bool by_host = is_of_one(opinions);
   Verdict verdict;

@@ -1,4 +1,4 @@
-// What follows when units are not rendered: who is at fault, the data or the host.
+// Consequences where units are not rendered: who is at fault, the data or the host.
 #include <algorithm>
 #include <set>
 
@@ -190,7 +190,7 @@ Time Scheduler::bar(Job& job, const std::string& host, Time now) {
   return bar;
 }
 
-/// Whatever a lost worker held may be what it died of.
+/// Blames every unit that a lost worker held: it may have died of any.
 void Scheduler::blame_loss(const std::vector<WorkerInfo>& lost, Time now) {
   if (lost.size() >= kMassLoss && 2 * lost.size() >= workers_.size()) return;
   for (const WorkerInfo& worker : lost) {

@@ -208,7 +208,7 @@ bool Scheduler::lease_copy(Batch& batch) {
 
 // ---------------------------------------------------------------- who may have what
 
-/// What each of these units is expected to take on a thread of a usual worker, in ms: as much as those of the same tile
+/// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile
 /// that came last, whose pixels are the same.
 double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
   const double of_tile = job.tile_cost_ms.empty() ? 0 : job.tile_cost_ms[units.first % units.step];
@@ -220,7 +220,7 @@ std::int64_t Scheduler::charge_for(const Job& job, const UnitRun& units) const {
   return std::max<std::int64_t>(1, std::llround(units.count * unit_cost_ms(job, units)));
 }
 
-/// What they are expected to take on a thread of this worker.
+/// Expected time of these units on a thread of this worker.
 Time Scheduler::expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const {
   const auto charge_ms = static_cast<double>(charge_for(job, units));
   return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(charge_ms * worker.slowness)));

@@ -1,4 +1,4 @@
-// What goes into the scheduler and what comes out.
+// Input and output of the scheduler.
 #pragma once
 
 #include <chrono>
@@ -148,7 +148,7 @@ struct CompleteDecision {
   std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
 };
 
-/// What the passage of time did.
+/// Effects of the passage of time.
 struct Expiry {
   std::vector<WorkerInfo> lost_workers;
   std::uint32_t lost_leases = 0;

@@ -40,7 +40,7 @@ class UnitLedger {
   /// Every unit is done or set aside.
   bool settled() const { return done_ + set_aside_ == count(); }
   UnitState state(std::uint32_t unit) const { return states_[unit]; }
-  /// Of a unit that is done.
+  /// Result of a unit that is done.
   const AcceptedResult& result(std::uint32_t unit) const { return results_[sequences_[unit] - 1]; }
   /// Those that count, by sequence number. Looks at every result; for events that are rare.
   std::vector<AcceptedResult> results() const;

@@ -8,8 +8,8 @@
 
 namespace tessera::server {
 
-/// What is known of one worker's time for a unit, as a natural logarithm. Ratings of players are kept in the same way
-/// [Glickman1999]: one says something only in comparison with another, and has a variance.
+/// Estimate of one worker's time for a unit, as a natural logarithm. Ratings of players are kept in the same
+/// way [Glickman1999]: one says something only in comparison with another, and has a variance.
 struct WorkerPace {
   static constexpr double kUnknownVariance = 1;  // before anything is known: within e times the usual, mostly
 

@@ -1,4 +1,4 @@
-// What everybody who was let in makes the coordinator hold, counted and bounded together.
+// Accounts of what everybody who was let in makes the coordinator hold, counted and bounded together.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace tessera::server {
 
-/// Of memory, and of what memory stands behind.
+/// Amounts of memory, and of what takes memory.
 struct Holding {
   std::uint64_t registrations = 0;  // of workers
   std::uint64_t calls = 0;          // that wait for work, or for the disk

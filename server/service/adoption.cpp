@@ -35,7 +35,7 @@ v1::JobSpec content_of(const v1::JobSpec& spec) {
   return content;
 }
 
-/// What is said of the image stays; what was spent is not spent again.
+/// Drops costs, for they are not spent again, and keeps what describes the image.
 std::string without_cost(const std::string& serialized) {
   v1::UnitStats all, kept;
   if (!all.ParseFromString(serialized)) return "";

@@ -11,8 +11,9 @@
 
 namespace tessera::server {
 
-/// What differs between two jobs of that on which results depend, besides the number of samples and the ISA: the field
-/// and both values. Empty when units of the same pixels and samples have the same results in both.
+/// Names the difference between two jobs in that on which results depend, besides the number of samples and
+/// the ISA: the field and both values. Empty when units of the same pixels and samples have the same results
+/// in both.
 std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b);
 
 /// A job with results, as the journal has it.

@@ -45,9 +45,10 @@ struct CoordinatorOptions {
   /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far
   /// as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
-  /// What everybody may make the coordinator hold at a time.
+  /// Upper bound of what everybody may make the coordinator hold at a time.
   Holding of_each = Accounts::kLimits;
-  /// What workers are told of small farms; more of thousands (Scheduler::heartbeat_interval).
+  /// Interval that workers of small farms are told; longer in farms of thousands
+  /// (Scheduler::heartbeat_interval).
   std::chrono::milliseconds heartbeat_interval{1000};
   /// A lease, and a worker, that was not heard of for so long is given up; later in farms of thousands.
   std::chrono::milliseconds lease_timeout{8000};
@@ -72,8 +73,8 @@ struct CoordinatorOptions {
   std::optional<std::uint64_t> keep_free_bytes = {};
   /// Most units that the jobs have together that are not over; each takes 5 bytes, and each result 48.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
-  /// Of jobs that do not say: whether all of an image is to have the bits of one arithmetic class, and the kernels
-  /// (empty: any).
+  /// Defaults of jobs that do not say: whether all of an image is to have the bits of one arithmetic class,
+  /// and the kernels (empty: any).
   bool same_bits = true;
   std::string isa = {};
   /// How long workers that are started together have, before a job is bound to the class of most of them.
@@ -96,10 +97,10 @@ class Coordinator {
   /// Where workers join; 0 when none do.
   int join_port() const;
 
-  /// Of the metrics; 0 when they are not served.
+  /// Port of the metrics; 0 when they are not served.
   int metrics_port() const;
 
-  /// Of health checks alone; 0 when they have no port of their own.
+  /// Port of health checks alone; 0 when they have no port of their own.
   int health_port() const;
 
   /// Shuts down and waits for it.
@@ -115,7 +116,7 @@ class Coordinator {
   /// that case. Everything acknowledged is on disk.
   absl::Status wait();
 
-  /// What runs behind the interface (coordinator.cpp).
+  /// Everything that runs behind the interface (coordinator.cpp).
   struct Impl;
   Impl& impl() { return *impl_; }
 

@@ -51,7 +51,7 @@ struct FarmOptions {
   bool share_results = false;             // jobs take over those of other users' jobs too
   std::shared_ptr<const LeaseSeal> seal;  // of this data directory
   std::filesystem::path lived_time = {};  // the file of LivedTime; empty: none
-  // Of jobs that do not say: JobSpec.bits and JobSpec.isa.
+  // Defaults of jobs that do not say: JobSpec.bits and JobSpec.isa.
   v1::Bits bits = v1::BITS_SAME;
   std::string isa = {};
   std::chrono::milliseconds settle{0};  // SchedulerOptions::settle
@@ -99,7 +99,7 @@ class Farm {
   /// A client has received every result of a job that is over.
   void note_fetched(const std::string& id);
 
-  /// What a watcher that has results up to `after` gets next; no results when there are none yet.
+  /// Returns what a watcher that has results up to `after` gets next; no results when there are none yet.
   absl::StatusOr<WatchBatch> next_results(const std::string& id, std::uint64_t after, bool status_only);
   /// Calls `wake`, from one thread for all, after each change of any job and every second or so; false from `wake`
   /// ends that.
@@ -145,7 +145,7 @@ class Farm {
   v1::JobStatus describe(const JobEntry& entry) const;
   /// The same, for a list: without what takes long to find or to read.
   v1::JobStatus outline(const JobEntry& entry) const;
-  /// What a commit makes visible to clients.
+  /// Changes that a commit makes visible to clients.
   struct Shown {
     std::string job;
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
@@ -159,7 +159,7 @@ class Farm {
   /// The host, or the identity, returned wrong results: perhaps to this job too.
   void note_distrusted(const JobEntry& entry, const std::string& subject);
   void note_event(const FarmEvent& event, std::vector<Shown>& shown);
-  /// What a change of a job answers, once it is durable.
+  /// Answers a call that changed a job, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
   void prune();
   /// The job, which is over, and its results are deleted.

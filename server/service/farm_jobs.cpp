@@ -1,4 +1,4 @@
-// What clients do with jobs: look at them, change them, take their results.
+// The calls by which clients handle jobs: look at them, change them, take their results.
 #include <algorithm>
 #include <utility>
 
@@ -15,14 +15,15 @@
 namespace tessera::server {
 namespace {
 
-// Of one WatchJob message: enough to keep a connection busy, little enough to hold for a thousand slow readers.
+// Upper bounds of one WatchJob message: enough to keep a connection busy, little enough to hold for a
+// thousand slow readers.
 constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
 constexpr std::size_t kWatchBatchResults = 256;
 // A clock that is set by less is one that is kept right.
 constexpr Time kStep{std::chrono::minutes{1}};
-// What a coordinator that is killed has lived through since is lost, and its jobs are kept for so much longer.
+// A coordinator that is killed loses the time lived through since, and keeps its jobs for so much longer.
 constexpr Time kBetweenSavings{std::chrono::minutes{1}};
-// Of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
+// Upper bound of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
 constexpr std::size_t kMostWorkerBytes = wire::kMaxMessageBytes / 2;
 
 /// DataLoss also for a payload that can be read, but is not what was written: it has a checksum of its own.

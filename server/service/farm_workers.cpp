@@ -1,4 +1,4 @@
-// What workers call.
+// The calls of workers.
 #include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 using google::protobuf::util::TimeUtil;
 
-// What waits for the disk; more results are sent back to be tried again.
+// Results that wait for the disk; more are sent back to be tried again.
 constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
 // A registration stays for as long as its worker, and all of them go into one answer (ListWorkers).
 constexpr std::size_t kMaxNameBytes = 256;

@@ -267,7 +267,8 @@ void add_times(TimeMap& total, const TimeMap& unit) {
   }
 }
 
-/// Of durations that may be anything: a damaged journal has some, too. At most what a Duration may hold, 10,000 years.
+/// Adds durations that may be anything: a damaged journal has some, too. At most what a Duration may hold,
+/// 10,000 years.
 google::protobuf::Duration sum_of(const google::protobuf::Duration& a, const google::protobuf::Duration& b) {
   using google::protobuf::util::TimeUtil;
   constexpr std::int32_t kSecond = 1'000'000'000;  // nanoseconds

@@ -20,7 +20,7 @@
 
 namespace tessera::server {
 
-/// What follows from a spec alone, shared with calls that work on it without the farm's lock.
+/// Everything that follows from a spec alone, shared with calls that work on it without the farm's lock.
 struct JobShape {
   v1::JobSpec spec;
   std::shared_ptr<const WorkPlan> plan;
@@ -77,10 +77,10 @@ void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& h
 /// So many results are on disk.
 void note_durable(JobEntry& entry, std::uint64_t results);
 
-/// What the scheduler is told of a job.
+/// Request by which the scheduler knows a job.
 JobRequest request_of(const JobEntry& entry);
 
-/// What the clock on the wall says.
+/// Time of the clock on the wall.
 std::int64_t unix_milliseconds();
 
 class JobTable {
@@ -103,17 +103,17 @@ void retire(JobEntry& entry, JobView view);
 /// The opposite, from what the journal has of the job, which is to go on.
 void recall(JobEntry& entry, const JobRecord& record);
 
-/// What the journal holds of a job. DataLoss when its spec cannot be read any more.
+/// Job as the journal holds it. DataLoss when its spec cannot be read any more.
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record);
 
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view);
 
 inline bool is_open(v1::JobState state) { return state == v1::QUEUED || state == v1::RUNNING; }
 
-/// What a worker took for a unit.
+/// Time that a worker took for a unit.
 std::chrono::nanoseconds time_of(const v1::UnitStats& unit);
 
-/// What the results until now cost, to be journaled behind them.
+/// Cost of the results until now, to be journaled behind them.
 JobStats stats_of(const JobEntry& entry);
 
 /// Adds the cost of one unit. Warnings that are new are kept, up to a bound.

@@ -17,7 +17,7 @@
 
 namespace tessera::server {
 
-/// What joining needs of a coordinator's options.
+/// Options of a coordinator that concern joining.
 struct JoinOptions {
   std::string address;       // HOST:PORT to serve on; port 0 takes a free one
   std::string certificates;  // the server's, as on its other port

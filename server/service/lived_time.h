@@ -22,8 +22,8 @@ class LivedTime {
   /// for longer than they had to be, never for less.
   explicit LivedTime(std::filesystem::path file = {});
 
-  /// What clocks say: one that only ever runs, and the one on the wall. Returns by how much the wall's was set since
-  /// the last call, forwards or back.
+  /// Takes in what two clocks say: one that only ever runs, and the one on the wall. Returns by how much the
+  /// wall's was set since the last call, forwards or back.
   Time advance(Time steady, Time wall);
 
   /// How long ago the job ended. The first call is the moment of its end.
@@ -31,7 +31,7 @@ class LivedTime {
   /// The job goes on, or is deleted.
   void forget(const std::string& job) { ends_.erase(job); }
 
-  /// What is to be in the file. Empty where there is none.
+  /// Text that is to be in the file. Empty where there is none.
   std::string to_text() const;
   /// Replaces the file; to be called from wherever a disk may take its time.
   static absl::Status save(const std::filesystem::path& file, const std::string& text);

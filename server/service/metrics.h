@@ -1,4 +1,4 @@
-// What the coordinator counts, for Prometheus.
+// Counts of the coordinator, for Prometheus.
 #pragma once
 
 #include <chrono>

@@ -22,7 +22,8 @@ std::string_view bytes_of(const std::vector<T>& words) {
 // is for the rounding of sums.
 constexpr double kLargestSample = 1.01 * 4e15;
 
-/// What is wrong with the numbers of samples of a unit of `samples` samples a pixel; null when nothing is.
+/// Names what is wrong with the numbers of samples of a unit of `samples` samples a pixel; null when nothing
+/// is.
 const char* check_counts(const std::vector<std::uint32_t>& counts, std::uint32_t samples, bool adaptive) {
   const std::uint32_t least = adaptive ? std::min(wire::kMinAdaptiveSamples, samples) : samples;
   for (const std::uint32_t count : counts) {
@@ -32,7 +33,7 @@ const char* check_counts(const std::vector<std::uint32_t>& counts, std::uint32_t
   return nullptr;
 }
 
-/// What is wrong with the values of one channel; null when nothing is.
+/// Names what is wrong with the values of one channel; null when nothing is.
 const char* check_values(std::span<const float> values, wire::ChannelKind kind, double most) {
   for (const float value : values) {
     if (!std::isfinite(value)) return "a value that is not finite";

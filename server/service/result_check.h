@@ -19,7 +19,7 @@ namespace tessera::server {
 absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit, const v1::JobSpec& spec,
                                          const std::vector<wire::ChannelDesc>& channels);
 
-/// What the scheduler keeps of a digest.
+/// Fingerprint of a digest, which the scheduler keeps.
 ResultFingerprint fingerprint_of(const std::string& digest);
 
 }  // namespace tessera::server

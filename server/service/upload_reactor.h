@@ -13,7 +13,7 @@
 
 namespace tessera::server {
 
-/// What all uploads have in common.
+/// State that all uploads have in common.
 struct Uploads {
   BlobStore& blobs;
   OpenStreams& streams;

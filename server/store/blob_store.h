@@ -74,7 +74,7 @@ class BlobStore {
 /// what to do.
 absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest);
 
-/// What blobs leave free of their disk, for the journal and results that are on it too.
+/// Space that blobs leave free of their disk, for the journal and results that are on it too.
 struct DiskReserve {
   /// 0: nothing. Absent: a twentieth of the disk, and at most kMostBytes. But for 0, a twentieth of the files that the
   /// disk can have, and at most kMostFiles, are kept as well: blobs may be small.

@@ -27,7 +27,7 @@ sqlite3_file* machine_file(sqlite3_file* file) {
 }
 sqlite3_vfs* machine_vfs(sqlite3_vfs* vfs) { return static_cast<sqlite3_vfs*>(vfs->pAppData); }
 
-/// Of a page without the sum at its end, and of its place.
+/// Checksum of a page without the sum at its end, and of its place.
 std::uint64_t sum_of(const char* page, int size, sqlite3_int64 offset) {
   return checksum({page, static_cast<std::size_t>(size - kSumBytes)}, static_cast<std::uint64_t>(offset));
 }

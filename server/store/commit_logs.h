@@ -23,7 +23,7 @@ class CommitLogs {
   /// Writes all entries of a commit to their logs.
   absl::Status append(CommitStamp stamp, const std::vector<JournalEntry>& entries,
                       const std::vector<PayloadPlace>& payloads);
-  /// What has to be synced before the commit counts.
+  /// Files that have to be synced before the commit counts.
   std::vector<DiskFile*> files_to_sync() const;
   /// How far the logs reach with it, for the tables.
   void write_reach(JournalTables& tables) const;

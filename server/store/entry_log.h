@@ -40,11 +40,11 @@ class EntryLog {
   void append(const CommitStamp& stamp, const JournalEntry& entry, const PayloadPlace& payload);
   /// Hands what was appended to the file, so that a sync makes it durable.
   absl::Status flush();
-  /// What has to be synced before what was appended may be kept; null when nothing has.
+  /// File that has to be synced before what was appended may be kept; null when nothing has.
   DiskFile* file_to_sync() const { return file_.get(); }
-  /// What was appended counts.
+  /// Keeps what was appended.
   void keep() { kept_ = appended_; }
-  /// What was appended since the last `keep` does not.
+  /// Drops what was appended since the last `keep`.
   void drop();
   /// All, with what was appended.
   std::uint64_t appended_bytes() const { return appended_; }
@@ -57,7 +57,7 @@ class EntryLog {
   std::uint64_t kept_, appended_;  // the latter with what is in the buffer
 };
 
-/// What a log holds from some place on.
+/// Content of a log from some place on.
 struct LogFrame {
   CommitStamp stamp;
   LoggedEntry logged;

@@ -43,12 +43,12 @@ class File {
   std::filesystem::path path_;  // for messages
 };
 
-/// What a file system has, for whoever is not root. Both numbers of files are 0 where they have no limit.
+/// Space of a file system, for whoever is not root. Both numbers of files are 0 where they have no limit.
 struct DiskSpace {
   std::uint64_t free_bytes = 0, total_bytes = 0;
   std::uint64_t free_files = 0, total_files = 0;
 };
-/// Of the file system that holds `path`.
+/// Space of the file system that holds `path`.
 absl::StatusOr<DiskSpace> disk_space(const std::filesystem::path& path);
 
 /// Makes renames and new entries within `directory` durable.

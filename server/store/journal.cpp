@@ -119,7 +119,7 @@ absl::Status SqliteJournal::checkpoint() {
   });
 }
 
-/// What follows from an entry that is durable.
+/// Consequences of an entry that is durable.
 void SqliteJournal::put_in_effect(const JournalEntry& entry, std::uint64_t end) {
   if (std::holds_alternative<JobAdded>(entry)) ++counts_.jobs;
   if (const auto* const unit = std::get_if<UnitDone>(&entry)) {

@@ -1,4 +1,5 @@
-// What the coordinator must not forget: jobs, and the results of their units [docs/decisions/0002-journal-format.md].
+// Journal of what the coordinator must not forget: jobs, and the results of their units
+// [docs/decisions/0002-journal-format.md].
 #pragma once
 
 #include <cstdint>
@@ -60,7 +61,7 @@ struct UnitDone {
   std::uint64_t from_sequence = 0;
 };
 
-/// What the first `results` results of a job cost together, so that a restart need not add them up again.
+/// Cost of the first `results` results of a job together, so that a restart need not add them up again.
 struct JobStats {
   std::string id;
   std::uint64_t results = 0;
@@ -130,7 +131,7 @@ class Journal {
   /// anew.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
 
-  /// What was committed about one job until now. NotFound when there is no such job.
+  /// Returns what was committed about one job until now. NotFound when there is no such job.
   virtual absl::StatusOr<JobRecord> read_job(const std::string& job) = 0;
 
   /// Events of the whole farm, in order.

@@ -18,7 +18,7 @@ class JournalRows {
  public:
   explicit JournalRows(SQLite::Database& database) : database_(database) {}
 
-  /// Of all jobs, in the order of submission.
+  /// Rows of all jobs, in the order of submission.
   std::vector<std::string> ids();
   /// A job without its results and events.
   std::optional<JobRecord> job(const std::string& id);

@@ -40,7 +40,7 @@ class LogRecovery {
   absl::Status complete_logs();
 
  private:
-  /// What lies in a log behind that which the tables know.
+  /// Entries of a log behind those that the tables know.
   struct Tail {
     std::string job;
     std::uint64_t from = 0, end = 0, size = 0;

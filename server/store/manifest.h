@@ -1,4 +1,4 @@
-// What the journal must hold: a small file beside it, so that a loss is known as one
+// Manifest of what the journal must hold: a small file beside it, so that a loss is known as one
 // [docs/decisions/0002-journal-format.md].
 #pragma once
 

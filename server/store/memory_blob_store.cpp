@@ -9,7 +9,7 @@
 namespace tessera::server {
 namespace {
 
-/// What the store, its writers and its readers share.
+/// State that the store, its writers and its readers share.
 struct Contents {
   std::mutex mutex;
   absl::flat_hash_map<std::string, std::shared_ptr<const std::string>> complete;

@@ -22,8 +22,8 @@ class ResultFile {
   /// overwritten. An empty path: in memory.
   ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends);
 
-  /// Of a job that is over: `count` results, of which the last ends at `end`. Where they end is told when they are
-  /// read.
+  /// Opens the file of a job that is over: `count` results, of which the last ends at `end`. Where they end
+  /// is told when they are read.
   ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end);
 
   /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than were
@@ -36,7 +36,7 @@ class ResultFile {
   /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
   /// end.
   absl::StatusOr<std::uint64_t> append(std::string_view payload);
-  /// What has to be synced before what was appended may be kept; null when nothing has. For the writer.
+  /// File that has to be synced before what was appended may be kept; null when nothing has. For the writer.
   DiskFile* file_to_sync() const { return file_.get(); }
   void keep(std::uint64_t end);
   /// No more results will come, unless the job is opened again.
@@ -50,7 +50,8 @@ class ResultFile {
   struct Extent {
     std::uint64_t begin = 0, end = 0;
   };
-  /// Of result `sequence`, from 1 on; nothing when it is not remembered. OutOfRange when there is no such result.
+  /// Place of result `sequence`, from 1 on; nothing when it is not remembered. OutOfRange when there is no
+  /// such result.
   absl::StatusOr<std::optional<Extent>> extent(std::uint64_t sequence) const;
   absl::StatusOr<std::string> read(const Extent& extent) const;
 

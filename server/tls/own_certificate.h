@@ -1,4 +1,4 @@
-// What a coordinator wants of its own certificate before it serves with it.
+// Checks of a coordinator's own certificate before it serves with it.
 #pragma once
 
 #include <filesystem>

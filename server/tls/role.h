@@ -1,4 +1,4 @@
-// What a certificate allows its holder to do on a farm.
+// Roles: what a certificate allows its holder to do on a farm.
 #pragma once
 
 #include <optional>

@@ -46,7 +46,7 @@ struct AgentOptions {
   std::chrono::milliseconds grace{10'000};
 };
 
-/// What an agent has done so far.
+/// Counts of what an agent has done so far.
 struct AgentReport {
   std::uint64_t units_rendered = 0;
   std::uint64_t units_failed = 0;

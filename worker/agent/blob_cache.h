@@ -39,7 +39,7 @@ class BlobCache {
   /// blob, waits for it.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, const Fetch& fetch);
 
-  /// What it held after the last blob came, parts of downloads included.
+  /// Bytes that it held after the last blob came, parts of downloads included.
   std::uint64_t bytes() const { return bytes_; }
 
  private:

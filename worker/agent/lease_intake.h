@@ -1,4 +1,4 @@
-// What the worker asks the coordinator for, and what becomes of the answer.
+// Requests for leases, and what becomes of the answers.
 #pragma once
 
 #include <cstddef>

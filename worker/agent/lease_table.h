@@ -56,7 +56,7 @@ class LeaseTable {
   /// How many units to ask for, so that `full` are queued: none while more than half as many are queued or asked for
   /// already. They count as asked for until answered().
   std::size_t ask(std::size_t full);
-  /// What came of asking for so many has been added.
+  /// Notes that the answer to a request for so many has been added.
   void answered(std::size_t asked);
 
   /// The current token of a held unit.

@@ -133,8 +133,8 @@ agent::AgentOptions agent_options(const Options& options) {
   return result;
 }
 
-/// Of memory that is not a file's: those are the cache's, which the system may drop at any time. Beyond it allocations
-/// fail, which is an error of the unit.
+/// Limits memory that is not a file's: those are the cache's, which the system may drop at any time. Beyond
+/// it allocations fail, which is an error of the unit.
 void limit_memory(double gigabytes) {
   const auto bytes = static_cast<rlim_t>(gigabytes * 1e9);
   const rlimit limit{bytes, bytes};

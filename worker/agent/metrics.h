@@ -1,4 +1,4 @@
-// What a worker shows of itself, for Prometheus.
+// Metrics of a worker, for Prometheus.
 #pragma once
 
 #include <memory>

@@ -21,7 +21,7 @@
 
 namespace tessera::agent {
 
-/// What became of a unit.
+/// Outcome of a unit.
 struct Outcome {
   std::shared_ptr<HeldUnit> unit;
   std::string payload;  // an encoded TileResult, when rendered
@@ -41,7 +41,7 @@ class Outbox {
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
   bool push(Outcome outcome, std::stop_token stop);
 
-  /// What it has delivered, and what it has not.
+  /// Adds what it has delivered, and what it has not.
   void add_to(AgentReport& report) const;
 
  private:

@@ -39,7 +39,8 @@ class UnitRenderer {
   TimeLimit time_limit_;
   mutable std::mutex mutex_;
   AgentReport report_;
-  /// What loading cost, until a unit of that scene tells the coordinator. CPU time is the whole process's meanwhile.
+  /// Cost of loading, until a unit of that scene tells the coordinator. CPU time is the whole process's
+  /// meanwhile.
   struct LoadCost {
     std::chrono::nanoseconds fetch_cpu{0}, build_cpu{0};
     std::uint64_t blob_bytes = 0;

@@ -24,7 +24,8 @@ constexpr TypeInfo kTypes[] = {{"integer", ParameterType::kInteger, 1}, {"float"
                                {"texture", ParameterType::kTexture, 0}, {"point", ParameterType::kPoint3, 3},
                                {"vector", ParameterType::kVector3, 3},  {"normal3", ParameterType::kNormal, 3}};
 
-/// Of what kind a named material is, is asked where it is defined, though no shape may ever use it: that is no look yet.
+/// Kind of a named material: it is read where the material is defined, though no shape may ever use it, which is no
+/// look yet.
 constexpr std::string_view kKind = "type";
 
 const TypeInfo& info_of(ParameterType type) {

@@ -24,7 +24,7 @@ T read_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// Of a channel list that takes these bytes exactly; 0 for anything else.
+/// Count of channels of a list that takes these bytes exactly; 0 for anything else.
 std::size_t count_channels(std::string_view list) {
   constexpr std::size_t kRest = 16;  // of a channel, behind its name
   std::size_t count = 0;
@@ -96,7 +96,7 @@ bool has_its_size(std::string_view type, std::string_view value) {
   return true;
 }
 
-/// What OpenEXR makes room for when it opens a part, before it reads a pixel.
+/// Bytes that OpenEXR makes room for when it opens a part, before it reads a pixel.
 class Part {
  public:
   void note(std::string_view name, std::string_view value) {

@@ -1,4 +1,4 @@
-// What crosses the border of the module with OpenImageIO: one function for each need, without exceptions and Abseil.
+// Interface of the module with OpenImageIO: one function for each need, without exceptions and Abseil.
 #pragma once
 
 #include <cstdint>
