@@ -25,6 +25,7 @@ constexpr int kMaxStreamsPerConnection = 512;
 // Requests that have not arrived whole, and gRPC's own records of calls and connections: beyond, gRPC takes less at a
 // time, closes connections without calls, and cancels calls.
 constexpr std::size_t kMaxArrivingBytes = std::size_t{256} << 20;
+constexpr std::size_t kBytesPerConnection = std::size_t{32} << 10;
 using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
@@ -188,7 +189,9 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.RegisterService(&*blob_service);
   builder.SetMaxReceiveMessageSize(static_cast<int>(wire::kMaxMessageBytes));
   builder.SetMaxSendMessageSize(static_cast<int>(wire::kMaxMessageBytes));
-  builder.SetResourceQuota(grpc::ResourceQuota{"calls"}.Resize(kMaxArrivingBytes));
+  const std::size_t most_connections = connections ? connections->limits().all : 0;
+  builder.SetResourceQuota(
+      grpc::ResourceQuota{"calls"}.Resize(kMaxArrivingBytes + most_connections * kBytesPerConnection));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
   // Clients ping every 10 s (wire/channel.cpp); and a client whose machine is gone is noticed here too.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);

@@ -125,8 +125,9 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
 }
 
 FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string> arguments,
-                             const std::function<void(const std::filesystem::path&)>& prepare)
-    : program_(std::move(server_program)), arguments_(std::move(arguments)) {
+                             const std::function<void(const std::filesystem::path&)>& prepare,
+                             std::vector<std::string> wrapper)
+    : program_(std::move(server_program)), arguments_(std::move(arguments)), wrapper_(std::move(wrapper)) {
   if (prepare) prepare(directory_.path() / "data");
   start("127.0.0.1:0");
   auto channel = wire::make_channel(address_);
@@ -135,7 +136,8 @@ FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string
 }
 
 void FarmUnderLoad::start(const std::string& listen) {
-  std::vector<std::string> command{program_, "--listen", listen, "--data", (directory_.path() / "data").string()};
+  std::vector<std::string> command = wrapper_;
+  command.insert(command.end(), {program_, "--listen", listen, "--data", (directory_.path() / "data").string()});
   command.insert(command.end(), arguments_.begin(), arguments_.end());
   process_ = std::make_unique<support::Process>(std::move(command));
   const std::optional<std::string> address = process_->wait_for_line("listening on ", kPatience);

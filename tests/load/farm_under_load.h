@@ -68,10 +68,11 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
 
 class FarmUnderLoad {
  public:
-  /// The coordinator's program, and what it is told besides where to listen and to keep its data; `prepare` fills the
-  /// data directory. Throws where it does not start.
+  /// Starts the coordinator's program with `arguments` besides where to listen and to keep its data; `prepare` fills
+  /// the data directory, `wrapper` is a command that runs the program's. Throws where it does not start.
   explicit FarmUnderLoad(std::string server_program, std::vector<std::string> arguments = {},
-                         const std::function<void(const std::filesystem::path&)>& prepare = {});
+                         const std::function<void(const std::filesystem::path&)>& prepare = {},
+                         std::vector<std::string> wrapper = {});
 
   const std::string& address() const { return address_; }
   pid_t process_id() const { return process_->id(); }
@@ -92,7 +93,7 @@ class FarmUnderLoad {
   void start(const std::string& listen);
 
   const std::string program_;
-  const std::vector<std::string> arguments_;
+  const std::vector<std::string> arguments_, wrapper_;
   support::TempDir directory_;
   std::string address_;
   std::unique_ptr<support::Process> process_;

@@ -132,10 +132,14 @@ TEST(Strangers, LargeRequestsThatNeverArriveWholeTakeBoundedMemory) {
   constexpr std::size_t kConnections = 8, kCalls = 16;
   constexpr std::size_t kRequestBytes = std::size_t{64} << 20;  // within wire::kMaxMessageBytes
   constexpr std::size_t kSent = kConnections * kCalls * kRequestBytes / 2;
-  // gRPC cancels calls beyond its quota of 256 MiB, one after the other, while more arrives at what loopback carries:
+  // gRPC cancels calls beyond its quota of 280 MiB, one after the other, while more arrives at what loopback carries:
   // 2.0 GiB at most were seen, of 4 without a quota. Then a quarter remains, for the quota and all else.
   constexpr std::size_t kMostAtPeak = kSent / 4 * 3, kMostInTheEnd = kSent / 4;
-  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM, {"--log-level", "error"}};
+  // With 1,024 descriptors: the quota grows with the connections that there may be.
+  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM,
+                     {"--log-level", "error"},
+                     {},
+                     {"/bin/bash", "-c", "ulimit -n " + std::to_string(kByHand) + "; exec \"$@\"", "bash"}};
   support::TcpProxy proxy{wire::parse_host_port(farm.address())->port};
   proxy.forward_at_most(kSent / kConnections);
   const grpc::Slice bytes{std::string(kRequestBytes, 'x')};
