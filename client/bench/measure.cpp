@@ -74,13 +74,12 @@ absl::Status measure_ceilings(std::span<const BenchVariant> variants, const Benc
   std::vector<std::vector<BenchCeiling>> all(variants.size());
   for (std::uint32_t i = 0; i < plan.seeds; ++i) {
     for (std::size_t v = 0; v < variants.size(); ++v) {
-      absl::StatusOr<std::optional<BenchCeiling>> one = variants[v].scene->measure_ceiling(plan.spp.front(), stop);
+      absl::StatusOr<BenchCeiling> one = variants[v].scene->measure_ceiling(plan.spp.front(), stop);
       if (!one.ok()) return one.status();
-      if (*one) all[v].push_back(**one);
+      all[v].push_back(*std::move(one));
     }
   }
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    if (all[v].empty()) continue;
     std::ranges::sort(all[v], {}, &BenchCeiling::share);
     results[v].ceiling = all[v][all[v].size() / 2];
   }

@@ -49,7 +49,7 @@ struct BenchVariantResult {
   double import_cpu_seconds = 0, build_cpu_seconds = 0;
   std::vector<BenchRun> runs;  // by sample count, then seed
   std::vector<BenchBias> biases;
-  std::optional<BenchCeiling> ceiling;  // the one of median share
+  BenchCeiling ceiling;  // the one of median share
 };
 
 struct BenchSceneResult {

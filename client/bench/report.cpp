@@ -74,12 +74,10 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   absl::StrAppendFormat(&text, "  rays a sample           %.2f camera, %.2f bounce, %.2f shadow\n",
                         static_cast<double>(all.camera_rays) / samples, static_cast<double>(all.bounce_rays) / samples,
                         static_cast<double>(all.shadow_rays) / samples);
-  if (variant.ceiling) {
-    const BenchCeiling& c = *variant.ceiling;
-    const double rays = 1e-6 * static_cast<double>(c.rays);
-    absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n", 100 * c.share(),
-                          rays / c.render_cpu_seconds, rays / c.replay_cpu_seconds);
-  }
+  const BenchCeiling& ceiling = variant.ceiling;
+  const double rays = 1e-6 * static_cast<double>(ceiling.rays);
+  absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n", 100 * ceiling.share(),
+                        rays / ceiling.render_cpu_seconds, rays / ceiling.replay_cpu_seconds);
   absl::StrAppendFormat(&text, "  rendering               %s\n", stages_line(all));
   absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n", variant.import_cpu_seconds,
                         variant.build_cpu_seconds);

@@ -49,12 +49,10 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   if (const auto slope = slope_of(variant, noise)) {
     json["slope"] = {{"value", slope->value}, {"standard_error", slope->standard_error}};
   }
-  if (variant.ceiling) {
-    json["ceiling"] = {{"share", variant.ceiling->share()},
-                       {"rays", variant.ceiling->rays},
-                       {"render_cpu_seconds", variant.ceiling->render_cpu_seconds},
-                       {"replay_cpu_seconds", variant.ceiling->replay_cpu_seconds}};
-  }
+  json["ceiling"] = {{"share", variant.ceiling.share()},
+                     {"rays", variant.ceiling.rays},
+                     {"render_cpu_seconds", variant.ceiling.render_cpu_seconds},
+                     {"replay_cpu_seconds", variant.ceiling.replay_cpu_seconds}};
   for (const BenchRun& run : variant.runs) json["runs"].push_back(json_of(run, noise));
   return json;
 }

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "wire/algorithm.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/noise.h"
@@ -16,7 +17,6 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::array kIntegrators{"path", "volpath", "light"};
 constexpr std::array kSamplers{"sobol", "independent"};
 constexpr std::array kFilters{"box", "triangle", "gaussian", "mitchell",
                               "lanczos"};  // in the order of PixelFilter::Kind
@@ -24,6 +24,7 @@ constexpr std::array kIntersections{"auto", "fast", "robust"};
 constexpr std::array kDirectLights{"mis", "bsdf"};
 constexpr std::array kLightSelections{"auto", "tree", "mixed", "power", "uniform"};
 constexpr std::array kTraversals{"packet", "single"};
+const std::string kDefaultIntegrator{wire::algorithms().front().name};
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
 // A unit is the least that is leased. What it costs is not known before: so little that even a scene of 1 ms a sample
@@ -57,7 +58,7 @@ absl::Status check_name(const char* what, const std::string& name, const Names& 
 }
 
 absl::Status check_settings(const v1::RenderSettings& settings) {
-  if (auto s = check_name("integrator", settings.integrator(), kIntegrators); !s.ok()) return s;
+  if (auto s = wire::check_algorithm_name(settings.integrator()); !s.ok()) return s;
   if (auto s = check_name("sampler", settings.sampler(), kSamplers); !s.ok()) return s;
   if (auto s = check_name("intersection", settings.intersection(), kIntersections); !s.ok()) return s;
   if (auto s = check_name("direct light", settings.direct_light(), kDirectLights); !s.ok()) return s;
@@ -71,11 +72,12 @@ const std::string& first_of(const std::string& wish, const std::string& scene, c
 
 v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderSettings& scene) {
   v1::RenderSettings settings;
-  settings.set_integrator(first_of(request.integrator, scene.integrator(), kIntegrators[0]));
+  settings.set_integrator(first_of(request.integrator, scene.integrator(), kDefaultIntegrator));
   settings.set_sampler(first_of(request.sampler, scene.sampler(), kSamplers[0]));
   settings.set_spp(request.spp.value_or(scene.spp() != 0 ? scene.spp() : kDefaultSpp));
   settings.set_noise(request.noise.value_or(scene.noise()));
-  settings.set_max_depth(request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth));
+  const std::uint32_t depth = request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth);
+  settings.set_max_depth(std::min(depth, wire::kMaxDepth));
   settings.set_seed(request.seed.value_or(scene.seed()));
   settings.set_intersection(first_of(request.intersection, scene.intersection(), kIntersections[0]));
   settings.set_direct_light(first_of(request.direct_light, scene.direct_light(), kDirectLights[0]));
@@ -156,7 +158,7 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   const std::uint64_t film = std::uint64_t{spec.width()} * spec.height(), side = spec.tile_size();
   const std::uint32_t spp = spec.settings().spp();
   // Passes go over the whole film, tiles over a square.
-  if (spec.settings().integrator() == "light") {
+  if (wire::works_in_passes(spec)) {
     const std::uint64_t passes = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerPasses / film));
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(passes, std::bit_ceil(spp)));
   }
@@ -194,6 +196,11 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
     return request.noise ? absl::OutOfRangeError(status.message()) : status;
   }
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
+  if (absl::Status status = wire::check_algorithm(spec); !status.ok()) {
+    const bool asked =
+        request.noise || !request.integrator.empty() || !request.direct_light.empty() || !request.aovs.empty();
+    return asked ? absl::OutOfRangeError(status.message()) : status;
+  }
   spec.set_isa(request.isa);
   spec.set_user(request.user);
   spec.set_priority(request.priority);

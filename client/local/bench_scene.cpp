@@ -10,6 +10,7 @@
 #include "local/scene_blobs.h"
 #include "render/build/load_scene.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/algorithm.h"
 #include "wire/cpu_time.h"
 
 namespace tessera::client {
@@ -57,7 +58,6 @@ BenchCost& BenchCost::operator+=(const BenchCost& other) {
 struct BenchScene::Parts {
   std::unique_ptr<render::RenderScene> scene;
   std::vector<render::TileRequest> tiles;
-  bool light_tracing = false;
 };
 
 BenchScene::BenchScene(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -82,16 +82,15 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
 
   auto parts = std::make_unique<Parts>();
   parts->scene = *std::move(scene);
-  parts->light_tracing = spec.settings().integrator() == "light";
-  // A pass of light tracing goes over the whole film.
-  parts->tiles = tiles_of(spec.crop(), parts->light_tracing ? std::max(spec.width(), spec.height()) : spec.tile_size());
+  // A pass goes over the whole film.
+  parts->tiles = tiles_of(spec.crop(),
+                          wire::works_in_passes(spec) ? std::max(spec.width(), spec.height()) : spec.tile_size());
   std::unique_ptr<BenchScene> self{new BenchScene{std::move(parts)}};
   self->build_cpu_seconds_ = wire::in_seconds(wire::process_cpu_time() - start);
   return self;
 }
 
-absl::StatusOr<std::optional<BenchCeiling>> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {
-  if (parts_->light_tracing) return std::nullopt;
+absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {
   BenchCeiling total;
   for (render::TileRequest tile : parts_->tiles) {
     if (stop.stop_requested()) return absl::CancelledError("interrupted");

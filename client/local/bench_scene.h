@@ -56,8 +56,8 @@ class BenchScene {
   /// Warnings of what the scene asked for and was approximated or left out.
   const std::vector<std::string>& warnings() const;
 
-  /// Absent for light tracing, whose rays are not recorded. Cancelled when stopped.
-  absl::StatusOr<std::optional<BenchCeiling>> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;
+  /// Cancelled when stopped.
+  absl::StatusOr<BenchCeiling> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;
 
  private:
   friend class BenchTurns;

@@ -122,7 +122,9 @@ check_cxx_compiler_flag("-mmove-max=256 -mstore-max=256" TESSERA_HAS_MOVE_MAX)
 if(TESSERA_HAS_MOVE_MAX AND TESSERA_ISA_FLAGS_avx2)
   list(APPEND TESSERA_ISA_FLAGS_avx2 -mmove-max=256 -mstore-max=256)
 endif()
-set(TESSERA_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math)
+# Products and sums are fused where the source says fma(), and nowhere else: what a compiler fuses by itself depends on its
+# version and on how functions are cut, and with it the bits of every picture (docs/decisions/0024).
+set(TESSERA_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math -ffp-contract=off)
 # GCC 12 forgets, once they are precompiled, that its own intrinsics leave a value undefined on purpose.
 list(APPEND TESSERA_KERNEL_FLAGS -Wno-uninitialized)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

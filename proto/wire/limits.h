@@ -31,6 +31,10 @@ inline constexpr std::uint32_t kMaxTileSize = 1024;
 /// Most samples a pixel.
 inline constexpr std::uint32_t kMaxSamplesPerPixel = std::uint32_t{1} << 24;
 
+/// Most scattering events on a path; whoever asks for more gets these. The dimensions of samples and the keys of number
+/// streams are laid out for them (worker/render/sampling/sampler_config.h).
+inline constexpr std::uint32_t kMaxDepth = (1u << 15) - 1;
+
 /// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel as the cap, smallest and
 /// largest error, and the side of the blocks that are decided on together, which tiles are made of.
 inline constexpr std::uint32_t kMinAdaptiveSamples = 16;

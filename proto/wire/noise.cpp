@@ -12,10 +12,6 @@ absl::Status check_noise(const v1::JobSpec& spec) {
     return absl::InvalidArgumentError(
         absl::StrCat("settings.noise is ", noise, "; 0 or ", kMinNoise, " to ", kMaxNoise, " was expected"));
   }
-  if (spec.settings().integrator() == "light") {
-    return absl::InvalidArgumentError(
-        "integrator light takes the same samples everywhere; settings.noise is not for it");
-  }
   if (spec.settings().spp() < kMinAdaptiveSamples) {
     return absl::InvalidArgumentError(absl::StrCat("settings.spp is ", spec.settings().spp(),
                                                    "; with settings.noise it is the cap, and ", kMinAdaptiveSamples,

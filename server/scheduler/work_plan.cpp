@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "wire/algorithm.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/noise.h"
@@ -39,6 +40,7 @@ absl::Status check(const v1::JobSpec& spec) {
     return unsound(
         absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ", wire::kMaxSamplesPerPixel, " was expected"));
   }
+  if (absl::Status status = wire::check_algorithm(spec); !status.ok()) return unsound(std::string(status.message()));
   if (absl::Status status = wire::check_noise(spec); !status.ok()) return unsound(std::string(status.message()));
   if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
   for (const v1::BlobRef& blob : spec.blobs()) {
@@ -61,7 +63,7 @@ absl::Status check(const v1::JobSpec& spec) {
   // A pass comes back whole, in one message: a count and the channels of every pixel.
   const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
   const std::uint64_t most = wire::kMaxMessageBytes / (4 * (channels->size() + 1));
-  if (works_in_passes(spec) && pixels > most) {
+  if (wire::works_in_passes(spec) && pixels > most) {
     return unsound(absl::StrCat("integrator ", spec.settings().integrator(), " cannot render ", pixels,
                                 " pixels at once, but ", most, "; crops of the film would fit"));
   }
@@ -103,7 +105,7 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   if (absl::Status status = check(spec); !status.ok()) return status;
   WorkPlan plan;
   plan.crop_ = spec.crop();
-  plan.passes_ = works_in_passes(spec);
+  plan.passes_ = wire::works_in_passes(spec);
   plan.tile_size_ = plan.passes_ ? std::max(spec.width(), spec.height()) : spec.tile_size();
   plan.samples_ = spec.settings().spp();
   plan.samples_per_unit_ = spec.samples_per_unit();
@@ -161,8 +163,6 @@ v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
   pixels.set_y1(std::min(y + tile_size_, crop_.y1()));
   return unit;
 }
-
-bool works_in_passes(const v1::JobSpec& spec) { return spec.settings().integrator() == "light"; }
 
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec) {
   if (unit.has_tile()) return unit.tile();

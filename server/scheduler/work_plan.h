@@ -14,9 +14,6 @@ namespace tessera::server {
 /// The pixels and samples that a unit's result covers: those of its tile, or the whole crop for a pass.
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec);
 
-/// Whether the job's samples may land anywhere on the film, so that its units are passes over all of it.
-bool works_in_passes(const v1::JobSpec& spec);
-
 /// The units of one job: the tiles of its crop (one for all of it, when it works in passes), times its sample ranges.
 /// Units are made when asked for, so a plan takes four bytes a tile. Unit indices ascend in the order in which units
 /// are best handed out: the first sample range of all tiles, from the middle outwards, then the next range; so a first

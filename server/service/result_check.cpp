@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/work_plan.h"
+#include "wire/algorithm.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -71,7 +72,7 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
 
   // In a pass, any number of samples may land on one pixel.
   const double largest_sum =
-      works_in_passes(spec) ? std::numeric_limits<float>::max() : kLargestSample * static_cast<double>(most);
+      wire::works_in_passes(spec) ? std::numeric_limits<float>::max() : kLargestSample * static_cast<double>(most);
   for (std::size_t c = 0; c < result->channels.size(); ++c) {
     const std::span plane = std::span(result->values).subspan(c * pixel_count, pixel_count);
     if (const char* const what = check_values(plane, result->channels[c].kind, largest_sum)) {

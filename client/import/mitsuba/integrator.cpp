@@ -4,11 +4,12 @@
 
 #include "import/input/concat.h"
 #include "import/mitsuba/property_reader.h"
+#include "wire/limits.h"
 
 namespace tessera::client::mitsuba {
 namespace {
 
-constexpr std::uint32_t kUnlimited = 1000000;
+constexpr std::uint32_t kUnlimited = wire::kMaxDepth;
 
 /// The integrator inside of those that only make more images than one.
 Object* innermost(Context& context, Object* integrator) {

@@ -6,6 +6,7 @@
 
 #include "import/input/concat.h"
 #include "import/pbrt/tokenizer.h"
+#include "wire/limits.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -53,7 +54,7 @@ void write_integrator(Context& context, Directive& integrator) {
   v1::RenderSettings& settings = *context.scene.mutable_settings();
   settings.set_integrator(known->ours);
   const std::int64_t depth = parameters.get_integer("maxdepth", 5, diagnostics);
-  settings.set_max_depth(static_cast<std::uint32_t>(std::clamp<std::int64_t>(depth, 0, kLargest)));
+  settings.set_max_depth(static_cast<std::uint32_t>(std::clamp<std::int64_t>(depth, 0, wire::kMaxDepth)));
   if (parameters.get_bool("regularize", false, diagnostics)) {
     diagnostics.warning(parameters.where(),
                         "\"regularize\" of the integrator is not applied: the image stays unbiased");

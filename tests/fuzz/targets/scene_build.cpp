@@ -9,6 +9,7 @@
 #include "scheduler/work_plan.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/algorithm.h"
 
 namespace tessera::fuzz {
 namespace {
@@ -47,7 +48,7 @@ bool accepts(std::string_view bytes) {
     return false;
   }
   const v1::PixelRect& crop = job.crop();
-  const bool passes = server::works_in_passes(job);
+  const bool passes = wire::works_in_passes(job);
   const render::TileRequest tile = {crop.x0(),
                                     crop.y0(),
                                     passes ? crop.x1() : std::min(crop.x1(), crop.x0() + 8),

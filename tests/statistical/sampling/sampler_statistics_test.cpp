@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/sampling/sampler.h"
+#include "render/integrator/vertex/dimensions.h"
 #include "support/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -18,6 +18,7 @@
 #include "import/import.h"
 #include "render/build/load_scene.h"
 #include "tessera/v1/job.pb.h"
+#include "wire/algorithm.h"
 
 namespace tessera::stress {
 namespace {
@@ -44,8 +45,9 @@ v1::JobSpec job_of(const v1::Scene& scene) {
   v1::JobSpec job;
   job.set_width(8);
   job.set_height(8);
+  const wire::AlgorithmTraits* const algorithm = wire::find_algorithm(scene.settings().integrator());
   for (const char* aov : {"albedo", "normal", "depth"}) {
-    if (scene.settings().integrator() != "light") job.add_aovs(aov);
+    if (algorithm != nullptr && algorithm->first_hit_aovs) job.add_aovs(aov);
   }
   v1::RenderSettings& settings = *job.mutable_settings();
   settings = scene.settings();

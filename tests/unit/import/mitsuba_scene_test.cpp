@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "unit/import/mitsuba_fixture.h"
+#include "wire/limits.h"
 #include "wire/volume_blob.h"
 
 namespace tessera::client {
@@ -410,7 +411,7 @@ TEST_F(MitsubaSensor, IntegratorsCountSegments) {
   const auto settings = [&](const std::string& integrator) { return scene(integrator).scene.settings(); };
   const std::string two = "<integer name='max_depth' value='2'/>";
   EXPECT_EQ(settings("").integrator(), "path");
-  EXPECT_EQ(settings("").max_depth(), 1000000u);
+  EXPECT_EQ(settings("").max_depth(), wire::kMaxDepth);
   EXPECT_EQ(
       settings("<integrator type='moment'><integrator type='path'>" + two + "</integrator></integrator>").max_depth(),
       1u);

@@ -52,7 +52,7 @@ wire::TileResult render(const Rect& rect, std::uint32_t width, std::uint32_t hei
       planes[3 * batch + i] = 1;
       planes[4 * batch + i] = static_cast<float>(names[i].x);
     }
-    film.add(planes.data(), batch);
+    film.add(std::span(names).first(count), planes.data(), batch);
   }
   return result;
 }

@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "render/accel/alpha_geometry.h"
 #include "render/accel/embree.h"
-#include "render/accel/geometry_callbacks.h"
+#include "render/accel/embree_kernel.h"
 #include "render/accel/quadric_geometry.h"
 #include "render/core/affine_data.h"
 

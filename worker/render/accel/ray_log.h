@@ -1,25 +1,41 @@
-// Rays as they were traced, for measuring how fast they could be traced with no shading at all. Their times are not kept: of
-// what moves, it is traced where it is when the shutter opens.
+// Rays as they were traced, for measuring how fast they could be traced with no shading at all.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "render/accel/ray_query.h"
+
 namespace tessera::render {
 
+/// Their times are not kept: of what moves, it is traced where it is when the shutter opens.
 struct RayLog {
-  enum class Kind : std::int32_t { kCamera, kBounce, kShadow };
-  /// One call of the tracer.
+  /// One call of the query.
   struct Call {
-    Kind kind;
+    bool occluded;  // else: nearest
     bool coherent;
     std::int32_t count;  // rays
-    std::size_t first;   // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (kShadow)
+    std::size_t first;   // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded)
     std::size_t stride() const { return (static_cast<std::size_t>(count) + 15) / 16 * 16; }
   };
   std::vector<Call> calls;
   std::vector<float> data;
 };
+
+/// Asks another query, and keeps what was asked. For one thread; both outlive it.
+class RecordingQuery final : public RayQuery {
+ public:
+  RecordingQuery(const RayQuery& query, RayLog& log) : query_(query), log_(log) {}
+  void nearest(const RayArrays& rays, int n, bool coherent, const HitArrays& hits) const override;
+  void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const override;
+
+ private:
+  const RayQuery& query_;
+  RayLog& log_;
+};
+
+/// Asks all of the log again; returns how many rays hit something (so that nothing is optimised away).
+std::uint64_t replay(const RayQuery& query, const RayLog& log);
 
 }  // namespace tessera::render

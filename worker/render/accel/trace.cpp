@@ -194,4 +194,34 @@ void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traver
 #endif
 }
 
+namespace {
+
+class EmbreeQuery final : public RayQuery {
+ public:
+  EmbreeQuery(RTCScene scene, std::int32_t first_instance, bool single_rays)
+      : scene_(scene), first_instance_(first_instance), single_rays_(single_rays) {}
+
+  void nearest(const RayArrays& rays, int n, bool coherent, const HitArrays& hits) const override {
+    trace_nearest(scene_, rays, n, traversal(coherent), first_instance_, hits);
+  }
+  void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const override {
+    trace_shadow(scene_, rays, n, traversal(false), distance_in_blocked_out);
+  }
+
+ private:
+  Traversal traversal(bool coherent) const {
+    return single_rays_ ? Traversal::kSingle : coherent ? Traversal::kCoherent : Traversal::kIncoherent;
+  }
+
+  const RTCScene scene_;
+  const std::int32_t first_instance_;
+  const bool single_rays_;
+};
+
+}  // namespace
+
+std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, std::int32_t first_instance, bool single_rays) {
+  return std::make_unique<EmbreeQuery>(scene, first_instance, single_rays);
+}
+
 }  // namespace tessera::render::TESSERA_ISA

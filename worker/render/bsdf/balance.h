@@ -32,8 +32,8 @@ class Balance {
   TESSERA_INLINE Float factor(Vec3 w, Mask below) const {
     // Along the normal any row does.
     constexpr float kTiny = 1e-20f;
-    const Float x2 = sqr(w.x) + kTiny, y2 = sqr(w.y) + kTiny;
-    const Position row = row_of((alpha2_x_ * x2 + alpha2_y_ * y2) / (x2 + y2));
+    const Float x2 = fma(w.x, w.x, Float(kTiny)), y2 = fma(w.y, w.y, Float(kTiny));
+    const Position row = row_of(fma(alpha2_x_, x2, alpha2_y_ * y2) / (x2 + y2));
     const Float column = clamp(sqrt(max(w.z, 0.0f)) * (kBalanceCosines - 1.0f), 0.0f, kBalanceCosines - 1.0f);
     const Float low = min(floor(column), kBalanceCosines - 2.0f);
     const Int side = select(below, Int(kBalanceRows * kBalanceCosines), Int(0));

@@ -21,7 +21,7 @@ TESSERA_INLINE DielectricFresnel fresnel_dielectric(Float cos_i, Float eta) {
   const Float eta2_cos_i = sqr(eta) * cos_i;
   const Float parallel = (eta2_cos_i - g) / (eta2_cos_i + g);
   const Float perpendicular = (cos_i - g) / (cos_i + g);
-  return {select(total, 1.0f, 0.5f * (sqr(parallel) + sqr(perpendicular))), g};
+  return {select(total, 1.0f, 0.5f * fma(parallel, parallel, sqr(perpendicular))), g};
 }
 
 /// The direction refracted at a boundary with unit normal `n`, for dot(w, n) = cos_i >= 0 and `fresnel` of the same

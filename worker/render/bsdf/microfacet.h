@@ -28,16 +28,16 @@ struct Ggx {
   TESSERA_INLINE Float density(Vec3 h) const {
     constexpr float kTiny = 1e-37f;
     const Float area = alpha_x * alpha_y;
-    const Float slope = sqr(h.x * alpha_y) + sqr(h.y * alpha_x) + sqr(h.z * area);
+    const Float slope = length_squared(Vec3{h.x * alpha_y, h.y * alpha_x, h.z * area});
     return kInvPi * area * sqr(area * length_squared(h) / max(slope, kTiny));
   }
 
   /// s(w) = cos(theta) (1 + 2 Lambda(w)), with which G1(w) = 2 z / (z + s(w)). For GGX it is |w| after the stretch that
   /// makes the distribution a hemisphere.
-  TESSERA_INLINE Float masking_length(Vec3 w) const { return sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y) + sqr(w.z)); }
+  TESSERA_INLINE Float masking_length(Vec3 w) const { return length(Vec3{alpha_x * w.x, alpha_y * w.y, w.z}); }
 
   /// m with which G2(wo, wi) = 2 zo zi / m, from the masking lengths of both.
-  TESSERA_INLINE Float masking_pair(Float so, Float zo, Float si, Float zi) const { return so * zi + si * zo; }
+  TESSERA_INLINE Float masking_pair(Float so, Float zo, Float si, Float zi) const { return fma(so, zi, si * zo); }
 
   /// A normal with density D(wm) G1(wo) max(0, dot(wo, wm)) / cos(theta_o). By sampling the spherical cap that
   /// reflection off the unit hemisphere covers [Dupuy & Benyoub 2023]. The cap is a disk by Lambert's equal-area
@@ -46,7 +46,7 @@ struct Ggx {
     const Vec3 w = normalize(Vec3{alpha_x * wo.x, alpha_y * wo.y, wo.z});
     const Vec2 disk = square_to_disk(u);
     const Float height = 1.0f + w.z;
-    const Float depth = (sqr(disk.x) + sqr(disk.y)) * height;  // below the pole, 0 .. height
+    const Float depth = fma(disk.x, disk.x, sqr(disk.y)) * height;  // below the pole, 0 .. height
     const Float scale = safe_sqrt(height * (2.0f - depth));
     const Vec3 h{fma(disk.x, scale, w.x), fma(disk.y, scale, w.y), 1.0f - depth + w.z};
     return normalize(Vec3{alpha_x * h.x, alpha_y * h.y, max(h.z, 0.0f)});
@@ -130,7 +130,7 @@ TESSERA_INLINE MicrofacetReflection eval_reflection(const Facets& facets, Vec3 w
 }
 
 /// `w` reflected at a normal with dot(w, wm) = cos_m.
-TESSERA_INLINE Vec3 reflect(Vec3 w, Vec3 wm, Float cos_m) { return wm * (2.0f * cos_m) - w; }
+TESSERA_INLINE Vec3 reflect(Vec3 w, Vec3 wm, Float cos_m) { return fma(wm, 2.0f * cos_m, -w); }
 
 /// pdf of reflection at the visible normal wm.
 template <class Facets>

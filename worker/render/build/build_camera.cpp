@@ -29,12 +29,14 @@ absl::Status SceneBuilder::build_camera() {
   }
   record.width = static_cast<std::int32_t>(job_.width());
   record.height = static_cast<std::int32_t>(job_.height());
-  if (tables_.light_tracing && std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
-    return absl::InvalidArgumentError(
-        "integrator 'light' traces a path for every pixel of the film; 2^30 are the most");
+  if (algorithm_->work == wire::WorkKind::kPasses &&
+      std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithm_->name,
+                                                   "' works on all pixels of the film at once; 2^30 are the most"));
   }
-  if (tables_.light_tracing && camera.has_spherical()) {
-    return absl::InvalidArgumentError("camera: integrator 'light' needs a perspective or orthographic camera");
+  if (algorithm_->joins_camera && camera.has_spherical()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera: integrator '", algorithm_->name, "' needs a perspective or orthographic one"));
   }
   switch (camera.kind_case()) {
     case v1::Camera::kPerspective: {

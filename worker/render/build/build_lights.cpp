@@ -73,7 +73,9 @@ absl::Status SceneBuilder::set_light_texture(const std::string& name, LightRecor
 
 absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) {
   if (light.portal().empty()) return absl::OkStatus();
-  if (tables_.light_tracing) return absl::InvalidArgumentError("integrator 'light' cannot begin at a portal");
+  if (algorithm_->starts_at_lights) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithm_->name, "' cannot begin at a portal"));
+  }
   if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
   const Point p0 = point_of(light.portal(0));
   const Point u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
@@ -180,8 +182,8 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world)) return absl::InvalidArgumentError("its transform is singular");
 
-  // Light tracing and portals have no other way to what is not sampled.
-  const bool compensate = !tables_.light_tracing && light.portal().empty();
+  // Paths from lights and portals have no other way to what is not sampled.
+  const bool compensate = !algorithm_->starts_at_lights && light.portal().empty();
   Environment environment;
   environment.sampled_share = compensate ? 0.0f : 1.0f;
   if (light.has_image()) {

@@ -32,11 +32,12 @@ bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 }  // namespace
 
 absl::Status SceneBuilder::build_media() {
-  if (job_.settings().integrator() != "volpath") {
+  if (!algorithm_->media) {
     if (scene_.media_size() > 0) {
-      warnings_.push_back(
-          absl::StrCat("integrator '", job_.settings().integrator(),
-                       "' looks at surfaces only: the scene's media are left out; 'volpath' sees them"));
+      const auto sees = std::ranges::find(wire::algorithms(), true, &wire::AlgorithmTraits::media);
+      warnings_.push_back(absl::StrCat("integrator '", algorithm_->name,
+                                       "' looks at surfaces only: the scene's media are left out; '",
+                                       sees->name, "' sees them"));
     }
     return absl::OkStatus();
   }
@@ -55,7 +56,7 @@ absl::Status SceneBuilder::build_media() {
 }
 
 absl::StatusOr<int> SceneBuilder::medium_index(const std::string& name) const {
-  if (name.empty() || job_.settings().integrator() != "volpath") return -1;
+  if (name.empty() || !algorithm_->media) return -1;
   const auto it = media_.find(name);
   if (it == media_.end()) return absl::InvalidArgumentError(absl::StrCat("medium '", name, "' does not exist"));
   return it->second;
@@ -168,7 +169,7 @@ absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
 void SceneBuilder::decide_volumetric() {
   for (const MaterialRecord& material : tables_.materials.materials) {
     tables_.any_opacity = tables_.any_opacity || (material.flags & kHasOpacity);
-    if (job_.settings().integrator() != "volpath") continue;
+    if (!algorithm_->media) continue;
     tables_.volumetric = tables_.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
   }
   tables_.volumetric = tables_.volumetric || !tables_.media.media.empty();

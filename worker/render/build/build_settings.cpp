@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/scene_builder.h"
+#include "wire/limits.h"
 
 namespace tessera::render {
 
@@ -30,11 +31,8 @@ absl::Status choose(const char* what, const std::string& name, std::initializer_
 
 absl::Status SceneBuilder::build_algorithms() {
   const v1::RenderSettings& settings = job_.settings();
-  // volpath looks at the scene's media; the other two differ only in where paths start.
-  if (auto s = choose("integrator", settings.integrator(), {{"path", false}, {"volpath", false}, {"light", true}},
-                      tables_.light_tracing);
-      !s.ok())
-    return s;
+  if (auto s = wire::check_algorithm(job_); !s.ok()) return s;
+  algorithm_ = wire::find_algorithm(settings.integrator());
   if (auto s =
           choose("sampler", settings.sampler(),
                  {{"sobol", SamplerKind::kSobol}, {"independent", SamplerKind::kIndependent}}, tables_.sampler.kind);
@@ -47,7 +45,7 @@ absl::Status SceneBuilder::build_algorithms() {
       !s.ok()) {
     return s;
   }
-  if (auto s = choose("traversal", settings.traversal(), {{"packet", false}, {"single", true}}, tables_.single_rays);
+  if (auto s = choose("traversal", settings.traversal(), {{"packet", false}, {"single", true}}, single_rays_);
       !s.ok())
     return s;
   if (auto s = choose(
@@ -64,13 +62,7 @@ absl::Status SceneBuilder::build_algorithms() {
   bool by_chance = false;
   if (auto s = choose("direct light", settings.direct_light(), {{"mis", false}, {"bsdf", true}}, by_chance); !s.ok())
     return s;
-  if (by_chance && tables_.light_tracing) {
-    return absl::InvalidArgumentError("integrator 'light' starts at lights: direct light 'bsdf' is not for it");
-  }
   if (by_chance) light_selection_ = LightSelection::kNone;
-  if (settings.noise() != 0 && tables_.light_tracing) {
-    return absl::InvalidArgumentError("integrator 'light' takes the same samples everywhere: noise is not for it");
-  }
   return absl::OkStatus();
 }
 
@@ -78,14 +70,11 @@ absl::Status SceneBuilder::build_settings() {
   if (auto s = build_algorithms(); !s.ok()) return s;
   const v1::RenderSettings& settings = job_.settings();
   tables_.sampler.seed = settings.seed();
-  tables_.max_depth = static_cast<std::int32_t>(std::min(settings.max_depth(), 1u << 20));
+  tables_.max_depth = static_cast<std::int32_t>(std::min(settings.max_depth(), wire::kMaxDepth));
   for (const std::string& aov : job_.aovs()) {
     if (aov == "albedo") tables_.aovs.albedo = true;
     if (aov == "normal") tables_.aovs.normal = true;
     if (aov == "depth") tables_.aovs.depth = true;
-  }
-  if (tables_.light_tracing && (tables_.aovs.albedo || tables_.aovs.normal || tables_.aovs.depth)) {
-    return absl::InvalidArgumentError("integrator 'light' gives no albedo, normal or depth");
   }
   tables_.exposure = scene_.film().has_exposure() ? scene_.film().exposure() : 1.0f;
   if (!std::isfinite(tables_.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");

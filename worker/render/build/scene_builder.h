@@ -20,6 +20,7 @@
 #include "render/light/light_build.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/algorithm.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::render {
@@ -40,6 +41,8 @@ class SceneBuilder {
   /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what
   /// the probe found.
   bool wants_robust_intersection();
+  /// Whether rays are to be traced one by one.
+  bool wants_single_rays() const { return single_rays_; }
   /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats' range in an
   /// instance's own space.
   absl::Status check_instances(const float* centre, float radius) const;
@@ -180,6 +183,8 @@ class SceneBuilder {
   SceneTables& tables_;
   std::vector<std::string>& warnings_;
 
+  const wire::AlgorithmTraits* algorithm_ = nullptr;
+  bool single_rays_ = false;
   enum class Intersection { kAuto, kFast, kRobust };
   Intersection intersection_ = Intersection::kAuto;
   LightSelection light_selection_ = LightSelection::kAuto;

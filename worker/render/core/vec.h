@@ -18,6 +18,8 @@ TESSERA_INLINE Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.
 TESSERA_INLINE Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
 TESSERA_INLINE Vec3 operator*(Vec3 a, Float s) { return {a.x * s, a.y * s, a.z * s}; }
 TESSERA_INLINE Vec3 operator*(Float s, Vec3 a) { return a * s; }
+/// a s + b, rounded once.
+TESSERA_INLINE Vec3 fma(Vec3 a, Float s, Vec3 b) { return {fma(a.x, s, b.x), fma(a.y, s, b.y), fma(a.z, s, b.z)}; }
 TESSERA_INLINE Float dot(Vec3 a, Vec3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
 TESSERA_INLINE Float length_squared(Vec3 a) { return dot(a, a); }
 TESSERA_INLINE Float length(Vec3 a) { return sqrt(length_squared(a)); }
@@ -45,18 +47,18 @@ struct Frame {
   Vec3 x, y, z;
 
   TESSERA_INLINE Vec3 to_local(Vec3 v) const { return {dot(v, x), dot(v, y), dot(v, z)}; }
-  TESSERA_INLINE Vec3 to_world(Vec3 v) const { return x * v.x + y * v.y + z * v.z; }
+  TESSERA_INLINE Vec3 to_world(Vec3 v) const { return fma(z, v.z, fma(y, v.y, x * v.x)); }
 
   /// From a unit normal alone [Duff et al. 2017].
   static TESSERA_INLINE Frame from_normal(Vec3 n) {
     const Float sign = copysign(Float(1.0f), n.z);
     const Float a = -1.0f / (sign + n.z);
     const Float b = n.x * n.y * a;
-    return {{1.0f + sign * sqr(n.x) * a, sign * b, -sign * n.x}, {b, sign + sqr(n.y) * a, -n.y}, n};
+    return {{fma(sign * a, sqr(n.x), Float(1.0f)), sign * b, -sign * n.x}, {b, fma(a, sqr(n.y), sign), -n.y}, n};
   }
   /// x along the part of `tangent` that is perpendicular to the unit normal; arbitrary where there is none.
   static TESSERA_INLINE Frame from_normal_tangent(Vec3 n, Vec3 tangent) {
-    const Vec3 t = tangent - n * dot(n, tangent);
+    const Vec3 t = fma(-n, dot(n, tangent), tangent);
     const Float l2 = length_squared(t);
     const Mask usable = l2 > 1e-12f * length_squared(tangent);
     const Frame fallback = from_normal(n);

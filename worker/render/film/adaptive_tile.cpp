@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace tessera::render {
 namespace {
@@ -101,7 +102,11 @@ void AdaptiveTile::want(Block& block, std::uint32_t half, std::uint32_t begin, s
 
 // ---------------------------------------------------------------- what came
 
-void AdaptiveTile::add(const float* planes, std::size_t stride) {
+FilmRect AdaptiveTile::rect() const { return {result_.x0, result_.y0, result_.x1, result_.y1}; }
+
+void AdaptiveTile::splat(std::span<const Splat>) { assert(!"only passes take light that lands anywhere"); }
+
+void AdaptiveTile::add(std::span<const SampleName>, const float* planes, std::size_t stride) {
   for (std::size_t i = 0; i < given_.size(); ++i) {
     Block& block = *given_[i].block;
     take(given_[i], planes + i, stride);

@@ -11,13 +11,13 @@
 #include <memory>
 #include <vector>
 
+#include "render/film/film.h"
 #include "render/film/noise_target.h"
-#include "render/film/sample_source.h"
 #include "wire/tile_result.h"
 
 namespace tessera::render {
 
-class AdaptiveTile final : public SampleSource {
+class AdaptiveTile final : public SampleSource, public Film {
  public:
   /// `result` has its rectangle, sample range and channels set; counts and values are filled in as blocks are finished.
   /// The film's size cuts the blocks at its border. Blocks that the rectangle cuts are judged as a whole, so that their
@@ -27,7 +27,9 @@ class AdaptiveTile final : public SampleSource {
   ~AdaptiveTile() override;
 
   std::size_t next(std::span<SampleName> names) override;
-  void add(const float* planes, std::size_t stride) override;
+  FilmRect rect() const override;
+  void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
+  void splat(std::span<const Splat> splats) override;
 
  private:
   struct Block;

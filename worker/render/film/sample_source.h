@@ -1,4 +1,4 @@
-// Samples that are asked for one by one, instead of the same number for every pixel.
+// Which samples are to be taken: the only way in which work comes to an integrator.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@ struct SampleName {
   std::uint32_t stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a TileRequest
 };
 
-/// Says what is to be sampled next, and takes the samples.
+/// Says what is to be sampled next.
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
-  /// Fills `names` from the front; returns how many samples are wanted next, 0 when nothing more is.
+  /// Fills `names` from the front; returns how many samples are wanted next, 0 when nothing more is. All samples of the
+  /// call before have been given to the film.
   virtual std::size_t next(std::span<SampleName> names) = 0;
-  /// Those samples, in that order: channel c of sample i is planes[c * stride + i], the channels being those of kSum,
-  /// in their order.
-  virtual void add(const float* planes, std::size_t stride) = 0;
+  /// The pass that all these samples belong to, where work is done in passes (wire::WorkKind).
+  virtual std::uint32_t pass() const { return 0; }
 };
 
 }  // namespace tessera::render

@@ -1,21 +1,27 @@
 // Sums the samples of a tile along the fixed binary tree of DESIGN "the same image everywhere" (docs/architecture.md).
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
-#include "render/film/film_sink.h"
 #include "wire/tile_result.h"
 
 namespace tessera::render {
 
-class TileAccumulator final : public FilmSink {
+class TileAccumulator {
  public:
   /// `result` has its rectangle, sample range and channels set; the accumulator fills in counts and values.
   explicit TileAccumulator(wire::TileResult& result);
 
-  void begin_pixels(std::span<const std::uint32_t> pixels) override;
-  void add_sample(const float* planes, std::size_t stride) override;
-  void end_pixels() override;
+  /// Indices into the tile's pixels, rows from the top; they outlive the calls of add_sample() and end_pixels() that
+  /// follow.
+  void begin_pixels(std::span<const std::uint32_t> pixels);
+  /// The next sample, in order of its index, of every one of those pixels: channel c of pixel i is planes[c * stride +
+  /// i], the channels being those of kSum, in their order.
+  void add_sample(const float* planes, std::size_t stride);
+  void end_pixels();
 
  private:
   /// Sums over 2^level samples (fewer at the end of the range) of the pixels at hand.

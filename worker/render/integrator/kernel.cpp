@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -60,6 +61,12 @@ std::string search_path() {
 }
 
 }  // namespace
+
+const Algorithm* Kernel::find(std::string_view name) const {
+  const auto it =
+      std::find_if(algorithms.begin(), algorithms.end(), [&](const Algorithm& a) { return a.name == name; });
+  return it == algorithms.end() ? nullptr : &*it;
+}
 
 const Kernel* find_kernel(const std::string& isa) {
   static std::mutex mutex;

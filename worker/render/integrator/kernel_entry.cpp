@@ -1,15 +1,16 @@
 // What a kernel module exports.
 #include <memory>
-#include <utility>
 
 #include "render/accel/alpha_filter.h"
 #include "render/accel/arithmetic.h"
+#include "render/accel/embree_kernel.h"
 #include "render/accel/quadric.h"
-#include "render/accel/replay.h"
 #include "render/accel/sdf.h"
+#include "render/accel/trace.h"
 #include "render/integrator/kernel.h"
 #include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
+#include "render/integrator/stage_timer.h"
 
 #define TESSERA_STRING2(x) #x
 #define TESSERA_STRING(x) TESSERA_STRING2(x)
@@ -17,41 +18,26 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// An integrator; its memory, new for every tile, is part of what starting paths costs.
-template <class Integrator, class... Args>
-std::unique_ptr<Integrator> prepare(RenderStats& stats, Args&&... args) {
-  const StageTimer timer(stats.times, Stage::kCamera);
-  return std::make_unique<Integrator>(std::forward<Args>(args)...);
+/// Memory for the paths, new for every unit, is part of what starting them costs.
+template <class T>
+std::unique_ptr<Integrator> make(const IntegratorContext& context) {
+  const StageTimer timer(context.stats.times, Stage::kCamera);
+  return std::make_unique<T>(context);
 }
 
-bool render_path(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
-                 RenderStats& stats, RayLog* log) {
-  const auto wavefront = prepare<Wavefront>(stats, scene, stats, log, scene.max_depth);
-  return wavefront->render(tile, film, stop);
-}
-
-bool render_samples(const SceneTables& scene, SampleSource& source, std::uint64_t seed_offset, std::stop_token stop,
-                    RenderStats& stats) {
-  const auto wavefront = prepare<Wavefront>(stats, scene, stats, nullptr, scene.max_depth);
-  return wavefront->render(source, seed_offset, stop);
-}
-
-bool render_light(const SceneTables& scene, const TileRequest& tile, std::stop_token stop, FilmSink& film,
-                  RenderStats& stats) {
-  const auto tracer = prepare<LightTracer>(stats, scene, tile, film, stats);
-  return tracer->render(stop);
-}
+// The list of algorithms.
+constexpr Algorithm kAlgorithms[] = {
+    {"path", &make<Wavefront>},
+    {"volpath", &make<Wavefront>},
+    {"light", &make<LightTracer>},
+};
 
 std::uint64_t read_clock() { return clock_ticks(); }
 
-constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA),
-                         {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
-                         &render_path,
-                         &render_samples,
-                         &render_light,
-                         &replay_rays,
-                         &read_clock,
-                         &arithmetic_checksum};
+constexpr EmbreeKernel kEmbree{{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+                               &make_embree_query};
+
+constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA), &kEmbree, kAlgorithms, &read_clock, &arithmetic_checksum};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

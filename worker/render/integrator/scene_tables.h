@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/accel/embree.h"
 #include "render/bsdf/material_table.h"
 #include "render/camera/camera_record.h"
 #include "render/color/texture_table.h"
@@ -63,14 +62,7 @@ struct SceneTables {
   bool any_opacity = false;  // some material lets part of the light straight through
   // Paths look for media and for surfaces that light passes without being scattered.
   bool volumetric = false;
-  bool light_tracing = false;  // paths start from lights
-  bool any_motion = false;     // of the camera or of shapes: paths have times
-  RTCScene accel = nullptr;
-  bool single_rays = false;  // rays are traced one by one
-
-  Traversal traversal(bool coherent = false) const {
-    return single_rays ? Traversal::kSingle : coherent ? Traversal::kCoherent : Traversal::kIncoherent;
-  }
+  bool any_motion = false;  // of the camera or of shapes: paths have times
 };
 
 }  // namespace tessera::render

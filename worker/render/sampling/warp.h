@@ -15,11 +15,11 @@ struct Polar {
 
 /// Uniform over the unit disk [Shirley & Chiu 1997].
 TESSERA_INLINE Polar square_to_disk_polar(Vec2 u) {
-  const Float a = 2.0f * u.x - 1.0f, b = 2.0f * u.y - 1.0f;
+  const Float a = fma(u.x, Float(2.0f), Float(-1.0f)), b = fma(u.y, Float(2.0f), Float(-1.0f));
   const Mask a_wins = abs(a) > abs(b);
   const Float radius = select(a_wins, a, b), other = select(a_wins, b, a);
   const Float ratio = other / select(radius == 0.0f, 1.0f, radius);
-  const Float angle = select(a_wins, kPi / 4 * ratio, kPi / 2 - kPi / 4 * ratio);
+  const Float angle = select(a_wins, kPi / 4 * ratio, fnma(ratio, Float(kPi / 4), Float(kPi / 2)));
   // A negative radius is the opposite direction.
   return {abs(radius), select(radius < 0.0f, angle + kPi, angle)};
 }
@@ -31,7 +31,7 @@ TESSERA_INLINE Vec2 square_to_disk(Vec2 u) {
 /// Density cos(theta) / pi over the hemisphere around +z.
 TESSERA_INLINE Vec3 square_to_cosine_hemisphere(Vec2 u) {
   const Vec2 d = square_to_disk(u);
-  return {d.x, d.y, safe_sqrt(1.0f - sqr(d.x) - sqr(d.y))};
+  return {d.x, d.y, safe_sqrt(fnma(d.y, d.y, fnma(d.x, d.x, Float(1.0f))))};
 }
 TESSERA_INLINE Float cosine_hemisphere_pdf(Float cos_theta) { return max(cos_theta, 0.0f) * kInvPi; }
 

@@ -42,7 +42,7 @@ TESSERA_INLINE TexturePoint texture_point(const Surface& s) {
 
 /// `p` moved off its surface to the side that `w` points to.
 TESSERA_INLINE Vec3 offset_origin(const Surface& s, Vec3 w) {
-  return s.p + s.ng * copysign(s.error, dot(w, s.ng));
+  return fma(s.ng, copysign(s.error, dot(w, s.ng)), s.p);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

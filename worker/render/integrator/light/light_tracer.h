@@ -9,53 +9,48 @@
 #include <stop_token>
 #include <vector>
 
-#include "render/film/film_sink.h"
-#include "render/film/tile_request.h"
-#include "render/integrator/path/path_state.h"
-#include "render/integrator/scene_tables.h"
+#include "render/integrator/integrator.h"
+#include "render/integrator/path/wavefront.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/vertex.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-class LightTracer {
+class LightTracer final : public Integrator {
  public:
-  LightTracer(const SceneTables& scene, const TileRequest& tile, FilmSink& film, RenderStats& stats);
+  explicit LightTracer(const IntegratorContext& context)
+      : scene_(context.scene), rays_(context.rays), seed_(context.seed), stats_(context.stats), eye_(context, 0) {}
 
-  /// All passes of the unit; false when stopped before the end.
-  bool render(std::stop_token stop);
+  bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  /// Times of rays as the tracer wants them.
+  /// Times of rays as a query wants them.
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
-  bool add_visible_lights(std::uint32_t pass, std::stop_token stop);
   void start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass);
-  void advance(int depth);
+  void advance(int depth, Film& film);
   void intersect();
-  void shade(int depth);
-  struct Vertex;
-  void make_partly_opaque(Vertex& v, Mask hit);
-  /// Whether what is seen at this place of the film touches a pixel of the unit.
-  Mask lands(Vec2 film) const;
-  void join_to_camera(const Vertex& v, Mask hit);
-  void scatter_paths(const Vertex& v, Mask hit, int i, int& kept);
-  void trace_connections();
-  void splat(float x, float y, const float (&value)[3]);
+  void shade(int depth, const FilmRect& rect);
+  struct Event;
+  /// Lanes whose place on the film is seen by a pixel of the rectangle.
+  Mask lands(Vec2 film, const FilmRect& rect) const;
+  void join_to_camera(const Event& e, Mask hit, const FilmRect& rect);
+  void scatter_paths(const Event& e, Mask hit, int& kept);
+  void trace_connections(Film& film);
 
   const SceneTables& scene_;
-  const TileRequest& tile_;
-  FilmSink& film_;
+  const RayQuery& rays_;
+  const std::uint64_t seed_;
   RenderStats& stats_;
-  std::vector<std::uint32_t> pixels_;  // of the tile, all
-  std::vector<float> planes_;          // R G B A over the tile
-  std::size_t stride_;
+  Wavefront eye_;  // finds the lights that are seen directly
   int alive_ = 0;
   PathState paths_;
-  alignas(64) Lanes<float> inverse_start_;  // of what each of them carried at its light
   HitState hits_;
   alignas(64) Lanes<std::uint32_t> pixel_hash_, reversed_sample_;  // of the path in slot i
-  ShadowQueue connections_;                                        // from surfaces to the lens
+  ConnectionQueue connections_;                                    // from surfaces to the lens
   alignas(64) Lanes<float> film_x_, film_y_;                       // where they land
+  std::vector<Splat> splats_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,5 +1,5 @@
-// Surfaces that light can pass without being scattered, in volumetric scenes: borders of media, partly opaque materials,
-// thin sheets that say so. Passing costs no depth, and light sources are sampled through such surfaces.
+// Surfaces that light can pass without being scattered, in volumetric scenes: borders of media, partly opaque
+// materials, thin sheets that say so. Passing costs no depth, and light sources are sampled through such surfaces.
 #pragma once
 
 #include "render/color/spectrum.h"

@@ -1,4 +1,4 @@
-#include "render/integrator/passing.h"
+#include "render/integrator/vertex/passing.h"
 
 #include "render/bsdf/fresnel.h"
 #include "render/color/texture.h"

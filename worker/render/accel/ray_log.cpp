@@ -1,11 +1,14 @@
-#include "render/accel/replay.h"
+#include "render/accel/ray_log.h"
 
 #include <algorithm>
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::render {
 
-void record_rays(const RayArrays& rays, const float* distance, int n, RayLog::Kind kind, bool coherent, RayLog& log) {
-  const RayLog::Call call{kind, coherent, n, log.data.size()};
+namespace {
+
+/// `distance` is null for rays that look for the nearest hit.
+void record(const RayArrays& rays, const float* distance, int n, bool coherent, RayLog& log) {
+  const RayLog::Call call{distance != nullptr, coherent, n, log.data.size()};
   const std::size_t stride = call.stride();
   log.calls.push_back(call);
   log.data.resize(log.data.size() + (distance ? 7 : 6) * stride);
@@ -16,29 +19,39 @@ void record_rays(const RayArrays& rays, const float* distance, int n, RayLog::Ki
   if (distance) std::copy_n(distance, stride, to);
 }
 
-std::uint64_t replay_rays(RTCScene scene, const RayLog& log) {
+}  // namespace
+
+void RecordingQuery::nearest(const RayArrays& rays, int n, bool coherent, const HitArrays& hits) const {
+  record(rays, nullptr, n, coherent, log_);
+  query_.nearest(rays, n, coherent, hits);
+}
+
+void RecordingQuery::occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const {
+  record(rays, distance_in_blocked_out, n, false, log_);
+  query_.occluded(rays, n, distance_in_blocked_out);
+}
+
+std::uint64_t replay(const RayQuery& query, const RayLog& log) {
   constexpr std::size_t kMost = 2048;
   alignas(64) static thread_local float arrays[7][kMost];
   alignas(64) static thread_local float t[kMost], u[kMost], v[kMost];
   alignas(64) static thread_local std::int32_t primitive[kMost], shape[kMost], instance[kMost];
   std::uint64_t met = 0;
   for (const RayLog::Call& call : log.calls) {
-    const bool shadow = call.kind == RayLog::Kind::kShadow;
     const std::size_t stride = std::min(call.stride(), kMost);
-    for (std::size_t a = 0; a < (shadow ? 7u : 6u); ++a) {
+    for (std::size_t a = 0; a < (call.occluded ? 7u : 6u); ++a) {
       std::copy_n(log.data.data() + call.first + a * call.stride(), stride, arrays[a]);
     }
     const RayArrays rays{arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]};
-    if (shadow) {
-      trace_shadow(scene, rays, call.count, Traversal::kIncoherent, arrays[6]);
+    if (call.occluded) {
+      query.occluded(rays, call.count, arrays[6]);
       for (int i = 0; i < call.count; ++i) met += arrays[6][i] < 0;
     } else {
-      trace_nearest(scene, rays, call.count, call.coherent ? Traversal::kCoherent : Traversal::kIncoherent, 0,
-                    {t, u, v, primitive, shape, instance});
+      query.nearest(rays, call.count, call.coherent, {t, u, v, primitive, shape, instance});
       for (int i = 0; i < call.count; ++i) met += shape[i] >= 0;
     }
   }
   return met;
 }
 
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace tessera::render

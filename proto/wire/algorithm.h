@@ -1,0 +1,55 @@
+// The algorithms that make a picture, as all three programs know them: by name, and by what they can do. Kernels make
+// them (worker/render/integrator); no name of one is compared anywhere else.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::wire {
+
+/// What a unit of work is.
+enum class WorkKind : std::uint8_t {
+  kTiles,  // samples of a rectangle of pixels
+  kPasses  // samples of all pixels, and light that lands anywhere on the film
+};
+
+/// What the mean of many pictures is.
+enum class Bias : std::uint8_t {
+  kUnbiased,    // the right one, at any number of samples
+  kConsistent,  // the right one in the limit of many samples
+  kBiased       // another one, by design
+};
+
+struct AlgorithmTraits {
+  const char* name;
+  WorkKind work = WorkKind::kTiles;
+  Bias bias = Bias::kUnbiased;
+  bool media = false;             // sees participating media; where not, they are left out with a warning
+  bool noise = false;             // samples may be taken as noise asks for (RenderSettings.noise)
+  bool first_hit_aovs = false;    // gives albedo, normal and depth of what a camera ray meets
+  bool bsdf_lighting = false;     // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
+  bool starts_at_lights = false;  // all light must be sampled at its source, without a receiver: no portals
+  bool joins_camera = false;      // connects points to the camera: perspective and orthographic ones only
+};
+
+/// All of them; the first is the default.
+std::span<const AlgorithmTraits> algorithms();
+
+/// The algorithm with this name, the default where it is empty; null where there is none.
+const AlgorithmTraits* find_algorithm(std::string_view name);
+
+/// InvalidArgument, naming all that there are, where there is none with this name.
+absl::Status check_algorithm_name(const std::string& name);
+
+/// InvalidArgument where the job's algorithm does not exist or cannot do what the job asks for.
+absl::Status check_algorithm(const v1::JobSpec& spec);
+
+/// Whether the job's units are passes. False for unknown algorithms.
+bool works_in_passes(const v1::JobSpec& spec);
+
+}  // namespace tessera::wire

@@ -1,0 +1,62 @@
+// The one list of algorithms, from both of its sides.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "render/integrator/kernel.h"
+#include "render/renderer.h"
+#include "wire/algorithm.h"
+
+namespace tessera::render {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Algorithms, KernelsOfEveryIsaHaveThemAll) {
+  std::vector<std::string> names;
+  for (const wire::AlgorithmTraits& traits : wire::algorithms()) names.emplace_back(traits.name);
+  for (const std::string& isa : supported_isas()) {
+    std::vector<std::string> own;
+    for (const Algorithm& algorithm : find_kernel(isa)->algorithms) own.emplace_back(algorithm.name);
+    EXPECT_EQ(own, names) << isa;
+  }
+}
+
+TEST(Algorithms, TheFirstIsTheDefault) {
+  EXPECT_EQ(wire::find_algorithm(""), wire::algorithms().data());
+  EXPECT_EQ(wire::find_algorithm("nosuch"), nullptr);
+  EXPECT_THAT(std::string(wire::check_algorithm_name("nosuch").message()),
+              HasSubstr("there is no integrator 'nosuch'"));
+}
+
+/// Whether each algorithm takes a job is what its traits say.
+TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
+  for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
+    v1::JobSpec job;
+    job.mutable_settings()->set_integrator(traits.name);
+    EXPECT_TRUE(wire::check_algorithm(job).ok()) << traits.name;
+    EXPECT_EQ(wire::works_in_passes(job), traits.work == wire::WorkKind::kPasses);
+
+    v1::JobSpec noisy = job;
+    noisy.mutable_settings()->set_noise(0.1);
+    EXPECT_EQ(wire::check_algorithm(noisy).ok(), traits.noise) << traits.name;
+
+    v1::JobSpec by_chance = job;
+    by_chance.mutable_settings()->set_direct_light("bsdf");
+    EXPECT_EQ(wire::check_algorithm(by_chance).ok(), traits.bsdf_lighting) << traits.name;
+
+    for (const char* aov : {"albedo", "normal", "depth"}) {
+      v1::JobSpec layered = job;
+      layered.add_aovs(aov);
+      EXPECT_EQ(wire::check_algorithm(layered).ok(), traits.first_hit_aovs) << traits.name << " " << aov;
+    }
+    v1::JobSpec variance = job;
+    variance.add_aovs("variance");
+    EXPECT_TRUE(wire::check_algorithm(variance).ok()) << traits.name;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::render

@@ -1,0 +1,124 @@
+// Where work comes from and light goes: tiles of fixed counts, and passes.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+#include "render/film/fixed_tile.h"
+#include "render/film/pass_film.h"
+
+namespace tessera::render {
+namespace {
+
+wire::TileResult empty_result(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1,
+                              std::uint32_t begin, std::uint32_t end) {
+  wire::TileResult result;
+  result.x0 = x0, result.y0 = y0, result.x1 = x1, result.y1 = y1;
+  result.sample_begin = begin, result.sample_end = end;
+  result.channels = *wire::channels_for_aovs({"variance"});
+  return result;
+}
+
+/// What a sample is worth in R; the other channels are multiples of it.
+float shade(const SampleName& name) { return 1.0f / static_cast<float>(1 + name.x + 7 * name.y + 31 * name.index); }
+
+/// All that `source` asks for, in batches of that size at most.
+template <class SourceAndFilm>
+std::vector<SampleName> render_all(SourceAndFilm& film, std::size_t batch) {
+  std::vector<SampleName> all, names(batch);
+  std::vector<float> planes(4 * batch);
+  while (const std::size_t count = film.next(names)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      all.push_back(names[i]);
+      for (std::size_t c = 0; c < 4; ++c) planes[c * batch + i] = static_cast<float>(c + 1) * shade(names[i]);
+    }
+    film.add(std::span(names).first(count), planes.data(), batch);
+  }
+  return all;
+}
+
+TEST(FixedTile, TakesEverySampleOnceAndSumsTheSameBitsInAnyBatch) {
+  std::vector<float> expected;
+  for (const std::size_t batch : {16u, 100u, 1024u}) {
+    wire::TileResult result = empty_result(3, 5, 20, 16, 8, 21);
+    FixedTile film(result);
+    std::map<std::tuple<std::uint32_t, std::uint32_t>, std::uint32_t> next;  // sample of each pixel
+    for (const SampleName& name : render_all(film, batch)) {
+      ASSERT_TRUE(name.x >= 3 && name.x < 20 && name.y >= 5 && name.y < 16 && name.stream == 0);
+      EXPECT_EQ(name.index, 8 + next[std::tuple(name.x, name.y)]++);
+    }
+    EXPECT_EQ(next.size(), result.pixel_count());
+    for (const auto& [pixel, samples] : next) EXPECT_EQ(samples, 13u);
+    for (const std::uint32_t count : result.counts) EXPECT_EQ(count, 13u);
+    if (expected.empty()) expected = result.values;
+    EXPECT_EQ(result.values, expected) << "batches of " << batch;
+  }
+}
+
+TEST(FixedTile, APixelIsTheSumOfItsSamples) {
+  wire::TileResult result = empty_result(3, 5, 20, 16, 0, 6);
+  FixedTile film(result);
+  render_all(film, 1024);
+  for (std::uint32_t y = 5; y < 16; ++y) {
+    for (std::uint32_t x = 3; x < 20; ++x) {
+      double sum = 0;
+      for (std::uint32_t s = 0; s < 6; ++s) sum += static_cast<double>(shade({x, y, s, 0}));
+      const std::size_t pixel = std::size_t{y - 5} * 17 + (x - 3);
+      EXPECT_NEAR(result.values[pixel], sum, 6 * 6e-8 * sum);  // a rounding a sum
+      EXPECT_NEAR(result.values[result.pixel_count() + pixel], 2 * sum, 6 * 12e-8 * sum);
+    }
+  }
+}
+
+TEST(PassFilm, APassIsOneSampleOfEveryPixelWithAllThatLands) {
+  wire::TileResult result = empty_result(2, 1, 6, 4, 4, 7);
+  const PixelFilterRecord filter = PixelFilterRecord::build({});  // a box of one pixel
+  PassFilm film(result, filter);
+  for (std::uint32_t pass = 4; pass < 7; ++pass) {
+    ASSERT_TRUE(film.begin_pass());
+    EXPECT_EQ(film.pass(), pass);
+    const std::vector<SampleName> names = render_all(film, 5);
+    EXPECT_EQ(names.size(), result.pixel_count());
+    for (const SampleName& name : names) EXPECT_EQ(name.index, pass);
+    // On pixel (3, 2), and beside the rectangle.
+    const Splat splats[] = {{3.5f, 2.5f, {1, 2, 4}}, {1.5f, 2.5f, {8, 8, 8}}, {3.5f, 4.5f, {8, 8, 8}}};
+    film.splat(splats);
+    film.end_pass();
+  }
+  EXPECT_FALSE(film.begin_pass());
+  for (std::uint32_t y = 1; y < 4; ++y) {
+    for (std::uint32_t x = 2; x < 6; ++x) {
+      const std::size_t pixel = std::size_t{y - 1} * 4 + (x - 2);
+      EXPECT_EQ(result.counts[pixel], 3u);
+      double sum = 0;
+      for (std::uint32_t pass = 4; pass < 7; ++pass) sum += static_cast<double>(shade({x, y, pass, 0}));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double landed = x == 3 && y == 2 ? 3.0 * (1 << c) : 0.0;
+        const double expected = static_cast<double>(c + 1) * sum + landed;
+        EXPECT_NEAR(result.values[c * result.pixel_count() + pixel], expected, 6 * 6e-8 * expected);
+      }
+    }
+  }
+}
+
+TEST(PassFilm, AFilterSpreadsWhatLandsAndKeepsItsSum) {
+  FilterSpec spec;
+  spec.kind = FilterKind::kTriangle;
+  spec.radius_x = spec.radius_y = 2;
+  const PixelFilterRecord filter = PixelFilterRecord::build(spec);
+  wire::TileResult result = empty_result(0, 0, 8, 8, 0, 1);
+  PassFilm film(result, filter);
+  ASSERT_TRUE(film.begin_pass());
+  const Splat splat{4.25f, 3.5f, {1, 1, 1}};
+  film.splat({&splat, 1});
+  film.end_pass();
+  const float sum = std::accumulate(result.values.begin(), result.values.begin() + 64, 0.0f);
+  EXPECT_NEAR(sum, 1, 1e-6);  // a triangle of radius 2 sums to 1 over unit steps
+  EXPECT_GT(result.values[3 * 8 + 3], result.values[3 * 8 + 2]);
+  EXPECT_EQ(result.values[3 * 8 + 7], 0);
+}
+
+}  // namespace
+}  // namespace tessera::render

@@ -1,0 +1,36 @@
+// All of a scene that does not depend on how it is looked at.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/accel/accelerator.h"
+#include "render/accel/ray_query.h"
+#include "render/build/load_scene.h"
+#include "render/integrator/scene_tables.h"
+
+namespace tessera::render {
+
+struct EmbreeKernel;
+
+/// `tables` has the view of the job that it was built for.
+struct SceneContent {
+  SceneArrays arrays;
+  SceneTables tables{arrays};
+  std::vector<std::string> warnings, material_names;
+  std::unique_ptr<Accelerator> accelerator;  // reads the arrays: goes first
+  std::unique_ptr<RayQuery> rays;            // asks it
+};
+
+/// Of jobs with the same key all is the same but what SceneBuilder::rebuild_view() sets. Positions are relative to the
+/// camera's origin, so that stays; settings that are not named in it are taken to matter.
+std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
+
+/// Errors as of load_scene().
+absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene, const v1::JobSpec& job,
+                                                                  const BlobSource& blobs, const LoadOptions& options,
+                                                                  const EmbreeKernel& embree);
+
+}  // namespace tessera::render

@@ -1,0 +1,37 @@
+// A tile whose pixels all take the same samples.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/film/film.h"
+#include "render/film/tile_accumulator.h"
+#include "wire/tile_result.h"
+
+namespace tessera::render {
+
+/// Asks for several samples of as many pixels as fit into a batch, the pixels along a Z-order curve, so that those of a
+/// packet are neighbours. No order of batches changes a pixel: its samples are summed along a fixed tree.
+class FixedTile final : public SampleSource, public Film {
+ public:
+  /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are finished.
+  explicit FixedTile(wire::TileResult& result);
+
+  std::size_t next(std::span<SampleName> names) override;
+  FilmRect rect() const override;
+  void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
+  void splat(std::span<const Splat> splats) override;
+
+ private:
+  const wire::TileResult& result_;
+  TileAccumulator sums_;
+  const std::vector<std::uint32_t> order_;  // of the tile's pixels
+  std::vector<SampleName> places_;          // of the film, in that order
+  std::size_t first_ = 0, count_ = 0;       // pixels at hand
+  std::uint32_t next_sample_;               // of these pixels
+};
+
+/// The pixels of a rectangle (indices, rows from the top) so that runs of 16, 64, 256 are squares.
+std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height);
+
+}  // namespace tessera::render

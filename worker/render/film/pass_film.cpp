@@ -1,0 +1,87 @@
+#include "render/film/pass_film.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "render/film/filter_value.h"
+#include "render/film/fixed_tile.h"
+
+namespace tessera::render {
+
+PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter)
+    : result_(result),
+      filter_(filter),
+      sums_(result),
+      order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
+      all_(order_.size()),
+      channels_(static_cast<std::size_t>(
+          std::ranges::count(result.channels, wire::ChannelKind::kSum, &wire::ChannelDesc::kind))),
+      next_pass_(result.sample_begin) {
+  std::iota(all_.begin(), all_.end(), 0u);
+  sums_.begin_pixels(all_);
+}
+
+bool PassFilm::begin_pass() {
+  if (next_pass_ == result_.sample_end) return false;
+  pass_ = next_pass_++;
+  next_pixel_ = 0;
+  planes_.assign(channels_ * all_.size(), 0.0f);
+  return true;
+}
+
+void PassFilm::end_pass() {
+  sums_.add_sample(planes_.data(), all_.size());
+  if (next_pass_ == result_.sample_end) sums_.end_pixels();
+}
+
+std::size_t PassFilm::next(std::span<SampleName> names) {
+  const std::size_t count = std::min(names.size(), order_.size() - next_pixel_);
+  const std::uint32_t width = rect().width();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t pixel = order_[next_pixel_++];
+    names[i] = {result_.x0 + pixel % width, result_.y0 + pixel / width, pass_, 0};
+  }
+  return count;
+}
+
+FilmRect PassFilm::rect() const { return {result_.x0, result_.y0, result_.x1, result_.y1}; }
+
+std::size_t PassFilm::pixel_at(std::uint32_t x, std::uint32_t y) const {
+  return std::size_t{y - result_.y0} * rect().width() + (x - result_.x0);
+}
+
+void PassFilm::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
+  for (std::size_t c = 0; c < channels_; ++c) {
+    float* const plane = planes_.data() + c * all_.size();
+    for (std::size_t i = 0; i < names.size(); ++i) plane[pixel_at(names[i].x, names[i].y)] += planes[c * stride + i];
+  }
+}
+
+void PassFilm::splat(std::span<const Splat> splats) {
+  for (const Splat& splat : splats) add_splat(splat);
+}
+
+void PassFilm::add_splat(const Splat& splat) {
+  // The pixels of the rectangle whose filters reach the place; their centres are at one half.
+  const auto first = [](float place, float radius, std::uint32_t begin) {
+    return std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place - radius - 0.5f)), begin);
+  };
+  const auto last = [](float place, float radius, std::uint32_t end) {
+    return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place + radius - 0.5f)), std::int64_t{end} - 1);
+  };
+  const std::int64_t first_x = first(splat.x, filter_.x.radius, result_.x0),
+                     last_x = last(splat.x, filter_.x.radius, result_.x1);
+  const std::int64_t first_y = first(splat.y, filter_.y.radius, result_.y0),
+                     last_y = last(splat.y, filter_.y.radius, result_.y1);
+  for (std::int64_t y = first_y; y <= last_y; ++y) {
+    const float wy = filter_value(filter_.kind, filter_.y, splat.y - static_cast<float>(y) - 0.5f);
+    for (std::int64_t x = first_x; x <= last_x; ++x) {
+      const float weight = wy * filter_value(filter_.kind, filter_.x, splat.x - static_cast<float>(x) - 0.5f);
+      const std::size_t pixel = pixel_at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+      for (std::size_t c = 0; c < 3; ++c) planes_[c * all_.size() + pixel] += splat.value[c] * weight;
+    }
+  }
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,46 @@
+// All pixels of a unit, pass by pass: every pass is one sample of each of them, camera samples and splats together.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/film/film.h"
+#include "render/film/pixel_filter.h"
+#include "render/film/tile_accumulator.h"
+#include "wire/tile_result.h"
+
+namespace tessera::render {
+
+class PassFilm final : public SampleSource, public Film {
+ public:
+  /// `result` has its rectangle, sample range and channels set; counts and values are filled in by the last end_pass().
+  PassFilm(wire::TileResult& result, const PixelFilterRecord& filter);
+
+  /// Starts the next pass; false when there is none.
+  bool begin_pass();
+  /// The pass is complete.
+  void end_pass();
+
+  /// Every pixel of the rectangle once a pass.
+  std::size_t next(std::span<SampleName> names) override;
+  std::uint32_t pass() const override { return pass_; }
+  FilmRect rect() const override;
+  void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
+  void splat(std::span<const Splat> splats) override;
+
+ private:
+  std::size_t pixel_at(std::uint32_t x, std::uint32_t y) const;
+  void add_splat(const Splat& splat);
+
+  const wire::TileResult& result_;
+  const PixelFilterRecord& filter_;
+  TileAccumulator sums_;
+  const std::vector<std::uint32_t> order_;  // of the pixels, as they are asked for
+  std::vector<std::uint32_t> all_;          // pixels, rows from the top
+  const std::size_t channels_;              // that come with samples
+  std::vector<float> planes_;               // of the pass: channel c of pixel i at c * pixels + i
+  std::size_t next_pixel_ = 0;              // in order_
+  std::uint32_t pass_ = 0, next_pass_;
+};
+
+}  // namespace tessera::render

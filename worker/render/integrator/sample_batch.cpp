@@ -1,0 +1,142 @@
+#include "render/integrator/sample_batch.h"
+
+#include <bit>
+#include <string>
+
+#include "render/camera/camera.h"
+#include "render/film/filter_sample.h"
+#include "render/film/summable.h"
+#include "render/integrator/fireflies.h"
+#include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/dimensions.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+bool SampleBatch::start(SampleSource& source, PathState& paths) {
+  name_next(source);
+  const StageTimer timer(stats_.times, Stage::kCamera);
+  static_assert(sizeof(SampleName) == 16);
+  for (int slot = 0; slot < size_; slot += kWidth) {
+    const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);
+    const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
+    const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
+               reversed = reverse_bits(bit_cast<std::uint32_t>(name.c[2]));
+    const UInt hash = Sampler::stream_hash(Sampler::pixel_hash(seed_, px, py), bit_cast<std::uint32_t>(name.c[3]));
+    const Sampler sampler(scene_.sampler.kind, hash, reversed);
+
+    // Where on the film, and where on the lens.
+    const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
+    const Vec2 film{to_float(bit_cast<std::int32_t>(px)) + 0.5f + filter.offset.x,
+                    to_float(bit_cast<std::int32_t>(py)) + 0.5f + filter.offset.y};
+    const Float time = scene_.any_motion ? sampler.get_2d(dimension::kTime).x : Float(0.0f);
+    const CameraRay ray = sample_camera_ray(scene_.camera, film, sampler.get_2d(dimension::kLens), time);
+
+    const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
+    const WidePath path{.origin = ray.origin,
+                        .direction = ray.direction,
+                        .beta = Spectrum(1.0f),
+                        .pdf = Float(0.0f),
+                        .roulette_scale = Float(1.0f),
+                        .slot = Int::iota(slot),
+                        .normal = zero,
+                        .time = time,
+                        .reference = ray.origin,
+                        .medium = Int(scene_.camera.medium)};
+    store(scene_, path, paths, slot);
+    hash.store(pixel_hash_ + slot);
+    reversed.store(reversed_sample_ + slot);
+    filter.weight.store(filter_weight_ + slot);
+    store_lanes(Spectrum(0.0f), radiance_, slot);
+    Float(0.0f).store(coverage_ + slot);
+    Float(0.0f).store(depth_ + slot);
+    store_lanes(Spectrum(0.0f), albedo_, slot);
+    store_lanes(zero, normal_, slot);
+  }
+  stats_.camera_rays += static_cast<std::uint64_t>(size_);
+  stats_.samples += static_cast<std::uint64_t>(size_);
+  return size_ > 0;
+}
+
+void SampleBatch::name_next(SampleSource& source) {
+  const StageTimer timer(stats_.times, Stage::kFilm);
+  size_ = static_cast<int>(source.next(std::span(names_).first(kBatch)));
+}
+
+void SampleBatch::add_radiance(Spectrum more, Int slot, Mask lanes) {
+  for (int c = 0; c < kSpectrumLanes; ++c) {
+    float* sum = radiance_.c[c];
+    scatter(gather(sum, slot, lanes) + more.c[c], sum, slot, lanes);
+  }
+}
+
+void SampleBatch::add_contributions(const ConnectionQueue& queue) {
+  for (int i = 0; i < queue.size; ++i) {
+    if (queue.distance[i] < 0) continue;
+    const std::int32_t slot = queue.slot[i];
+    for (int c = 0; c < kSpectrumLanes; ++c) radiance_.c[c][slot] += queue.contribution.c[c][i];
+  }
+}
+
+void SampleBatch::record_first_hit(const Vertex& v, Float t, Int slot, Mask hit) {
+  scatter(Float(1.0f), coverage_, slot, hit);
+  if (scene_.aovs.depth) scatter(t, depth_, slot, hit);
+  if (scene_.aovs.normal) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, hit);
+  if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, hit), albedo_, slot, hit);
+}
+
+void SampleBatch::drop_bad_samples() {
+  for (int i = 0; i < size_; i += kWidth) {
+    const Mask valid = Mask::first(size_ - i);
+    Spectrum radiance;
+    load_lanes(radiance_, i, radiance);
+    Mask summable = Mask::all();
+    for (int c = 0; c < kSpectrumLanes; ++c) summable &= is_summable(radiance.c[c] * scene_.exposure);
+    const Mask bad = and_not(valid, summable);
+    if (none(bad)) continue;
+    store_lanes(select(bad, Spectrum(0.0f), radiance), radiance_, i);
+    for (std::uint32_t bits = bad.bits(); bits != 0; bits &= bits - 1) {
+      ++stats_.dropped_samples;
+      if (stats_.warnings.size() >= 8) continue;
+      const SampleName& name = names_[i + std::countr_zero(bits)];
+      stats_.warnings.push_back("pixel (" + std::to_string(name.x) + ", " + std::to_string(name.y) + "), sample " +
+                                std::to_string(name.index) +
+                                ": radiance is not finite or beyond 1e15; counted as black");
+    }
+  }
+}
+
+/// Leaves the samples in planes_, channels in the order of wire::channels_for_aovs; returns the stride between them.
+std::size_t SampleBatch::fill_planes() {
+  const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
+  const AovRequest& aovs = scene_.aovs;
+  planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0)) * stride);
+  for (int i = 0; i < size_; i += kWidth) {
+    const Float weight = Float::load(filter_weight_ + i);
+    float* to = planes_.data() + i;
+    const auto put = [&](Float value) {
+      (value * weight).store_unaligned(to);
+      to += stride;
+    };
+    const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
+    for (int c = 0; c < 3; ++c) put(Float::load(radiance_.c[c] + i) * scene_.exposure);
+    put(Float::load(coverage_ + i));
+    if (aovs.albedo) {
+      for (int c = 0; c < 3; ++c) put_summable(Float::load(albedo_.c[c] + i));
+    }
+    if (aovs.normal) {
+      for (const auto& component : {normal_.x, normal_.y, normal_.z}) put_summable(Float::load(component + i));
+    }
+    if (aovs.depth) put_summable(Float::load(depth_ + i));
+  }
+  return stride;
+}
+
+void SampleBatch::finish(Film& film, bool scattered) {
+  const StageTimer timer(stats_.times, Stage::kFilm);
+  drop_bad_samples();
+  const std::size_t stride = fill_planes();
+  if (scattered) count_fireflies(planes_.data(), stride, size_, stats_);
+  film.add(std::span(names_).first(static_cast<std::size_t>(size_)), planes_.data(), stride);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,64 @@
+// Samples of the film on their way: named by a source, started through the camera, and given to the film once their
+// paths have ended. What all algorithms share whose paths begin at the eye.
+#pragma once
+
+#include <vector>
+
+#include "render/film/film.h"
+#include "render/integrator/integrator.h"
+#include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/vertex.h"
+#include "render/sampling/sampler.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+class SampleBatch {
+ public:
+  explicit SampleBatch(const IntegratorContext& context)
+      : scene_(context.scene), seed_(context.seed), stats_(context.stats) {}
+
+  /// Asks for the next samples, and starts a path for each: entries 0 .. size() - 1 of `paths`, in slots of the same
+  /// number. False when nothing more is wanted.
+  bool start(SampleSource& source, PathState& paths);
+  /// The paths have ended. Fireflies are counted where light was `scattered`: where not, what is bright is a lamp.
+  void finish(Film& film, bool scattered);
+
+  int size() const { return size_; }
+
+  /// The random numbers of samples.
+  Sampler sampler(Int slot, Mask active) const {
+    return {scene_.sampler.kind, gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active)};
+  }
+  /// A key that all samples have for themselves.
+  UInt key(Int slot, Mask active) const {
+    return hash(gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active));
+  }
+
+  /// radiance += more, for samples that are all different.
+  void add_radiance(Spectrum more, Int slot, Mask lanes);
+  /// The same of one sample after the other, for those of the queue that nothing is in the way of.
+  void add_contributions(const ConnectionQueue& queue);
+
+  /// What the camera rays of these samples meet first, at a distance of `t`.
+  void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
+
+ private:
+  void name_next(SampleSource& source);
+  void drop_bad_samples();
+  std::size_t fill_planes();
+
+  const SceneTables& scene_;
+  const std::uint64_t seed_;  // of the sampler
+  RenderStats& stats_;
+  int size_ = 0;
+  SampleName names_[kPadded] = {};
+  // One entry a sample
+  alignas(64) Lanes<std::uint32_t> pixel_hash_, reversed_sample_;
+  SpectrumLanes radiance_;
+  alignas(64) Lanes<float> filter_weight_, coverage_, depth_;
+  SpectrumLanes albedo_;
+  Vec3Lanes normal_;
+  std::vector<float> planes_;  // what the film takes
+};
+
+}  // namespace tessera::render::TESSERA_ISA
