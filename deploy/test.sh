@@ -30,4 +30,13 @@ done
 build "$preset"
 say "testing build/$preset"
 cd "$top/build/$preset"
-ctest --output-on-failure --no-tests=error -j "$(nproc)" "${labels[@]}" "${arguments[@]}"
+# Test programs note there what they skip, and why.
+export TESSERA_SKIPS=$top/build/$preset/skipped.txt
+: >"$TESSERA_SKIPS"
+result=0
+ctest --output-on-failure --no-tests=error -j "$(nproc)" "${labels[@]}" "${arguments[@]}" || result=$?
+if [ -s "$TESSERA_SKIPS" ]; then
+  say "skipped"
+  sort -u "$TESSERA_SKIPS"
+fi
+exit $result

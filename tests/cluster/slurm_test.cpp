@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "integration/farm_under_test.h"
+#include "support/needs.h"
 
 namespace tessera::cluster {
 namespace {
@@ -29,7 +30,7 @@ class Slurm : public testing::Test {
   }
   static void TearDownTestSuite() { cluster_.reset(); }
   void SetUp() override {
-    if (cluster_ == nullptr) GTEST_SKIP() << "Slurm is not installed (slurm-wlm, munge): " << SlurmCluster::missing();
+    if (cluster_ == nullptr) GTEST_SKIP() << test::needs("Slurm (slurm-wlm, munge): " + SlurmCluster::missing());
   }
 
   std::filesystem::path path(const std::string& name) const { return directory_.path() / name; }

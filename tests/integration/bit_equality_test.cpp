@@ -5,6 +5,8 @@
 #include <filesystem>
 
 #include "integration/farm_under_test.h"
+#include "support/needs.h"
+#include "support/unpacked_corpus.h"
 
 namespace tessera::integration {
 namespace {
@@ -149,14 +151,10 @@ TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
 }
 
 TEST(BitEquality, ClassroomInProcessAndOnTwoWorkers) {
-  const fs::path archive = "../shared/scenes/pbrt/classroom.tar.xz";
-  if (!fs::exists(archive)) GTEST_SKIP() << archive << " is not there";
+  const auto folder = test::find_corpus("pbrt/classroom");
+  if (!folder) GTEST_SKIP() << test::needs("../shared/scenes/pbrt/classroom");
   FarmUnderTest farm;
-  const support::Finished unpacked =
-      support::run_program({"/bin/tar", "xJf", archive.string(), "-C", farm.directory().string()}, kPatience);
-  ASSERT_EQ(unpacked.status.code, 0) << unpacked.err;
-  const Arguments classroom{
-      (farm.directory() / "classroom/scene.pbrt").string(), "--resolution", "96x54", "--spp", "8", "--quiet"};
+  const Arguments classroom{(folder->path() / "scene.pbrt").string(), "--resolution", "96x54", "--spp", "8", "--quiet"};
 
   const std::string expected = render_hash(classroom);
   farm.add_worker(1);

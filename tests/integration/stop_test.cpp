@@ -8,6 +8,7 @@
 
 #include "integration/farm_under_test.h"
 #include "support/long_form.h"
+#include "support/needs.h"
 
 namespace tessera::integration {
 namespace {
@@ -156,7 +157,7 @@ class FalseClock {
 };
 
 TEST(Stop, ClocksJumpByAnHour) {
-  if (FalseClock::library().empty()) GTEST_SKIP() << "libfaketime is not installed";
+  if (FalseClock::library().empty()) GTEST_SKIP() << test::needs("libfaketime");
   const support::TempDir directory;
   FalseClock of_coordinator{directory.path() / "coordinator"}, of_worker{directory.path() / "worker"};
   FarmUnderTest farm{{}, of_coordinator.environment()};
@@ -174,7 +175,7 @@ TEST(Stop, ClocksJumpByAnHour) {
 }
 
 TEST(Stop, AClockThatIsSetBy400DaysDeletesNoJob) {
-  if (FalseClock::library().empty()) GTEST_SKIP() << "libfaketime is not installed";
+  if (FalseClock::library().empty()) GTEST_SKIP() << test::needs("libfaketime");
   const support::TempDir directory;
   FalseClock clock{directory.path() / "coordinator"};
   FarmUnderTest farm{{}, clock.environment()};

@@ -1,9 +1,12 @@
-// main() of test programs that are compiled for one kernel ISA: skipped where the processor lacks it. Compiled with that ISA's
-// flags like the rest, so nothing but this check may run first.
+// main() of test programs that are compiled for one kernel ISA: skipped where the processor lacks it. Compiled with
+// that ISA's flags like the rest, so nothing but this check may run first.
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <string>
 #include <string_view>
+
+#include "support/run_tests.h"
 
 #define TESSERA_STRING2(x) #x
 #define TESSERA_STRING(x) TESSERA_STRING2(x)
@@ -23,8 +26,9 @@ bool processor_has(std::string_view isa) {
 int main(int argc, char** argv) {
   if (!processor_has(TESSERA_STRING(TESSERA_ISA))) {
     std::puts("skipped: this processor has no " TESSERA_STRING(TESSERA_ISA));
-    return 77;
+    tessera::test::note_skip(std::string(argv[0]) + ": this processor has no " TESSERA_STRING(TESSERA_ISA));
+    return tessera::test::kSkipped;
   }
   testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
+  return tessera::test::run_tests();
 }

@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "render/renderer.h"
+#include "support/needs.h"
 
 namespace tessera::test {
 namespace {
 
 class NeedsKernels : public testing::Environment {
   void SetUp() override {
-    if (render::supported_isas().empty()) GTEST_SKIP() << "no kernel module for this processor was built";
+    if (render::supported_isas().empty()) GTEST_SKIP() << needs("a kernel module for this processor");
   }
 };
 

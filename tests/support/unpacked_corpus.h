@@ -1,24 +1,30 @@
-// Packed parts of the corpus that lies beside the project.
+// Folders of the corpus that lies beside the project, some of them packed.
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "support/temp_dir.h"
 
 namespace tessera::test {
 
-/// Scenes of Mitsuba 3's render tests, unpacked; gone with this object.
-class UnpackedSuite {
+class CorpusFolder {
  public:
-  /// The folder that holds "common" and "tests".
-  std::filesystem::path path() const { return folder_.path() / "mitsuba-suite"; }
+  explicit CorpusFolder(std::filesystem::path in_place) : path_(std::move(in_place)) {}
+  CorpusFolder(std::unique_ptr<support::TempDir> unpacked, std::filesystem::path path)
+      : unpacked_(std::move(unpacked)), path_(std::move(path)) {}
+
+  const std::filesystem::path& path() const { return path_; }
 
  private:
-  support::TempDir folder_;
+  std::unique_ptr<support::TempDir> unpacked_;  // gone with this object
+  std::filesystem::path path_;
 };
 
-/// Null where ../shared/scenes/mitsuba-suite.tar.xz is not there or tar cannot unpack it.
-std::unique_ptr<UnpackedSuite> unpack_mitsuba_suite();
+/// "pbrt/classroom" or "mitsuba-suite", as it lies in ../shared/scenes or unpacked from the archive there; nothing
+/// where neither is there.
+std::optional<CorpusFolder> find_corpus(const std::string& name);
 
 }  // namespace tessera::test

@@ -6,12 +6,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
 
 #include "image/exr.h"
+#include "support/needs.h"
 #include "support/render_image.h"
 #include "support/unpacked_corpus.h"
 #include "support/ztest.h"
@@ -46,10 +47,10 @@ constexpr const char* kScenes[] = {"bsdf_spheres/test_arealight_path",
 
 class MitsubaSuite : public testing::TestWithParam<const char*> {
  protected:
-  static void SetUpTestSuite() { suite_ = unpack_mitsuba_suite(); }
+  static void SetUpTestSuite() { suite_ = find_corpus("mitsuba-suite"); }
   static void TearDownTestSuite() { suite_.reset(); }
 
-  static inline std::unique_ptr<UnpackedSuite> suite_;
+  static inline std::optional<CorpusFolder> suite_;
 };
 
 /// As the suite is rendered: independent samples through the scene's own filter (the box, in all scenes but one), with
@@ -98,7 +99,7 @@ std::uint32_t samples_for_variance(std::string_view scene, bool box_filter) {
 }
 
 TEST_P(MitsubaSuite, AgreesWithItsReference) {
-  if (suite_ == nullptr) GTEST_SKIP() << "no ../shared/scenes/mitsuba-suite.tar.xz";
+  if (!suite_) GTEST_SKIP() << needs("../shared/scenes/mitsuba-suite.tar.xz");
   const std::filesystem::path scene = suite_->path() / "tests/scenes" / (std::string(GetParam()) + ".xml");
   bool box_filter = true;
   const client::Image image = render_scene(scene, 1, box_filter);

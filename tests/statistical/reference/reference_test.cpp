@@ -8,6 +8,7 @@
 
 #include "image/exr.h"
 #include "image/metrics.h"
+#include "support/needs.h"
 #include "support/render_image.h"
 
 namespace tessera::test {
@@ -41,7 +42,7 @@ client::Image crop(const client::Image& image, client::Window window) {
 bool have(const std::string& file) { return std::filesystem::exists(std::string(kScenes) + file); }
 
 TEST(Reference, CornellBoxAgreesWithTungstenAndMitsuba) {
-  if (!have("pbrt/cornell-box/reference.exr")) GTEST_SKIP() << "no ../shared/scenes";
+  if (!have("pbrt/cornell-box/reference.exr")) GTEST_SKIP() << needs("../shared/scenes");
   const client::Image ours = render(std::string(kScenes) + "pbrt/cornell-box/scene.pbrt", 32);
   for (const char* file : {"pbrt/cornell-box/reference.exr", "mitsuba/cornell-box/reference-mitsuba.exr"}) {
     const auto reference = client::read_exr(std::string(kScenes) + file);
@@ -56,7 +57,7 @@ TEST(Reference, CornellBoxAgreesWithTungstenAndMitsuba) {
 }
 
 TEST(Reference, VeachMisAgreesOnWallAndFloor) {
-  if (!have("pbrt/veach-mis/reference.exr")) GTEST_SKIP() << "no ../shared/scenes";
+  if (!have("pbrt/veach-mis/reference.exr")) GTEST_SKIP() << needs("../shared/scenes");
   const client::Image ours = render(std::string(kScenes) + "pbrt/veach-mis/scene.pbrt", 64);
   const auto reference = client::read_exr(std::string(kScenes) + "pbrt/veach-mis/reference.exr");
   ASSERT_TRUE(reference.ok()) << reference.status();

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "support/long_form.h"
+#include "support/needs.h"
 #include "support/scene_file.h"
 
 namespace tessera::test {
@@ -168,7 +169,7 @@ void expect_the_mean_of(const Accumulator& few, const Accumulator& many, std::si
 }
 
 TEST_P(FewSamples, HaveTheMeanOfMany) {
-  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << "no " << GetParam();
+  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << needs(GetParam());
   const Size s = size();
   Accumulator few(values()), many(values());
   on_all_cores(s.renders, [&](std::uint32_t i) {
@@ -181,7 +182,7 @@ TEST_P(FewSamples, HaveTheMeanOfMany) {
 }
 
 TEST_P(FewSamples, AsManyAsNoiseAsksForHaveTheMeanOfMany) {
-  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << "no " << GetParam();
+  if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << needs(GetParam());
   const Size s = size();
   Accumulator few(values()), many(values());
   std::atomic<std::uint64_t> taken{0};

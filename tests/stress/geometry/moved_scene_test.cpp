@@ -11,6 +11,7 @@
 #include "render/build/load_scene.h"
 #include "stress/geometry/closed_mesh.h"
 #include "stress/geometry/moved_scene.h"
+#include "support/needs.h"
 #include "support/render_image.h"
 #include "support/scene_file.h"
 #include "wire/mesh_blob.h"
@@ -136,7 +137,7 @@ TEST(MovedScene, ObjectsMayBeModelledFarFromTheirOrigin) {
 
 TEST(MovedScene, CornellBoxLooksTheSame) {
   const std::string path = "../shared/scenes/pbrt/cornell-box/scene.pbrt";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no ../shared/scenes";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << needs("../shared/scenes");
   expect_same([&](const Move& move) { return from_file(path, move); });
 }
 

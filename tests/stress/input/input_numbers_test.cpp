@@ -12,6 +12,7 @@
 #include "stress/input/number_sites.h"
 #include "stress/input/sample_files.h"
 #include "support/long_form.h"
+#include "support/needs.h"
 #include "support/temp_dir.h"
 #include "support/unpacked_corpus.h"
 
@@ -123,8 +124,8 @@ TEST_F(InputNumbers, Obj) {
 
 /// Mitsuba's own test scenes, a share of each one's numbers.
 TEST_F(InputNumbers, MitsubaSuite) {
-  const auto suite = test::unpack_mitsuba_suite();
-  if (suite == nullptr) GTEST_SKIP() << "the Mitsuba suite is not there";
+  const auto suite = test::find_corpus("mitsuba-suite");
+  if (!suite) GTEST_SKIP() << test::needs("../shared/scenes/mitsuba-suite.tar.xz");
   if (!test::long_form()) GTEST_SKIP() << "in the long form only";
   std::vector<std::filesystem::path> scenes;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(suite->path() / "tests")) {

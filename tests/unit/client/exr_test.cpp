@@ -1,4 +1,5 @@
 #include "image/exr.h"
+#include "support/needs.h"
 
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -160,7 +161,7 @@ TEST(Exr, ReadsTheFirstOfSeveralParts) {
 
 TEST(Exr, ReadsImagesOfOthers) {
   const std::string path = "../shared/scenes/pbrt/cornell-box/reference.exr";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "corpus is absent: " << path;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << test::needs(path);
   const absl::StatusOr<Image> read = read_exr(path);
   ASSERT_TRUE(read.ok()) << read.status();
   ASSERT_NE(read->find("R"), nullptr);

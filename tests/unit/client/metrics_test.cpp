@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "image/exr.h"
+#include "support/needs.h"
 
 namespace tessera::client {
 namespace {
@@ -79,7 +80,7 @@ TEST(Metrics, AgreesWithAnIndependentProgram) {
 
 TEST(Metrics, AgreesOnRealImages) {
   const std::string scenes = "../shared/scenes/";
-  if (!std::filesystem::exists(scenes)) GTEST_SKIP() << "corpus is absent: " << scenes;
+  if (!std::filesystem::exists(scenes)) GTEST_SKIP() << test::needs(scenes);
   const absl::StatusOr<Image> tungsten = read_exr(scenes + "pbrt/cornell-box/reference.exr");
   const absl::StatusOr<Image> mitsuba = read_exr(scenes + "mitsuba/cornell-box/reference-mitsuba.exr");
   ASSERT_TRUE(tungsten.ok() && mitsuba.ok());

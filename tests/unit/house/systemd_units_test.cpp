@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string>
 
+#include "support/needs.h"
 #include "support/process.h"
 #include "support/temp_dir.h"
 
@@ -19,7 +20,7 @@ constexpr char kAnalyze[] = "/usr/bin/systemd-analyze";
 class SystemdUnits : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(kAnalyze)) GTEST_SKIP() << "there is no " << kAnalyze;
+    if (!std::filesystem::exists(kAnalyze)) GTEST_SKIP() << tessera::test::needs(kAnalyze);
     const std::string name = "tessera-" + GetParam() + ".service";
     std::ifstream file("deploy/systemd/" + name);
     std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -2,6 +2,8 @@
 #include <map>
 #include <set>
 
+#include "support/needs.h"
+#include "support/unpacked_corpus.h"
 #include "unit/import/import_fixture.h"
 
 namespace tessera::client {
@@ -20,12 +22,10 @@ class Corpus : public testing::TestWithParam<CorpusScene> {};
 
 TEST_P(Corpus, ImportsWithTheKnownCounts) {
   const CorpusScene& expected = GetParam();
-  const char* elsewhere = std::getenv("TESSERA_CORPUS");  // an unpacked copy
-  const std::filesystem::path corpus = elsewhere != nullptr ? elsewhere : "../shared/scenes";
-  const std::filesystem::path folder = corpus / "pbrt" / expected.name;
+  const auto folder = test::find_corpus(std::string("pbrt/") + expected.name);
+  if (!folder) GTEST_SKIP() << test::needs(std::string("../shared/scenes/pbrt/") + expected.name);
   for (const char* view : {"scene.pbrt", "scene-bench.pbrt"}) {
-    if (!std::filesystem::exists(folder / view)) GTEST_SKIP() << folder / view << " is absent (packed, or no corpus)";
-    const auto scene = import_scene(folder / view);
+    const auto scene = import_scene(folder->path() / view);
     ASSERT_TRUE(scene.ok()) << scene.status();
     EXPECT_EQ(scene->scene.shapes_size(), expected.shapes);
     std::set<std::string> meshes;

@@ -1,6 +1,7 @@
 // Scenes that other people made; skipped where they are absent.
 #include <filesystem>
 
+#include "support/needs.h"
 #include "support/temp_dir.h"
 #include "support/unpacked_corpus.h"
 #include "unit/import/mitsuba_fixture.h"
@@ -9,8 +10,8 @@ namespace tessera::client {
 namespace {
 
 TEST(MitsubaCorpus, TheSuitesScenesImportWithoutAWarning) {
-  const auto suite = test::unpack_mitsuba_suite();
-  if (!suite) GTEST_SKIP() << "no ../shared/scenes/mitsuba-suite.tar.xz";
+  const auto suite = test::find_corpus("mitsuba-suite");
+  if (!suite) GTEST_SKIP() << test::needs("../shared/scenes/mitsuba-suite.tar.xz");
   int scenes = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(suite->path() / "tests/scenes")) {
     const std::string name = entry.path().filename().string();
@@ -28,7 +29,7 @@ TEST(MitsubaCorpus, TheSuitesScenesImportWithoutAWarning) {
 
 TEST(MitsubaCorpus, BothFormatsOfTheCornellBoxHaveTheSameWalls) {
   const std::filesystem::path folder = "../shared/scenes";
-  if (!std::filesystem::exists(folder / "mitsuba/cornell-box/scene.xml")) GTEST_SKIP() << "no ../shared/scenes";
+  if (!std::filesystem::exists(folder / "mitsuba/cornell-box/scene.xml")) GTEST_SKIP() << test::needs("../shared/scenes");
   const auto mitsuba = import_scene(folder / "mitsuba/cornell-box/scene.xml");
   const auto pbrt = import_scene(folder / "pbrt/cornell-box/scene.pbrt");
   ASSERT_TRUE(mitsuba.ok() && pbrt.ok()) << mitsuba.status() << pbrt.status();
