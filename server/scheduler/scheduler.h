@@ -196,21 +196,23 @@ class Scheduler {
   bool would_come_late(const Batch& batch, const Job& job) const;
   bool may_work_on(const Worker& worker, const Job& job, Time now) const;
   bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;
-  UnitRun run_from(const Batch& batch, const Job& job, std::uint32_t unit) const;
-  bool fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const;
-  double longest_run(const Batch& batch, const Job& job, const UnitRun& units) const;
   void grant(Batch& batch, Job& job, const UnitRun& units, bool audit);
   std::optional<LeaseId> find_own_lease(const Job& job, const UnitRun& units, std::string_view worker) const;
   bool take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token, Time now);
-  double unit_cost_ms(const Job& job, const UnitRun& units) const;
-  std::int64_t charge_for(const Job& job, const UnitRun& units) const;
-  Time expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const;
   Time lease_time() const;
   void add_lease(Job& job, Worker& worker, Lease lease);
   /// Its units go back to pending when they are leased and this was their last lease.
   void drop_lease(LeaseId id);
   void index_only_lease(Job& job, const UnitRun& units, bool add);
   void drop_worker(std::string_view id);
+
+  // ---- scheduler_runs.cpp
+  double unit_cost_ms(const Job& job, const UnitRun& units) const;
+  std::int64_t charge_for(const Job& job, const UnitRun& units) const;
+  Time expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const;
+  UnitRun run_from(const Worker& worker, const Job& job, std::uint32_t unit) const;
+  bool fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const;
+  double longest_run(const Worker& worker, const Job& job, const UnitRun& units) const;
 
   // ---- scheduler_classes.cpp
   /// Takes the worker into the census while it may be given units, and out of it otherwise.

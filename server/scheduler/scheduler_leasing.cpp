@@ -103,7 +103,7 @@ bool Scheduler::lease_pending(Batch& batch) {
       return !job->dangerous.contains(candidate) && !avoids(batch.worker, *job, candidate);
     });
     if (unit) {
-      const UnitRun units = run_from(batch, *job, *unit);
+      const UnitRun units = run_from(batch.worker, *job, *unit);
       for (std::uint32_t i = 1; i < units.count; ++i) job->units.take(units[i]);
       if (batch.passed_over != nullptr) batch.passed_over->passed_over_ms += charge_for(*job, units);
       grant(batch, *job, units, /*audit=*/false);
@@ -208,24 +208,6 @@ bool Scheduler::lease_copy(Batch& batch) {
 
 // ---------------------------------------------------------------- who may have what
 
-/// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile
-/// that came last, whose pixels are the same.
-double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
-  const double of_tile = job.tile_cost_ms.empty() ? 0 : job.tile_cost_ms[units.first % units.step];
-  if (of_tile > 0) return of_tile;
-  return job.mean_cost_ms > 0 ? job.mean_cost_ms : kUnknownCostMs;
-}
-
-std::int64_t Scheduler::charge_for(const Job& job, const UnitRun& units) const {
-  return std::max<std::int64_t>(1, std::llround(units.count * unit_cost_ms(job, units)));
-}
-
-/// Expected time of these units on a thread of this worker.
-Time Scheduler::expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const {
-  const auto charge_ms = static_cast<double>(charge_for(job, units));
-  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(charge_ms * worker.slowness)));
-}
-
 /// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, until
 /// SchedulerOptions::batch is in hand, and no more than half of what would be the worker's part of all that is left: so
 /// batches shrink towards the end [Polychronopoulos1987]. What the unit itself costs does not count, or jobs of units
@@ -298,48 +280,6 @@ bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit)
            const Worker& other = entry.second;
            return !failed_on(other.info.host) && may_work_on(other, job, other.last_seen);
          });
-}
-
-/// Units from a pending one on that this worker had better do as one.
-UnitRun Scheduler::run_from(const Batch& batch, const Job& job, std::uint32_t unit) const {
-  UnitRun run = job.request.plan->longest_run(unit);
-  const std::uint32_t possible = std::exchange(run.count, 1);
-  const double wanted = longest_run(batch, job, run);
-  while (2 * run.count <= possible && 2 * run.count <= wanted) {
-    UnitRun longer = run;
-    longer.count *= 2;
-    for (std::uint32_t i = 0; i < longer.count; ++i) {
-      const bool taken = i < run.count;
-      if (!fits_run(job, longer[i], longer.count) ||
-          (!taken && i > 0 && job.units.state(longer[i]) != UnitState::kPending)) {
-        return run;
-      }
-    }
-    run = longer;
-  }
-  return run;
-}
-
-/// Whether nothing is known of the unit for which it should go alone, or in a shorter run than one of `count`.
-bool Scheduler::fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const {
-  if (job.failures.contains(unit) || job.dangerous.contains(unit)) return false;
-  const auto shorter = job.shorter_runs.find(unit);
-  return shorter == job.shorter_runs.end() || count <= shorter->second;
-}
-
-/// How many units of the tile may be leased to this worker as one, at most. The first of each tile are to be there
-/// soon; towards the end of the job no more than half of a thread's part of what is left [Polychronopoulos1987], but
-/// not so few that the lease would be most of the work.
-double Scheduler::longest_run(const Batch& batch, const Job& job, const UnitRun& units) const {
-  if (job.mean_cost_ms == 0) return 1;
-  const double unit_ms = unit_cost_ms(job, units) * batch.worker.slowness;
-  const auto longest = static_cast<double>(options_.longest_run.count());
-  const double worthwhile = std::min(longest, static_cast<double>(options_.short_run.count()));
-  if (job.request.plan->begins_tile(units.first)) return worthwhile / unit_ms;
-  // A slow thread's part has fewer units, and takes it as long.
-  const double part =
-      static_cast<double>(job.units.pending()) * job.mean_cost_ms / (2.0 * static_cast<double>(threads_));
-  return std::clamp(part, worthwhile, longest) / unit_ms;
 }
 
 void Scheduler::grant(Batch& batch, Job& job, const UnitRun& units, bool audit) {

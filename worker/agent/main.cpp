@@ -83,7 +83,7 @@ void define_options(options::Command command, Options& options) {
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
-  command.add("--unit-limit", options.unit_limit_seconds, "seconds that rendering one unit may take; 0: any time")
+  command.add("--unit-limit", options.unit_limit_seconds, "seconds that rendering one lease may take; 0: any time")
       .type_name("SECONDS")
       .in_range(0, 30 * 24 * 3600)
       .with_default();

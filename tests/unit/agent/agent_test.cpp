@@ -251,6 +251,22 @@ TEST_F(AgentTest, RegistersAgainWhenTheCoordinatorForgotItAndDeliversWhatItHeld)
   EXPECT_EQ(renderer_.renders, 5);
 }
 
+TEST_F(AgentTest, SaysWhatItHoldsBeforeItAsksANewCoordinator) {
+  renderer_.hanging_tiles = {0};
+  coordinator_.offer("job", spec_for_scene(), 0, 1);
+  start(1);
+  wait_for_hanging(1);
+  // Long enough for a call that does not wait for it.
+  coordinator_.hold_introductions(std::chrono::milliseconds{300});
+  coordinator_.forget_workers();
+  coordinator_.offer("job", spec_for_scene(), 1, 1);
+  ASSERT_TRUE(coordinator_.wait_for_leased(2));
+  EXPECT_EQ(coordinator_.early_leases(), 0);
+  renderer_.gate_open = true;
+  ASSERT_TRUE(coordinator_.wait_for_results(2));
+  EXPECT_TRUE(stop_and_join().ok());
+}
+
 TEST_F(AgentTest, ARevokedUnitStopsAndIsNotReported) {
   renderer_.hanging_tiles = {0};
   coordinator_.offer("job", spec_for_scene(), 0, 1);

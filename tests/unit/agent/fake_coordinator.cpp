@@ -43,6 +43,7 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     owner_.changed_.wait_for(lock, std::chrono::milliseconds{20},
                              [&] { return owner_.closing_ || !owner_.offered_.empty(); });
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
+    if (owner_.registrations_ > 1 && !owner_.introduced_.contains(request->worker_id())) ++owner_.early_leases_;
     owner_.grant(*request, *response);
     if (response->leases_size() > 0) ++owner_.granting_leases_;
     owner_.changed_.notify_all();
@@ -51,8 +52,12 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
 
   grpc::Status Heartbeat(grpc::ServerContext*, const v1::HeartbeatRequest* request,
                          v1::HeartbeatResponse* response) override {
-    std::lock_guard lock{owner_.mutex_};
+    std::unique_lock lock{owner_.mutex_};
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
+    if (!owner_.introduced_.contains(request->worker_id())) {
+      owner_.changed_.wait_for(lock, owner_.introduction_, [&] { return owner_.closing_; });
+      owner_.introduced_.insert(request->worker_id());
+    }
     owner_.hear(*request, owner_.revoked_, *response);
     owner_.leases_in_heartbeat_ = static_cast<std::size_t>(request->leases_size());
     owner_.changed_.notify_all();
@@ -227,6 +232,16 @@ void FakeCoordinator::hear(const v1::HeartbeatRequest& request, const std::set<s
     if (revoked.contains(token.unit_index())) *response.add_revoked() = token;
   }
   response.set_drain(drain_);
+}
+
+void FakeCoordinator::hold_introductions(std::chrono::milliseconds time) {
+  std::lock_guard lock{mutex_};
+  introduction_ = time;
+}
+
+int FakeCoordinator::early_leases() {
+  std::lock_guard lock{mutex_};
+  return early_leases_;
 }
 
 int FakeCoordinator::granting_leases() {

@@ -45,6 +45,8 @@ class FakeCoordinator {
   void misread(int count);
   /// All registrations are forgotten, as after a restart.
   void forget_workers();
+  /// From now on the first heartbeat of each registration is answered after so long.
+  void hold_introductions(std::chrono::milliseconds time);
   /// The next heartbeat that carries this unit is told that it is revoked.
   void revoke(std::uint32_t unit_index);
   /// The same for heartbeats that come with a result.
@@ -65,6 +67,7 @@ class FakeCoordinator {
   std::vector<v1::FailRequest> failures();
   int registrations();
   int granting_leases();    // calls of Lease that brought units
+  int early_leases();       // calls of Lease before the first heartbeat of a registration, but the first, was answered
   std::size_t completes();  // calls, refused ones included
   std::vector<std::uint64_t> download_offsets();
 
@@ -95,7 +98,9 @@ class FakeCoordinator {
   std::size_t leases_in_heartbeat_ = 0;
   std::map<std::uint32_t, v1::CompleteRequest> results_;
   std::vector<v1::FailRequest> failures_;
-  std::set<std::string> workers_;
+  std::set<std::string> workers_, introduced_;
+  std::chrono::milliseconds introduction_{0};
+  int early_leases_ = 0;
   std::string refusal_;
   int registrations_ = 0;
   int completes_to_fail_ = 0;

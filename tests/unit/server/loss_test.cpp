@@ -4,8 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
-#include <map>
 #include <random>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -79,7 +79,7 @@ void add_damages_of(const fs::path& file, std::uint64_t size, unsigned places, s
 
 class LossTest : public CoordinatorTest {
  protected:
-  static constexpr std::uint32_t kRanges = 8, kUnits = 4 * kRanges;
+  static constexpr std::uint32_t kRanges = 8, kTiles = 4, kUnits = kTiles * kRanges;
 
   static CoordinatorOptions options(const fs::path& data) {
     CoordinatorOptions options;
@@ -94,15 +94,22 @@ class LossTest : public CoordinatorTest {
     return spec;
   }
 
-  /// Renders at most so many units of what there is.
+  /// Renders what was leased: one unit, or several as one. Returns how many.
+  std::uint32_t render(const std::string& worker, const v1::Lease& lease) {
+    EXPECT_TRUE(complete(worker, lease, payload_for(lease.unit()), std::chrono::milliseconds(1)).ok());
+    const std::uint32_t units = std::max(lease.token().ranges(), 1u);
+    rendered_ += units;
+    return units;
+  }
+
+  /// Renders so many units of what there is, or some more.
   void render(std::uint32_t units) {
     const std::string worker = register_worker();
     while (units > 0) {
       const v1::LeaseResponse leases = lease(worker, units);
       if (leases.leases().empty()) return;
       for (const v1::Lease& lease : leases.leases()) {
-        EXPECT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
-        --units, ++rendered_;
+        units -= std::min(units, render(worker, lease));
       }
     }
   }
@@ -143,7 +150,7 @@ class LossTest : public CoordinatorTest {
 
   /// Takes all results of a job, while a worker renders what is missing. Each that comes must be right.
   grpc::Status fetch(const std::string& id) {
-    std::map<std::uint32_t, std::string> payloads;
+    std::set<std::uint32_t> units;
     std::atomic<bool> over = false;
     grpc::Status status;
     std::jthread watcher([&] {
@@ -155,7 +162,7 @@ class LossTest : public CoordinatorTest {
         for (const v1::UnitResult& result : message.results()) {
           EXPECT_EQ(result.payload(), payload_for(result.unit()))
               << "a wrong picture, of unit " << result.unit().index();
-          payloads[result.unit().index()] = result.payload();
+          for (std::uint32_t i = 0; i < result.ranges(); ++i) units.insert(result.unit().index() + i * kTiles);
         }
       }
       status = stream->Finish();
@@ -164,13 +171,10 @@ class LossTest : public CoordinatorTest {
     const std::string worker = register_worker();
     while (!over) {
       const v1::LeaseResponse leases = lease(worker, kUnits, std::chrono::milliseconds(20));
-      for (const v1::Lease& lease : leases.leases()) {
-        EXPECT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
-        ++rendered_;
-      }
+      for (const v1::Lease& lease : leases.leases()) render(worker, lease);
     }
     watcher.join();
-    EXPECT_TRUE(!status.ok() || payloads.size() == kUnits) << "of job " << id;
+    EXPECT_TRUE(!status.ok() || units.size() == kUnits) << "of job " << id;
     return status;
   }
 
@@ -190,6 +194,9 @@ class LossTest : public CoordinatorTest {
     render(kUnits / 2);
     submit(spec(5));
     facts_ = facts();
+    for (const v1::JobStatus& job : jobs()) {
+      if (job.state() != v1::CANCELLED) missing_ += job.units_total() - job.units_done();
+    }
     // Nobody writes: what is copied is what a kill would leave.
     fs::copy(store_.path() / "data", store_.path() / "killed", fs::copy_options::recursive);
     stop();
@@ -218,7 +225,7 @@ class LossTest : public CoordinatorTest {
     for (const v1::JobStatus& job : jobs()) {
       if (job.state() != v1::CANCELLED) same = fetch(job.job_id()).ok() && same;
     }
-    same = same && rendered_ == kUnits / 2 + kUnits;  // what the last two jobs had not had
+    same = same && rendered_ == missing_;
     stop();
     said_text = said.text();
     if (same) return kHealed;
@@ -250,6 +257,7 @@ class LossTest : public CoordinatorTest {
   support::TempDir store_;
   std::string facts_, half_done_;
   std::uint32_t rendered_ = 0;
+  std::uint32_t missing_ = 0;  // units of jobs that were not over
 };
 
 void remove_journal(const fs::path& data) {
