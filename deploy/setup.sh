@@ -5,26 +5,29 @@
 #   deploy/setup.sh           install what is missing
 #   deploy/setup.sh --check   only print what is missing; exit status 1 when something is
 #   deploy/setup.sh --ci      install also what single tests start and skip without: a Slurm cluster
+#   deploy/setup.sh --arm64   install instead what the programs are built from for 64-bit ARM on another machine, and qemu
+#                             to try them; in a system of their own (deploy/arm64.sh)
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 # THE list of packages; deploy/cmake/TesseraDependencies.cmake finds them. The names are the same on all three systems;
 # libembree-dev is Embree 3.13 on Debian 12 and Embree 4 on the others.
-packages=(
-  # tools
-  g++ cmake ninja-build ccache pkg-config protobuf-compiler protobuf-compiler-grpc
-  # command lines, RPC, errors, metrics, logs
-  libcli11-dev libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libspdlog-dev
-  nlohmann-json3-dev
+# Tools and headers for every architecture, then libraries of one.
+tools=(g++ cmake ninja-build ccache pkg-config protobuf-compiler protobuf-compiler-grpc nlohmann-json3-dev libcli11-dev)
+libraries=(
+  # RPC, errors, metrics, logs
+  libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libspdlog-dev
   # journal, digests, compression
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
   # renderer and images
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev
-  # tests; faketime and iproute2 for clocks that jump and networks that lose packets
-  libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libfaketime iproute2
 )
+# faketime and iproute2 for clocks that jump and networks that lose packets
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libfaketime iproute2)
 ci_packages=(slurm-wlm munge)
+cross_tools=(g++-aarch64-linux-gnu qemu-user-static)
+packages=("${tools[@]}" "${libraries[@]}" "${test_packages[@]}")
 
 missing_packages() {
   local package
@@ -33,10 +36,14 @@ missing_packages() {
   done
 }
 
-check_only=
+check_only="" foreign=""
 case "${1:-}" in
   '') ;;
   --ci) packages+=("${ci_packages[@]}") ;;
+  --arm64)
+    packages=("${tools[@]}" "${cross_tools[@]}" "${libraries[@]/%/:arm64}")
+    foreign=arm64
+    ;;
   --check) check_only=1 ;;
   -h | --help)
     usage
@@ -66,11 +73,13 @@ if [ -n "$check_only" ]; then
 fi
 
 begin "installing ${#missing[@]} packages"
+[ -z "$foreign" ] || as_root dpkg --add-architecture "$foreign"
 as_root apt-get update -qq
 for package in "${missing[@]}"; do
-  [ -n "$(apt-cache search --names-only "^${package//+/\\+}\$")" ] ||
+  name=${package%:*}
+  [ -n "$(apt-cache search --names-only "^${name//+/\\+}\$")" ] ||
     die "there is no package $package here; Debian 12 or 13, or Ubuntu 24.04 or later (with universe) is needed"
 done
-as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends --no-remove \
   -o DPkg::Lock::Timeout=120 "${missing[@]}" >/dev/null
 end

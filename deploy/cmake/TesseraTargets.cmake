@@ -109,9 +109,13 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(TESSERA_ISA_FLAGS_avx2 -mavx2 -mfma -mf16c -mbmi -mbmi2 -mlzcnt -mpopcnt -maes -mpclmul)
   set(TESSERA_ISA_FLAGS_avx512 ${TESSERA_ISA_FLAGS_avx2} -mavx512f -mavx512dq -mavx512bw -mavx512vl -mavx512cd
       -mprefer-vector-width=512)
-else()
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
   set(known_isas neon)
-  set(TESSERA_ISA_FLAGS_neon)
+  # Highway's NEON functions are for processors with cryptography, and GCC inlines them into code for the same only. The kernels
+  # call none that needs it, so they run without as well (deploy/arm64.sh checks that).
+  set(TESSERA_ISA_FLAGS_neon -march=armv8-a+crypto)
+else()
+  message(FATAL_ERROR "There are kernels for x86-64 and 64-bit ARM, but none for ${CMAKE_SYSTEM_PROCESSOR}.")
 endif()
 # Fewer for builds that are slow (sanitizers); with none, tests that need kernels are not built.
 set(TESSERA_ISAS ${known_isas} CACHE STRING "Instruction sets that kernels are built for")
