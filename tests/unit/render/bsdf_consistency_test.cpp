@@ -7,10 +7,12 @@ namespace tessera::test {
 namespace {
 
 /// How far densities at one direction may differ. Directions are rounded to 6e-8; that moves the microfacet's normal by
-/// about 1e-7 / cos, more when indices are close; ln D changes by at most 2 / alpha a radian.
+/// about 1e-7 / cos, more when indices are close; ln D changes by at most 2 / alpha a radian. What a smooth coat lets
+/// through, by which plastic chooses its lobe, is 1 - R: R is right to 2e-7, and 1 - R no less than 5 cos at grazing
+/// angles.
 double density_tolerance(const BsdfCase& bsdf, const Direction& wo, const Direction& wi) {
   const double alpha = std::min(bsdf.scalar(0), bsdf.scalar(1));
-  if (alpha == 0) return 1e-5;
+  if (alpha == 0) return 1e-5 + 4e-8 / std::min(std::abs(wo[2]), std::abs(wi[2]));
   const double spread =
       bsdf.kind == render::BsdfKind::kDielectric ? std::min(1.0, std::abs(bsdf.scalar(2) - 1.0)) : 1.0;
   return 1e-4 + 1e-6 / (alpha * std::max(spread, 1e-3) * std::min(std::abs(wo[2]), std::abs(wi[2])));
