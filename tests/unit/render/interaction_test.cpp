@@ -57,9 +57,9 @@ class InteractionTest : public testing::Test {
 };
 
 TEST_F(InteractionTest, OneSidedMaterialsAreBlackFromBehind) {
-  scene_.materials.materials = {diffuse(0.5f)};
+  arrays_.materials.materials = {diffuse(0.5f)};
   EXPECT_NEAR(f_cos(below_, below2_), 0.5f * cos_over_pi_, kRounding);
-  scene_.materials.materials[0].flags |= kOneSided;
+  arrays_.materials.materials[0].flags |= kOneSided;
   EXPECT_NEAR(f_cos(above_, above2_), 0.5f * cos_over_pi_, kRounding);
   EXPECT_EQ(f_cos(below_, below2_), 0);
   Interaction at;
@@ -69,8 +69,8 @@ TEST_F(InteractionTest, OneSidedMaterialsAreBlackFromBehind) {
 
 TEST_F(InteractionTest, TheBackIsSeenFromBehind) {
   scene_.any_mix = true;
-  scene_.materials.materials = {diffuse(0.5f), diffuse(0.25f)};
-  MaterialRecord &front = scene_.materials.materials[0], &back = scene_.materials.materials[1];
+  arrays_.materials.materials = {diffuse(0.5f), diffuse(0.25f)};
+  MaterialRecord &front = arrays_.materials.materials[0], &back = arrays_.materials.materials[1];
   front.flags |= kOneSided | kHasBack;
   front.back = 1;
   back.flags |= kOneSided;  // of its own front, which is turned to the back here
@@ -80,7 +80,7 @@ TEST_F(InteractionTest, TheBackIsSeenFromBehind) {
 
 TEST_F(InteractionTest, MixesAddTheirParts) {
   scene_.any_mix = true;
-  scene_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), diffuse(0.4f)};
+  arrays_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), diffuse(0.4f)};
   EXPECT_NEAR(f_cos(above_, above2_), (0.75f * 0.8f + 0.25f * 0.4f) * cos_over_pi_, kRounding);
   Interaction at;
   interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
@@ -99,7 +99,7 @@ TEST_F(InteractionTest, DeltaPartsOfMixesKeepTheirOwnWeight) {
   MaterialRecord glass;
   glass.kind = BsdfKind::kInterface;
   glass.flags = kAllDelta;
-  scene_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), glass};
+  arrays_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), glass};
   EXPECT_NEAR(f_cos(above_, above2_), 0.75f * 0.8f * cos_over_pi_, kRounding);
   Interaction at;
   interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
@@ -115,7 +115,7 @@ TEST_F(InteractionTest, DeltaPartsOfMixesKeepTheirOwnWeight) {
 
 TEST_F(InteractionTest, MixesOfMixesPickAPartOfEach) {
   scene_.any_mix = true;
-  scene_.materials.materials = {mix(1, 4, 0.5f), mix(2, 3, 0.25f), diffuse(0.8f), diffuse(0.4f), diffuse(0.2f)};
+  arrays_.materials.materials = {mix(1, 4, 0.5f), mix(2, 3, 0.25f), diffuse(0.8f), diffuse(0.4f), diffuse(0.2f)};
   EXPECT_NEAR(f_cos(above_, above2_, 0.2f), 0.5f * (0.4f + 0.2f) * cos_over_pi_, kRounding);
   EXPECT_NEAR(f_cos(above_, above2_, 0.3f), 0.5f * (0.8f + 0.2f) * cos_over_pi_, kRounding);
 }
@@ -128,10 +128,10 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   TextureNode node;
   node.kind = TextureKind::kImage;
   node.image = image;
-  scene_.textures.nodes = {node};
+  arrays_.textures.nodes = {node};
   scene_.any_tangents = true;
-  scene_.materials.materials = {diffuse(1)};
-  MaterialRecord& bumpy = scene_.materials.materials[0];
+  arrays_.materials.materials = {diffuse(1)};
+  MaterialRecord& bumpy = arrays_.materials.materials[0];
   bumpy.flags |= kHasBump | kBendsSoftly;
   bumpy.bump_texture = 0;
   bumpy.bump_step = 1.0f / 64;

@@ -8,8 +8,8 @@
 namespace tessera::render {
 
 absl::Status SceneBuilder::add_attributes(const v1::TriangleMesh& mesh, std::int32_t shape) {
-  TextureTable& textures = tables_.textures;
-  const ShapeRecord& record = tables_.shapes.shapes[static_cast<std::size_t>(shape)];
+  TextureTable& textures = arrays_.textures;
+  const ShapeRecord& record = arrays_.shapes.shapes[static_cast<std::size_t>(shape)];
   for (const v1::MeshAttribute& source : mesh.attributes()) {
     const auto name = attributes_.find(source.name());
     if (name == attributes_.end()) continue;  // nothing looks at it
@@ -34,7 +34,7 @@ absl::Status SceneBuilder::add_attributes(const v1::TriangleMesh& mesh, std::int
       attribute.values = std::move(values);
     } else {
       // A corner of every triangle, as the winding of the triangle now is.
-      const std::uint32_t* index = tables_.shapes.triangles.data() + 3 * static_cast<std::size_t>(record.first_triangle);
+      const std::uint32_t* index = arrays_.shapes.triangles.data() + 3 * static_cast<std::size_t>(record.first_triangle);
       attribute.values.reserve(3 * channels * static_cast<std::size_t>(record.triangle_count));
       for (std::int32_t i = 0; i < 3 * record.triangle_count; ++i) {
         const float* value = values.data() + index[i] * channels;

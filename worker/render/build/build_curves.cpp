@@ -127,8 +127,8 @@ absl::Status SceneBuilder::add_curves(const v1::Shape& shape, const Transform& p
   }
   curves.pieces = pieces_of(curves);
   record.kind = ShapeKind::kCurves;
-  record.quadric = static_cast<std::int32_t>(tables_.shapes.curves.size());
-  tables_.shapes.curves.push_back(std::move(curves));
+  record.quadric = static_cast<std::int32_t>(arrays_.shapes.curves.size());
+  arrays_.shapes.curves.push_back(std::move(curves));
   return absl::OkStatus();
 }
 

@@ -51,7 +51,7 @@ absl::StatusOr<SceneBuilder::MovingShape> SceneBuilder::build_moving_shape(const
     motion = Motion::between(motion->at(0) * placed_from_object, motion->at(1) * placed_from_object);
     if (!motion.ok()) return motion.status();
   }
-  ShapeTable& table = tables_.shapes;
+  ShapeTable& table = arrays_.shapes;
   const auto first = static_cast<std::int32_t>(table.shapes.size());
   if (auto s = build_shape(shape, placed_from_object, instanced, where); !s.ok()) return s;
   const auto count = static_cast<std::int32_t>(table.shapes.size()) - first;
@@ -69,7 +69,7 @@ absl::Status SceneBuilder::build_moving_shapes(const std::vector<int>& shapes) {
     if (moving->object < 0) continue;
     const auto place = [&](double time) { return moving->motion.at(time); };
     if (auto s = add_instance(moving->object, moving->motion.segments(), place); !s.ok()) return located(s, where);
-    instance_names_.resize(tables_.shapes.instances.size(), where);
+    instance_names_.resize(arrays_.shapes.instances.size(), where);
   }
   return absl::OkStatus();
 }
@@ -118,7 +118,7 @@ absl::StatusOr<SceneBuilder::ObjectParts> SceneBuilder::build_object(const v1::O
   const auto place = [&](int i) {
     return absl::StrCat("object '", object.name(), "', ", place_in_scene("shape", i, object.shapes(i).name()));
   };
-  ShapeTable& table = tables_.shapes;
+  ShapeTable& table = arrays_.shapes;
   ObjectParts parts;
   const auto anchor = anchor_of(object);
   if (!anchor.ok()) return located(anchor.status(), place(0));
@@ -164,7 +164,7 @@ absl::Status SceneBuilder::build_instances() {
       return absl::InvalidArgumentError(absl::StrCat(where, ": object '", instance.object(), "' does not exist"));
     }
     if (auto s = build_instance(instance, parts->second, where); !s.ok()) return located(s, where);
-    instance_names_.resize(tables_.shapes.instances.size(), where);
+    instance_names_.resize(arrays_.shapes.instances.size(), where);
   }
   return absl::OkStatus();
 }
@@ -172,8 +172,8 @@ absl::Status SceneBuilder::build_instances() {
 absl::Status SceneBuilder::check_instances(const float* centre, float radius) const {
   const double reach = std::hypot(centre[0], centre[1], centre[2]) + radius;
   constexpr double kFarthest = 1e18;  // Embree's own limit, beyond which it may end the program, is 1.8e18
-  for (std::size_t i = 0; i < tables_.shapes.instances.size(); ++i) {
-    const auto& m = tables_.shapes.instances[i].instance_from_render.m;
+  for (std::size_t i = 0; i < arrays_.shapes.instances.size(); ++i) {
+    const auto& m = arrays_.shapes.instances[i].instance_from_render.m;
     for (int row = 0; row < 3; ++row) {
       const double scale = std::hypot(m[4 * row], m[4 * row + 1], m[4 * row + 2]);
       if (!(scale * reach + std::abs(m[4 * row + 3]) <= kFarthest))
@@ -205,7 +205,7 @@ absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const Ob
 
 absl::Status SceneBuilder::add_instance(int object, int segments,
                                         const std::function<Transform(double)>& world_from_instance) {
-  ShapeTable& table = tables_.shapes;
+  ShapeTable& table = arrays_.shapes;
   const Transform start = render_from_world_ * world_from_instance(0);
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");

@@ -5,7 +5,7 @@
 namespace tessera::render {
 
 bool SceneBuilder::wants_robust_intersection() {
-  const IntersectionProbe probe = probe_intersection(tables_.shapes);
+  const IntersectionProbe probe = probe_intersection(arrays_.shapes);
   const auto name = [&](std::int32_t shape) {
     return shape < 0 ? std::string() : shape_names_[static_cast<std::size_t>(shape)];
   };

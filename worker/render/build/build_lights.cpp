@@ -67,7 +67,7 @@ absl::Status SceneBuilder::set_light_texture(const std::string& name, LightRecor
   const auto node = texture_node(name);
   if (!node.ok()) return node.status();
   record.texture = *node;
-  tables_.lights.any_textures = true;
+  arrays_.lights.any_textures = true;
   return absl::OkStatus();
 }
 
@@ -91,8 +91,8 @@ absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environmen
 }
 
 absl::Status SceneBuilder::build_lights() {
-  tables_.lights.shapes = &tables_.shapes;
-  tables_.lights.textures = &tables_.textures;
+  arrays_.lights.shapes = &arrays_.shapes;
+  arrays_.lights.textures = &arrays_.textures;
   int index = 0;
   for (const v1::Light& light : scene_.lights()) {
     const std::string where =
@@ -171,7 +171,7 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
     case v1::Light::KIND_NOT_SET:
       return absl::InvalidArgumentError("its kind is missing or unknown");
   }
-  if (status.ok()) tables_.lights.lights.push_back(record);
+  if (status.ok()) arrays_.lights.lights.push_back(record);
   return status;
 }
 
@@ -205,10 +205,10 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
   record.kind = LightKind::kInfinite;
   if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
   put(emission(light.radiance()), scale, record.radiance);
-  record.environment = static_cast<std::int32_t>(tables_.lights.environments.size());
-  tables_.lights.infinite_lights.push_back(static_cast<std::int32_t>(tables_.lights.lights.size()));
-  tables_.lights.environments.push_back(std::move(environment));
-  tables_.lights.lights.push_back(record);
+  record.environment = static_cast<std::int32_t>(arrays_.lights.environments.size());
+  arrays_.lights.infinite_lights.push_back(static_cast<std::int32_t>(arrays_.lights.lights.size()));
+  arrays_.lights.environments.push_back(std::move(environment));
+  arrays_.lights.lights.push_back(record);
   return absl::OkStatus();
 }
 
@@ -220,19 +220,19 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
   put(emission(light.radiance()), scale, radiance);
   LightRecord textured;
   if (auto s = set_light_texture(light.texture(), textured); !s.ok()) return located(s, "area light");
-  std::vector<LightRecord>& lights = tables_.lights.lights;
+  std::vector<LightRecord>& lights = arrays_.lights.lights;
   const std::size_t first = lights.size();
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("area light: a probability is not within 0 and 1");
-  append_area_lights(tables_.shapes, shape, radiance, light.two_sided(), textured.texture, lights, pick);
+  append_area_lights(arrays_.shapes, shape, radiance, light.two_sided(), textured.texture, lights, pick);
   for (std::size_t i = first; i < lights.size(); ++i) {
-    tables_.lights.any_interpolated = tables_.lights.any_interpolated || lights[i].profile == kInterpolated;
+    arrays_.lights.any_interpolated = arrays_.lights.any_interpolated || lights[i].profile == kInterpolated;
   }
   return absl::OkStatus();
 }
 
 absl::Status SceneBuilder::build_light_selection(float scene_radius) {
-  LightTable& lights = tables_.lights;
+  LightTable& lights = arrays_.lights;
   lights.scene_radius = scene_radius;
   lights.selection = selection_of_lights(lights, light_selection_);
   const bool many = count_bounded_lights(lights) >= kFewestLightsOfATree;

@@ -124,7 +124,7 @@ absl::Status SceneBuilder::set_coat(const v1::CoatedDiffuseMaterial& coat, const
   const float thickness = coat.has_thickness() ? coat.thickness() : 0;
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
-  record.coat_table = append_coat_table(record.scalars[kEta].value, thickness, tables_.materials);
+  record.coat_table = append_coat_table(record.scalars[kEta].value, thickness, arrays_.materials);
   const Rgb albedo = reflectance(coat.albedo().constant());
   if (coat.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
     warnings_.push_back(absl::StrCat("material '", name, "': the medium inside its coat is left out"));
@@ -149,7 +149,7 @@ absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, Mater
   const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0, (record.flags & kSeparableMasking) != 0};
   const auto [table, added] = plastic_tables_.try_emplace(
       {record.scalars[kEta].value, u.value, record.flags & (kBeckmann | kSeparableMasking)}, 0);
-  if (added) table->second = append_plastic_table(record.scalars[kEta].value, facets, tables_.materials);
+  if (added) table->second = append_plastic_table(record.scalars[kEta].value, facets, arrays_.materials);
   record.coat_table = table->second;
   return absl::OkStatus();
 }
@@ -262,9 +262,9 @@ absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissio
       for (float& v : factor.value) v = scale;
       product.kind = TextureKind::kScale;
       product.inputs[0] = slot.texture;
-      product.inputs[1] = static_cast<int>(tables_.textures.nodes.size());
-      tables_.textures.nodes.push_back(factor);
-      tables_.textures.nodes.push_back(product);
+      product.inputs[1] = static_cast<int>(arrays_.textures.nodes.size());
+      arrays_.textures.nodes.push_back(factor);
+      arrays_.textures.nodes.push_back(product);
       slot.texture = product.inputs[1] + 1;
     }
     for (float& v : slot.value) v *= scale;

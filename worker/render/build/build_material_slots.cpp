@@ -19,7 +19,7 @@ absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rg
   if (value.has_texture()) {
     auto node = texture_node(value.texture());
     if (!node.ok()) return node.status();
-    const TextureNode& texture = tables_.textures.nodes[static_cast<std::size_t>(*node)];
+    const TextureNode& texture = arrays_.textures.nodes[static_cast<std::size_t>(*node)];
     if (texture.kind == TextureKind::kConstant) {
       put({texture.value[0], texture.value[1], texture.value[2]}, slot);
       return absl::OkStatus();
@@ -38,7 +38,7 @@ absl::Status SceneBuilder::set_scalar(const v1::FloatValue& value, float otherwi
   if (value.has_texture()) {
     auto node = texture_node(value.texture());
     if (!node.ok()) return node.status();
-    const TextureNode& texture = tables_.textures.nodes[static_cast<std::size_t>(*node)];
+    const TextureNode& texture = arrays_.textures.nodes[static_cast<std::size_t>(*node)];
     if (texture.kind == TextureKind::kConstant) {
       slot.value = (texture.value[0] + texture.value[1] + texture.value[2]) / 3;
       return absl::OkStatus();
@@ -108,15 +108,15 @@ void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float
                         .eta = eta};
   if (!facets.textured) facets.alpha_x = u.value, facets.alpha_y = v.value;
   const auto [table, added] = balance_tables_.try_emplace(facets, 0);
-  if (added) table->second = append_balance_table(facets, tables_.materials);
+  if (added) table->second = append_balance_table(facets, arrays_.materials);
   record.coat_table = table->second;
   record.flags |= kBalanced | kUsesEta;
 }
 
 ExtendedRecord& SceneBuilder::extend(MaterialRecord& record) {
   record.flags |= kUsesExtended;
-  record.extended = static_cast<std::int32_t>(tables_.materials.extended.size());
-  return tables_.materials.extended.emplace_back();
+  record.extended = static_cast<std::int32_t>(arrays_.materials.extended.size());
+  return arrays_.materials.extended.emplace_back();
 }
 
 }  // namespace tessera::render

@@ -39,7 +39,7 @@ absl::StatusOr<int> SceneBuilder::material_index(const std::string& name) const 
 }
 
 absl::Status SceneBuilder::build_materials() {
-  auto& records = tables_.materials.materials;
+  auto& records = arrays_.materials.materials;
   default_material_ = scene_.materials_size();
   for (const v1::Material& material : scene_.materials()) {
     if (!materials_.emplace(material.name(), static_cast<int>(materials_.size())).second) {
@@ -66,7 +66,7 @@ absl::Status SceneBuilder::check_mixes() const {
   // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a surface
   // needs no look, as light only gets there once.
   constexpr int kUnknown = -1, kOnThePath = -2;
-  const auto& records = tables_.materials.materials;
+  const auto& records = arrays_.materials.materials;
   std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
   const std::function<absl::Status(int, int)> look = [&](int i, int above) {
     if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
@@ -137,7 +137,7 @@ absl::Status SceneBuilder::set_maps(const v1::Material& material, MaterialRecord
     auto node = texture_node(material.displacement().texture());
     if (!node.ok()) return node.status();
     record.bump_texture = *node;
-    record.bump_step = difference_step(tables_.textures, *node);
+    record.bump_step = difference_step(arrays_.textures, *node);
     record.flags |= kHasBump;
   }
   if (material.has_normal_map() && !material.normal_texture().empty()) {

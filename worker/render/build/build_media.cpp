@@ -44,10 +44,10 @@ absl::Status SceneBuilder::build_media() {
   for (const v1::Medium& medium : scene_.media()) {
     MediumRecord record;
     if (auto s = build_medium(medium, record); !s.ok()) return located(s, absl::StrCat("medium '", medium.name(), "'"));
-    if (!media_.emplace(medium.name(), static_cast<int>(tables_.media.media.size())).second) {
+    if (!media_.emplace(medium.name(), static_cast<int>(arrays_.media.media.size())).second) {
       return absl::InvalidArgumentError(absl::StrCat("medium '", medium.name(), "': the name is used twice"));
     }
-    tables_.media.media.push_back(std::move(record));
+    arrays_.media.media.push_back(std::move(record));
   }
   const auto medium = medium_index(scene_.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");
@@ -88,9 +88,9 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
       if (!bounds_from_render.ok()) return located(bounds_from_render.status(), "bounds");
       record.bounds_from_render = *bounds_from_render;
     } else {
-      record.bounds_from_render = tables_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
+      record.bounds_from_render = arrays_.media.grids[static_cast<std::size_t>(bounds)].grid_from_render;
     }
-    build_majorants(tables_.media, record);
+    build_majorants(arrays_.media, record);
     if (const double depth = largest_optical_depth(record); !(depth <= kLargestOpticalDepth)) {
       return absl::InvalidArgumentError(
           absl::StrCat("its optical depth from corner to corner, ", depth, ", is above ", kLargestOpticalDepth));
@@ -162,17 +162,17 @@ absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
   record.channels = static_cast<std::int32_t>(volume->channels);
   record.grid_from_render = *grid_from_render;
   record.samples.assign(volume->samples.begin(), volume->samples.end());
-  tables_.media.grids.push_back(std::move(record));
-  return static_cast<int>(tables_.media.grids.size()) - 1;
+  arrays_.media.grids.push_back(std::move(record));
+  return static_cast<int>(arrays_.media.grids.size()) - 1;
 }
 
 void SceneBuilder::decide_volumetric() {
-  for (const MaterialRecord& material : tables_.materials.materials) {
+  for (const MaterialRecord& material : arrays_.materials.materials) {
     tables_.any_opacity = tables_.any_opacity || (material.flags & kHasOpacity);
     if (!algorithm_->media) continue;
     tables_.volumetric = tables_.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
   }
-  tables_.volumetric = tables_.volumetric || !tables_.media.media.empty();
+  tables_.volumetric = tables_.volumetric || !arrays_.media.media.empty();
 }
 
 }  // namespace tessera::render

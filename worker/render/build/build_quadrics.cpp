@@ -62,8 +62,8 @@ absl::Status SceneBuilder::add_quadric(const v1::Shape& shape, const Transform& 
     if (!std::isfinite(q.uv_map[i])) return absl::InvalidArgumentError("its uv transform is not finite");
   }
   if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(tables_.shapes.quadrics.size());
-  tables_.shapes.quadrics.push_back(q);
+  record.quadric = static_cast<std::int32_t>(arrays_.shapes.quadrics.size());
+  arrays_.shapes.quadrics.push_back(q);
   return absl::OkStatus();
 }
 
@@ -107,8 +107,8 @@ absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform&
   }
   record.kind = ShapeKind::kSdfGrid;
   if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(tables_.shapes.sdf_grids.size());
-  tables_.shapes.sdf_grids.push_back(std::move(grid));
+  record.quadric = static_cast<std::int32_t>(arrays_.shapes.sdf_grids.size());
+  arrays_.shapes.sdf_grids.push_back(std::move(grid));
   return absl::OkStatus();
 }
 

@@ -9,8 +9,8 @@
 namespace tessera::render {
 
 void SceneBuilder::build_shading_groups() {
-  const auto& shapes = tables_.shapes.shapes;
-  const auto& materials = tables_.materials.materials;
+  const auto& shapes = arrays_.shapes.shapes;
+  const auto& materials = arrays_.materials.materials;
   // Materials in an order in which neighbours cost least together: of one kind, of one texture.
   const auto key_of = [&](const ShapeRecord& shape) {
     const MaterialRecord& material = materials[static_cast<std::size_t>(shape.material)];

@@ -82,7 +82,7 @@ absl::Status SceneBuilder::build_shapes() {
     if (auto s = build_shape(shape, render_from_world_ * *world_from_object, false, where); !s.ok())
       return located(s, where);
   }
-  tables_.shapes.world_shape_count = static_cast<std::int32_t>(tables_.shapes.shapes.size());
+  arrays_.shapes.world_shape_count = static_cast<std::int32_t>(arrays_.shapes.shapes.size());
   if (auto s = build_objects(); !s.ok()) return s;
   if (auto s = build_moving_shapes(moving); !s.ok()) return s;
   return build_instances();
@@ -94,7 +94,7 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
   const auto material = material_index(shape.material());
   if (!material.ok()) return material.status();
   record.material = *material;
-  const bool interface = tables_.materials.materials[*material].kind == BsdfKind::kInterface;
+  const bool interface = arrays_.materials.materials[*material].kind == BsdfKind::kInterface;
   if (auto s = set_media(shape, record); !s.ok()) return s;
   // A surface of nothing matters only as the border of a medium.
   if (interface && !shape.has_area_light() && !(record.flags & kMediumBorder)) return absl::OkStatus();
@@ -119,8 +119,8 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
     case v1::Shape::KIND_NOT_SET:
       return absl::InvalidArgumentError("its kind is missing or unknown");
   }
-  const auto shape_index = static_cast<std::int32_t>(tables_.shapes.shapes.size());
-  tables_.shapes.shapes.push_back(record);
+  const auto shape_index = static_cast<std::int32_t>(arrays_.shapes.shapes.size());
+  arrays_.shapes.shapes.push_back(record);
   shape_names_.push_back(where);
   if (shape.has_mesh()) {
     if (auto s = add_attributes(shape.mesh(), shape_index); !s.ok()) return s;
@@ -168,7 +168,7 @@ absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& pla
   const auto mesh = wire::decode_mesh(bytes->bytes);
   if (!mesh.ok()) return located(mesh.status(), absl::StrCat("mesh ", shape.mesh().blob().digest()));
 
-  ShapeTable& table = tables_.shapes;
+  ShapeTable& table = arrays_.shapes;
   const std::size_t vertices = table.vertices.size() + mesh->vertex_count();
   const std::size_t triangles = table.triangles.size() / 3 + mesh->triangle_count();
   constexpr std::size_t kMost =

@@ -48,10 +48,10 @@ std::shared_ptr<const TextureImage> SceneBuilder::image_slot(const v1::ImageText
 
 void SceneBuilder::need_images(int node) {
   const auto index = static_cast<std::size_t>(node);
-  needed_nodes_.resize(tables_.textures.nodes.size());
+  needed_nodes_.resize(arrays_.textures.nodes.size());
   if (needed_nodes_[index]) return;
   needed_nodes_[index] = true;
-  const TextureNode& used = tables_.textures.nodes[index];
+  const TextureNode& used = arrays_.textures.nodes[index];
   for (auto& [key, pending] : images_) pending.needed |= pending.image == used.image;
   for (const std::int32_t input : used.inputs) {
     if (input >= 0) need_images(input);
@@ -116,7 +116,7 @@ absl::StatusOr<int> SceneBuilder::named_node(const std::string& name) {
 absl::StatusOr<int> SceneBuilder::add_node(const v1::Texture& texture) {
   auto made = make_node(texture);
   if (!made.ok()) return made.status();
-  auto& nodes = tables_.textures.nodes;
+  auto& nodes = arrays_.textures.nodes;
   // Inputs may share theirs, so that what one look-up costs may double with every texture.
   node_lookups_.resize(nodes.size(), 1);
   double lookups = 1;
@@ -135,8 +135,8 @@ absl::StatusOr<int> SceneBuilder::add_node(const v1::Texture& texture) {
 absl::StatusOr<int> SceneBuilder::texture_input(const v1::SpectrumValue& value, const Rgb& otherwise) {
   if (value.has_texture()) return named_node(value.texture());
   if (auto s = check_spectrum(value.constant(), "input"); !s.ok()) return s;
-  tables_.textures.nodes.push_back(constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
-  return static_cast<int>(tables_.textures.nodes.size()) - 1;
+  arrays_.textures.nodes.push_back(constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
+  return static_cast<int>(arrays_.textures.nodes.size()) - 1;
 }
 
 absl::Status SceneBuilder::set_texture_space(const v1::Matrix& texture_from_world, TextureNode& node) {
@@ -197,7 +197,7 @@ absl::Status SceneBuilder::set_direction(const v1::Point3& world, TextureNode& n
 }
 
 void SceneBuilder::fold(TextureNode& node) const {
-  const auto input = [&](int i) -> const TextureNode& { return tables_.textures.nodes[static_cast<std::size_t>(node.inputs[i])]; };
+  const auto input = [&](int i) -> const TextureNode& { return arrays_.textures.nodes[static_cast<std::size_t>(node.inputs[i])]; };
   const int count = node.kind == TextureKind::kMix ? 3 : node.kind == TextureKind::kScale ? 2 : 0;
   for (int i = 0; i < count; ++i) {
     if (input(i).kind != TextureKind::kConstant) return;
@@ -279,8 +279,8 @@ absl::StatusOr<TextureNode> SceneBuilder::make_node(const v1::Texture& texture) 
       node.kind = TextureKind::kMeshAttribute;
       node.scale = texture.mesh_attribute().has_scale() ? texture.mesh_attribute().scale() : 1;
       if (!std::isfinite(node.scale)) return absl::InvalidArgumentError("its scale is not finite");
-      const auto [it, added] = attributes_.try_emplace(texture.mesh_attribute().attribute(), tables_.textures.attribute_names);
-      if (added) ++tables_.textures.attribute_names;
+      const auto [it, added] = attributes_.try_emplace(texture.mesh_attribute().attribute(), arrays_.textures.attribute_names);
+      if (added) ++arrays_.textures.attribute_names;
       node.attribute = it->second;
       return node;
     }
@@ -298,8 +298,8 @@ absl::StatusOr<TextureNode> SceneBuilder::make_node(const v1::Texture& texture) 
 absl::StatusOr<int> SceneBuilder::normal_map_node(const v1::ImageTexture& image) {
   auto node = image_node(image);
   if (!node.ok()) return node.status();
-  tables_.textures.nodes.push_back(*std::move(node));
-  const int index = static_cast<int>(tables_.textures.nodes.size()) - 1;
+  arrays_.textures.nodes.push_back(*std::move(node));
+  const int index = static_cast<int>(arrays_.textures.nodes.size()) - 1;
   need_images(index);
   return index;
 }

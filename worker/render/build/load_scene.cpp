@@ -42,7 +42,8 @@ class LoadedScene final : public RenderScene {
         auto self = std::unique_ptr<LoadedScene>(
             new LoadedScene(*kernel, *std::move(channels), std::move(known), job.settings()));
         std::vector<std::string> warnings;  // of the content: known
-        SceneBuilder builder(scene, job, blobs, options.threads, self->tables_, warnings);
+        SceneArrays none;                   // the view has none of its own
+        SceneBuilder builder(scene, job, blobs, options.threads, none, self->tables_, warnings);
         if (auto s = builder.rebuild_view(); !s.ok()) return s;
         return self;
       }

@@ -27,9 +27,16 @@ namespace tessera::render {
 
 class SceneBuilder {
  public:
+  /// `arrays` are those of `tables`; rebuild_view() leaves them alone.
   SceneBuilder(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, int threads,
-               SceneTables& tables, std::vector<std::string>& warnings)
-      : scene_(scene), job_(job), blobs_(blobs), threads_(threads), tables_(tables), warnings_(warnings) {}
+               SceneArrays& arrays, SceneTables& tables, std::vector<std::string>& warnings)
+      : scene_(scene),
+        job_(job),
+        blobs_(blobs),
+        threads_(threads),
+        arrays_(arrays),
+        tables_(tables),
+        warnings_(warnings) {}
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
@@ -180,6 +187,7 @@ class SceneBuilder {
   const v1::JobSpec& job_;
   const BlobSource& blobs_;
   const int threads_;
+  SceneArrays& arrays_;
   SceneTables& tables_;
   std::vector<std::string>& warnings_;
 

@@ -44,22 +44,23 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scen
                                                                   const EmbreeKernel& embree) {
   auto content = std::make_shared<SceneContent>();
   SceneTables& tables = content->tables;
-  SceneBuilder builder(scene, job, blobs, options.threads, tables, content->warnings);
+  SceneBuilder builder(scene, job, blobs, options.threads, content->arrays, tables, content->warnings);
   if (auto s = builder.build_tables(); !s.ok()) return s;
   if (options.geometry_read) options.geometry_read();
   // Images have nothing to do with the BVH. A worker of one thread uses one.
   std::future<absl::Status> images = std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
                                                 [&] { return builder.decode_images(); });
-  auto built = Accelerator::build(tables.shapes, tables.textures, embree.callbacks,
+  auto built = Accelerator::build(content->arrays.shapes, content->arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, builder.wants_robust_intersection()});
   if (auto s = images.get(); !s.ok()) return s;
   if (!built.ok()) return built.status();
   const Accelerator& accelerator = *(content->accelerator = *std::move(built));
-  content->rays = embree.make_query(accelerator.scene(), static_cast<std::int32_t>(tables.shapes.shapes.size()),
-                                    builder.wants_single_rays());
+  content->rays =
+      embree.make_query(accelerator.scene(), static_cast<std::int32_t>(content->arrays.shapes.shapes.size()),
+                        builder.wants_single_rays());
   for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
-  content->material_names.resize(tables.materials.materials.size(), "(default)");
-  std::copy_n(accelerator.bounding_centre(), 3, tables.lights.scene_centre);
+  content->material_names.resize(content->arrays.materials.materials.size(), "(default)");
+  std::copy_n(accelerator.bounding_centre(), 3, content->arrays.lights.scene_centre);
   if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok()) return s;
   if (auto s = builder.build_light_selection(accelerator.bounding_radius()); !s.ok()) return s;
   return content;

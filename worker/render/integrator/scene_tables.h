@@ -34,18 +34,18 @@ struct SceneArrays {
 
 /// Copies share the arrays, which must outlive them, and may be given another camera, film and sampler.
 struct SceneTables {
-  explicit SceneTables(SceneArrays& arrays)
+  explicit SceneTables(const SceneArrays& arrays)
       : shapes(arrays.shapes),
         materials(arrays.materials),
         textures(arrays.textures),
         lights(arrays.lights),
         media(arrays.media) {}
 
-  ShapeTable& shapes;
-  MaterialTable& materials;
-  TextureTable& textures;
-  LightTable& lights;
-  MediumTable& media;
+  const ShapeTable& shapes;
+  const MaterialTable& materials;
+  const TextureTable& textures;
+  const LightTable& lights;
+  const MediumTable& media;
   CameraRecord camera;
   PixelFilterRecord filter;
   float exposure = 1;
