@@ -1,0 +1,97 @@
+// Equal workers, and work that waits: nobody stands still, and nobody is taken for slow.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "integration/farm_under_test.h"
+#include "support/long_form.h"
+#include "support/needs.h"
+#include "support/unpacked_corpus.h"
+
+namespace tessera::integration {
+namespace {
+
+constexpr std::size_t kWorkers = 6;
+// What was found in use: up to five of six held nothing from the first job on.
+constexpr double kMostIdle = 0.02;
+constexpr double kPaceTolerance = 0.2;
+
+/// How often workers were looked at while units of the job waited, and how often one of them held none.
+struct Watched {
+  std::uint64_t looks = 0, idle = 0;
+};
+
+void watch(FarmUnderTest& farm, const std::string& job_id, Watched& watched) {
+  const auto end = std::chrono::steady_clock::now() + 10 * kPatience;
+  while (std::chrono::steady_clock::now() < end) {
+    const auto job = farm.client().job(job_id, {});
+    ASSERT_TRUE(job.ok()) << job.status();
+    if (job->status().state() != v1::RUNNING && job->status().state() != v1::QUEUED) {
+      EXPECT_EQ(job->status().state(), v1::DONE);
+      return;
+    }
+    const auto workers = farm.client().workers({});
+    ASSERT_TRUE(workers.ok()) << workers.status();
+    // Both before and after the workers were looked at.
+    const auto still = farm.client().job(job_id, {});
+    ASSERT_TRUE(still.ok()) << still.status();
+    const auto waiting = [](const v1::JobStatus& s) {
+      return s.state() == v1::RUNNING && s.units_done() > 0 && s.units_total() > s.units_done() + s.units_leased();
+    };
+    if (waiting(job->status()) && waiting(still->status())) {
+      for (const v1::WorkerStatus& worker : *workers) {
+        ++watched.looks;
+        watched.idle += worker.leases() == 0;
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});  // between looks; nothing waits for it
+  }
+  ADD_FAILURE() << "job " << job_id << " does not end";
+}
+
+/// Three jobs of the scene, one after the other, on six workers of one thread.
+void expect_nobody_idle(const std::string& scene, const Arguments& options) {
+  SCOPED_TRACE(scene);
+  // Units of a tenth of a second: every worker returns dozens, however short the job.
+  FarmUnderTest farm({}, {}, "127.0.0.1", {"--unit-seconds", "0.1"});
+  for (std::size_t i = 0; i < kWorkers; ++i) farm.add_worker(1);
+  Watched watched;
+  for (int seed = 1; seed <= 3; ++seed) {
+    const std::string job = farm.submit_detached(Arguments{scene, "--seed", std::to_string(seed)} + options);
+    watch(farm, job, watched);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  ASSERT_GT(watched.looks, 50 * kWorkers) << "too short to tell anything";
+  const double idle = static_cast<double>(watched.idle) / static_cast<double>(watched.looks);
+  testing::Test::RecordProperty("idle", std::to_string(idle));
+  EXPECT_LT(idle, kMostIdle) << watched.idle << " of " << watched.looks;
+  const auto workers = farm.client().workers({});
+  ASSERT_TRUE(workers.ok()) << workers.status();
+  ASSERT_EQ(workers->size(), kWorkers);
+  for (const v1::WorkerStatus& worker : *workers) {
+    std::printf("%s: %s has done %llu units, slowness %.3f; idle %.4f\n", scene.c_str(), worker.name().c_str(),
+                static_cast<unsigned long long>(worker.units_done()), worker.slowness(), idle);
+    EXPECT_NEAR(worker.slowness(), 1, kPaceTolerance) << worker.name();
+  }
+}
+
+TEST(Idle, EqualWorkersHoldWorkWhileThereIsSome) {
+  expect_nobody_idle("scenes/first-light/scene.textproto", {"--spp", "64"});
+  expect_nobody_idle("scenes/cornell-box/scene.pbrt", {"--spp", "64"});
+}
+
+TEST(Idle, OnScenesOfTheCorpus) {
+  if (!test::long_form()) GTEST_SKIP() << "in the long form only";
+  for (const char* name :
+       {"classroom", "coffee", "hair-curl", "staircase", "veach-mis", "volumetric-caustic", "water-caustic"}) {
+    const auto folder = test::find_corpus(std::string("pbrt/") + name);
+    if (!folder) GTEST_SKIP() << test::needs("../shared/scenes");
+    expect_nobody_idle((folder->path() / "scene.pbrt").string(), {"--spp", "16", "--resolution", "320x180"});
+  }
+}
+
+}  // namespace
+}  // namespace tessera::integration
