@@ -57,7 +57,8 @@ struct ChiSquareResult {
 
 /// Compares counts with expected counts, cell by cell. Cells that expect less than `min_expected` are pooled, each
 /// with the next such cell, so cells should be in an order where neighbours are close. The totals need not agree: a
-/// density that does not integrate to one is a finding. With fewer than two pools there is nothing to test: p = 1.
+/// density that does not integrate to one is a finding. A single pool, as of mirrors, tests the total; where nothing is
+/// expected there is nothing to test, which no test may pass with: p = 0.
 inline ChiSquareResult chi_square_test(std::span<const double> observed, std::span<const double> expected,
                                        double min_expected = 10) {
   ChiSquareResult result;
@@ -85,8 +86,11 @@ inline ChiSquareResult chi_square_test(std::span<const double> observed, std::sp
   last_observed += pool_observed;
   last_expected += pool_expected;
   if (last_expected > 0 || last_observed > 0) add(last_observed, std::max(last_expected, 0.1));
-  result.degrees_of_freedom = pools - 1;
-  if (pools < 2) return result;
+  if (pools == 0) {
+    result.p_value = 0;
+    return result;
+  }
+  result.degrees_of_freedom = std::max(pools - 1, 1);
   result.p_value = regularized_gamma_q(0.5 * result.degrees_of_freedom, 0.5 * result.statistic);
   return result;
 }
