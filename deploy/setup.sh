@@ -5,8 +5,8 @@
 #   deploy/setup.sh           install what is missing
 #   deploy/setup.sh --check   only print what is missing; exit status 1 when something is
 #   deploy/setup.sh --ci      install also what single tests start and skip without: a Slurm cluster
-#   deploy/setup.sh --arm64   install instead what the programs are built from for 64-bit ARM on another machine, and qemu
-#                             to try them; in a system of their own (deploy/arm64.sh)
+#   deploy/setup.sh --arm64   install instead what the programs are built from for 64-bit ARM on another machine,
+#                             and qemu to try them; in a system of their own (deploy/arm64.sh)
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 # THE list of packages; deploy/cmake/TesseraDependencies.cmake finds them. The names are the same on all three systems;

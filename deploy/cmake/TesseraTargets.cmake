@@ -111,8 +111,8 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
       -mprefer-vector-width=512)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
   set(known_isas neon)
-  # Highway's NEON functions are for processors with cryptography, and GCC inlines them into code for the same only. The kernels
-  # call none that needs it, so they run without as well (deploy/arm64.sh checks that).
+  # Highway's NEON functions are for processors with cryptography, and GCC inlines them into code for the same
+  # only. The kernels call none that needs it, so they run without as well (deploy/arm64.sh checks that).
   set(TESSERA_ISA_FLAGS_neon -march=armv8-a+crypto)
 else()
   message(FATAL_ERROR "There are kernels for x86-64 and 64-bit ARM, but none for ${CMAKE_SYSTEM_PROCESSOR}.")
