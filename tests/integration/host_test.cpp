@@ -128,9 +128,17 @@ TEST(Host, OneWithoutMemoryLeavesTheWorkToOthers) {
 }
 
 TEST(Host, AUnitThatKillsItsWorkersIsSetAsideMarkedAndRetried) {
-  // Units of half a second, so that it is known who holds which.
-  const Arguments slow{
-      "scenes/cornell-box/scene.pbrt", "--resolution", "64x64", "--spp", "1024", "--tile", "16", "--quiet"};
+  // Units of half a second, so that it is known who holds which: with noise, a unit takes all samples of its tile.
+  const Arguments slow{"scenes/cornell-box/scene.pbrt",
+                       "--resolution",
+                       "64x64",
+                       "--spp",
+                       "2048",
+                       "--noise",
+                       "0.0001",
+                       "--tile",
+                       "16",
+                       "--quiet"};
   FarmUnderTest farm;
   for (int i = 0; i < 3; ++i) farm.add_worker(1);
   const std::string job_id = farm.submit_detached(slow);
