@@ -89,7 +89,7 @@ TEST(Idle, OnScenesOfTheCorpus) {
        {"classroom", "coffee", "hair-curl", "staircase", "veach-mis", "volumetric-caustic", "water-caustic"}) {
     const auto folder = test::find_corpus(std::string("pbrt/") + name);
     if (!folder) GTEST_SKIP() << test::needs("../shared/scenes");
-    expect_nobody_idle((folder->path() / "scene.pbrt").string(), {"--spp", "16", "--resolution", "320x180"});
+    expect_nobody_idle((folder->path() / "scene.pbrt").string(), {"--spp", "96", "--resolution", "320x180"});
   }
 }
 
