@@ -160,8 +160,6 @@ class Scheduler {
   using Worker = FarmWorker;
 
   // ---- scheduler.cpp
-  absl::StatusOr<Job*> find_job(std::string_view id);
-  absl::StatusOr<const Job*> find_job(std::string_view id) const;
   absl::StatusOr<Worker*> find_worker(std::string_view id, Time now);
   /// The job of a token, which must be open and of that generation, and have those units.
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
@@ -174,14 +172,20 @@ class Scheduler {
                                                const v1::LeaseToken& token, const DeliveredResult& result, Time now);
   void measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now);
   void compare_workers();
-  /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
-  void settle(Job& job);
-  void end_job(Job& job, v1::JobState state, std::string error);
-  void take_turns(Job& job);
-  void leave_turns(const Job& job);
   /// A new event, for the caller to fill in.
   FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
   void note(Job& job, std::string text);
+
+  // ---- scheduler_jobs.cpp
+  absl::StatusOr<Job*> find_job(std::string_view id);
+  absl::StatusOr<const Job*> find_job(std::string_view id) const;
+  /// kFailedPrecondition where the job is over.
+  absl::StatusOr<Job*> find_open_job(std::string_view id);
+  void take_turns(Job& job);
+  void leave_turns(const Job& job);
+  /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
+  void settle(Job& job);
+  void end_job(Job& job, v1::JobState state, std::string error);
 
   // ---- scheduler_leasing.cpp
   struct Batch;  // one call of lease()

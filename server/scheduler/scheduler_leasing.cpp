@@ -218,7 +218,7 @@ bool Scheduler::has_room(const Batch& batch, const Job& job) const {
   if (job.mean_cost_ms == 0 || batch.in_hand() < threads) return true;
   const auto in_hand_ms = static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness);
   if (Time(in_hand_ms) >= options_.batch * static_cast<std::int64_t>(threads)) return false;
-  // Of what is in hand, the part beyond one lease a thread.
+  // Units in hand beyond one lease a thread.
   const std::uint64_t ahead = worker.units - worker.units * threads / batch.in_hand() + 1;
   return is_left(batch, job.request.priority, (2 * threads_ * ahead + threads - 1) / threads);
 }
