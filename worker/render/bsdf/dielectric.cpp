@@ -29,7 +29,7 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
   const Mask reflected = wi.z > 0.0f;
 
   // The normal that scatters wo to wi, turned upwards [Walter et al. 2007, eqs. 13 and 16]; not unit.
-  Vec3 h = wo + wi * select(reflected, 1.0f, eta);
+  Vec3 h = fma(wi, select(reflected, 1.0f, eta), wo);
   h = select(h.z < 0.0f, -h, h);
   const Float oh = dot(wo, h), ih = dot(wi, h);
   const Mask facing = (oh > 0.0f) & (ih * wi.z > 0.0f);

@@ -16,7 +16,7 @@ struct Clearcoat {
 
   /// D of the direction of `h` with squared length `h2`.
   TESSERA_INLINE Float density(Vec3 h, Float h2) const {
-    const Float slope = (sqr(h.x) + sqr(h.y) + alpha2 * sqr(h.z)) / h2;
+    const Float slope = fma(h.x, h.x, fma(h.y, h.y, alpha2 * sqr(h.z))) / h2;
     return (alpha2 - 1.0f) * kInvPi / (log(alpha2) * slope);
   }
   /// A normal with density D cos(theta).
@@ -28,7 +28,7 @@ struct Clearcoat {
   /// G1 of GGX with the fixed roughness that the model gives the coat's masking.
   static TESSERA_INLINE Float masking(Float z) {
     constexpr float kAlpha = 0.25f;
-    return 2.0f * z / (z + sqrt(sqr(kAlpha) * (1.0f - sqr(z)) + sqr(z)));
+    return 2.0f * z / (z + sqrt(lerp(sqr(kAlpha), sqr(z), Float(1.0f))));
   }
 };
 
@@ -72,7 +72,7 @@ Spectrum reflectance(const BsdfParams& params, const Lobes& lobes, Float cos_o, 
 BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 wi, Mask active) {
   const Mask reflected = wi.z > 0.0f;
   const Float zo = wo.z, zi = abs_cos_theta(wi);
-  Vec3 h = wo + wi * select(reflected, 1.0f, lobes.eta);
+  Vec3 h = fma(wi, select(reflected, 1.0f, lobes.eta), wo);
   h = select(h.z < 0.0f, -h, h);
   const Float oh = dot(wo, h), ih = dot(wi, h);
   const Mask facing = active & (oh > 0.0f) & (ih * wi.z > 0.0f);

@@ -86,7 +86,7 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, 
   if (!camera.steps.empty()) result.origin = result.origin + place_of(pose);
   if (camera.near_clip > 0) {
     const Float per_depth = length_per_depth(camera, pose, result.direction);
-    result.origin = result.origin + result.direction * (camera.near_clip * per_depth);
+    result.origin = fma(result.direction, camera.near_clip * per_depth, result.origin);
   }
   return result;
 }

@@ -67,15 +67,15 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
   TexturePoint beside_u = at, beside_v = at;
   beside_u.uv.x = beside_u.uv.x + material.bump_step;
   beside_v.uv.y = beside_v.uv.y + material.bump_step;
-  beside_u.p = beside_u.p + s.dpdu * Float(material.bump_step);
-  beside_v.p = beside_v.p + s.dpdv * Float(material.bump_step);
+  beside_u.p = fma(s.dpdu, material.bump_step, beside_u.p);
+  beside_v.p = fma(s.dpdv, material.bump_step, beside_v.p);
   const auto height = [&](const TexturePoint& p) {
     return eval_texture_scalar(scene.textures, material.bump_texture, p, lanes);
   };
   const Float here = height(at), scale = Float(1.0f / material.bump_step);
   const Float along_u = (height(beside_u) - here) * scale, along_v = (height(beside_v) - here) * scale;
-  const Vec3 dpdu = s.dpdu + s.ns * (along_u - dot(s.ns, s.dpdu));
-  const Vec3 dpdv = s.dpdv + s.ns * (along_v - dot(s.ns, s.dpdv));
+  const Vec3 dpdu = fma(s.ns, along_u - dot(s.ns, s.dpdu), s.dpdu);
+  const Vec3 dpdv = fma(s.ns, along_v - dot(s.ns, s.dpdv), s.dpdv);
   const Vec3 n = cross(dpdu, dpdv);
   const Float l2 = length_squared(n);
   const Mask usable = lanes & (l2 > 0.0f) & is_finite(l2);

@@ -102,7 +102,7 @@ struct RectangleSides {
 
 /// The point of a rectangle at these parts of its sides.
 TESSERA_INLINE AreaPoint rectangle_point(const LightLanes& lanes, const RectangleSides& r, Vec2 parts) {
-  return {r.corner + r.x * (parts.x * r.width) + r.y * (parts.y * r.height), r.normal,
+  return {fma(r.y, parts.y * r.height, fma(r.x, parts.x * r.width, r.corner)), r.normal,
           1.0f / lanes.field(&LightRecord::area), max(r.width, r.height)};
 }
 
@@ -119,7 +119,7 @@ TESSERA_INLINE TrianglePoint sample_triangle_area(const LightLanes& lanes, Vec2 
   const Float size = max(max_abs(e1), max_abs(e2));
   const Barycentric b = square_to_triangle(u);
   return {
-      {p0 * b.b0 + p1 * b.b1 + p2 * b.b2, triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
+      {fma(p2, b.b2, fma(p1, b.b1, p0 * b.b0)), triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
       {b.b1, b.b2}};
 }
 

@@ -77,7 +77,7 @@ Mask through_portal(const Environment& e, Vec3 origin, Vec3 wi, Mask active) {
   const PortalPlane plane(e);
   const Float slope = dot(wi, plane.normal);
   const Float t = dot(plane.corner - origin, plane.normal) / select(slope == 0.0f, 1.0f, slope);
-  const Vec3 at = origin + wi * t - plane.corner;
+  const Vec3 at = fma(wi, t, origin - plane.corner);
   // Coordinates along the sides of a parallelogram.
   const Float a = dot(cross(at, plane.side_v), plane.normal), b = dot(cross(plane.side_u, at), plane.normal);
   return active & (slope < 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) & (b <= plane.area);
@@ -128,7 +128,7 @@ Float map_pdf(const Environment& e, Vec3 w, Mask active) {
 /// A point of the portal, uniformly; the environment is looked up behind it.
 LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 reference, Vec2 u, Mask active) {
   const PortalPlane plane(e);
-  const Vec3 to = plane.corner + plane.side_u * u.x + plane.side_v * u.y - reference;
+  const Vec3 to = fma(plane.side_v, u.y, fma(plane.side_u, u.x, plane.corner - reference));
   const Float distance_squared = length_squared(to);
   LightSample s;
   s.wi = normalize(to);

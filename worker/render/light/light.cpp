@@ -39,7 +39,7 @@ LightSample sample_light(const LightTable& table, Int light, const Receiver& fro
     result = select(lanes, one, result);
   });
   if (table.any_textures) {
-    const Vec3 point = from.p + result.wi * result.distance;
+    const Vec3 point = fma(result.wi, result.distance, from.p);
     const Mask lit = result.valid & active;
     result.radiance =
         select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);

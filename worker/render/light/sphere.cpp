@@ -44,7 +44,7 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   const Float half_chord = safe_sqrt(sqr(c.radius) - off_axis_squared);
   const Float distance = c.clearance_squared / max(b + half_chord, 1e-30f);
   // At the limb the error along the ray grows no further than the chord over which the surface bends away by that much.
-  const Float error = ray_end_error(reference, reference + s.wi * distance, c.radius, distance);
+  const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
   const Float cos_light = max(half_chord, sqrt(0.5f * c.radius * error)) / c.radius;
   s.distance = shortened(distance, error, cos_light);
   s.radiance = lanes.radiance();

@@ -89,7 +89,7 @@ Flight tracked_flight(const MediumTable& table, const MediumRecord& medium, cons
   for (;;) {
     const Mask collided = walk.advance(numbers.next());
     if (none(collided)) return flight;
-    const Vec3 p = rays.origin + rays.direction * walk.t();
+    const Vec3 p = fma(rays.direction, walk.t(), rays.origin);
     const Coefficients at = coefficients_at(table, medium, p, collided);
     const Spectrum sigma_n = max(Spectrum(walk.majorant()) - at.sigma_t, 0.0f);
     if (medium.emits) {
@@ -119,7 +119,7 @@ Spectrum tracked_transmittance(const MediumTable& table, const MediumRecord& med
   for (;;) {
     const Mask collided = walk.advance(numbers.next());
     if (none(collided)) return result;
-    const Vec3 p = rays.origin + rays.direction * walk.t();
+    const Vec3 p = fma(rays.direction, walk.t(), rays.origin);
     const Spectrum sigma_t = density_at(table, medium.sigma_t, p, collided);
     const Spectrum passed = max(Spectrum(1.0f) - sigma_t * (1.0f / walk.majorant()), 0.0f);
     result = select(collided, result * passed, result);

@@ -35,7 +35,7 @@ class SphericalRectangle {
     const Float g2 = acos(clamp(-n2 * n3, -1.0f, 1.0f)), g3 = acos(clamp(-n3 * n0, -1.0f, 1.0f));
     const Float angle = fma(u.x, solid_angle_, 2.0f * kPi - (g2 + g3));
     const Float sine = sin(angle);
-    const Float f = (cos(angle) * n0 - n2) / select(sine == 0.0f, 1e-30f, sine);
+    const Float f = fma(cos(angle), n0, -n2) / select(sine == 0.0f, 1e-30f, sine);
     // tan of the direction's angle in the plane of x and z, of which c is the sine.
     const Float c_inverse_squared = fma(f, f, sqr(n0));
     const Float tangent = 1.0f / max(safe_sqrt(c_inverse_squared - 1.0f), 1e-18f);
@@ -43,7 +43,7 @@ class SphericalRectangle {
 
     const Float d = distance(x, z_);
     const Float h = lerp(u.y, y0_ / distance(y0_, d), y1_ / distance(y1_, d));
-    const Float y = min(max(h * d / max(safe_sqrt(1.0f - sqr(h)), 1e-18f), y0_), y1_);
+    const Float y = min(max(h * d / max(safe_sqrt(fma(-h, h, 1.0f)), 1e-18f), y0_), y1_);
     return {clamp((x - x0_) / max(width_, 1e-37f), 0.0f, 1.0f), clamp((y - y0_) / max(height_, 1e-37f), 0.0f, 1.0f)};
   }
 

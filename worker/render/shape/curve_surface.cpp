@@ -15,7 +15,8 @@ struct Knot {
 
 Knot operator+(Knot a, Knot b) { return {a.p + b.p, a.radius + b.radius}; }
 Knot operator*(Knot a, float s) { return {a.p * Float(s), a.radius * s}; }
-Knot lerp(Float t, Knot a, Knot b) { return {a.p + (b.p - a.p) * t, lerp(t, a.radius, b.radius)}; }
+Knot fma(Knot a, float s, Knot b) { return {fma(a.p, s, b.p), fma(a.radius, s, b.radius)}; }
+Knot lerp(Float t, Knot a, Knot b) { return {fma(b.p - a.p, t, a.p), lerp(t, a.radius, b.radius)}; }
 
 struct Segment {
   Knot b[4];  // Bezier control points
@@ -24,10 +25,10 @@ struct Segment {
 /// The Bezier points of one segment of a uniform cubic B-spline.
 void to_bezier(Segment& s) {
   const Knot p0 = s.b[0], p1 = s.b[1], p2 = s.b[2], p3 = s.b[3];
-  s.b[0] = (p0 + p1 * 4.0f + p2) * (1.0f / 6);
-  s.b[1] = (p1 * 2.0f + p2) * (1.0f / 3);
-  s.b[2] = (p1 + p2 * 2.0f) * (1.0f / 3);
-  s.b[3] = (p1 + p2 * 4.0f + p3) * (1.0f / 6);
+  s.b[0] = (fma(p1, 4.0f, p0) + p2) * (1.0f / 6);
+  s.b[1] = fma(p1, 2.0f, p2) * (1.0f / 3);
+  s.b[2] = fma(p2, 2.0f, p1) * (1.0f / 3);
+  s.b[3] = (fma(p2, 4.0f, p1) + p3) * (1.0f / 6);
 }
 
 Segment read_segment(const CurvesRecord& record, Int start, Mask active) {
@@ -63,7 +64,7 @@ Vec3 ribbon_normal(const CurvesRecord& record, Int start, Float u, Vec3 tangent,
   if (record.bspline) to_bezier(s);
   Vec3 unused;
   const Vec3 n = evaluate(s, u, unused).p;
-  return face_forward(n - tangent * dot(n, tangent), w);
+  return face_forward(fma(-tangent, dot(n, tangent), n), w);
 }
 
 }  // namespace
@@ -77,7 +78,7 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
   const Vec3 tangent = normalize(dpdu), w = -normalize(d);
 
   const bool ribbon = record.kind == CurveKind::kRibbon;
-  Vec3 ng = ribbon ? ribbon_normal(record, start, u, tangent, w, active) : w - tangent * dot(w, tangent);
+  Vec3 ng = ribbon ? ribbon_normal(record, start, u, tangent, w, active) : fma(-tangent, dot(w, tangent), w);
   // A ray along the curve sees no side of it in particular.
   const Float l2 = length_squared(ng);
   ng = select(l2 > 1e-12f, normalize(ng), Frame::from_normal(tangent).x);
@@ -85,17 +86,17 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
 
   // The offset of the ray from the axis: for what faces the ray the same all along it, and so without the error of t.
   const Vec3 from_axis = o - axis.p;
-  const Float offset = dot(ribbon ? from_axis + d * hit.t : from_axis, across);
+  const Float offset = dot(ribbon ? fma(d, hit.t, from_axis) : from_axis, across);
   const Float radius = max(axis.radius, 0.0f);
   const Float h = clamp(offset / max(radius, 1e-30f), -1.0f, 1.0f);
-  const Vec3 p = axis.p + across * (h * radius);
+  const Vec3 p = fma(across, h * radius, axis.p);
 
   // The normal of a cylinder fans out over half a turn, in equal steps across the width [pbrt-v4].
   Vec3 ns = ng, side = across;
   if (record.kind == CurveKind::kCylinder) {
     const Float angle = h * (kPi / 2), c = cos(angle), si = sin(angle);
-    ns = ng * c + across * si;
-    side = across * c - ng * si;
+    ns = fma(ng, c, across * si);
+    side = fma(across, c, ng * -si);
   }
 
   Float u_first(0.0f), u_last(1.0f);

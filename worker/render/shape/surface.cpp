@@ -43,8 +43,8 @@ void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dp
   const Mask usable = abs(det) > 1e-12f;
   const Float inv = 1.0f / select(usable, det, 1.0f);
   const Frame fallback = Frame::from_normal(ng);
-  dpdu = select(usable, (e1 * duv2.y - e2 * duv1.y) * inv, fallback.x);
-  dpdv = select(usable, (e2 * duv1.x - e1 * duv2.x) * inv, fallback.y);
+  dpdu = select(usable, fma(e1, duv2.y, e2 * -duv1.y) * inv, fallback.x);
+  dpdv = select(usable, fma(e2, duv1.x, e1 * -duv2.x) * inv, fallback.y);
 }
 
 /// Four neighbouring members of ShapeRecords, from the one at `first` on.
@@ -58,8 +58,7 @@ TESSERA_INLINE Int4 gather_row(const ShapeTable& table, int first, Int shape, Ma
 /// (docs/decisions/0019-arithmetic-classes.md). `from_ray` leads from the first vertex to a point of the ray, `normal`
 /// is cross(e1, e2). Embree's stand where the ray lies in the triangle's plane.
 TESSERA_INLINE Vec2 exact_weights(Vec3 e1, Vec3 e2, Vec3 normal, Vec3 from_ray, Vec3 d, Vec2 approximate) {
-  const Vec3 moment{d.y * from_ray.z - d.z * from_ray.y, d.z * from_ray.x - d.x * from_ray.z,
-                    d.x * from_ray.y - d.y * from_ray.x};
+  const Vec3 moment = cross(d, from_ray);
   const Float inverse = 1.0f / dot(d, normal);
   const Float u = dot(e2, moment) * inverse, v = -dot(e1, moment) * inverse;
   const Mask usable = is_finite(u + v);
@@ -88,13 +87,13 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
   const Vec3 across = cross(e1 * scale, e2 * scale), ng = normalize(across);
   const Vec2 weights = exact_weights(e1 * scale, e2 * scale, across, (o - p0) * scale, d, {hit.u, hit.v});
   const Float b1 = weights.x, b2 = weights.y, b0 = 1.0f - b1 - b2;
-  const Vec3 p = p0 * b0 + p1 * b1 + p2 * b2;
+  const Vec3 p = fma(p2, b2, fma(p1, b1, p0 * b0));
 
   // Shading normal; one that degenerates or turns away is replaced or turned.
   const Mask with_normals = active & ((flags & kHasNormals) != 0);
   Vec3 ns = ng;
   if (any(with_normals)) {
-    const Vec3 n = v0.normal() * b0 + v1.normal() * b1 + v2.normal() * b2;
+    const Vec3 n = fma(v2.normal(), b2, fma(v1.normal(), b1, v0.normal() * b0));
     const Float l2 = length_squared(n);
     const Mask usable = with_normals & (l2 > 0.0f) & is_finite(l2);
     ns = face_forward(select(usable, normalize(n), ng), ng);
@@ -211,7 +210,7 @@ void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hi
                      bool want_tangents, Surface& s) {
   const QuadricRecord& q = table.quadrics[shape.quadric];
   const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
-  const Vec3 guess = oo + od * hit.t;
+  const Vec3 guess = fma(od, hit.t, oo);
   ObjectPoint point = object_point(q, shape.kind, guess);
   if (q.maps_uv) map_parameters(q, point);
   const Vec3 p = transform_point(q.render_from_object, point.p);

@@ -22,9 +22,14 @@ struct Wavefront::Event {
   Vec2 choice;    // light, BSDF lobe
   Vertex vertex;
 
-  // What is not given is large, and filled in later: it stays as it is.
-  Event(const WidePath& wide_path, const Hit& found, const Sampler& numbers, int pair)
-      : path(wide_path), hit(found), reference(wide_path.origin), sampler(numbers), first_pair(pair) {}
+  // Loaded in place, and what is filled in later is not zeroed: copying costs 4 % of shading, zeroing 6 %.
+  TESSERA_INLINE Event(const SceneTables& scene, const SampleBatch& batch, const PathState& paths,
+                       const HitState& hits, int pair, int i, Mask active)
+      : path(load(scene, paths, i)),
+        hit(load_hit(hits, i)),
+        reference(path.origin),
+        sampler(batch.sampler(path.slot, active)),
+        first_pair(pair) {}
 };
 
 namespace {
@@ -58,8 +63,8 @@ void Wavefront::shade(int depth) {
   const int first_pair = dimension::kFirstEvent + depth * dimension::kPairsPerEvent;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
-    const WidePath path = load(scene_, paths, i);
-    Event e(path, load_hit(hits, i), batch_.sampler(path.slot, active), first_pair);
+    Event e(scene_, batch_, paths, hits, first_pair, i, active);
+    const WidePath& path = e.path;
     Vertex& v = e.vertex;
     v.wo = -path.direction;
     const Mask hit = active & (e.hit.shape >= 0);
@@ -87,7 +92,7 @@ void Wavefront::shade(int depth) {
     }
     e.choice = e.sampler.get_2d(first_pair + dimension::kChoice);
     interact(scene_, v.surface, v.wo, e.roulette.y, hit, v.at);
-    if (any(v.in_medium)) put_into_medium(path.origin + path.direction * e.hit.t, v.in_medium, v);
+    if (any(v.in_medium)) put_into_medium(fma(path.direction, e.hit.t, path.origin), v.in_medium, v);
     if (scene_.any_opacity && !scene_.volumetric) {  // else transit() has seen to it
       if (const Mask partly = partly_open(v, hit); any(partly)) {
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
@@ -175,7 +180,7 @@ void Wavefront::sample_one_light(const Event& e, Mask events, int depth) {
 
   // From the offset origin to the point just before the light: the offset of a large surface may exceed the light's
   // own margin, and would then make the light shadow itself.
-  WideConnection ray = connect(scene_, v, light.wi, v.surface.p + light.wi * light.distance, shines);
+  WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
