@@ -79,7 +79,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .add("--noise", job.noise,
            "relative error at which a pixel has samples enough, with --spp as the cap; 0: all take --spp")
       .type_name("ERROR");
-  command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only").in_range(0, wire::kMaxDepth);
+  command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
+      .in_range(0, wire::kMaxDepth);
   command.add("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)")
       .type_name("NAME");
   command.add("--sampler", job.sampler, "sobol or independent").type_name("NAME");

@@ -12,17 +12,17 @@
 
 namespace tessera::wire {
 
-/// What a unit of work is.
+/// Kinds of units of work.
 enum class WorkKind : std::uint8_t {
   kTiles,  // samples of a rectangle of pixels
   kPasses  // samples of all pixels, and light that lands anywhere on the film
 };
 
-/// What the mean of many pictures is.
+/// How the mean of many pictures is related to the right one.
 enum class Bias : std::uint8_t {
-  kUnbiased,    // the right one, at any number of samples
-  kConsistent,  // the right one in the limit of many samples
-  kBiased       // another one, by design
+  kUnbiased,    // equal, at any number of samples
+  kConsistent,  // equal in the limit of many samples
+  kBiased       // another, by design
 };
 
 struct AlgorithmTraits {

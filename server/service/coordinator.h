@@ -42,8 +42,8 @@ struct CoordinatorOptions {
   JobOrder order = JobOrder::kFirstCome;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
-  /// Of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised as far
-  /// as it goes, leaves.
+  /// Limits of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised
+  /// as far as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
   /// Upper bound of what everybody may make the coordinator hold at a time.
   Holding of_each = Accounts::kLimits;

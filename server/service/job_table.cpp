@@ -84,7 +84,7 @@ void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& h
 }
 
 void note_durable(JobEntry& entry, std::uint64_t results) {
-  // Of a job that is over for long no unit is counted any more.
+  // Units of a job that has long been over are not counted any more.
   for (; entry.durable_results < results; ++entry.durable_results) {
     if (entry.durable_results < entry.units_by_sequence.size()) {
       entry.durable_units += entry.units_by_sequence[entry.durable_results].ranges;

@@ -49,7 +49,7 @@ void expect_even(const Shares& shares, double least) {
 }
 
 TEST(Shares, ManyEqualJobsAdvanceTogetherAndThreadsHardlyWait) {
-  // What 160 units cost differs by 0.31 / sqrt(160) = 2.4 %, the extremes of 50 jobs by 11 %; ten units of each job are
+  // The cost of 160 units differs by 0.31 / sqrt(160) = 2.4 %, the extremes of 50 jobs by 11 %; ten units of each job are
   // out when the first one ends, 6 %. Seeds 1 to 12 give 0.83 to 0.90.
   expect_even(share_farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160), 0.8);
 }

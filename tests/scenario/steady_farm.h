@@ -58,7 +58,7 @@ class SteadyFarm {
   const std::vector<std::uint32_t>& done() const { return done_; }
   /// Results of each job, which may be of several units.
   const std::vector<std::uint32_t>& results() const { return results_; }
-  /// What the longest lease took on a usual thread that was given out after the first eight results of its job.
+  /// Time on a usual thread of the longest lease that was given out after the first eight results of its job.
   Time longest_lease() const { return std::chrono::duration_cast<Time>(longest_lease_); }
   /// When the job's last unit was done.
   Time finished(std::size_t job) const { return std::chrono::duration_cast<Time>(finished_[job]); }

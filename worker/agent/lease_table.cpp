@@ -88,7 +88,7 @@ v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
 }
 
 void LeaseTable::delivered(const HeldUnit& unit) {
-  // As many as answers can tell of that were asked for before.
+  // Answers that were asked for before can tell of no more.
   constexpr std::size_t kRemembered = 4096;
   std::lock_guard lock{mutex_};
   delivered_[key_of(unit)] = ++deliveries_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "wire/digest.h"
+#include "wire/limits.h"
 
 namespace tessera::client {
 namespace {
@@ -35,6 +36,32 @@ TEST(JobRequest, EverythingHasADefault) {
   EXPECT_EQ(spec.settings().spp(), 16U);
   ASSERT_TRUE(spec.settings().has_max_depth());
   EXPECT_EQ(spec.settings().max_depth(), 5U);
+}
+
+TEST(JobRequest, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
+  ImportedScene scene = scene_of(64, 48);
+  scene.scene.mutable_settings()->set_max_depth(1'000'000);
+  const auto job = prepare_job({}, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ((*job)->spec.settings().max_depth(), wire::kMaxDepth);
+}
+
+TEST(JobRequest, IntegratorsAreRefusedWhatTheyCannotDo) {
+  const ImportedScene scene = scene_of(64, 48);
+  JobRequest layers, lighting;
+  layers.integrator = lighting.integrator = "light";
+  layers.aovs = {"albedo"};
+  lighting.direct_light = "bsdf";
+  for (const JobRequest& request : {layers, lighting}) {
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
+    EXPECT_THAT(std::string{job.status().message()}, HasSubstr("integrator 'light'"));
+  }
+  // The file's own fault, not the command line's.
+  ImportedScene wrong = scene;
+  wrong.scene.mutable_settings()->set_integrator("light");
+  wrong.scene.mutable_settings()->set_direct_light("bsdf");
+  EXPECT_EQ(prepare_job({}, wrong, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {

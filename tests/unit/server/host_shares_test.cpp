@@ -15,7 +15,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Of two hosts, twice as many as it takes to be sure of a factor of five.
+// Twice as many as it takes to be sure of a factor of five between two hosts.
 constexpr int kRounds = 200;
 
 using Seconds = std::chrono::duration<double>;
@@ -45,7 +45,7 @@ TEST(HostShares, NameHostsThatTakeTwiceAsLong) {
   add_rounds(shares, kRounds, {{"a", 10}, {"b", 11}, {"c", 9}, {"d", 10}, {"slow", 40}, {"slower", 200}});
   ASSERT_THAT(names(shares.slow()), ElementsAre("slower", "slow"));
   EXPECT_EQ(shares.slow().front().units, 1u * kRounds);
-  // What is said is what is beyond doubt, and less than what is so.
+  // Only the part that is beyond doubt is told, which is less than the true ratio.
   EXPECT_GT(shares.slow().front().slowness, 2 * shares.slow().back().slowness);
   EXPECT_LT(shares.slow().front().slowness, 22);
 }

@@ -80,7 +80,7 @@ class JournalTest : public testing::Test {
   JournalTest() { EXPECT_TRUE(DataDir::open(directory_.path()).ok()); }
   std::unique_ptr<Journal> open() { return open_journal(directory_.path()).value(); }
   std::filesystem::path results(const std::string& job) const { return directory_.path() / "results" / job; }
-  /// What a version that knew neither logs nor runs would have left.
+  /// Turns the journal into one of a version that knew neither logs nor runs.
   void make_it_of_format_3() const {
     sqlite3* database = nullptr;
     ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,

@@ -174,6 +174,8 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_tile_size(12); }), HasSubstr("a multiple of 8"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("light"); }),
               HasSubstr("same samples everywhere"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("nosuch"); }),
+              HasSubstr("there is no integrator 'nosuch'"));
   const std::string text(5000, 'x');
   EXPECT_THAT(message([&](v1::JobSpec& s) { s.set_user(text); }), HasSubstr("too long"));
   EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }), HasSubstr("too long"));

@@ -1,4 +1,4 @@
-// What of Embree's part is compiled once an ISA, handed on by the kernel.
+// The part of Embree's room that is compiled once an ISA; kernels hand it on.
 #pragma once
 
 #include <cstdint>

@@ -9,11 +9,11 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// As RayQuery::nearest. `first_instance` is the Embree id of instance 0.
+/// Does what RayQuery::nearest does. `first_instance` is the Embree id of instance 0.
 void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, std::int32_t first_instance,
                    const HitArrays& hits);
 
-/// As RayQuery::occluded.
+/// Does what RayQuery::occluded does.
 void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, float* distance_in_blocked_out);
 
 /// Asks an Embree scene, which outlives the query.

@@ -34,7 +34,6 @@ class LoadedScene final : public RenderScene {
     if (!channels.ok()) return channels.status();
     if (job.width() == 0 || job.height() == 0) return absl::InvalidArgumentError("the film has no pixels");
     if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
-    if (auto s = wire::check_algorithm(job); !s.ok()) return s;
 
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {

@@ -24,7 +24,7 @@ struct SceneContent {
   std::unique_ptr<RayQuery> rays;            // asks it
 };
 
-/// Of jobs with the same key all is the same but what SceneBuilder::rebuild_view() sets. Positions are relative to the
+/// Key of the content: jobs that share it differ only in what SceneBuilder::rebuild_view() sets. Positions are relative to the
 /// camera's origin, so that stays; settings that are not named in it are taken to matter.
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
 

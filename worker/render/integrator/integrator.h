@@ -1,4 +1,4 @@
-// What an algorithm is to the rest of the renderer.
+// The interface between algorithms and the rest of the renderer.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace tessera::render {
 
-/// What an integrator works on and reports to; all of it outlives the integrator.
+/// Surroundings of an integrator, which outlive it.
 struct IntegratorContext {
   const SceneTables& scene;
   const RayQuery& rays;

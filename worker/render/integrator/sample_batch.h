@@ -39,7 +39,7 @@ class SampleBatch {
   /// The same of one sample after the other, for those of the queue that nothing is in the way of.
   void add_contributions(const ConnectionQueue& queue);
 
-  /// What the camera rays of these samples meet first, at a distance of `t`.
+  /// Records the first hits of these samples' camera rays, at a distance of `t`.
   void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
 
  private:

@@ -28,7 +28,7 @@ struct LightTracer::Event {
   int first_pair;  // of this event's dimensions
   Vertex vertex;   // its wo points back to the light
 
-  // The vertex is large, and filled in later: it stays as it is.
+  // The vertex is large and filled in later: it is not zeroed.
   Event(const WidePath& wide_path, const Sampler& numbers, int pair)
       : path(wide_path), sampler(numbers), first_pair(pair) {}
 };

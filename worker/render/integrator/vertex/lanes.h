@@ -93,7 +93,7 @@ TESSERA_INLINE void copy_lanes(const Memory& from, Int index, Mask active, Memor
                      from, to);
 }
 
-/// What the rays met, entry by entry.
+/// Hits of rays, entry by entry.
 template <class Form>
 struct alignas(64) HitFields {
   typename Form::Scalar t, u, v;
@@ -106,11 +106,11 @@ struct alignas(64) HitFields {
   }
 };
 struct HitState : HitFields<InMemory> {
-  /// As a query wants them.
+  /// The arrays for a query to fill.
   HitArrays arrays() { return {t, u, v, primitive, shape, instance}; }
 };
 
-/// As a query wants them.
+/// The arrays for a query to read.
 inline RayArrays arrays_of(const Vec3Lanes& origin, const Vec3Lanes& direction, const float* times) {
   return {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, times};
 }

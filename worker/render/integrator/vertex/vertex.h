@@ -32,7 +32,7 @@ TESSERA_INLINE Mask partly_open(const Vertex& v, Mask hit) { return hit & ((v.at
 /// Lets paths in these lanes through, as far as `u`, uniform in [0, 1), says so.
 void open_surface(const SceneTables& scene, Float u, Mask partly, Vertex& v);
 
-/// What scatters there, a BSDF or a phase function: its value (with the cosine at surfaces) and density for `wi`.
+/// Value (with the cosine at surfaces) and density for `wi` of what scatters there, a BSDF or a phase function.
 TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& v, Vec3 wi, Mask active) {
   BsdfEval result = eval_bsdf(v.at, v.wo, wi, and_not(active, v.in_medium));
   const Mask in_medium = active & v.in_medium;
