@@ -69,18 +69,21 @@ std::string tell_certificates(const Options& options) {
   const std::string folder = std::filesystem::absolute(options.new_certificates).lexically_normal().string();
   const std::string host = options.hosts.empty() ? "127.0.0.1" : options.hosts.front();
   const std::string address = tessera::wire::HostPort{.host = host, .port = 7070}.to_string();
-  std::string text = absl::StrCat(
-      "made in ", folder, ", valid for 397 days:\n", "  authority   signs the others: keep it off the network\n",
-      "  server      for the coordinator\n", "  worker      for workers: copy it to every machine that renders\n",
-      "  admin       for who runs the farm (tessera --tls)\n");
+  std::string text = absl::StrCat("made in ", folder, ", valid for 397 days:\n",
+                                  "  authority   signs the others: keep it off the network\n",
+                                  "  server      for the coordinator\n",
+                                  "  worker      for workers: copy it to every machine that renders\n",
+                                  "  admin       for who runs the farm (tessera --tls)\n");
   for (const std::string& user : options.users) {
     absl::StrAppend(&text, "  client-", user, "   for ", user, " (tessera --tls, $TESSERA_TLS)\n");
   }
   if (options.users.empty()) text += "  --tls-user NAME adds a folder for a user\n";
-  if (options.hosts.empty()) text += "  --tls-host HOST adds the address by which other machines call the server\n";
+  if (options.hosts.empty())
+    text += "  --tls-host HOST adds the address by which other machines call the server\n";
   absl::StrAppend(&text, "next:\n  tessera-server --listen ", address, " --tls ", folder, "/server\n",
                   "  tessera-worker --server ", address, " --tls ", folder, "/worker\n",
-                  "with systemd, whose units run as the user tessera:\n  sudo chown -R tessera: ", folder, "/server\n");
+                  "with systemd, whose units run as the user tessera:\n  sudo chown -R tessera: ", folder,
+                  "/server\n");
   return text;
 }
 
@@ -102,11 +105,14 @@ absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& si
 
 void define_tls_options(tessera::options::Command& command, Options& options) {
   command.group("Encryption");
-  command.add("--tls", options.coordinator.certificates, "a server's certificates: encrypts, and checks who calls")
+  command
+      .add("--tls", options.coordinator.certificates,
+           "a server's certificates: encrypts, and checks who calls")
       .type_name("DIR");
   command.add_flag("--allow-insecure", options.coordinator.allow_insecure,
                    "serve without encryption on an address that is not loopback");
-  command.add_flag("--share-jobs", options.coordinator.share_jobs, "clients may see and change each other's jobs");
+  command.add_flag("--share-jobs", options.coordinator.share_jobs,
+                   "clients may see and change each other's jobs");
   command
       .add("--join-authority", options.join_authority,
            "folder with the authority's key: workers may join with a token (tessera token); needs --tls")
@@ -116,10 +122,12 @@ void define_tls_options(tessera::options::Command& command, Options& options) {
            "where they do, without a certificate (default: the port behind that of --listen)")
       .type_name("ADDR:PORT");
   command.group("Making certificates, instead of serving");
-  const auto init =
-      command.add("--init-tls", options.new_certificates, "make the farm's certificates in this folder, or renew them")
-          .type_name("DIR");
-  command.add("--tls-host", options.hosts, "a name or an address that the server is called by; may be repeated")
+  const auto init = command
+                        .add("--init-tls", options.new_certificates,
+                             "make the farm's certificates in this folder, or renew them")
+                        .type_name("DIR");
+  command
+      .add("--tls-host", options.hosts, "a name or an address that the server is called by; may be repeated")
       .type_name("HOST")
       .needs(init);
   command.add("--tls-user", options.users, "a user to make a client's certificate for; may be repeated")
@@ -134,7 +142,8 @@ void define_options(tessera::options::Command command, Options& options) {
       .with_default();
   command.add("--metrics", options.coordinator.metrics, "where to serve Prometheus metrics, at /metrics")
       .type_name("ADDR:PORT");
-  command.add("--health", options.coordinator.health, "where to answer gRPC health checks, without certificates")
+  command
+      .add("--health", options.coordinator.health, "where to answer gRPC health checks, without certificates")
       .type_name("ADDR:PORT");
   command.add("--log-level", options.log.level, "what goes to standard error")
       .type_name("LEVEL")
@@ -147,18 +156,22 @@ void define_options(tessera::options::Command command, Options& options) {
   command.group("Scheduling");
   command
       .add("--order", options.order,
-           "a user's jobs of one priority: first-come (the next where one has no units left) or fair (together)")
+           "a user's jobs of one priority: first-come (the next where one has no units left) or fair "
+           "(together)")
       .type_name("ORDER")
       .one_of({"first-come", "fair"})
       .with_default();
   command
-      .add("--unit-seconds", options.unit_seconds,
-           "work that a worker's thread gets as one, once it is known what a job costs; 0: the least there is")
+      .add(
+          "--unit-seconds", options.unit_seconds,
+          "work that a worker's thread gets as one, once it is known what a job costs; 0: the least there is")
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
   command.group("Defaults of jobs");
-  command.add("--bits", options.bits, "same: all of an image by machines that round alike; any: every machine works")
+  command
+      .add("--bits", options.bits,
+           "same: all of an image by machines that round alike; any: every machine works")
       .type_name("BITS")
       .one_of({"same", "any"})
       .with_default();
@@ -166,25 +179,34 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("NAME")
       .one_of({"avx2", "avx512", "neon"});
   command.group("Storage");
-  command.add("--data", options.data_dir, "folder for the journal, results and blobs").type_name("DIR").with_default();
-  command.add_flag("--accept-loss", options.coordinator.accept_loss,
-                   "start although the data lacks something that was acknowledged, and go on with what there is");
+  command.add("--data", options.data_dir, "folder for the journal, results and blobs")
+      .type_name("DIR")
+      .with_default();
+  command.add_flag(
+      "--accept-loss", options.coordinator.accept_loss,
+      "start although the data lacks something that was acknowledged, and go on with what there is");
   command
-      .add("--keep-days", options.keep_days, "days after which a finished job is deleted when a client has its image")
+      .add("--keep-days", options.keep_days,
+           "days after which a finished job is deleted when a client has its image")
       .type_name("DAYS")
       .in_range(0, 36500)
       .with_default();
-  command.add("--keep-unfetched-days", options.keep_unfetched_days, "the same for jobs whose image nobody fetched")
+  command
+      .add("--keep-unfetched-days", options.keep_unfetched_days,
+           "the same for jobs whose image nobody fetched")
       .type_name("DAYS")
       .in_range(0, 36500)
       .with_default();
-  command.add("--max-results", options.max_gigabytes, "GB of results, beyond which fetched jobs are deleted earlier")
+  command
+      .add("--max-results", options.max_gigabytes,
+           "GB of results, beyond which fetched jobs are deleted earlier")
       .type_name("GB")
       .in_range(0, 1e9)
       .with_default();
   command
       .add("--keep-free", options.keep_free_gigabytes,
-           "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most 2)")
+           "GB of the data's disk that uploads and new jobs leave to results (default: a twentieth, at most "
+           "2)")
       .type_name("GB")
       .in_range(0, 1e9);
   define_tls_options(command, options);
@@ -200,10 +222,12 @@ tessera::server::CoordinatorOptions coordinator_options(const Options& options) 
   result.join_authority = options.join_authority;
   result.same_bits = options.bits == "same";
   result.settle = kSettle;
-  result.order = options.order == "fair" ? tessera::server::JobOrder::kFair : tessera::server::JobOrder::kFirstCome;
+  result.order =
+      options.order == "fair" ? tessera::server::JobOrder::kFair : tessera::server::JobOrder::kFirstCome;
   result.longest_run = std::chrono::milliseconds(static_cast<std::int64_t>(options.unit_seconds * 1e3));
   result.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_days * 86400));
-  result.keep_unfetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));
+  result.keep_unfetched =
+      std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));
   result.max_result_bytes = static_cast<std::uint64_t>(options.max_gigabytes * 1e9);
   if (options.keep_free_gigabytes) {
     result.keep_free_bytes = static_cast<std::uint64_t>(*options.keep_free_gigabytes * 1e9);
@@ -220,7 +244,8 @@ int main(int argc, char** argv) {
   given.coordinator.listen = "127.0.0.1:7070";
   {
     tessera::options::Program program{
-        "tessera-server", "The coordinator of a farm: keeps jobs, hands out tiles to workers, stores their results.",
+        "tessera-server",
+        "The coordinator of a farm: keeps jobs, hands out tiles to workers, stores their results.",
         absl::StrCat("tessera-server ", tessera::wire::build_version())};
     define_options(program.root(), given);
     if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
@@ -262,7 +287,8 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
   if (const int port = (*coordinator)->join_port(); port != 0) spdlog::info("workers join on port {}", port);
   if (const int port = (*coordinator)->metrics_port(); port != 0) spdlog::info("metrics on port {}", port);
-  if (const int port = (*coordinator)->health_port(); port != 0) spdlog::info("health checks on port {}", port);
+  if (const int port = (*coordinator)->health_port(); port != 0)
+    spdlog::info("health checks on port {}", port);
   spdlog::info("data directory {}", options.data_dir.string());
 
   const absl::Status status = serve(**coordinator, signals);

@@ -32,7 +32,9 @@ Interval interval_of(const std::vector<double>& values) {
   return {std::exp(mean), std::exp(mean - half), std::exp(mean + half)};
 }
 
-double without_noise(double measured, double noise) { return noise > measured / 2 ? measured : measured - noise; }
+double without_noise(double measured, double noise) {
+  return noise > measured / 2 ? measured : measured - noise;
+}
 
 bool reference_too_noisy(const BenchSceneResult& scene) {
   return std::ranges::any_of(scene.variants, [&](const BenchVariantResult& variant) {
@@ -76,12 +78,13 @@ std::optional<Slope> slope_of(const BenchVariantResult& variant, const Reference
   return Slope{slope, dof > 0 ? std::sqrt(rest / dof / xx) : kNan};
 }
 
-Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b, const ReferenceNoise& noise,
-                          std::optional<std::uint32_t> spp) {
+Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b,
+                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp) {
   std::map<std::uint64_t, std::vector<double>> logs;  // by seed
   for (std::size_t i = 0; i < std::min(a.runs.size(), b.runs.size()); ++i) {
     if (spp && a.runs[i].spp != *spp) continue;
-    logs[a.runs[i].seed_offset].push_back(std::log(efficiency(b.runs[i], noise) / efficiency(a.runs[i], noise)));
+    logs[a.runs[i].seed_offset].push_back(
+        std::log(efficiency(b.runs[i], noise) / efficiency(a.runs[i], noise)));
   }
   std::vector<double> ratios;
   for (const auto& [seed, of_seed] : logs) ratios.push_back(std::exp(mean_of(of_seed)));

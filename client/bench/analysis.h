@@ -9,8 +9,8 @@
 
 namespace tessera::client {
 
-/// The geometric mean of positive numbers, and the ends of its 95 % interval by Student's t over their logarithms; NaN
-/// ends when there is but one number.
+/// The geometric mean of positive numbers, and the ends of its 95 % interval by Student's t over their
+/// logarithms; NaN ends when there is but one number.
 struct Interval {
   double value = 0, low = 0, high = 0;
 
@@ -18,9 +18,9 @@ struct Interval {
 };
 Interval interval_of(const std::vector<double>& values);
 
-/// An error against a noisy reference without the reference's own: their squares add up. As it was measured where the
-/// reference would take more than half of it: then the reference is not good enough, and the error is too large by at
-/// most a factor of two.
+/// An error against a noisy reference without the reference's own: their squares add up. As it was measured
+/// where the reference would take more than half of it: then the reference is not good enough, and the error
+/// is too large by at most a factor of two.
 double without_noise(double measured, double noise);
 /// Whether that happened to some run.
 bool reference_too_noisy(const BenchSceneResult& scene);
@@ -46,9 +46,9 @@ struct Slope {
 };
 std::optional<Slope> slope_of(const BenchVariantResult& variant, const ReferenceNoise& noise);
 
-/// How many times as efficient `b` is as `a`, seed by seed; over all sample counts (the mean of the logarithms) where
-/// `spp` is absent. Both have the same sample counts and seeds.
-Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b, const ReferenceNoise& noise,
-                          std::optional<std::uint32_t> spp);
+/// How many times as efficient `b` is as `a`, seed by seed; over all sample counts (the mean of the
+/// logarithms) where `spp` is absent. Both have the same sample counts and seeds.
+Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b,
+                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp);
 
 }  // namespace tessera::client

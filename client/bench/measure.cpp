@@ -52,8 +52,8 @@ absl::StatusOr<BenchBias> bias_of(const Image& reference, const Image& mean, std
   return BenchBias{spp, kChannelNames[worst], bias.bias_percent, bias.t};
 }
 
-absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const BenchCost& cost, std::uint32_t spp,
-                               std::uint64_t seed_offset) {
+absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const BenchCost& cost,
+                               std::uint32_t spp, std::uint64_t seed_offset) {
   const absl::StatusOr<Comparison> comparison = compare_images(reference, image);
   if (!comparison.ok()) return comparison.status();
   const absl::StatusOr<double> flip = flip_error(reference, image);
@@ -69,8 +69,8 @@ absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const
 }
 
 /// Renders as often as there are seeds, at the smallest sample count; the variants take turns.
-absl::Status measure_ceilings(std::span<const BenchVariant> variants, const BenchPlan& plan, std::stop_token stop,
-                              std::vector<BenchVariantResult>& results) {
+absl::Status measure_ceilings(std::span<const BenchVariant> variants, const BenchPlan& plan,
+                              std::stop_token stop, std::vector<BenchVariantResult>& results) {
   std::vector<std::vector<BenchCeiling>> all(variants.size());
   for (std::uint32_t i = 0; i < plan.seeds; ++i) {
     for (std::size_t v = 0; v < variants.size(); ++v) {
@@ -99,7 +99,8 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
     absl::StatusOr<std::vector<BenchRender>> renders = render_in_turn(scenes, spp, seed, plan.threads, stop);
     if (!renders.ok()) return renders.status();
     for (std::size_t v = 0; v < variants.size(); ++v) {
-      const absl::StatusOr<Image> image = assemble_image(variants[v].spec, spp, std::move((*renders)[v].tiles));
+      const absl::StatusOr<Image> image =
+          assemble_image(variants[v].spec, spp, std::move((*renders)[v].tiles));
       if (!image.ok()) return image.status();
       absl::StatusOr<BenchRun> run = judge(reference.image, *image, (*renders)[v].cost, spp, seed);
       if (!run.ok()) return run.status();
@@ -117,7 +118,8 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
 
 }  // namespace
 
-absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp, std::vector<wire::TileResult> tiles) {
+absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp,
+                                     std::vector<wire::TileResult> tiles) {
   AssemblyOptions options;
   options.width = spec.width(), options.height = spec.height();
   options.crop = {static_cast<std::int32_t>(spec.crop().x0()), static_cast<std::int32_t>(spec.crop().y0()),
@@ -147,8 +149,9 @@ absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
     const Window& data = reference.image.data;
     const std::int64_t width = crop.x1() - crop.x0(), height = crop.y1() - crop.y0();
     if (width != data.width() || height != data.height()) {
-      return absl::InvalidArgumentError(absl::StrCat("the reference (", reference.source, ") is ", data.width(), "x",
-                                                     data.height(), ", the render ", width, "x", height));
+      return absl::InvalidArgumentError(absl::StrCat("the reference (", reference.source, ") is ",
+                                                     data.width(), "x", data.height(), ", the render ", width,
+                                                     "x", height));
     }
     results.push_back({.name = variant.name,
                        .spec = variant.spec,

@@ -65,13 +65,15 @@ struct BenchPlan {
   int threads = 1;
 };
 
-/// Renders every variant with every sample count and seed, the variants taking turns, seed after seed. `progress` is
-/// told what comes next. InvalidArgument where the reference's size is another; Cancelled when stopped.
+/// Renders every variant with every sample count and seed, the variants taking turns, seed after seed.
+/// `progress` is told what comes next. InvalidArgument where the reference's size is another; Cancelled when
+/// stopped.
 absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
     std::span<const BenchVariant> variants, const BenchReference& reference, const BenchPlan& plan,
     const std::function<void(const std::string&)>& progress, std::stop_token stop);
 
 /// R, G, B and the other channels of a render.
-absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp, std::vector<wire::TileResult> tiles);
+absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp,
+                                     std::vector<wire::TileResult> tiles);
 
 }  // namespace tessera::client

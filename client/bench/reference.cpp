@@ -34,7 +34,8 @@ ReferenceNoise merge_halves(Image& first, const Image& second) {
     auto& a = std::ranges::find(first.channels, name, &Channel::name)->values;
     const auto& b = second.find(name)->values;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      const double mean = 0.5 * (double{a[i]} + b[i]), variance = 0.25 * (double{a[i]} - b[i]) * (double{a[i]} - b[i]);
+      const double mean = 0.5 * (double{a[i]} + b[i]),
+                   variance = 0.25 * (double{a[i]} - b[i]) * (double{a[i]} - b[i]);
       a[i] = static_cast<float>(mean);
       noise.mse += variance;
       noise.relmse += variance / (mean * mean + CompareOptions{}.epsilon);
@@ -61,7 +62,8 @@ absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::
   const std::uint32_t half = std::max(1u, spp / 2);
   for (const std::uint64_t seed_offset : kSeedOffsets) {
     const BenchScene* const scene = variant.scene.get();
-    absl::StatusOr<std::vector<BenchRender>> render = render_in_turn({&scene, 1}, half, seed_offset, threads, stop);
+    absl::StatusOr<std::vector<BenchRender>> render =
+        render_in_turn({&scene, 1}, half, seed_offset, threads, stop);
     if (!render.ok()) return render.status();
     absl::StatusOr<Image> rendered = assemble_image(variant.spec, half, std::move(render->front().tiles));
     if (!rendered.ok()) return rendered.status();
@@ -71,7 +73,8 @@ absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::
       image = *std::move(rendered);
     }
   }
-  return BenchReference{*std::move(image), noise, absl::StrCat("rendered with ", 2 * half, " samples a pixel")};
+  return BenchReference{*std::move(image), noise,
+                        absl::StrCat("rendered with ", 2 * half, " samples a pixel")};
 }
 
 absl::Status write_reference(const BenchReference& reference, const std::string& path) {

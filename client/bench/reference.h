@@ -26,8 +26,8 @@ struct BenchReference {
 /// Reads a reference. Its noise is known when it was written by write_reference. Errors as read_exr.
 absl::StatusOr<BenchReference> read_reference(const std::string& path);
 
-/// Renders one of `spp` samples a pixel as the mean of two halves with seeds of their own, which no measured image has;
-/// their difference tells the noise.
+/// Renders one of `spp` samples a pixel as the mean of two halves with seeds of their own, which no measured
+/// image has; their difference tells the noise.
 absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::uint32_t spp, int threads,
                                               std::stop_token stop);
 

@@ -26,19 +26,20 @@ std::vector<std::uint32_t> sample_counts(const BenchVariantResult& variant) {
 /// One line a sample count, errors and times being geometric means over the seeds.
 std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   std::string text =
-      absl::StrFormat("  %6s %9s %10s %10s %11s %8s %10s %7s %11s  %-22s %7s\n", "spp", "CPU s", "MSE", "relMSE",
-                      "less 0.1 %", "FLIP", "bias %", "t", "efficiency", "95 % interval", "Mray/s");
+      absl::StrFormat("  %6s %9s %10s %10s %11s %8s %10s %7s %11s  %-22s %7s\n", "spp", "CPU s", "MSE",
+                      "relMSE", "less 0.1 %", "FLIP", "bias %", "t", "efficiency", "95 % interval", "Mray/s");
   for (const BenchBias& bias : variant.biases) {
     const auto value = [&](auto property) { return interval_over(variant, bias.spp, property).value; };
     const Interval efficient =
         interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
-    absl::StrAppendFormat(&text, "  %6d %9.3f %10.4g %10.4g %11.4g %8.4f %+7.3f %s %+7.2f %11.4g  %-22s %7.2f\n",
+    absl::StrAppendFormat(&text,
+                          "  %6d %9.3f %10.4g %10.4g %11.4g %8.4f %+7.3f %s %+7.2f %11.4g  %-22s %7.2f\n",
                           bias.spp, value([](const BenchRun& run) { return run.cost.cpu_seconds; }),
                           value([&](const BenchRun& run) { return without_noise(run.mse, noise.mse); }),
                           value([&](const BenchRun& run) { return without_noise(run.relmse, noise.relmse); }),
                           value([](const BenchRun& run) { return run.relmse_trimmed; }),
-                          value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel, bias.t,
-                          efficient.value, ends_of(efficient), value([](const BenchRun& run) {
+                          value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel,
+                          bias.t, efficient.value, ends_of(efficient), value([](const BenchRun& run) {
                             return 1e-6 * static_cast<double>(run.cost.rays()) / run.cost.cpu_seconds;
                           }));
   }
@@ -72,16 +73,19 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   }
   const double samples = static_cast<double>(all.samples);
   absl::StrAppendFormat(&text, "  rays a sample           %.2f camera, %.2f bounce, %.2f shadow\n",
-                        static_cast<double>(all.camera_rays) / samples, static_cast<double>(all.bounce_rays) / samples,
+                        static_cast<double>(all.camera_rays) / samples,
+                        static_cast<double>(all.bounce_rays) / samples,
                         static_cast<double>(all.shadow_rays) / samples);
   const BenchCeiling& ceiling = variant.ceiling;
   const double rays = 1e-6 * static_cast<double>(ceiling.rays);
-  absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n", 100 * ceiling.share(),
-                        rays / ceiling.render_cpu_seconds, rays / ceiling.replay_cpu_seconds);
+  absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n",
+                        100 * ceiling.share(), rays / ceiling.render_cpu_seconds,
+                        rays / ceiling.replay_cpu_seconds);
   absl::StrAppendFormat(&text, "  rendering               %s\n", stages_line(all));
-  absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n", variant.import_cpu_seconds,
-                        variant.build_cpu_seconds);
-  if (all.dropped_samples > 0) absl::StrAppendFormat(&text, "  samples dropped         %d\n", all.dropped_samples);
+  absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n",
+                        variant.import_cpu_seconds, variant.build_cpu_seconds);
+  if (all.dropped_samples > 0)
+    absl::StrAppendFormat(&text, "  samples dropped         %d\n", all.dropped_samples);
   return text;
 }
 
@@ -92,7 +96,8 @@ std::string verdict(const std::string& a, const std::string& b, const Interval& 
   return "the difference is not significant";
 }
 
-std::string comparison_text(const BenchVariantResult& a, const BenchVariantResult& b, const ReferenceNoise& noise) {
+std::string comparison_text(const BenchVariantResult& a, const BenchVariantResult& b,
+                            const ReferenceNoise& noise) {
   std::string text = absl::StrCat("efficiency of ", b.name, " over ", a.name, "\n");
   for (const std::uint32_t spp : sample_counts(a)) {
     const Interval ratio = efficiency_ratio(a, b, noise, spp);
@@ -111,15 +116,16 @@ std::string to_text(const BenchSceneResult& scene) {
   const v1::JobSpec& spec = scene.variants.front().spec;
   const v1::PixelRect& crop = spec.crop();
   std::string text =
-      absl::StrFormat("%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
-                      crop.y1() - crop.y0(), spec.settings().integrator(), spec.settings().max_depth(),
-                      spec.settings().sampler(), spec.isa(), scene.reference);
+      absl::StrFormat("%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name,
+                      crop.x1() - crop.x0(), crop.y1() - crop.y0(), spec.settings().integrator(),
+                      spec.settings().max_depth(), spec.settings().sampler(), spec.isa(), scene.reference);
   if (scene.noise.mse > 0) {
     absl::StrAppendFormat(&text, "; its own MSE %.3g, relMSE %.3g taken off MSE and relMSE", scene.noise.mse,
                           scene.noise.relmse);
   }
   text += "\n";
-  for (const BenchVariantResult& variant : scene.variants) absl::StrAppend(&text, variant_text(variant, scene.noise));
+  for (const BenchVariantResult& variant : scene.variants)
+    absl::StrAppend(&text, variant_text(variant, scene.noise));
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
     absl::StrAppend(&text, comparison_text(scene.variants.front(), scene.variants[i], scene.noise));
   }
@@ -128,10 +134,12 @@ std::string to_text(const BenchSceneResult& scene) {
 
 LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
   LogLogPlot plot;
-  plot.title = scenes.size() == 1 ? absl::StrCat("Error over time: ", scenes.front().name) : "Error over time";
-  plot.subtitle = absl::StrCat(plan.spp.front(), " to ", plan.spp.back(), " samples a pixel, ", plan.seeds,
-                               plan.seeds == 1 ? " seed" : " seeds", plan.seeds > 1 ? "; bars: 95 % interval" : "",
-                               "; in brackets: slope of MSE over time");
+  plot.title =
+      scenes.size() == 1 ? absl::StrCat("Error over time: ", scenes.front().name) : "Error over time";
+  plot.subtitle =
+      absl::StrCat(plan.spp.front(), " to ", plan.spp.back(), " samples a pixel, ", plan.seeds,
+                   plan.seeds == 1 ? " seed" : " seeds", plan.seeds > 1 ? "; bars: 95 % interval" : "",
+                   "; in brackets: slope of MSE over time");
   plot.x_label = "CPU time of rendering [s]";
   plot.y_label = "relative mean squared error";
   for (const BenchSceneResult& scene : scenes) {
@@ -139,11 +147,12 @@ LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan&
       PlotSeries series;
       series.name = scenes.size() == 1 && !variant.name.empty() ? variant.name
                     : variant.name.empty()                      ? scene.name
-                                                                : absl::StrCat(scene.name, ", ", variant.name);
+                                           : absl::StrCat(scene.name, ", ", variant.name);
       if (const auto slope = slope_of(variant, scene.noise))
         absl::StrAppendFormat(&series.name, "  (%.2f)", slope->value);
       for (const std::uint32_t spp : sample_counts(variant)) {
-        const Interval time = interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; });
+        const Interval time =
+            interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; });
         const Interval error = interval_over(
             variant, spp, [&](const BenchRun& run) { return without_noise(run.relmse, scene.noise.relmse); });
         series.points.push_back(

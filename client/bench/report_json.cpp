@@ -44,7 +44,8 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
     const Interval efficient =
         interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
     json["efficiency"].push_back({{"spp", bias.spp}, {"interval", json_of(efficient)}});
-    json["bias"].push_back({{"spp", bias.spp}, {"channel", bias.channel}, {"percent", bias.percent}, {"t", bias.t}});
+    json["bias"].push_back(
+        {{"spp", bias.spp}, {"channel", bias.channel}, {"percent", bias.percent}, {"t", bias.t}});
   }
   if (const auto slope = slope_of(variant, noise)) {
     json["slope"] = {{"value", slope->value}, {"standard_error", slope->standard_error}};
@@ -59,11 +60,13 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
 
 Json json_of(const BenchSceneResult& scene) {
   const v1::PixelRect& crop = scene.variants.front().spec.crop();
-  Json json{{"name", scene.name},
-            {"width", crop.x1() - crop.x0()},
-            {"height", crop.y1() - crop.y0()},
-            {"reference", {{"source", scene.reference}, {"mse", scene.noise.mse}, {"relmse", scene.noise.relmse}}}};
-  for (const BenchVariantResult& variant : scene.variants) json["variants"].push_back(json_of(variant, scene.noise));
+  Json json{
+      {"name", scene.name},
+      {"width", crop.x1() - crop.x0()},
+      {"height", crop.y1() - crop.y0()},
+      {"reference", {{"source", scene.reference}, {"mse", scene.noise.mse}, {"relmse", scene.noise.relmse}}}};
+  for (const BenchVariantResult& variant : scene.variants)
+    json["variants"].push_back(json_of(variant, scene.noise));
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
     const BenchVariantResult &a = scene.variants.front(), &b = scene.variants[i];
     Json comparison{{"a", a.name}, {"b", b.name}};
@@ -80,7 +83,10 @@ Json json_of(const BenchSceneResult& scene) {
 }  // namespace
 
 std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
-  Json json{{"version", wire::build_version()}, {"seeds", plan.seeds}, {"threads", plan.threads}, {"spp", plan.spp}};
+  Json json{{"version", wire::build_version()},
+            {"seeds", plan.seeds},
+            {"threads", plan.threads},
+            {"spp", plan.spp}};
   for (const BenchSceneResult& scene : scenes) json["scenes"].push_back(json_of(scene));
   // Names may hold bytes that are not UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

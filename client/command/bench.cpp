@@ -58,12 +58,14 @@ struct VariantOption {
 absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
   if (text.empty()) return std::vector<VariantOption>(1);
   const std::vector<std::string> sides = absl::StrSplit(text, absl::MaxSplits('=', 1));
-  if (sides.size() != 2 || sides[0].empty()) return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
+  if (sides.size() != 2 || sides[0].empty())
+    return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
   std::vector<VariantOption> variants;
   for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
     variants.push_back({sides[0], value});
   }
-  if (variants.size() < 2) return absl::InvalidArgumentError("--compare: expected two values or more, OPTION=A,B");
+  if (variants.size() < 2)
+    return absl::InvalidArgumentError("--compare: expected two values or more, OPTION=A,B");
   return variants;
 }
 
@@ -84,13 +86,15 @@ struct LoadedVariant {
   BenchVariant variant;
 };
 
-std::optional<Failed> load_variant(const RenderOptions& options, const std::string& name, LoadedVariant& loaded) {
+std::optional<Failed> load_variant(const RenderOptions& options, const std::string& name,
+                                   LoadedVariant& loaded) {
   int exit_code = kDone;
   loaded.job = load_job(options, exit_code);
   if (loaded.job == nullptr) return Failed{exit_code};
   v1::JobSpec& spec = loaded.job->job->spec;
   if (spec.isa().empty()) spec.set_isa(local_isas().empty() ? "" : local_isas().front());
-  absl::StatusOr<std::unique_ptr<BenchScene>> scene = BenchScene::load(spec, loaded.job->job->blobs, options.threads);
+  absl::StatusOr<std::unique_ptr<BenchScene>> scene =
+      BenchScene::load(spec, loaded.job->job->blobs, options.threads);
   if (!scene.ok()) {
     return Failed{report(absl::IsInvalidArgument(scene.status()) ? kBadScene : kJobFailed,
                          std::string{scene.status().message()})};
@@ -105,7 +109,8 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
 /// Tells what is being done: on a terminal in one line, else a line each.
 class Steps {
  public:
-  Steps(std::string scene, bool quiet) : scene_(std::move(scene)), quiet_(quiet), terminal_(::isatty(STDERR_FILENO)) {}
+  Steps(std::string scene, bool quiet)
+      : scene_(std::move(scene)), quiet_(quiet), terminal_(::isatty(STDERR_FILENO)) {}
   ~Steps() { say(""); }
   void operator()(const std::string& what) const { say(absl::StrCat(scene_, ": ", what)); }
 
@@ -124,12 +129,14 @@ class Steps {
 };
 
 /// The one given for scene number `index`, or one that is made, and kept where a file is named.
-absl::StatusOr<BenchReference> find_reference(const Options& options, std::size_t index, const BenchVariant& variant,
-                                              const Steps& steps, std::stop_token stop) {
+absl::StatusOr<BenchReference> find_reference(const Options& options, std::size_t index,
+                                              const BenchVariant& variant, const Steps& steps,
+                                              std::stop_token stop) {
   const std::string file = index < options.references.size() ? options.references[index] : "";
   if (options.reference_spp == 0) return read_reference(file);
   steps(absl::StrCat("reference, ", options.reference_spp, " samples a pixel"));
-  absl::StatusOr<BenchReference> made = make_reference(variant, options.reference_spp, options.plan.threads, stop);
+  absl::StatusOr<BenchReference> made =
+      make_reference(variant, options.reference_spp, options.plan.threads, stop);
   if (!made.ok() || file.empty()) return made;
   if (absl::Status status = write_reference(*made, file); !status.ok()) return status;
   made->source += absl::StrCat(", ", file);
@@ -162,7 +169,8 @@ absl::Status check(Options& options) {
   }
   if (!options.references.empty() && options.references.size() != options.scenes.size()) {
     return absl::InvalidArgumentError(absl::StrCat("there are ", options.scenes.size(), " scenes and ",
-                                                   options.references.size(), " references; one for each is needed"));
+                                                   options.references.size(),
+                                                   " references; one for each is needed"));
   }
   for (const std::string& file : {options.json, options.plot}) {
     if (file.empty()) continue;
@@ -179,12 +187,14 @@ int write_files(const Options& options, const std::vector<BenchSceneResult>& res
 }
 
 int run(Options options, Interrupt& interrupt) {
-  if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
+  if (const absl::Status status = check(options); !status.ok())
+    return report(kUsage, std::string{status.message()});
   const absl::StatusOr<std::vector<VariantOption>> variants = parse_compare(options.compare);
   if (!variants.ok()) return report(kUsage, std::string{variants.status().message()});
   if (!options.render.quiet && options.reference_spp > 0 &&
       options.reference_spp / kReferenceFactor < options.plan.spp.back()) {
-    std::cerr << "warning: a reference should have " << kReferenceFactor << " times the samples of the images, "
+    std::cerr << "warning: a reference should have " << kReferenceFactor
+              << " times the samples of the images, "
               << kReferenceFactor * std::uint64_t{options.plan.spp.back()} << " here\n";
   }
 
@@ -205,7 +215,8 @@ int run(Options options, Interrupt& interrupt) {
     if (!result.ok()) return report_measuring(result.status());
     std::cout << (i > 0 ? "\n" : "") << to_text(*result) << std::flush;
     if (!options.render.quiet && reference_too_noisy(*result)) {
-      std::cerr << "warning: " << result->name << ": the reference has more than half of the error; more samples in it "
+      std::cerr << "warning: " << result->name
+                << ": the reference has more than half of the error; more samples in it "
                 << "would make the figures true\n";
     }
     results.push_back(*std::move(result));
@@ -223,14 +234,19 @@ void add_bench_command(CommandLine& line) {
   command.add("--reference", options->references, "what the images are held against, one for each scene")
       .separated_by_commas()
       .type_name("FILE.exr,...");
-  command.add("--make-reference", options->reference_spp, "render it first, with N samples a pixel, to --reference")
+  command
+      .add("--make-reference", options->reference_spp,
+           "render it first, with N samples a pixel, to --reference")
       .in_range(2, wire::kMaxSamplesPerPixel);
   command.add("--spp", options->plan.spp, "samples a pixel")
       .separated_by_commas()
       .in_range(1, wire::kMaxSamplesPerPixel)
       .with_default();
-  command.add("--seeds", options->plan.seeds, "images for each number of samples").in_range(1, 1000).with_default();
-  command.add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
+  command.add("--seeds", options->plan.seeds, "images for each number of samples")
+      .in_range(1, 1000)
+      .with_default();
+  command
+      .add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.group("Output");

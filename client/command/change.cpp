@@ -1,4 +1,5 @@
-// tessera cancel, delete, retry, pause, resume and priority: what changes jobs, and tells what became of each.
+// tessera cancel, delete, retry, pause, resume and priority: what changes jobs, and tells what became of
+// each.
 #include <algorithm>
 #include <atomic>
 #include <functional>
@@ -31,7 +32,8 @@ struct Told {
 
 /// The change that a command makes to one job, and the jobs to which it may be made.
 struct Change {
-  std::function<absl::StatusOr<Told>(FarmClient&, const Options&, const std::string& job, std::stop_token)> apply;
+  std::function<absl::StatusOr<Told>(FarmClient&, const Options&, const std::string& job, std::stop_token)>
+      apply;
   Suits suits;
 };
 
@@ -119,14 +121,14 @@ void add_cancel_command(CommandLine& line) {
 }
 
 void add_delete_command(CommandLine& line) {
-  add_change(
-      line, "delete", "Delete jobs that are over, and their results",
-      {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) -> absl::StatusOr<Told> {
-         if (absl::Status status = farm.delete_job(job, stop); !status.ok()) return status;
-         return Told{absl::StrCat("job ", job, ": deleted"),
-                     absl::StrCat("{\"job_id\":\"", job, "\",\"deleted\":true}")};
-       },
-       is_over})
+  add_change(line, "delete", "Delete jobs that are over, and their results",
+             {[](FarmClient& farm, const Options&, const std::string& job,
+                 std::stop_token stop) -> absl::StatusOr<Told> {
+                if (absl::Status status = farm.delete_job(job, stop); !status.ok()) return status;
+                return Told{absl::StrCat("job ", job, ": deleted"),
+                            absl::StrCat("{\"job_id\":\"", job, "\",\"deleted\":true}")};
+              },
+              is_over})
       .example("tessera delete 4f0c")
       .example("tessera delete --state cancelled");
 }
@@ -146,19 +148,22 @@ void add_pause_command(CommandLine& line) {
 }
 
 void add_resume_command(CommandLine& line) {
-  add_change(line, "resume", "Resume paused jobs", set_paused(false)).example("tessera resume --state paused");
+  add_change(line, "resume", "Resume paused jobs", set_paused(false))
+      .example("tessera resume --state paused");
 }
 
 void add_priority_command(CommandLine& line) {
   const auto options = std::make_shared<Options>();
-  const Change change = {[](FarmClient& farm, const Options& chosen, const std::string& job, std::stop_token stop) {
-                           v1::AdjustJobRequest request;
-                           request.set_job_id(job);
-                           request.set_priority(chosen.priority);
-                           return tell(farm.adjust(request, stop));
-                         },
-                         is_open};
-  Command command = add_change(line, "priority", "Change the priority of jobs; higher goes first", change, options);
+  const Change change = {
+      [](FarmClient& farm, const Options& chosen, const std::string& job, std::stop_token stop) {
+        v1::AdjustJobRequest request;
+        request.set_job_id(job);
+        request.set_priority(chosen.priority);
+        return tell(farm.adjust(request, stop));
+      },
+      is_open};
+  Command command =
+      add_change(line, "priority", "Change the priority of jobs; higher goes first", change, options);
   command.add("PRIORITY", options->priority, "a whole number; 0 is usual").required();
   command.example("tessera priority 4f0c 91be 5");
 }

@@ -1,4 +1,5 @@
-// The subcommands. Each function defines one with its options, and what is done when the command line names it.
+// The subcommands. Each function defines one with its options, and what is done when the command line names
+// it.
 #pragma once
 
 #include "command/command_line.h"

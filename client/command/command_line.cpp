@@ -13,9 +13,10 @@ void Command::does(Action action) {
 }
 
 CommandLine::CommandLine(Interrupt& interrupt)
-    : program_("tessera", "Renders scenes, in this process or on a farm of workers.", wire::build_version(),
-               "Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or refused, 5 job failed, 6 incomplete, "
-               "7 image with marked holes (tessera retry), 130 interrupted."),
+    : program_(
+          "tessera", "Renders scenes, in this process or on a farm of workers.", wire::build_version(),
+          "Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or refused, 5 job failed, 6 incomplete, "
+          "7 image with marked holes (tessera retry), 130 interrupted."),
       interrupt_(&interrupt) {}
 
 Command CommandLine::add_command(const char* name, const char* description) {

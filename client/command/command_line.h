@@ -15,11 +15,12 @@ using options::Option;
 /// Does the work of a subcommand and returns the exit code.
 using Action = std::function<int(Interrupt&)>;
 
-/// A subcommand while it is being defined. Variables of options must outlive the command line: commonly the action
-/// shares their ownership.
+/// A subcommand while it is being defined. Variables of options must outlive the command line: commonly the
+/// action shares their ownership.
 class Command : public options::Command {
  public:
-  Command(options::Command command, Interrupt& interrupt) : options::Command(command), interrupt_(&interrupt) {}
+  Command(options::Command command, Interrupt& interrupt)
+      : options::Command(command), interrupt_(&interrupt) {}
 
   /// Sets what is to be done when the command line names this subcommand.
   void does(Action action);

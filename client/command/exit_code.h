@@ -21,8 +21,8 @@ enum ExitCode : int {
 /// Prints "tessera: message" to stderr and returns `code`.
 int report(ExitCode code, const std::string& message);
 
-/// The same for an error of a call to the coordinator. FailedPrecondition is a refusal: the coordinator has no way to
-/// do that, or the job is not in the state for it.
+/// The same for an error of a call to the coordinator. FailedPrecondition is a refusal: the coordinator has
+/// no way to do that, or the job is not in the state for it.
 int report_farm_error(const absl::Status& status);
 
 }  // namespace tessera::client

@@ -34,7 +34,8 @@ int run(const Options& options, Interrupt& interrupt) {
   }
   std::cout << options.role << " " << options.name << " is expelled";
   if (options.role == "worker") {
-    std::cout << ": " << response->workers() << " at work, " << response->join_tokens() << " join tokens called back";
+    std::cout << ": " << response->workers() << " at work, " << response->join_tokens()
+              << " join tokens called back";
   }
   std::cout << '\n';
   return kDone;

@@ -47,8 +47,8 @@ class Tale {
       : options_(options),
         // The noise decides how many samples are taken.
         samples_total_(spec.settings().noise() == 0 ? samples_of(spec) : 0),
-        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, wire::printable(spec.name()), samples_total_,
-                  Clock::now(), terminal_columns(STDERR_FILENO)) {}
+        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, wire::printable(spec.name()),
+                  samples_total_, Clock::now(), terminal_columns(STDERR_FILENO)) {}
 
   /// `received`: samples whose results are here; absent where results are not asked for.
   void tell(const v1::JobStatus& status, std::optional<std::uint64_t> received) {
@@ -71,7 +71,8 @@ class Tale {
   /// The phase before the first result.
   std::string waits_for(const v1::JobStatus& status) const {
     if (status.paused()) return "paused";
-    if (options_.building) return options_.building() ? "building the scene" : "starting, or rendering the first tiles";
+    if (options_.building)
+      return options_.building() ? "building the scene" : "starting, or rendering the first tiles";
     if (status.units_leased() == 0) {
       const std::string why = wire::printable(status.waiting_for());
       return why.empty() ? "waiting for a worker" : absl::StrCat("waiting: ", why);
@@ -101,8 +102,8 @@ double seconds(const google::protobuf::Duration& duration) {
 std::string list_of(const std::vector<Hole>& holes) {
   std::string list;
   for (const Hole& hole : holes) {
-    absl::StrAppend(&list, list.empty() ? "" : "; ", hole.pixels.x0, ",", hole.pixels.y0, ",", hole.pixels.x1, ",",
-                    hole.pixels.y1, hole.empty ? " empty" : " partial");
+    absl::StrAppend(&list, list.empty() ? "" : "; ", hole.pixels.x0, ",", hole.pixels.y0, ",", hole.pixels.x1,
+                    ",", hole.pixels.y1, hole.empty ? " empty" : " partial");
   }
   return list;
 }
@@ -124,7 +125,8 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 }  // namespace
 
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
-                                       const FollowOptions& how, std::stop_token stop, const PartialImage& partial) {
+                                       const FollowOptions& how, std::stop_token stop,
+                                       const PartialImage& partial) {
   absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
       wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
@@ -177,8 +179,8 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   return followed;
 }
 
-absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
-                                              std::stop_token stop) {
+absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id,
+                                              const v1::JobSpec& spec, std::stop_token stop) {
   Tale tale{spec, {}};
   FarmClient::WatchHandlers handlers;
   handlers.status = [&](const v1::JobStatus& status) { tale.tell(status, std::nullopt); };
@@ -205,16 +207,19 @@ int end_of(const FollowedJob& followed) {
   const v1::JobStatus& status = followed.status;
   if (!followed.broken_off.ok()) {
     const int code = report_farm_error(followed.broken_off);
-    if (!followed.image) return report(static_cast<ExitCode>(code), "nothing was rendered, so no image is written");
-    return report(static_cast<ExitCode>(code), absl::StrCat("the image is a partial one: ", status.units_done(), " of ",
-                                                            status.units_total(), " units"));
+    if (!followed.image)
+      return report(static_cast<ExitCode>(code), "nothing was rendered, so no image is written");
+    return report(static_cast<ExitCode>(code),
+                  absl::StrCat("the image is a partial one: ", status.units_done(), " of ",
+                               status.units_total(), " units"));
   }
   return has_ended(status.state()) ? report_end(status) : kDone;
 }
 
 }  // namespace
 
-int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet) {
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half,
+            bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings())
       std::cerr << "warning: " << wire::printable(warning) << '\n';

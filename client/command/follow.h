@@ -23,8 +23,9 @@ struct PartialImage {
 
 struct FollowedJob {
   v1::JobStatus status;
-  absl::Status broken_off;     // why following ended before the job did, where a partial image is wanted
-  std::optional<Image> image;  // when the job is done, or incomplete, or a partial one is wanted and there is something
+  absl::Status broken_off;  // why following ended before the job did, where a partial image is wanted
+  std::optional<Image>
+      image;  // when the job is done, or incomplete, or a partial one is wanted and there is something
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;
   double wall_seconds = 0;  // of following
@@ -44,16 +45,16 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
                                        const PartialImage& partial = {});
 
 /// The same without an image: progress only.
-absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
-                                              std::stop_token stop);
+absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id,
+                                              const v1::JobSpec& spec, std::stop_token stop);
 
-/// The exit code of a job that has ended, with a message on stderr when that was not well: of an incomplete one, kHoles
-/// and what is missing.
+/// The exit code of a job that has ended, with a message on stderr when that was not well: of an incomplete
+/// one, kHoles and what is missing.
 int report_end(const v1::JobStatus& status);
 
 /// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
-/// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and its
-/// error, writes the image with its metadata to `output`, and returns the exit code.
+/// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and
+/// its error, writes the image with its metadata to `output`, and returns the exit code.
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet);
 
 }  // namespace tessera::client

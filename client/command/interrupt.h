@@ -7,8 +7,9 @@
 
 namespace tessera::client {
 
-/// Make one at the start of main, before any other thread. A signal ends the program at once, with exit code 130, until
-/// a command takes charge with token(): then the first signal requests a stop, and the next one ends the program.
+/// Make one at the start of main, before any other thread. A signal ends the program at once, with exit code
+/// 130, until a command takes charge with token(): then the first signal requests a stop, and the next one
+/// ends the program.
 class Interrupt {
  public:
   Interrupt();

@@ -26,8 +26,8 @@ std::vector<std::string> JobNews::lines(const v1::JobStatus& status) {
   std::vector<std::string> lines;
   if (status.paused() != paused_) {
     paused_ = status.paused();
-    lines.push_back(paused_ ? absl::StrCat("job ", status.job_id(), " is paused; it goes on after: tessera resume ",
-                                           status.job_id())
+    lines.push_back(paused_ ? absl::StrCat("job ", status.job_id(),
+                                           " is paused; it goes on after: tessera resume ", status.job_id())
                             : absl::StrCat("job ", status.job_id(), " goes on"));
   }
   if (!status.left_out().empty() && status.left_out() != left_out_) {
@@ -38,10 +38,12 @@ std::vector<std::string> JobNews::lines(const v1::JobStatus& status) {
   const std::uint64_t more = status.failures() - std::min(failures_, status.failures());
   failures_ = status.failures();
   const int listed = status.latest_failures_size();
-  const int told = static_cast<int>(std::min<std::uint64_t>({more, kMostFailures, static_cast<std::uint64_t>(listed)}));
+  const int told =
+      static_cast<int>(std::min<std::uint64_t>({more, kMostFailures, static_cast<std::uint64_t>(listed)}));
   if (more > static_cast<std::uint64_t>(told)) {
-    lines.push_back(absl::StrCat(more - static_cast<std::uint64_t>(told), " units failed before; tessera job ",
-                                 status.job_id(), " tells what is known"));
+    lines.push_back(absl::StrCat(more - static_cast<std::uint64_t>(told),
+                                 " units failed before; tessera job ", status.job_id(),
+                                 " tells what is known"));
   }
   for (int i = listed - told; i < listed; ++i) lines.push_back(text_of(status.latest_failures(i)));
   return lines;

@@ -17,8 +17,8 @@ class JobNews {
  public:
   static constexpr int kMostFailures = 3;  // told of one status; the rest is counted
 
-  /// Returns the news: paused or resumed, who is left out, and units that failed, the oldest first. May be shown on a
-  /// terminal.
+  /// Returns the news: paused or resumed, who is left out, and units that failed, the oldest first. May be
+  /// shown on a terminal.
   std::vector<std::string> lines(const v1::JobStatus& status);
 
  private:

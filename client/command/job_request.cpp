@@ -27,10 +27,12 @@ constexpr std::array kTraversals{"packet", "single"};
 const std::string kDefaultIntegrator{wire::algorithms().front().name};
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
-// A unit is the least that is leased. What it costs is not known before: so little that even a scene of 1 ms a sample
-// begins with seconds. The coordinator leases several as one as soon as it knows (docs/decisions/0020-unit-size.md).
+// A unit is the least that is leased. What it costs is not known before: so little that even a scene of 1 ms
+// a sample begins with seconds. The coordinator leases several as one as soon as it knows
+// (docs/decisions/0020-unit-size.md).
 constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 14;
-constexpr std::uint64_t kUsualUnits = std::uint64_t{1} << 20;  // of a job, at most; the coordinator remembers each
+constexpr std::uint64_t kUsualUnits = std::uint64_t{1}
+                                      << 20;  // of a job, at most; the coordinator remembers each
 // A pass returns the whole film, so that smaller ones would be more to send and to merge.
 constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
@@ -76,12 +78,14 @@ v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderS
   settings.set_sampler(first_of(request.sampler, scene.sampler(), kSamplers[0]));
   settings.set_spp(request.spp.value_or(scene.spp() != 0 ? scene.spp() : kDefaultSpp));
   settings.set_noise(request.noise.value_or(scene.noise()));
-  const std::uint32_t depth = request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth);
+  const std::uint32_t depth =
+      request.max_depth.value_or(scene.has_max_depth() ? scene.max_depth() : kDefaultMaxDepth);
   settings.set_max_depth(std::min(depth, wire::kMaxDepth));
   settings.set_seed(request.seed.value_or(scene.seed()));
   settings.set_intersection(first_of(request.intersection, scene.intersection(), kIntersections[0]));
   settings.set_direct_light(first_of(request.direct_light, scene.direct_light(), kDirectLights[0]));
-  settings.set_light_selection(first_of(request.light_selection, scene.light_selection(), kLightSelections[0]));
+  settings.set_light_selection(
+      first_of(request.light_selection, scene.light_selection(), kLightSelections[0]));
   settings.set_traversal(first_of(request.traversal, scene.traversal(), kTraversals[0]));
   return settings;
 }
@@ -92,8 +96,9 @@ absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Reso
   crop.set_y1(film.height);
   if (!request.crop) return crop;
   if (request.crop->x1() > film.width || request.crop->y1() > film.height) {
-    return absl::OutOfRangeError(absl::StrCat("the crop ends at ", request.crop->x1(), ",", request.crop->y1(),
-                                              "; the film ends at ", film.width, ",", film.height));
+    return absl::OutOfRangeError(absl::StrCat("the crop ends at ", request.crop->x1(), ",",
+                                              request.crop->y1(), "; the film ends at ", film.width, ",",
+                                              film.height));
   }
   return *request.crop;
 }
@@ -104,7 +109,8 @@ std::string scene_bytes(const JobRequest& request, const v1::Scene& scene) {
   if (filter == kFilters.end()) return scene.SerializeAsString();
   v1::Scene filtered = scene;
   filtered.mutable_film()->clear_filter();
-  filtered.mutable_film()->mutable_filter()->set_kind(static_cast<v1::PixelFilter::Kind>(filter - kFilters.begin()));
+  filtered.mutable_film()->mutable_filter()->set_kind(
+      static_cast<v1::PixelFilter::Kind>(filter - kFilters.begin()));
   return filtered.SerializeAsString();
 }
 
@@ -130,7 +136,8 @@ absl::StatusOr<std::uint64_t> parse_seed(std::string_view text) {
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
   const auto numbers = parse_numbers<4>(text, ',');
   if (!numbers || (*numbers)[0] >= (*numbers)[2] || (*numbers)[1] >= (*numbers)[3]) {
-    return absl::InvalidArgumentError("expected x0,y0,x1,y1 in pixels with x0 < x1 and y0 < y1, as in 0,0,320,240");
+    return absl::InvalidArgumentError(
+        "expected x0,y0,x1,y1 in pixels with x0 < x1 and y0 < y1, as in 0,0,320,240");
   }
   v1::PixelRect rect;
   rect.set_x0((*numbers)[0]);
@@ -163,22 +170,27 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(passes, std::bit_ceil(spp)));
   }
   const v1::PixelRect& crop = spec.crop();
-  const auto across = [side](std::uint32_t begin, std::uint32_t end) { return (end - begin + side - 1) / side + 1; };
+  const auto across = [side](std::uint32_t begin, std::uint32_t end) {
+    return (end - begin + side - 1) / side + 1;
+  };
   return samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
 }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& imported,
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request,
+                                                         const ImportedScene& imported,
                                                          const std::string& name) {
   auto job = std::make_unique<PreparedJob>();
   v1::JobSpec& spec = job->spec;
   const v1::Scene& scene = imported.scene;
 
-  const Resolution film = request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
+  const Resolution film =
+      request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
   if (film.width == 0 || film.height == 0 || std::max(film.width, film.height) > wire::kMaxFilmSize) {
     return absl::InvalidArgumentError(absl::StrCat("the scene's film has ", film.width, "x", film.height,
-                                                   " pixels; 1 to ", wire::kMaxFilmSize, " each way are possible"));
+                                                   " pixels; 1 to ", wire::kMaxFilmSize,
+                                                   " each way are possible"));
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
@@ -197,8 +209,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
   }
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
   if (absl::Status status = wire::check_algorithm(spec); !status.ok()) {
-    const bool asked =
-        request.noise || !request.integrator.empty() || !request.direct_light.empty() || !request.aovs.empty();
+    const bool asked = request.noise || !request.integrator.empty() || !request.direct_light.empty() ||
+                       !request.aovs.empty();
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   spec.set_isa(request.isa);

@@ -47,8 +47,9 @@ struct JobRequest {
 /// A job, and the bytes that it needs.
 struct PreparedJob {
   v1::JobSpec spec;
-  SceneBlob scene;                      // the Scene message
-  std::vector<const SceneBlob*> blobs;  // all, `scene` included; they point into this object and the imported scene
+  SceneBlob scene;  // the Scene message
+  std::vector<const SceneBlob*>
+      blobs;  // all, `scene` included; they point into this object and the imported scene
 };
 
 /// "640x480". InvalidArgument, with what was expected, otherwise.
@@ -60,18 +61,18 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
 /// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
-/// InvalidArgument, naming what there is, for an integrator, a sampler, another setting, a pixel filter or an AOV
-/// that does not exist.
+/// InvalidArgument, naming what there is, for an integrator, a sampler, another setting, a pixel filter or an
+/// AOV that does not exist.
 absl::Status check_names(const JobRequest& request);
 
-/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not within
-/// the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself asks for what does
-/// not exist. `scene` must outlive the result.
-absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request, const ImportedScene& scene,
-                                                         const std::string& name);
+/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not
+/// within the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself
+/// asks for what does not exist. `scene` must outlive the result.
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request,
+                                                         const ImportedScene& scene, const std::string& name);
 
-/// The power of two that makes a unit of a tile of `pixels` pixels of at most 2^14 samples, but no larger than what
-/// covers `spp`; more where the job's tiles would otherwise have more than 2^20 units together.
+/// The power of two that makes a unit of a tile of `pixels` pixels of at most 2^14 samples, but no larger
+/// than what covers `spp`; more where the job's tiles would otherwise have more than 2^20 units together.
 std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint64_t tiles, std::uint32_t spp);
 
 }  // namespace tessera::client

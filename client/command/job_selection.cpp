@@ -57,7 +57,8 @@ absl::StatusOr<std::string> find_job_id(const std::vector<std::string>& all, con
     if (!id.empty() && known.starts_with(id)) found.push_back(known);
   }
   if (found.size() == 1) return found.front();
-  if (found.empty()) return absl::NotFoundError(absl::StrCat("there is no job ", id, wire::did_you_mean(id, all)));
+  if (found.empty())
+    return absl::NotFoundError(absl::StrCat("there is no job ", id, wire::did_you_mean(id, all)));
   return absl::InvalidArgumentError(
       absl::StrCat(found.size(), " jobs begin with ", id, ", ", found[0], " and ", found[1], " among them"));
 }
@@ -72,8 +73,9 @@ absl::StatusOr<std::string> find_job_id(FarmClient& farm, const std::string& id,
 absl::StatusOr<std::vector<std::string>> select_jobs(FarmClient& farm, const JobSelection& selection,
                                                      const Suits& suits, std::stop_token stop) {
   if (absl::Status status = check(selection); !status.ok()) return status;
-  const bool whole = !selection.ids.empty() &&
-                     std::ranges::all_of(selection.ids, [](const auto& id) { return id.size() >= kIdLength; });
+  const bool whole = !selection.ids.empty() && std::ranges::all_of(selection.ids, [](const auto& id) {
+    return id.size() >= kIdLength;
+  });
   if (whole) return selection.ids;
   const auto jobs = farm.jobs(stop);
   if (!jobs.ok()) return jobs.status();

@@ -32,8 +32,9 @@ void define_job_selection(options::Command& command, JobSelection& selection);
 /// Tells which jobs a command is for, of those that --all, --user and --state find.
 using Suits = std::function<bool(const v1::JobStatus&)>;
 
-/// The ids of the jobs, each once. InvalidArgument where nothing is selected, both ways at once are used, or a
-/// beginning is that of several jobs; NotFound where there is no such job. Otherwise the errors of FarmClient::jobs.
+/// The ids of the jobs, each once. InvalidArgument where nothing is selected, both ways at once are used, or
+/// a beginning is that of several jobs; NotFound where there is no such job. Otherwise the errors of
+/// FarmClient::jobs.
 absl::StatusOr<std::vector<std::string>> select_jobs(FarmClient& farm, const JobSelection& selection,
                                                      const Suits& suits, std::stop_token stop);
 

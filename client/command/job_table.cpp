@@ -25,7 +25,8 @@ std::string place_of(const v1::WorkUnit& unit) {
   std::string place = absl::StrCat("samples ", samples.begin(), " to ", samples.end());
   if (!unit.has_tile()) return place;
   const v1::PixelRect& pixels = unit.tile().pixels();
-  return absl::StrCat("pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(), ", ", place);
+  return absl::StrCat("pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(), ", ",
+                      place);
 }
 
 std::string noise_text(const v1::RenderSettings& settings) {
@@ -46,8 +47,8 @@ std::vector<std::string> remarks_on(const v1::WorkerStatus& worker) {
   const std::string host = worker.host().substr(0, worker.host().find('@'));
   if (!name.empty() && name != host) remarks.push_back(absl::StrCat("certificate of ", name));
   if (!worker.arithmetic().closed_jobs().empty()) {
-    remarks.push_back(
-        absl::StrCat("its arithmetic keeps it from jobs ", absl::StrJoin(worker.arithmetic().closed_jobs(), " ")));
+    remarks.push_back(absl::StrCat("its arithmetic keeps it from jobs ",
+                                   absl::StrJoin(worker.arithmetic().closed_jobs(), " ")));
   }
   if (!worker.quarantine().empty()) {
     remarks.push_back(absl::StrCat("host ", worker.host(), " is in quarantine: ", worker.quarantine()));
@@ -76,11 +77,14 @@ std::string jobs_of(const v1::WorkerStatus& worker) {
   return absl::StrJoin(jobs, ", ");
 }
 
-std::string time_text(std::int64_t milliseconds) { return format_duration(1e-3 * static_cast<double>(milliseconds)); }
+std::string time_text(std::int64_t milliseconds) {
+  return format_duration(1e-3 * static_cast<double>(milliseconds));
+}
 
 /// Rounded down, so that 100 % means done.
 std::string percent_text(const v1::JobStatus& job) {
-  return absl::StrCat(job.units_total() == 0 ? 0 : std::uint64_t{100} * job.units_done() / job.units_total(), " %");
+  return absl::StrCat(job.units_total() == 0 ? 0 : std::uint64_t{100} * job.units_done() / job.units_total(),
+                      " %");
 }
 
 std::string trouble_of(const v1::JobStatus& job) {
@@ -116,7 +120,8 @@ std::string short_state(const v1::JobStatus& status) {
 std::string state_text(const v1::JobStatus& status) {
   std::string text = state_name(status.state());
   if (status.paused()) text += ", paused";
-  if (status.units_set_aside() > 0) absl::StrAppend(&text, ", ", status.units_set_aside(), " units set aside");
+  if (status.units_set_aside() > 0)
+    absl::StrAppend(&text, ", ", status.units_set_aside(), " units set aside");
   return text;
 }
 
@@ -134,8 +139,10 @@ std::string jobs_table(const std::vector<v1::JobStatus>& jobs, std::size_t width
                {"NAME", false, true}}};
   for (const v1::JobStatus& job : jobs) {
     table.add({job.job_id(), short_state(job), percent_text(job), time_text(job.elapsed_ms()),
-               job.left_ms() > 0 ? time_text(job.left_ms()) : "", job.workers() > 0 ? absl::StrCat(job.workers()) : "",
-               job.priority() != 0 ? absl::StrCat(job.priority()) : "", trouble_of(job), job.user(), job.name()});
+               job.left_ms() > 0 ? time_text(job.left_ms()) : "",
+               job.workers() > 0 ? absl::StrCat(job.workers()) : "",
+               job.priority() != 0 ? absl::StrCat(job.priority()) : "", trouble_of(job), job.user(),
+               job.name()});
   }
   return table.text(width);
 }
@@ -155,8 +162,8 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers, std::siz
   for (const v1::WorkerStatus& worker : workers) {
     table.add({worker.name(), state_of(worker), absl::StrCat(worker.threads()), absl::StrCat(worker.leases()),
                absl::StrCat(worker.units_done()),
-               absl::StrFormat("%.1f s", 1e-3 * static_cast<double>(worker.last_seen_ms_ago())), arithmetic_of(worker),
-               absl::StrJoin(worker.tags(), ","), jobs_of(worker)});
+               absl::StrFormat("%.1f s", 1e-3 * static_cast<double>(worker.last_seen_ms_ago())),
+               arithmetic_of(worker), absl::StrJoin(worker.tags(), ","), jobs_of(worker)});
     for (const std::string& remark : remarks_on(worker)) {
       absl::StrAppend(&below, wire::printable(worker.name()), ": ", wire::printable(remark), "\n");
     }
@@ -183,20 +190,22 @@ class Lines {
 
 void add_progress(const v1::GetJobResponse& job, Lines& lines) {
   const v1::JobStatus& status = job.status();
-  lines.add("done", absl::StrCat(percent_text(status), ", ", status.units_done(), " of ", status.units_total(),
-                                 " units, ", status.units_leased(), " at work"));
-  lines.add(has_ended(status.state()) ? "took" : "since",
-            absl::StrCat(time_text(status.elapsed_ms()),
-                         status.left_ms() > 0 ? absl::StrCat(", ", time_text(status.left_ms()), " left") : ""));
+  lines.add("done", absl::StrCat(percent_text(status), ", ", status.units_done(), " of ",
+                                 status.units_total(), " units, ", status.units_leased(), " at work"));
+  lines.add(
+      has_ended(status.state()) ? "took" : "since",
+      absl::StrCat(time_text(status.elapsed_ms()),
+                   status.left_ms() > 0 ? absl::StrCat(", ", time_text(status.left_ms()), " left") : ""));
   for (const v1::JobWorker& worker : job.workers()) {
     lines.add("worker", absl::StrCat(worker.name(), ", ", worker.leases(), " units"));
   }
   lines.add_if_any("requires", absl::StrJoin(job.spec().required_tags(), ","));
   if (job.spec().max_workers() > 0) lines.add("at most", absl::StrCat(job.spec().max_workers(), " workers"));
   if (status.audits() > 0) {
-    lines.add("audited",
-              absl::StrCat(status.audits(), " units given to a second host too",
-                           status.audits_out() > 0 ? absl::StrCat(", which is at ", status.audits_out(), " now") : ""));
+    lines.add("audited", absl::StrCat(status.audits(), " units given to a second host too",
+                                      status.audits_out() > 0
+                                          ? absl::StrCat(", which is at ", status.audits_out(), " now")
+                                          : ""));
   }
   if (status.units_adopted() > 0) {
     lines.add("taken over", absl::StrCat(status.units_adopted(), " units of job ", status.adopted_from()));
@@ -209,8 +218,8 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
   lines.add_if_any("waits", status.waiting_for());
   lines.add_if_any("left out", status.left_out());
   for (const v1::SlowHost& slow : job.slow_hosts()) {
-    lines.add("slow", absl::StrFormat("host %s: %.1f times the usual time (%u units)", slow.host(), slow.slowness(),
-                                      slow.units()));
+    lines.add("slow", absl::StrFormat("host %s: %.1f times the usual time (%u units)", slow.host(),
+                                      slow.slowness(), slow.units()));
   }
   for (const v1::SetAsideUnit& aside : status.set_aside()) {
     lines.add("set aside", absl::StrCat("unit ", aside.unit().index(), ", ", place_of(aside.unit())));
@@ -218,9 +227,11 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
       lines.add("", absl::StrCat("on ", failure.host(), ": ", failure.message()));
     }
   }
-  if (status.failures() > 0) lines.add("failures", absl::StrCat(status.failures(), ", of which the latest are"));
+  if (status.failures() > 0)
+    lines.add("failures", absl::StrCat(status.failures(), ", of which the latest are"));
   for (const v1::FailedUnit& failed : status.latest_failures()) {
-    lines.add("", absl::StrCat(name_of(failed), " on ", failed.failure().host(), ": ", failed.failure().message()));
+    lines.add(
+        "", absl::StrCat(name_of(failed), " on ", failed.failure().host(), ": ", failed.failure().message()));
   }
 }
 
@@ -235,15 +246,15 @@ std::string job_text(const v1::GetJobResponse& job) {
   lines.add("state", state_text(status));
   lines.add("user", absl::StrCat(status.user(), ", priority ", status.priority()));
   add_progress(job, lines);
-  lines.add("film", absl::StrCat(spec.width(), "x", spec.height(), ", ", spec.settings().spp(), " samples a pixel",
-                                 noise_text(spec.settings())));
-  lines.add("integrator", absl::StrCat(spec.settings().integrator(), ", depth ", spec.settings().max_depth(), ", seed ",
-                                       spec.settings().seed()));
+  lines.add("film", absl::StrCat(spec.width(), "x", spec.height(), ", ", spec.settings().spp(),
+                                 " samples a pixel", noise_text(spec.settings())));
+  lines.add("integrator", absl::StrCat(spec.settings().integrator(), ", depth ", spec.settings().max_depth(),
+                                       ", seed ", spec.settings().seed()));
   lines.add("scene", spec.scene().digest());
   if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {
-    lines.add("fireflies",
-              absl::StrCat(stats.fireflies(), " samples with ",
-                           absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()), " % of the light"));
+    lines.add("fireflies", absl::StrCat(stats.fireflies(), " samples with ",
+                                        absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()),
+                                        " % of the light"));
   }
   lines.add_if_any("isa", status.isa());
   lines.add("bits", spec.bits() == v1::BITS_ANY ? "any: every machine may work" : "same");

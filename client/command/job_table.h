@@ -1,4 +1,5 @@
-// Jobs and workers for people and for scripts. What others have chosen, names above all, is escaped for terminals.
+// Jobs and workers for people and for scripts. What others have chosen, names above all, is escaped for
+// terminals.
 #pragma once
 
 #include <string>

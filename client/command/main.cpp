@@ -13,12 +13,14 @@ int main(int argc, char** argv) {
   add_submit_command(line);
   add_fetch_command(line);
   line.group("Jobs on the farm");
-  for (const auto add : {add_jobs_command, add_job_command, add_watch_command, add_cancel_command, add_delete_command,
-                         add_retry_command, add_pause_command, add_resume_command, add_priority_command}) {
+  for (const auto add :
+       {add_jobs_command, add_job_command, add_watch_command, add_cancel_command, add_delete_command,
+        add_retry_command, add_pause_command, add_resume_command, add_priority_command}) {
     add(line);
   }
   line.group("Administration");
-  for (const auto add : {add_workers_command, add_trust_command, add_token_command, add_expel_command}) add(line);
+  for (const auto add : {add_workers_command, add_trust_command, add_token_command, add_expel_command})
+    add(line);
   line.group("Files and measurement");
   for (const auto add : {add_convert_command, add_compare_command, add_bench_command}) add(line);
   return line.run(argc, argv);

@@ -8,8 +8,8 @@
 
 namespace tessera::client {
 
-/// InvalidArgument, before any work is done, when `path` is neither .exr nor .png, in capitals or not, or cannot be
-/// written.
+/// InvalidArgument, before any work is done, when `path` is neither .exr nor .png, in capitals or not, or
+/// cannot be written.
 absl::Status check_output(const std::string& path);
 
 /// The same for a file of any kind.

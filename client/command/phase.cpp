@@ -19,20 +19,22 @@ constexpr milliseconds kLineBegins(2000), kLineInterval(5000);
 
 }  // namespace
 
-std::string format_phase(const std::string& label, const std::string& what, const std::string& detail, double seconds) {
+std::string format_phase(const std::string& label, const std::string& what, const std::string& detail,
+                         double seconds) {
   return absl::StrCat(label, ": ", what, detail.empty() ? "" : ", ", detail, ", ", format_duration(seconds));
 }
 
 std::string format_bytes(std::uint64_t done, std::uint64_t total) {
   const bool large = total >= 1'000'000'000;
   const double unit = large ? 1e9 : 1e6;
-  return absl::StrFormat("%.1f of %.1f %s", static_cast<double>(done) / unit, static_cast<double>(total) / unit,
-                         large ? "GB" : "MB");
+  return absl::StrFormat("%.1f of %.1f %s", static_cast<double>(done) / unit,
+                         static_cast<double>(total) / unit, large ? "GB" : "MB");
 }
 
 Phase::Phase(ProgressMode mode, std::ostream& out, std::string label, std::string what)
     : mode_(mode), out_(out), label_(std::move(label)), what_(std::move(what)) {
-  if (mode_ != ProgressMode::kSilent) thread_ = std::jthread{[this](std::stop_token stop) { run(std::move(stop)); }};
+  if (mode_ != ProgressMode::kSilent)
+    thread_ = std::jthread{[this](std::stop_token stop) { run(std::move(stop)); }};
 }
 
 Phase::~Phase() {

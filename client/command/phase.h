@@ -14,13 +14,14 @@
 namespace tessera::client {
 
 /// "cornell-box: reading, 0:06", or with a detail "kitchen: uploading, 12.3 of 40.1 MB, 0:02".
-std::string format_phase(const std::string& label, const std::string& what, const std::string& detail, double seconds);
+std::string format_phase(const std::string& label, const std::string& what, const std::string& detail,
+                         double seconds);
 
 /// "12.3 of 40.1 MB".
 std::string format_bytes(std::uint64_t done, std::uint64_t total);
 
-/// Shows one phase from its construction to its destruction, from a thread of its own: in a line that is redrawn, or,
-/// where it takes long, in lines. Leaves a clean line behind.
+/// Shows one phase from its construction to its destruction, from a thread of its own: in a line that is
+/// redrawn, or, where it takes long, in lines. Leaves a clean line behind.
 class Phase {
  public:
   Phase(ProgressMode mode, std::ostream& out, std::string label, std::string what);

@@ -83,9 +83,11 @@ std::string format_duration(double seconds) {
 
 std::string format_bar(const ProgressState& state, int columns) {
   constexpr int kMaxBar = 30, kMinBar = 8;
-  std::string text = waits(state) ? absl::StrCat(state.label, "  ", state.waits_for)
-                                  : absl::StrFormat("%s  %3d%%  %s", state.label, percent(state), counts_text(state));
-  if (state.samples_per_second > 0) absl::StrAppend(&text, "  ", format_count(state.samples_per_second), "/s");
+  std::string text = waits(state)
+                         ? absl::StrCat(state.label, "  ", state.waits_for)
+                         : absl::StrFormat("%s  %3d%%  %s", state.label, percent(state), counts_text(state));
+  if (state.samples_per_second > 0)
+    absl::StrAppend(&text, "  ", format_count(state.samples_per_second), "/s");
   if (const std::string time = time_text(state); !time.empty()) absl::StrAppend(&text, "  ", time);
   if (waits(state)) absl::StrAppend(&text, "  ", format_duration(state.elapsed_seconds));
 
@@ -105,13 +107,14 @@ std::string format_bar(const ProgressState& state, int columns) {
 std::string format_line(const ProgressState& state) {
   if (waits(state)) return absl::StrCat(state.label, ": ", state.waits_for);
   std::string text = absl::StrFormat("%s: %d%% (%s)", state.label, percent(state), counts_text(state));
-  if (state.samples_per_second > 0) absl::StrAppend(&text, ", ", format_count(state.samples_per_second), " samples/s");
+  if (state.samples_per_second > 0)
+    absl::StrAppend(&text, ", ", format_count(state.samples_per_second), " samples/s");
   if (const std::string time = time_text(state); !time.empty()) absl::StrAppend(&text, ", ", time);
   return text;
 }
 
-Progress::Progress(ProgressMode mode, std::ostream& out, std::string label, std::uint64_t samples_total, TimePoint now,
-                   int columns)
+Progress::Progress(ProgressMode mode, std::ostream& out, std::string label, std::uint64_t samples_total,
+                   TimePoint now, int columns)
     : mode_(mode), out_(out), columns_(columns), start_(now) {
   state_.label = std::move(label);
   state_.samples_total = samples_total;

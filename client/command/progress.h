@@ -32,12 +32,12 @@ struct ProgressState {
   std::string waits_for = "";     // what goes on while nothing is done yet
 };
 
-/// "cornell-box [=====>    ]  52%  33.4M of 64.0M samples  12.3M/s  0:02 left", without end of line, at most `columns`
-/// characters wide: parts are left out from the right, the bar first.
+/// "cornell-box [=====>    ]  52%  33.4M of 64.0M samples  12.3M/s  0:02 left", without end of line, at most
+/// `columns` characters wide: parts are left out from the right, the bar first.
 std::string format_bar(const ProgressState& state, int columns);
 
-/// "cornell-box: 52% (33.4M of 64.0M samples), 12.3M samples/s, 0:02 left", or for a finished one the time that it
-/// took.
+/// "cornell-box: 52% (33.4M of 64.0M samples), 12.3M samples/s, 0:02 left", or for a finished one the time
+/// that it took.
 std::string format_line(const ProgressState& state);
 
 /// Work that is done.
@@ -57,11 +57,11 @@ class Progress {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   /// `samples_total`: 0 where nobody knows, for the noise decides.
-  Progress(ProgressMode mode, std::ostream& out, std::string label, std::uint64_t samples_total, TimePoint now,
-           int columns = 80);
+  Progress(ProgressMode mode, std::ostream& out, std::string label, std::uint64_t samples_total,
+           TimePoint now, int columns = 80);
 
-  /// Draws when it is time: a bar at most ten times a second, lines at most every two seconds; while nothing is done
-  /// yet, and that takes long, a line only when `waits_for`, what goes on meanwhile, is another.
+  /// Draws when it is time: a bar at most ten times a second, lines at most every two seconds; while nothing
+  /// is done yet, and that takes long, a line only when `waits_for`, what goes on meanwhile, is another.
   void update(const WorkDone& done, TimePoint now, const std::string& waits_for = "");
   /// The same where the share is that of all samples.
   void update(std::uint64_t samples_done, TimePoint now);

@@ -30,8 +30,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they have may
-/// be taken over. Empty when there is none.
+/// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they
+/// have may be taken over. Empty when there is none.
 absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec spec, std::stop_token stop) {
   spec.set_build(wire::build_version());
   const auto jobs = client.jobs(stop);
@@ -53,16 +53,18 @@ absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec sp
 }
 
 /// The job from submission, or from where it was, to its end.
-absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet, std::stop_token stop) {
+absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet,
+                                    std::stop_token stop) {
   FarmClient client{farm.channel(), {.address = "this process"}};
   absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
   if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();
-  return follow_job(client, *job_id, spec, {.quiet = quiet, .building = [&farm] { return farm.building(); }}, stop,
-                    {.wanted = true});
+  return follow_job(client, *job_id, spec, {.quiet = quiet, .building = [&farm] { return farm.building(); }},
+                    stop, {.wanted = true});
 }
 
-/// Where an image is kept that could not be written where it was to be: the state folder, or that of temporary files.
+/// Where an image is kept that could not be written where it was to be: the state folder, or that of
+/// temporary files.
 std::vector<std::filesystem::path> other_folders() {
   std::vector<std::filesystem::path> folders;
   const char* const state = std::getenv("XDG_STATE_HOME");
@@ -124,12 +126,13 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   exit_code = deliver(*followed, spec, options.output, options.half, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
-  if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed->image, options);
+  if (followed->image && !followed->written && options.checkpoint.empty())
+    keep_image(*followed->image, options);
   is_whole = followed->written && followed->status.state() == v1::DONE;
-  const TimeSpent spent =
-      time_spent(followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
-                                                       .import_seconds = loaded->import_cpu_seconds,
-                                                       .total_seconds = wire::in_seconds(wire::process_cpu_time())});
+  const TimeSpent spent = time_spent(
+      followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
+                                            .import_seconds = loaded->import_cpu_seconds,
+                                            .total_seconds = wire::in_seconds(wire::process_cpu_time())});
   if (const std::string text = to_text(spent); !options.quiet && !text.empty()) std::cerr << text << '\n';
   if (options.stats.empty()) return exit_code;
 
@@ -175,7 +178,9 @@ void add_render_command(CommandLine& line) {
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.option("--isa").one_of(local_isas());
   command.group("Output");
-  command.add("--checkpoint", options->checkpoint, "keep results in this folder; the same command goes on with them")
+  command
+      .add("--checkpoint", options->checkpoint,
+           "keep results in this folder; the same command goes on with them")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");
   command.example("tessera render kitchen.xml -o kitchen.png --noise 0.05 --spp 1024");

@@ -62,7 +62,8 @@ ImportOptions import_options(const RenderOptions& options) {
 void define_render_options(options::Command& command, RenderOptions& options) {
   command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb").required();
   command.group("Image");
-  command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)").type_name("FILE");
+  command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
+      .type_name("FILE");
   command.add_flag("--half", options.half, "16-bit EXR");
   command.group("Quality");
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
@@ -85,7 +86,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME");
   command.add("--sampler", job.sampler, "sobol or independent").type_name("NAME");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
-  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos").type_name("NAME");
+  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos")
+      .type_name("NAME");
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "its size").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
@@ -101,10 +103,14 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .add("--direct-light", job.direct_light,
            "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)")
       .type_name("NAME");
-  command.add("--light-selection", job.light_selection, "how a light is picked: auto, tree, mixed, power or uniform")
+  command
+      .add("--light-selection", job.light_selection,
+           "how a light is picked: auto, tree, mixed, power or uniform")
       .type_name("NAME");
   command.add("--traversal", job.traversal, "rays are traced as packet or single").type_name("NAME");
-  command.add("--tile", job.tile_size, "side of a tile, pixels").in_range(1, wire::kMaxTileSize).with_default();
+  command.add("--tile", job.tile_size, "side of a tile, pixels")
+      .in_range(1, wire::kMaxTileSize)
+      .with_default();
   command.add("-D", options.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE")
       .checked_by(check_define);
@@ -157,7 +163,8 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   absl::StatusOr<std::unique_ptr<PreparedJob>> job =
       prepare_job(options.job, loaded->imported, name_of(options.scene, loaded->imported));
   if (!job.ok()) {
-    exit_code = report(absl::IsOutOfRange(job.status()) ? kUsage : kBadScene, std::string{job.status().message()});
+    exit_code =
+        report(absl::IsOutOfRange(job.status()) ? kUsage : kBadScene, std::string{job.status().message()});
     return nullptr;
   }
   loaded->job = *std::move(job);

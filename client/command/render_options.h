@@ -45,8 +45,8 @@ struct LoadedJob {
   std::vector<std::string> warning_lines() const;
 };
 
-/// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed and the
-/// exit code set, when that cannot be done.
+/// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed
+/// and the exit code set, when that cannot be done.
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code);
 
 }  // namespace tessera::client

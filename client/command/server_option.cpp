@@ -18,17 +18,20 @@ void define_server_option(options::Command& command, ServerOption& option) {
       .type_name("HOST:PORT")
       .from_environment("TESSERA_SERVER")
       .with_default();
-  command.add("--tls", option.certificates, "a client's certificates").type_name("DIR").from_environment("TESSERA_TLS");
+  command.add("--tls", option.certificates, "a client's certificates")
+      .type_name("DIR")
+      .from_environment("TESSERA_TLS");
   command.add_flag("--allow-insecure", option.allow_insecure, "talk without encryption to another machine");
 }
 
 absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet) {
-  auto channel = wire::make_channel(option.address,
-                                    {.allow_insecure = option.allow_insecure, .certificates = option.certificates});
+  auto channel = wire::make_channel(
+      option.address, {.allow_insecure = option.allow_insecure, .certificates = option.certificates});
   if (!channel.ok()) return channel.status();
   FarmClientOptions options;
   options.address = option.address;
-  if (!quiet) options.notice = [](const std::string& message) { std::cerr << "tessera: " << message << std::endl; };
+  if (!quiet)
+    options.notice = [](const std::string& message) { std::cerr << "tessera: " << message << std::endl; };
   return std::make_unique<FarmClient>(*std::move(channel), std::move(options));
 }
 
@@ -45,11 +48,12 @@ absl::Status explained(const absl::Status& status, const ServerOption& option) {
   };
   switch (wire::probe(*address, kPatience)) {
     case wire::Speaks::kNobody:
-      return absl::UnavailableError(
-          absl::StrCat("no coordinator at ", option.address, " (is tessera-server running? --server, TESSERA_SERVER)"));
+      return absl::UnavailableError(absl::StrCat("no coordinator at ", option.address,
+                                                 " (is tessera-server running? --server, TESSERA_SERVER)"));
     case wire::Speaks::kTls:
       if (!encrypted) {
-        return absl::UnavailableError(absl::StrCat(option.address, " speaks TLS: give --tls DIR (TESSERA_TLS)"));
+        return absl::UnavailableError(
+            absl::StrCat(option.address, " speaks TLS: give --tls DIR (TESSERA_TLS)"));
       }
       return unreachable(absl::StrCat(option.address, " and the certificates in ", option.certificates,
                                       " do not go together, or it does not answer"));
@@ -60,7 +64,8 @@ absl::Status explained(const absl::Status& status, const ServerOption& option) {
       }
       break;
     case wire::Speaks::kUnclear:
-      return unreachable(absl::StrCat("what listens at ", option.address, " is no coordinator, or does not answer"));
+      return unreachable(
+          absl::StrCat("what listens at ", option.address, " is no coordinator, or does not answer"));
   }
   return status;
 }

@@ -40,8 +40,8 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["load_seconds"] = statistics.load_seconds;
   if (statistics.build_seconds) json["build_seconds"] = *statistics.build_seconds;
   json["render_wall_seconds"] = statistics.render_wall_seconds;
-  json["render_cpu_seconds"] =
-      static_cast<double>(counts.cpu_time().seconds()) + 1e-9 * static_cast<double>(counts.cpu_time().nanos());
+  json["render_cpu_seconds"] = static_cast<double>(counts.cpu_time().seconds()) +
+                               1e-9 * static_cast<double>(counts.cpu_time().nanos());
   json["rays"] = {{"camera", counts.camera_rays()},
                   {"bounce", counts.bounce_rays()},
                   {"shadow", counts.shadow_rays()},
@@ -54,8 +54,9 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["material_seconds"] = json_of(statistics.time.materials);
   json["scene_bytes"] = scene_bytes(statistics.spec);
   json["blob_bytes_fetched"] = counts.blob_bytes_fetched();
-  json["fireflies"] = {{"samples", counts.fireflies()},
-                       {"share_of_light", counts.light() > 0 ? counts.firefly_light() / counts.light() : 0.0}};
+  json["fireflies"] = {
+      {"samples", counts.fireflies()},
+      {"share_of_light", counts.light() > 0 ? counts.firefly_light() / counts.light() : 0.0}};
   json["units_adopted"] = statistics.status.units_adopted();
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["spp"] = statistics.spec.settings().spp();

@@ -38,7 +38,8 @@ absl::Status check(const Options& options) {
 }
 
 /// Cuts the job into the units of the one that it continues: only equal units have equal results.
-absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSpec& spec, std::stop_token stop) {
+absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSpec& spec,
+                       std::stop_token stop) {
   if (continued.empty()) return absl::OkStatus();
   const absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, stop);
   if (!job.ok()) return job.status();
@@ -47,18 +48,21 @@ absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSp
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet, std::stop_token stop) {
+absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet,
+                                     std::stop_token stop) {
   Phase phase{progress_mode(STDERR_FILENO, quiet), std::cerr, loaded.job->spec.name(), "uploading"};
-  return farm.upload(loaded.job->blobs, stop,
-                     [&](std::uint64_t sent, std::uint64_t total) { phase.detail(format_bytes(sent, total)); });
+  return farm.upload(loaded.job->blobs, stop, [&](std::uint64_t sent, std::uint64_t total) {
+    phase.detail(format_bytes(sent, total));
+  });
 }
 
 /// Follows the submitted job to its image.
-int wait_for_image(const Options& options, FarmClient& farm, const std::string& job_id, const LoadedJob& loaded,
-                   std::uint64_t uploaded_bytes, std::stop_token stop) {
+int wait_for_image(const Options& options, FarmClient& farm, const std::string& job_id,
+                   const LoadedJob& loaded, std::uint64_t uploaded_bytes, std::stop_token stop) {
   const v1::JobSpec& spec = loaded.job->spec;
   const Clock::time_point start = Clock::now();
-  absl::StatusOr<FollowedJob> followed = follow_job(farm, job_id, spec, {.quiet = options.render.quiet}, stop);
+  absl::StatusOr<FollowedJob> followed =
+      follow_job(farm, job_id, spec, {.quiet = options.render.quiet}, stop);
   if (!followed.ok()) {
     const int exit_code = report_farm_error(followed.status(), options.server);
     std::cerr << "tessera: the job goes on; its image comes with: tessera fetch " << job_id << " -o "
@@ -66,7 +70,8 @@ int wait_for_image(const Options& options, FarmClient& farm, const std::string& 
     return exit_code;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  const int exit_code = deliver(*followed, spec, options.render.output, options.render.half, options.render.quiet);
+  const int exit_code =
+      deliver(*followed, spec, options.render.output, options.render.half, options.render.quiet);
   if (options.render.stats.empty()) return exit_code;
 
   RenderStatistics statistics;
@@ -84,14 +89,16 @@ int wait_for_image(const Options& options, FarmClient& farm, const std::string& 
 }
 
 int run(const Options& options, Interrupt& interrupt) {
-  if (const absl::Status status = check(options); !status.ok()) return report(kUsage, std::string{status.message()});
+  if (const absl::Status status = check(options); !status.ok())
+    return report(kUsage, std::string{status.message()});
   const auto farm = connect(options.server, options.render.quiet);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   // A coordinator that is not there is better noticed before a long import than after it.
   const auto workers = (*farm)->workers({});
   if (!workers.ok()) return report_farm_error(workers.status(), options.server);
   if (workers->empty() && !options.render.quiet) {
-    std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one" << std::endl;
+    std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one"
+              << std::endl;
   }
 
   int exit_code = kDone;
@@ -100,7 +107,8 @@ int run(const Options& options, Interrupt& interrupt) {
   const std::stop_token stop = interrupt.token();
   const absl::StatusOr<std::uint64_t> uploaded = upload(**farm, *loaded, options.render.quiet, stop);
   if (!uploaded.ok()) return report_farm_error(uploaded.status(), options.server);
-  if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop); !status.ok()) {
+  if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop);
+      !status.ok()) {
     return report_farm_error(status, options.server);
   }
   const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
@@ -120,20 +128,24 @@ void add_submit_command(CommandLine& line) {
   JobRequest& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
-  command.add("--user", job.user, "whose share of the farm it counts against").type_name("NAME").with_default();
+  command.add("--user", job.user, "whose share of the farm it counts against")
+      .type_name("NAME")
+      .with_default();
   command.add("--priority", job.priority, "higher goes first").with_default();
   command.add("--require", job.required_tags, "tags that a worker must have")
       .separated_by_commas()
       .type_name("TAG,...");
   command
       .add("--bits", job.bits,
-           "same: machines that round alike render all of it; any: every machine works (default: as the farm has it)")
+           "same: machines that round alike render all of it; any: every machine works (default: as the farm "
+           "has it)")
       .one_of({"same", "any"});
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
-  const Option continued = command
-                               .add("--continue", options->reuse.continued,
-                                    "a job whose samples are taken over, with its tiles; only --spp may differ")
-                               .type_name("JOB");
+  const Option continued =
+      command
+          .add("--continue", options->reuse.continued,
+               "a job whose samples are taken over, with its tiles; only --spp may differ")
+          .type_name("JOB");
   command.add_flag("--fresh", options->reuse.fresh, "render everything, even what the farm has already")
       .excludes(continued);
   command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);

@@ -19,7 +19,8 @@ bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xc0)
 
 /// In characters, where each takes one column.
 std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return !continues_character(c); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return !continues_character(c); }));
 }
 
 std::string cut(const std::string& text, std::size_t width) {

@@ -6,7 +6,8 @@
 
 namespace tessera::client {
 
-/// Cells may hold anything: what a terminal would act upon is escaped. A column without any content is left out.
+/// Cells may hold anything: what a terminal would act upon is escaped. A column without any content is left
+/// out.
 class Table {
  public:
   struct Column {
@@ -20,7 +21,8 @@ class Table {
   /// One cell a column.
   void add(std::vector<std::string> cells);
 
-  /// A heading and one line a row, each at most `width` characters where columns that shrink can make it so. 0: any.
+  /// A heading and one line a row, each at most `width` characters where columns that shrink can make it so.
+  /// 0: any.
   std::string text(std::size_t width) const;
 
  private:

@@ -41,7 +41,8 @@ std::string list_of(const std::vector<TimePart>& parts, double whole, std::size_
   std::vector<std::string> words;
   for (const TimePart& part : parts) {
     const double percent = 100 * part.seconds / whole;
-    if (percent >= 0.5 && words.size() < most) words.push_back(absl::StrFormat("%s %.0f %%", part.name, percent));
+    if (percent >= 0.5 && words.size() < most)
+      words.push_back(absl::StrFormat("%s %.0f %%", part.name, percent));
   }
   return absl::StrJoin(words, ", ");
 }

@@ -15,9 +15,10 @@ struct TimePart {
 };
 
 struct TimeSpent {
-  double seconds = 0;               // all of `stages`
-  std::vector<TimePart> stages;     // in the order of the work; "other" is what no stage of rendering accounts for
-  std::vector<TimePart> shading;    // shares of the stage "shading", which they add up to; empty where unknown
+  double seconds = 0;  // all of `stages`
+  std::vector<TimePart>
+      stages;  // in the order of the work; "other" is what no stage of rendering accounts for
+  std::vector<TimePart> shading;  // shares of the stage "shading", which they add up to; empty where unknown
   std::vector<TimePart> materials;  // shares of the part "materials" of shading, the largest first
 };
 
@@ -32,8 +33,8 @@ struct ProcessTime {
 /// coordinator's work and putting the image together: what nothing else accounts for) are known too.
 TimeSpent time_spent(const v1::UnitStats& stats, const std::optional<ProcessTime>& process = std::nullopt);
 
-/// "12.3 CPU s: import 4 %, build 10 %, ... shading 31 % (surfaces 9 %, materials 14 %, ...)", and the largest
-/// materials; one line or two, without the last end of line. Empty when nothing was measured.
+/// "12.3 CPU s: import 4 %, build 10 %, ... shading 31 % (surfaces 9 %, materials 14 %, ...)", and the
+/// largest materials; one line or two, without the last end of line. Empty when nothing was measured.
 std::string to_text(const TimeSpent& spent);
 
 }  // namespace tessera::client

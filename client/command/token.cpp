@@ -37,7 +37,8 @@ absl::Status read_lifetime(const std::string& text, std::chrono::seconds& lifeti
 int run(const Options& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
-  const absl::StatusOr<std::string> token = (*farm)->make_join_token(options.lifetime, options.uses, interrupt.token());
+  const absl::StatusOr<std::string> token =
+      (*farm)->make_join_token(options.lifetime, options.uses, interrupt.token());
   if (!token.ok()) return report_farm_error(token.status(), options.server);
   std::cout << *token << '\n';
   return kDone;
@@ -47,7 +48,8 @@ int run(const Options& options, Interrupt& interrupt) {
 
 void add_token_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
-  Command command = line.add_command("token", "Print a token with which workers join the farm (tessera-worker --join)");
+  Command command =
+      line.add_command("token", "Print a token with which workers join the farm (tessera-worker --join)");
   command
       .add_read_by(
           "--for", [options](const std::string& text) { return read_lifetime(text, options->lifetime); },

@@ -29,7 +29,8 @@ absl::Status Contact::failed(const absl::Status& status, std::stop_token stop) {
     broken_ = true;
     broken_since_ = Clock::now();
     if (reached_) {
-      notice_(absl::StrCat("trouble with the coordinator at ", address_, " (", status.message(), "); trying again"));
+      notice_(absl::StrCat("trouble with the coordinator at ", address_, " (", status.message(),
+                           "); trying again"));
     }
   }
   if (Clock::now() - broken_since_ >= (reached_ ? later_patience_ : first_patience_)) return status;

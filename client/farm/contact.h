@@ -23,13 +23,13 @@ class Contact {
   /// Sleeps for the time given, or until another attempt is worth while; false when a stop was requested.
   using Wait = std::function<bool(std::chrono::milliseconds, std::stop_token)>;
 
-  /// Errors that may pass are waited out for `first_patience` while the coordinator was never reached, later for
-  /// `later_patience`. `notice` is told once a break that contact is lost, and that it is back.
-  Contact(std::string address, std::chrono::milliseconds first_patience, std::chrono::milliseconds later_patience,
-          Notice notice, Wait wait = wire::interruptible_sleep);
+  /// Errors that may pass are waited out for `first_patience` while the coordinator was never reached, later
+  /// for `later_patience`. `notice` is told once a break that contact is lost, and that it is back.
+  Contact(std::string address, std::chrono::milliseconds first_patience,
+          std::chrono::milliseconds later_patience, Notice notice, Wait wait = wire::interruptible_sleep);
 
-  /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end. The text of
-  /// a message, which others have written, is safe to be shown.
+  /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end.
+  /// The text of a message, which others have written, is safe to be shown.
   template <class Call>
   auto retried(std::stop_token stop, Call call) -> decltype(call()) {
     while (true) {

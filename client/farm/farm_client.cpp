@@ -33,25 +33,29 @@ std::string make_request_id() {
 FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options)
     : channel_(channel),
       options_(options),
-      stubs_(std::make_unique<Stubs>(Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
-      contact_(options.address, options.first_contact_patience, options.later_patience, std::move(options.notice),
-               [channel](milliseconds delay, std::stop_token stop) {
+      stubs_(std::make_unique<Stubs>(
+          Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
+      contact_(options.address, options.first_contact_patience, options.later_patience,
+               std::move(options.notice), [channel](milliseconds delay, std::stop_token stop) {
                  return wire::wait_for_connection(*channel, delay, std::move(stop));
                }) {}
 
 FarmClient::~FarmClient() = default;
 
-std::unique_ptr<FarmClient> FarmClient::another() const { return std::make_unique<FarmClient>(channel_, options_); }
+std::unique_ptr<FarmClient> FarmClient::another() const {
+  return std::make_unique<FarmClient>(channel_, options_);
+}
 
-absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop) {
+absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Reuse& reuse,
+                                               std::stop_token stop) {
   v1::SubmitJobRequest request;
   request.set_request_id(make_request_id());
   *request.mutable_spec() = spec;
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob",
+                            contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->job_id();
@@ -61,15 +65,15 @@ absl::StatusOr<v1::GetJobResponse> FarmClient::job(const std::string& job_id, st
   v1::GetJobRequest request;
   request.set_job_id(job_id);
   return contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob",
+                            contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<std::vector<v1::JobStatus>> FarmClient::jobs(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{}, "ListJobs",
-                            contact_.address(), kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{},
+                            "ListJobs", contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return std::vector<v1::JobStatus>{response->jobs().begin(), response->jobs().end()};
@@ -79,8 +83,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std:
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob",
+                            contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -92,8 +96,8 @@ absl::Status FarmClient::delete_job(const std::string& job_id, std::stop_token s
   return contact_
       .retried(stop,
                [&] {
-                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request, "DeleteJob",
-                                         contact_.address(), kCallTimeout, stop);
+                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request,
+                                         "DeleteJob", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -102,8 +106,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
   v1::RetryJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob",
+                            contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -111,8 +115,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
 
 absl::StatusOr<v1::JobStatus> FarmClient::adjust(const v1::AdjustJobRequest& request, std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob",
+                            contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -124,8 +128,8 @@ absl::Status FarmClient::trust(const std::string& host, std::stop_token stop) {
   return contact_
       .retried(stop,
                [&] {
-                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request, "TrustHost",
-                                         contact_.address(), kCallTimeout, stop);
+                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request,
+                                         "TrustHost", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -145,15 +149,15 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
 
 absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& request, std::stop_token stop) {
   return contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel", contact_.address(),
-                            kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel",
+                            contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{}, "ListWorkers",
-                            contact_.address(), kCallTimeout, stop);
+    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
+                            "ListWorkers", contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return std::vector<v1::WorkerStatus>{response->workers().begin(), response->workers().end()};
@@ -174,8 +178,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::watch(const std::string& job_id, const
   }
 }
 
-absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
-                                    std::stop_token stop) {
+absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandlers& handlers,
+                                    WatchProgress& progress, std::stop_token stop) {
   v1::WatchJobRequest request;
   request.set_job_id(job_id);
   request.set_after(progress.after);

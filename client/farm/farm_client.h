@@ -29,8 +29,8 @@ struct FarmClientOptions {
   std::function<void(const std::string&)> notice = [](const std::string&) {};
 };
 
-/// Every call may be repeated safely, and is, while the error may go away by itself and patience lasts. All calls end
-/// with Cancelled when `stop` is requested. Not thread-safe.
+/// Every call may be repeated safely, and is, while the error may go away by itself and patience lasts. All
+/// calls end with Cancelled when `stop` is requested. Not thread-safe.
 class FarmClient {
  public:
   FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options);
@@ -42,9 +42,9 @@ class FarmClient {
   /// Bytes sent, and how many there are to send.
   using UploadProgress = std::function<void(std::uint64_t sent, std::uint64_t total)>;
 
-  /// Uploads those of `blobs` that the coordinator lacks, in 1 MiB chunks; after a break from where the stored part
-  /// ends. `progress`, where there is one, is told after each. Returns the bytes sent. DataLoss when a blob's file has
-  /// changed since it was imported, NotFound when it is gone.
+  /// Uploads those of `blobs` that the coordinator lacks, in 1 MiB chunks; after a break from where the
+  /// stored part ends. `progress`, where there is one, is told after each. Returns the bytes sent. DataLoss
+  /// when a blob's file has changed since it was imported, NotFound when it is gone.
   absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop,
                                        const UploadProgress& progress = {});
 
@@ -53,8 +53,8 @@ class FarmClient {
     std::string continued;  // this job's; empty: those of whichever job has most of them
     bool fresh = false;     // nobody's
   };
-  /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with this spec;
-  /// NotFound when there is none.
+  /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with
+  /// this spec; NotFound when there is none.
   absl::StatusOr<std::string> submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop);
 
   absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
@@ -62,16 +62,20 @@ class FarmClient {
   absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop);
   /// Forgets a job that is over, and its results. FailedPrecondition when it is not over.
   absl::Status delete_job(const std::string& job_id, std::stop_token stop);
-  /// Units that were set aside are tried again. FailedPrecondition when the job ended otherwise than incomplete.
+  /// Units that were set aside are tried again. FailedPrecondition when the job ended otherwise than
+  /// incomplete.
   absl::StatusOr<v1::JobStatus> retry(const std::string& job_id, std::stop_token stop);
   /// Pauses, resumes, changes the priority. FailedPrecondition when the job is over.
   absl::StatusOr<v1::JobStatus> adjust(const v1::AdjustJobRequest& request, std::stop_token stop);
   /// Lifts the quarantine of a host. NotFound for one that the coordinator does not know.
   absl::Status trust(const std::string& host, std::stop_token stop);
-  /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes no joins.
-  absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses, std::stop_token stop);
-  /// Puts whoever has such a certificate out of the farm, or, with `undo`, lets them in again. FailedPrecondition where
-  /// callers have no certificates; NotFound when there is nothing to undo, or nobody of that name ever called.
+  /// With which `uses` workers may join the farm in that time. FailedPrecondition when the coordinator takes
+  /// no joins.
+  absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses,
+                                              std::stop_token stop);
+  /// Puts whoever has such a certificate out of the farm, or, with `undo`, lets them in again.
+  /// FailedPrecondition where callers have no certificates; NotFound when there is nothing to undo, or nobody
+  /// of that name ever called.
   absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
@@ -79,12 +83,14 @@ class FarmClient {
     // Every result once, in the order of its journal. An error ends the watch. Absent: results are not sent.
     std::function<absl::Status(const v1::UnitResult&)> result;
     std::function<void(const v1::JobStatus&)> status;
-    // Results that were given before turned out to be wrong: forget all of them, they come again from the first one on.
+    // Results that were given before turned out to be wrong: forget all of them, they come again from the
+    // first one on.
     std::function<absl::Status()> restart;
   };
-  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator, and
-  /// returns the final status.
-  absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers, std::stop_token stop);
+  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator,
+  /// and returns the final status.
+  absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers,
+                                      std::stop_token stop);
 
  private:
   struct Stubs;
@@ -101,7 +107,8 @@ class FarmClient {
   /// Is told how many bytes of a blob were sent so far.
   using Sent = std::function<void(std::uint64_t)>;
   absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, const Sent& told, std::stop_token stop);
-  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told, std::stop_token stop);
+  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told,
+                           std::stop_token stop);
   absl::Status watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
                           std::stop_token stop);
 

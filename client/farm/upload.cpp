@@ -33,7 +33,8 @@ class BlobReader {
 
   /// The next piece into `data`.
   absl::Status next(std::string& data) {
-    const std::uint64_t size = std::min<std::uint64_t>(wire::kBlobChunkBytes, blob_->ref.size_bytes() - offset_);
+    const std::uint64_t size =
+        std::min<std::uint64_t>(wire::kBlobChunkBytes, blob_->ref.size_bytes() - offset_);
     if (file_ == nullptr) {
       data.assign(blob_->bytes, offset_, size);
     } else {
@@ -60,8 +61,8 @@ std::string describe(const SceneBlob& blob) {
 
 }  // namespace
 
-absl::StatusOr<std::uint64_t> FarmClient::upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop,
-                                                 const UploadProgress& progress) {
+absl::StatusOr<std::uint64_t> FarmClient::upload(const std::vector<const SceneBlob*>& blobs,
+                                                 std::stop_token stop, const UploadProgress& progress) {
   std::unordered_map<std::string, const SceneBlob*> by_digest;
   for (const SceneBlob* blob : blobs) by_digest.emplace(blob->ref.digest(), blob);
 
@@ -74,7 +75,8 @@ absl::StatusOr<std::uint64_t> FarmClient::upload(const std::vector<const SceneBl
   };
   for (const v1::BlobRef& ref : *missing) {
     const auto found = by_digest.find(ref.digest());
-    if (found == by_digest.end()) return absl::InternalError("FindMissing named a blob that was not asked about");
+    if (found == by_digest.end())
+      return absl::InternalError("FindMissing named a blob that was not asked about");
     const absl::StatusOr<std::uint64_t> bytes = upload_blob(*found->second, told, stop);
     if (!bytes.ok()) return bytes.status();
     sent += *bytes;
@@ -99,7 +101,8 @@ absl::StatusOr<std::vector<v1::BlobRef>> FarmClient::find_missing(const std::vec
   return missing;
 }
 
-absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, const Sent& told, std::stop_token stop) {
+absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, const Sent& told,
+                                                      std::stop_token stop) {
   std::uint64_t sent = 0;
   for (int corrupt = 0; corrupt < kMaxCorruptUploads;) {
     const auto done = contact_.retried(stop, [&]() -> absl::StatusOr<bool> {
@@ -113,15 +116,16 @@ absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, con
     if (*done) return sent;
     ++corrupt;
   }
-  return absl::DataLossError(absl::StrCat(describe(blob), ": the bytes do not match their digest; was the file changed?"));
+  return absl::DataLossError(
+      absl::StrCat(describe(blob), ": the bytes do not match their digest; was the file changed?"));
 }
 
 absl::Status FarmClient::upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told,
                                      std::stop_token stop) {
   v1::QueryUploadRequest query;
   *query.mutable_blob() = blob.ref;
-  const auto stored = wire::unary_call(*stubs_->blob, &v1::BlobService::Stub::QueryUpload, query, "QueryUpload",
-                                       contact_.address(), kCallTimeout, stop);
+  const auto stored = wire::unary_call(*stubs_->blob, &v1::BlobService::Stub::QueryUpload, query,
+                                       "QueryUpload", contact_.address(), kCallTimeout, stop);
   if (!stored.ok()) return stored.status();
   if (stored->complete()) return absl::OkStatus();
   absl::StatusOr<BlobReader> reader = BlobReader::open(blob, stored->stored_bytes());

@@ -30,8 +30,8 @@ bool is_tree_node(std::uint32_t begin, std::uint32_t end, std::uint32_t spp) {
 
 void merge_into(wire::TileResult& left, const wire::TileResult& right) {
   const std::size_t pixels = left.pixel_count();
-  wire::merge_pixel_nodes(left.channels, pixels, left.counts.data(), left.values.data(), pixels, right.counts.data(),
-                          right.values.data(), pixels);
+  wire::merge_pixel_nodes(left.channels, pixels, left.counts.data(), left.values.data(), pixels,
+                          right.counts.data(), right.values.data(), pixels);
   left.sample_end = right.sample_end;
 }
 
@@ -52,7 +52,8 @@ absl::StatusOr<Assembler> Assembler::create(AssemblyOptions options) {
       std::uint32_t(crop.x1) > options.width || std::uint32_t(crop.y1) > options.height) {
     return fail("the crop is empty or not inside the film");
   }
-  if (std::uint64_t(crop.width()) * std::uint64_t(crop.height()) > kMaxPixels) return fail("the crop is too large");
+  if (std::uint64_t(crop.width()) * std::uint64_t(crop.height()) > kMaxPixels)
+    return fail("the crop is too large");
   if (options.spp == 0 || options.channels.empty()) return fail("no samples or no channels");
   return Assembler(std::move(options));
 }
@@ -72,7 +73,8 @@ std::uint64_t Assembler::samples_total() const { return std::uint64_t{frame_.pix
 absl::Status Assembler::check_result(const wire::TileResult& result) const {
   const Window& crop = options_.crop;
   if (result.x0 >= result.x1 || result.y0 >= result.y1 || result.x0 < std::uint32_t(crop.x0) ||
-      result.y0 < std::uint32_t(crop.y0) || result.x1 > std::uint32_t(crop.x1) || result.y1 > std::uint32_t(crop.y1)) {
+      result.y0 < std::uint32_t(crop.y0) || result.x1 > std::uint32_t(crop.x1) ||
+      result.y1 > std::uint32_t(crop.y1)) {
     return foreign(result, "not inside the part of the film that is rendered");
   }
   if (!is_tree_node(result.sample_begin, result.sample_end, options_.spp)) {
@@ -118,15 +120,15 @@ absl::StatusOr<wire::TileResult> Assembler::merge_siblings(Tile& tile, wire::Til
   while (true) {
     const auto right = tile.nodes.find(result.sample_end);
     const auto after = tile.nodes.lower_bound(result.sample_begin);
-    if (right != tile.nodes.end() &&
-        wire::are_siblings(result.sample_begin, result.sample_end, right->first, right->second.end, options_.spp)) {
+    if (right != tile.nodes.end() && wire::are_siblings(result.sample_begin, result.sample_end, right->first,
+                                                        right->second.end, options_.spp)) {
       absl::StatusOr<wire::TileResult> sibling = store_.take(std::move(right->second.entry));
       if (!sibling.ok()) return sibling.status();
       tile.nodes.erase(right);
       merge_into(result, *sibling);
     } else if (after != tile.nodes.begin() && std::prev(after)->second.end == result.sample_begin &&
-               wire::are_siblings(std::prev(after)->first, result.sample_begin, result.sample_begin, result.sample_end,
-                                  options_.spp)) {
+               wire::are_siblings(std::prev(after)->first, result.sample_begin, result.sample_begin,
+                                  result.sample_end, options_.spp)) {
       const auto left = std::prev(after);
       absl::StatusOr<wire::TileResult> sibling = store_.take(std::move(left->second.entry));
       if (!sibling.ok()) return sibling.status();
@@ -169,8 +171,8 @@ absl::Status Assembler::add(wire::TileResult result) {
 void Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
   const std::size_t tile_width = std::size_t(tile.pixels.width());
   const std::size_t frame_width = std::size_t(options_.crop.width());
-  const std::size_t corner =
-      std::size_t(tile.pixels.y0 - options_.crop.y0) * frame_width + std::size_t(tile.pixels.x0 - options_.crop.x0);
+  const std::size_t corner = std::size_t(tile.pixels.y0 - options_.crop.y0) * frame_width +
+                             std::size_t(tile.pixels.x0 - options_.crop.x0);
   std::vector<float>& samples = frame_.channels.back().values;
   for (std::size_t i = 0; i < sums.pixel_count(); ++i) {
     const std::size_t target = corner + i / tile_width * frame_width + i % tile_width;

@@ -19,7 +19,8 @@ struct AssemblyOptions {
   std::uint32_t spp = 0;
   std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
   bool samples_channel = true;              // "samples": how many samples each pixel got
-  // Results that wait for their sibling go to a temporary file when they need more bytes than this. 0: four frames.
+  // Results that wait for their sibling go to a temporary file when they need more bytes than this. 0: four
+  // frames.
   std::size_t max_pending_bytes = 0;
 };
 
@@ -35,18 +36,19 @@ struct Assembly {
   std::vector<Hole> holes;  // tiles that are not whole, then rectangles that no tile covers
 };
 
-/// Puts the results of one job together. Results may come in any order; the image has the same bits whatever the order.
-/// A pixel's value is the sum over its samples divided by their number; a `variance` channel is the per-sample variance
-/// M2 / (n - 1), 0 for one sample. Memory: the frame, and `max_pending_bytes` of waiting results.
+/// Puts the results of one job together. Results may come in any order; the image has the same bits whatever
+/// the order. A pixel's value is the sum over its samples divided by their number; a `variance` channel is
+/// the per-sample variance M2 / (n - 1), 0 for one sample. Memory: the frame, and `max_pending_bytes` of
+/// waiting results.
 class Assembler {
  public:
   /// InvalidArgument when the options do not fit one another.
   static absl::StatusOr<Assembler> create(AssemblyOptions options);
 
-  /// Takes one result. AlreadyExists when some of that tile's samples are there already; InvalidArgument when the
-  /// result is not of this job: other channels, outside the crop, a range that is no node of the sum tree, a tile that
-  /// cuts another; Internal when the temporary file fails, after which the assembler is of no more use. Nothing changes
-  /// on the other errors.
+  /// Takes one result. AlreadyExists when some of that tile's samples are there already; InvalidArgument when
+  /// the result is not of this job: other channels, outside the crop, a range that is no node of the sum
+  /// tree, a tile that cuts another; Internal when the temporary file fails, after which the assembler is of
+  /// no more use. Nothing changes on the other errors.
   absl::Status add(wire::TileResult result);
 
   /// Pixels times samples a pixel.
@@ -54,9 +56,9 @@ class Assembler {
   std::uint64_t samples_done() const { return samples_done_; }
   bool complete() const { return samples_done_ == samples_total(); }
 
-  /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was. One that has
-  /// none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a dark corner, and 0 in
-  /// all other channels. Every value is finite.
+  /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was.
+  /// One that has none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a
+  /// dark corner, and 0 in all other channels. Every value is finite.
   absl::StatusOr<Assembly> finish() &&;
 
  private:

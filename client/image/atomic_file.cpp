@@ -74,7 +74,8 @@ std::string link_target(const std::string& path) {
   return target.string();
 }
 
-absl::Status replace_file(const std::string& name, const std::function<absl::Status(const std::string&)>& write) {
+absl::Status replace_file(const std::string& name,
+                          const std::function<absl::Status(const std::string&)>& write) {
   const std::string path = link_target(name);
   struct stat existing {};
   if (stat(path.c_str(), &existing) == 0 && !S_ISREG(existing.st_mode)) {
@@ -86,7 +87,8 @@ absl::Status replace_file(const std::string& name, const std::function<absl::Sta
   if (!temporary.ok()) return temporary.status();
   absl::Status status = write(*temporary);
   if (status.ok()) status = sync_file(*temporary, path);
-  if (status.ok() && std::rename(temporary->c_str(), path.c_str()) != 0) status = errno_status("cannot rename", path);
+  if (status.ok() && std::rename(temporary->c_str(), path.c_str()) != 0)
+    status = errno_status("cannot rename", path);
   if (!status.ok()) unlink(temporary->c_str());
   return status;
 }

@@ -19,8 +19,8 @@
 namespace tessera::client {
 namespace {
 
-// Uncompressed bytes that a file may claim for free, and how many more for each byte that it has. Deflate reaches 1032,
-// and only images of one colour more.
+// Uncompressed bytes that a file may claim for free, and how many more for each byte that it has. Deflate
+// reaches 1032, and only images of one colour more.
 constexpr std::uint64_t kFreeBytes = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMaxExpansion = 2000;
 // Decoding happens on the calling thread: handing small images to other threads costs more than it saves.
@@ -37,21 +37,24 @@ absl::Status check_window(const Imath::Box2i& box, std::uint64_t max_pixels, con
   constexpr std::int64_t kMaxSide = std::int64_t{1} << 24;
   if (width <= 0 || height <= 0) return broken(path, "empty data or display window");
   if (width > kMaxSide || height > kMaxSide || std::uint64_t(width) * std::uint64_t(height) > max_pixels) {
-    return broken(
-        path, absl::StrCat("claims ", width, " x ", height, " pixels, which is more than the limit of ", max_pixels));
+    return broken(path, absl::StrCat("claims ", width, " x ", height,
+                                     " pixels, which is more than the limit of ", max_pixels));
   }
   return absl::OkStatus();
 }
 
 absl::Status check_header(const Imf::Header& header, std::uint64_t max_pixels, const std::string& path) {
-  if (header.hasType() && Imf::isDeepData(header.type())) return broken(path, "deep images are not supported");
+  if (header.hasType() && Imf::isDeepData(header.type()))
+    return broken(path, "deep images are not supported");
   absl::Status status = check_window(header.dataWindow(), max_pixels, path);
   // The display window is not stored pixel by pixel; only its sides must make sense.
-  if (status.ok()) status = check_window(header.displayWindow(), std::numeric_limits<std::uint64_t>::max(), path);
+  if (status.ok())
+    status = check_window(header.displayWindow(), std::numeric_limits<std::uint64_t>::max(), path);
   if (!status.ok()) return status;
 
   const Imath::Box2i& box = header.dataWindow();
-  const std::uint64_t pixels = std::uint64_t(box.max.x - box.min.x + 1) * std::uint64_t(box.max.y - box.min.y + 1);
+  const std::uint64_t pixels =
+      std::uint64_t(box.max.x - box.min.x + 1) * std::uint64_t(box.max.y - box.min.y + 1);
   std::uint64_t channels = 0;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) ++channels;
   if (channels == 0) return broken(path, "no channels");

@@ -22,7 +22,9 @@ namespace {
 Imath::Box2i box_of(const Window& window) { return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}}; }
 
 absl::Status check(const Image& image, const std::string& path) {
-  const auto fail = [&](auto... what) { return absl::InvalidArgumentError(absl::StrCat(path, ": ", what...)); };
+  const auto fail = [&](auto... what) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", what...));
+  };
   for (const Window& window : {image.data, image.display}) {
     if (window.x1 <= window.x0 || window.y1 <= window.y0) return fail("the image is empty");
   }
@@ -32,7 +34,8 @@ absl::Status check(const Image& image, const std::string& path) {
     if (channel.name.empty() || !names.insert(channel.name).second) {
       return fail("channel name '", channel.name, "' is empty or there twice");
     }
-    if (channel.values.size() != image.pixel_count()) return fail("channel ", channel.name, " has the wrong size");
+    if (channel.values.size() != image.pixel_count())
+      return fail("channel ", channel.name, " has the wrong size");
   }
   return absl::OkStatus();
 }
@@ -57,11 +60,13 @@ Imf::Header make_header(const Image& image, PixelType type) {
   // Rec.709 is what a file without this attribute is taken for; saying so costs nothing.
   Imf::addChromaticities(header, Imf::Chromaticities());
   for (const Channel& channel : image.channels) {
-    header.channels().insert(channel.name, Imf::Channel(stored_as_half(channel.name, type) ? Imf::HALF : Imf::FLOAT));
+    header.channels().insert(channel.name,
+                             Imf::Channel(stored_as_half(channel.name, type) ? Imf::HALF : Imf::FLOAT));
   }
   for (const auto& [name, value] : image.metadata) {
     if (const auto* text = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*text));
-    if (const auto* number = std::get_if<std::int32_t>(&value)) header.insert(name, Imf::IntAttribute(*number));
+    if (const auto* number = std::get_if<std::int32_t>(&value))
+      header.insert(name, Imf::IntAttribute(*number));
     if (const auto* real = std::get_if<float>(&value)) header.insert(name, Imf::FloatAttribute(*real));
   }
   return header;
@@ -75,8 +80,8 @@ void write_file(const Image& image, const std::string& file, PixelType type) {
   for (const Channel& channel : image.channels) {
     const void* data = channel.values.data();
     if (stored_as_half(channel.name, type)) data = halves.emplace_back(to_half(channel.values)).data();
-    frame.insert(channel.name, Imf::Slice::Make(stored_as_half(channel.name, type) ? Imf::HALF : Imf::FLOAT, data,
-                                                box_of(image.data)));
+    frame.insert(channel.name, Imf::Slice::Make(stored_as_half(channel.name, type) ? Imf::HALF : Imf::FLOAT,
+                                                data, box_of(image.data)));
   }
   Imf::OutputFile output(file.c_str(), make_header(image, type));
   output.setFrameBuffer(frame);

@@ -59,7 +59,8 @@ class Convolver {
       float sum = 0;
       for (int k = -radius; k <= radius; ++k) {
         const int there = std::clamp(at + k, 0, length - 1);
-        sum += taps[static_cast<std::size_t>(k + radius)] * plane[static_cast<std::size_t>(i + (there - at) * step)];
+        sum += taps[static_cast<std::size_t>(k + radius)] *
+               plane[static_cast<std::size_t>(i + (there - at) * step)];
       }
       out[static_cast<std::size_t>(i)] = sum;
     }
@@ -113,15 +114,18 @@ Color hunt_lab(const Color& rgb) {
   return {lightness, 0.01f * lightness * 500 * (f[0] - f[1]), 0.01f * lightness * 200 * (f[1] - f[2])};
 }
 
-float hyab(const Color& a, const Color& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
+float hyab(const Color& a, const Color& b) {
+  return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
+}
 
-/// Colours as an eye at a distance sees them: each opponent channel through its contrast sensitivity, a sum of two
-/// Gaussians a sqrt(pi / b) exp(-pi^2 d^2 / b) of the distance d in degrees.
+/// Colours as an eye at a distance sees them: each opponent channel through its contrast sensitivity, a sum
+/// of two Gaussians a sqrt(pi / b) exp(-pi^2 d^2 / b) of the distance d in degrees.
 Planes blurred(const Planes& opponent, const Convolver& convolve) {
   struct Lobe {
     double a, b;
   };
-  constexpr Lobe kLobes[3][2] = {{{1, 0.0047}, {0, 1e-5}}, {{1, 0.0053}, {0, 1e-5}}, {{34.1, 0.04}, {13.5, 0.025}}};
+  constexpr Lobe kLobes[3][2] = {
+      {{1, 0.0047}, {0, 1e-5}}, {{1, 0.0053}, {0, 1e-5}}, {{34.1, 0.04}, {13.5, 0.025}}};
   const int radius = static_cast<int>(std::ceil(3 * std::sqrt(0.04 / (2 * kPi * kPi)) * kPixelsPerDegree));
   Planes out;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -178,7 +182,9 @@ struct Seen {
     color = blurred(opponent, convolve);
     feature = features(luminance, convolve);
   }
-  Color lab(std::size_t i) const { return hunt_lab(rgb_from_opponent({color[0][i], color[1][i], color[2][i]})); }
+  Color lab(std::size_t i) const {
+    return hunt_lab(rgb_from_opponent({color[0][i], color[1][i], color[2][i]}));
+  }
 };
 
 /// Colour differences up to 0.4 of the largest take 0.95 of the scale.
@@ -194,8 +200,8 @@ float redistributed(float difference, float largest) {
 absl::StatusOr<double> flip_error(const Image& reference, const Image& test) {
   const int width = reference.data.width(), height = reference.data.height();
   if (reference.pixel_count() == 0 || width != test.data.width() || height != test.data.height()) {
-    return absl::InvalidArgumentError(absl::StrCat("image sizes differ or are empty: ", width, "x", height, " and ",
-                                                   test.data.width(), "x", test.data.height()));
+    return absl::InvalidArgumentError(absl::StrCat("image sizes differ or are empty: ", width, "x", height,
+                                                   " and ", test.data.width(), "x", test.data.height()));
   }
   const Convolver convolve(width, height);
   const Seen a(reference, convolve), b(test, convolve);

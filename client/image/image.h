@@ -62,7 +62,8 @@ struct RenderInfo {
   std::string integrator;
   std::string sampler;
   std::string isa;
-  std::vector<std::string> arithmetic;  // classes of the machines that rendered it; of two, tiles differ in rounding
+  std::vector<std::string>
+      arithmetic;  // classes of the machines that rendered it; of two, tiles differ in rounding
   std::string version;
   double render_seconds = 0;
 };

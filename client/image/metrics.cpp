@@ -175,16 +175,21 @@ double student_t_quantile(double p, double dof) {
   return high;
 }
 
-absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& test, const CompareOptions& options) {
-  const auto size = [](const Image& image) { return absl::StrCat(image.data.width(), "x", image.data.height()); };
+absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& test,
+                                          const CompareOptions& options) {
+  const auto size = [](const Image& image) {
+    return absl::StrCat(image.data.width(), "x", image.data.height());
+  };
   if (reference.channels.empty() || test.channels.empty())
     return absl::InvalidArgumentError("an image has no channels");
   if (reference.data.width() != test.data.width() || reference.data.height() != test.data.height()) {
-    return absl::InvalidArgumentError(absl::StrCat("image sizes differ: ", size(reference), " and ", size(test)));
+    return absl::InvalidArgumentError(
+        absl::StrCat("image sizes differ: ", size(reference), " and ", size(test)));
   }
-  if (options.block < 2 || reference.data.width() < options.block || reference.data.height() < options.block) {
-    return absl::InvalidArgumentError(absl::StrCat("images of ", size(reference), " are smaller than one block of ",
-                                                   options.block, "x", options.block));
+  if (options.block < 2 || reference.data.width() < options.block ||
+      reference.data.height() < options.block) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "images of ", size(reference), " are smaller than one block of ", options.block, "x", options.block));
   }
   const Pair pair(reference, test);
   Comparison out;
@@ -207,11 +212,11 @@ std::string to_text(const Comparison& c, const CompareOptions& options) {
       options.trim_percent, c.relmse_trimmed, options.epsilon);
   for (int i = 0; i < 3; ++i) {
     const ChannelBias& b = c.channels[i];
-    absl::StrAppendFormat(&text, "%s  reference mean %.6g  test mean %.6g  bias %+.4f %%  t %+.2f  p %.3g\n", kNames[i],
-                          b.mean_reference, b.mean_test, b.bias_percent, b.t, b.p);
+    absl::StrAppendFormat(&text, "%s  reference mean %.6g  test mean %.6g  bias %+.4f %%  t %+.2f  p %.3g\n",
+                          kNames[i], b.mean_reference, b.mean_test, b.bias_percent, b.t, b.p);
   }
-  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.block, options.block,
-                        c.blocks, c.blocks_rejected, c.block_tests);
+  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.block,
+                        options.block, c.blocks, c.blocks_rejected, c.block_tests);
   return text;
 }
 

@@ -16,8 +16,8 @@ struct CompareOptions {
   int block = 16;             // side in pixels of the blocks of the significance tests
 };
 
-/// Mean difference of one colour channel, over all whole blocks, with a two-sided t-test over the block means: pixels
-/// that share a filter's support are correlated, means of blocks hardly.
+/// Mean difference of one colour channel, over all whole blocks, with a two-sided t-test over the block
+/// means: pixels that share a filter's support are correlated, means of blocks hardly.
 struct ChannelBias {
   double mean_reference = 0;
   double mean_test = 0;
@@ -35,8 +35,8 @@ struct Comparison {
   double relmse = 0, relmse_trimmed = 0;
   std::uint64_t blocks = 0;
   std::array<ChannelBias, 3> channels;  // R, G, B
-  // Blocks whose own t-test over their pixels rejects equality at 1 % of the whole image, after Sidak's correction for
-  // the number of tests: shows local errors that cancel over the image.
+  // Blocks whose own t-test over their pixels rejects equality at 1 % of the whole image, after Sidak's
+  // correction for the number of tests: shows local errors that cancel over the image.
   std::uint64_t blocks_rejected = 0;
   std::uint64_t block_tests = 0;  // blocks * 3
 };
@@ -49,15 +49,15 @@ absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& t
 std::string to_text(const Comparison& comparison, const CompareOptions& options = {});
 
 /// The fields of Comparison as an object: "size", "non_finite_pixels", "mse", "mse_trimmed", "relmse",
-/// "relmse_trimmed", "blocks", "channels" {"R" {"mean_ref", "mean_test", "bias", "bias_percent", "t", "p"} ...},
-/// "blocks_rejected", "block_tests". Numbers that are not finite are null.
+/// "relmse_trimmed", "blocks", "channels" {"R" {"mean_ref", "mean_test", "bias", "bias_percent", "t", "p"}
+/// ...}, "blocks_rejected", "block_tests". Numbers that are not finite are null.
 std::string to_json(const Comparison& comparison);
 
 /// Two-sided p-value of Student's t with `dof` degrees of freedom; 0 for an infinite t.
 double student_t_p_value(double t, double dof);
 
-/// The t beyond which, either side, Student's distribution has this probability: 0.05 gives the factor of 95 %
-/// intervals.
+/// The t beyond which, either side, Student's distribution has this probability: 0.05 gives the factor of 95
+/// % intervals.
 double student_t_quantile(double p, double dof);
 
 }  // namespace tessera::client

@@ -19,7 +19,8 @@ std::size_t bytes_of(const wire::TileResult& result) {
 }
 
 absl::Status file_error(const char* what) {
-  return absl::InternalError(absl::StrCat("temporary file for tile results: cannot ", what, ": ", strerror(errno)));
+  return absl::InternalError(
+      absl::StrCat("temporary file for tile results: cannot ", what, ": ", strerror(errno)));
 }
 
 }  // namespace
@@ -51,7 +52,8 @@ absl::StatusOr<NodeStore::Entry> NodeStore::put(wire::TileResult result) {
   }
   const std::string encoded = wire::encode_tile_result(result);
   if (std::fseek(file_.get(), file_end_, SEEK_SET) != 0) return file_error("seek");
-  if (std::fwrite(encoded.data(), 1, encoded.size(), file_.get()) != encoded.size()) return file_error("write");
+  if (std::fwrite(encoded.data(), 1, encoded.size(), file_.get()) != encoded.size())
+    return file_error("write");
   Entry entry{std::nullopt, file_end_, encoded.size()};
   file_end_ += static_cast<long>(encoded.size());
   return entry;

@@ -12,8 +12,8 @@
 
 namespace tessera::client {
 
-/// Holds results in memory up to a bound and puts what comes beyond it into an unnamed temporary file. In the order
-/// in which a coordinator sends them, results rarely wait for long and no file is ever made.
+/// Holds results in memory up to a bound and puts what comes beyond it into an unnamed temporary file. In the
+/// order in which a coordinator sends them, results rarely wait for long and no file is ever made.
 class NodeStore {
  public:
   explicit NodeStore(std::size_t max_bytes) : max_bytes_(max_bytes) {}

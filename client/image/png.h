@@ -8,8 +8,9 @@
 
 namespace tessera::client {
 
-/// Writes R, G and B as an 8-bit sRGB file of the data window: values are clamped to [0, 1] and go through the sRGB
-/// transfer function (IEC 61966-2-1); what is not finite is black. The file is replaced as a whole (atomic_file.h).
+/// Writes R, G and B as an 8-bit sRGB file of the data window: values are clamped to [0, 1] and go through
+/// the sRGB transfer function (IEC 61966-2-1); what is not finite is black. The file is replaced as a whole
+/// (atomic_file.h).
 absl::Status write_png(const Image& image, const std::string& path);
 
 /// The 8-bit sRGB code of a linear value, rounded to nearest.

@@ -13,7 +13,8 @@ namespace tessera::client {
 absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, const ImportOptions& options) {
   const std::string name = path.filename().string();
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(concat(path.string(), ": no such file"));
+  if (!std::filesystem::exists(path, error))
+    return absl::NotFoundError(concat(path.string(), ": no such file"));
   absl::StatusOr<ImportedScene> scene;
   if (name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")) {
     scene = pbrt::import_pbrt(path, options.threads);
@@ -24,8 +25,9 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   } else if (name.ends_with(".tsb")) {
     scene = tessera_scene::read_binary_scene(path);
   } else {
-    return absl::UnimplementedError(concat(
-        path.string(), ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
+    return absl::UnimplementedError(
+        concat(path.string(),
+               ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
   }
   if (!scene.ok()) return scene;
   // Of numbers that are sound each, products may not be.
@@ -44,9 +46,11 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
 
 absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  if (extension == ".textproto" || extension == ".pbtxt") return tessera_scene::write_scene(scene, path, true);
+  if (extension == ".textproto" || extension == ".pbtxt")
+    return tessera_scene::write_scene(scene, path, true);
   if (extension == ".tsb") return tessera_scene::write_scene(scene, path, false);
-  return absl::UnimplementedError(concat(path.string(), ": scenes are written as .textproto, .pbtxt or .tsb"));
+  return absl::UnimplementedError(
+      concat(path.string(), ": scenes are written as .textproto, .pbtxt or .tsb"));
 }
 
 }  // namespace tessera::client

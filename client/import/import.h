@@ -17,15 +17,17 @@ struct ImportOptions {
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
 };
 
-/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .textproto, .pbtxt (a Scene in
-/// text form), .tsb (a serialized Scene).
+/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .textproto, .pbtxt
+/// (a Scene in text form), .tsb (a serialized Scene).
 ///
-/// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once. NotFound when
-/// there is no such file; Unimplemented for another ending. What the importer cannot express becomes a warning of the
-/// result, which says what is done instead.
-absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
+/// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once. NotFound
+/// when there is no such file; Unimplemented for another ending. What the importer cannot express becomes a
+/// warning of the result, which says what is done instead.
+absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path,
+                                           const ImportOptions& options = {});
 
-/// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder beside it
+/// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder
+/// beside it
 /// ("kitchen.textproto" and "kitchen-blobs/").
 absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path);
 

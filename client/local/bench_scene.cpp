@@ -66,7 +66,8 @@ BenchScene::~BenchScene() = default;
 const std::vector<std::string>& BenchScene::warnings() const { return parts_->scene->warnings(); }
 
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
-                                                             const std::vector<const SceneBlob*>& blobs, int threads) {
+                                                             const std::vector<const SceneBlob*>& blobs,
+                                                             int threads) {
   const std::chrono::nanoseconds start = wire::process_cpu_time();
   const SceneBlobs source(blobs);
   const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.scene().digest());
@@ -83,8 +84,8 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   auto parts = std::make_unique<Parts>();
   parts->scene = *std::move(scene);
   // A pass goes over the whole film.
-  parts->tiles = tiles_of(spec.crop(),
-                          wire::works_in_passes(spec) ? std::max(spec.width(), spec.height()) : spec.tile_size());
+  parts->tiles = tiles_of(
+      spec.crop(), wire::works_in_passes(spec) ? std::max(spec.width(), spec.height()) : spec.tile_size());
   std::unique_ptr<BenchScene> self{new BenchScene{std::move(parts)}};
   self->build_cpu_seconds_ = wire::in_seconds(wire::process_cpu_time() - start);
   return self;
@@ -108,7 +109,11 @@ class BenchTurns {
  public:
   BenchTurns(std::span<const BenchScene* const> scenes, std::uint32_t spp, std::uint64_t seed_offset,
              std::stop_token stop)
-      : scenes_(scenes), spp_(spp), seed_offset_(seed_offset), stop_(std::move(stop)), renders_(scenes.size()) {}
+      : scenes_(scenes),
+        spp_(spp),
+        seed_offset_(seed_offset),
+        stop_(std::move(stop)),
+        renders_(scenes.size()) {}
 
   absl::StatusOr<std::vector<BenchRender>> run(int threads) {
     {
@@ -162,8 +167,9 @@ class BenchTurns {
   absl::Status status_;
 };
 
-absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes, std::uint32_t spp,
-                                                        std::uint64_t seed_offset, int threads, std::stop_token stop) {
+absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes,
+                                                        std::uint32_t spp, std::uint64_t seed_offset,
+                                                        int threads, std::stop_token stop) {
   return BenchTurns(scenes, spp, seed_offset, std::move(stop)).run(threads);
 }
 

@@ -34,8 +34,8 @@ struct BenchRender {
   BenchCost cost;
 };
 
-/// Rendering against Embree tracing the same rays with no shading at all, the two taking turns tile by tile, on one
-/// thread.
+/// Rendering against Embree tracing the same rays with no shading at all, the two taking turns tile by tile,
+/// on one thread.
 struct BenchCeiling {
   double render_cpu_seconds = 0, replay_cpu_seconds = 0;
   std::uint64_t rays = 0;
@@ -46,10 +46,11 @@ struct BenchCeiling {
 
 class BenchScene {
  public:
-  /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is wrong with
-  /// the scene.
+  /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is
+  /// wrong with the scene.
   static absl::StatusOr<std::unique_ptr<BenchScene>> load(const v1::JobSpec& spec,
-                                                          const std::vector<const SceneBlob*>& blobs, int threads);
+                                                          const std::vector<const SceneBlob*>& blobs,
+                                                          int threads);
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }
@@ -68,10 +69,11 @@ class BenchScene {
   double build_cpu_seconds_ = 0;
 };
 
-/// Renders one image of every scene, `spp` samples a pixel, with the job's seed plus `seed_offset`. The scenes take
-/// turns tile by tile (A B B A ...), so that a machine whose speed drifts slows all alike. Cancelled when stopped. One
-/// result a scene, in their order.
-absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes, std::uint32_t spp,
-                                                        std::uint64_t seed_offset, int threads, std::stop_token stop);
+/// Renders one image of every scene, `spp` samples a pixel, with the job's seed plus `seed_offset`. The
+/// scenes take turns tile by tile (A B B A ...), so that a machine whose speed drifts slows all alike.
+/// Cancelled when stopped. One result a scene, in their order.
+absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes,
+                                                        std::uint32_t spp, std::uint64_t seed_offset,
+                                                        int threads, std::stop_token stop);
 
 }  // namespace tessera::client

@@ -23,7 +23,8 @@ absl::Status open_checkpoint(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder / kMark, error)) return absl::OkStatus();
   if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error))) {
-    return absl::InvalidArgumentError(absl::StrCat(folder.string(), " is not empty, and no checkpoint of a render"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder.string(), " is not empty, and no checkpoint of a render"));
   }
   fs::create_directories(folder, error);
   if (error) return failed("make", folder, error);

@@ -7,8 +7,8 @@
 
 namespace tessera::client {
 
-/// Makes the folder, or takes one that was made so. InvalidArgument when there is something else: nobody's files are
-/// taken for a checkpoint, nor deleted with it.
+/// Makes the folder, or takes one that was made so. InvalidArgument when there is something else: nobody's
+/// files are taken for a checkpoint, nor deleted with it.
 absl::Status open_checkpoint(const std::filesystem::path& folder);
 
 /// Deletes a folder that open_checkpoint() has made or taken.

@@ -33,7 +33,8 @@ struct LocalFarm::Parts {
 std::vector<std::string> local_isas() { return render::supported_isas(); }
 
 absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions options) {
-  // Whatever happens reaches the user as the job's status; coordinator and worker have nobody to write a log for.
+  // Whatever happens reaches the user as the job's status; coordinator and worker have nobody to write a log
+  // for.
   spdlog::set_level(spdlog::level::off);
   if (options.isa.empty() && render::supported_isas().empty()) {
     return absl::FailedPreconditionError(render::why_no_kernels());
@@ -64,8 +65,8 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
   agent_options.load_scene = [geometry_read = std::move(options.geometry_read), building = parts->building](
-                                 const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
-                                 render::LoadOptions load_options) {
+                                 const v1::Scene& scene, const v1::JobSpec& job,
+                                 const render::BlobSource& blobs, render::LoadOptions load_options) {
     load_options.geometry_read = geometry_read;
     *building = true;
     auto loaded = render::load_scene(scene, job, blobs, load_options);
@@ -78,7 +79,8 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
       agent::Agent::create(server::in_process_channel(*parts->coordinator), std::move(agent_options));
   if (!agent.ok()) return agent.status();
   parts->agent = *std::move(agent);
-  // Its status is of no use here: a worker that cannot register leaves the job waiting only until the farm is stopped.
+  // Its status is of no use here: a worker that cannot register leaves the job waiting only until the farm is
+  // stopped.
   parts->worker =
       std::jthread{[&worker = *parts->agent](std::stop_token stop) { static_cast<void>(worker.run(stop)); }};
   return std::unique_ptr<LocalFarm>{new LocalFarm{std::move(parts)}};
@@ -87,7 +89,9 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
 LocalFarm::LocalFarm(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 LocalFarm::~LocalFarm() = default;
 
-std::shared_ptr<grpc::Channel> LocalFarm::channel() { return server::in_process_channel(*parts_->coordinator); }
+std::shared_ptr<grpc::Channel> LocalFarm::channel() {
+  return server::in_process_channel(*parts_->coordinator);
+}
 
 bool LocalFarm::building() const { return *parts_->building; }
 

@@ -17,14 +17,17 @@ namespace tessera::client {
 
 struct LocalFarmOptions {
   int threads = 1;
-  std::string isa;                      // empty: the best of this machine
-  std::vector<const SceneBlob*> blobs;  // all that the jobs will need; read in place, they must outlive the farm
-  // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then be freed,
-  // if there is one job alone.
+  std::string isa;  // empty: the best of this machine
+  std::vector<const SceneBlob*>
+      blobs;  // all that the jobs will need; read in place, they must outlive the farm
+  // Called, where there is one, when the scene has been read but for its images: the bytes of meshes may then
+  // be freed, if there is one job alone.
   std::function<void()> geometry_read = {};
-  // Folder for jobs and results; the next farm with the same goes on with them. Empty: they are kept in memory.
+  // Folder for jobs and results; the next farm with the same goes on with them. Empty: they are kept in
+  // memory.
   std::string checkpoint = {};
-  // Called, where there is one, once, from another thread, when results cannot be kept any more: nothing comes then.
+  // Called, where there is one, once, from another thread, when results cannot be kept any more: nothing
+  // comes then.
   std::function<void(const absl::Status&)> failed = {};
 };
 

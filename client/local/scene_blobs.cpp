@@ -33,7 +33,8 @@ absl::StatusOr<render::BlobBytes> SceneBlobs::bytes(const std::string& digest) c
   if (found == blobs_.end()) return absl::NotFoundError(absl::StrCat("the scene has no blob ", digest));
   const SceneBlob& blob = *found->second;
   if (blob.file.empty() && blob.bytes.size() != blob.ref.size_bytes()) {
-    return absl::FailedPreconditionError(absl::StrCat("the bytes of ", digest, " were freed after the first use"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("the bytes of ", digest, " were freed after the first use"));
   }
   if (blob.file.empty()) return render::BlobBytes{blob.bytes, nullptr};
   absl::StatusOr<render::BlobBytes> mapped = agent::map_file(blob.file);
@@ -49,7 +50,8 @@ server::UploadState SceneBlobs::query(const std::string& digest) const {
   return {found->second->ref.size_bytes(), true};
 }
 
-absl::StatusOr<std::unique_ptr<server::BlobWriter>> SceneBlobs::write(const std::string& digest, std::uint64_t) {
+absl::StatusOr<std::unique_ptr<server::BlobWriter>> SceneBlobs::write(const std::string& digest,
+                                                                      std::uint64_t) {
   return absl::FailedPreconditionError(absl::StrCat("no blob can be added, and ", digest, " is not there"));
 }
 

@@ -22,7 +22,8 @@ class SceneBlobs final : public server::BlobStore {
   absl::StatusOr<render::BlobBytes> bytes(const std::string& digest) const;
 
   server::UploadState query(const std::string& digest) const override;
-  absl::StatusOr<std::unique_ptr<server::BlobWriter>> write(const std::string& digest, std::uint64_t offset) override;
+  absl::StatusOr<std::unique_ptr<server::BlobWriter>> write(const std::string& digest,
+                                                            std::uint64_t offset) override;
   absl::StatusOr<std::unique_ptr<server::BlobReader>> read(const std::string& digest) const override;
   absl::Status drop(const std::string& digest) override;
 

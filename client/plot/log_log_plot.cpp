@@ -23,7 +23,8 @@ constexpr int kPngScale = 2;
 struct Color {
   double r, g, b;
 };
-constexpr Color kInk{0.13, 0.15, 0.18}, kFaint{0.45, 0.48, 0.52}, kGrid{0.86, 0.88, 0.9}, kFineGrid{0.94, 0.95, 0.96};
+constexpr Color kInk{0.13, 0.15, 0.18}, kFaint{0.45, 0.48, 0.52}, kGrid{0.86, 0.88, 0.9},
+    kFineGrid{0.94, 0.95, 0.96};
 // Told apart by all eyes [Okabe & Ito 2008].
 constexpr std::array<Color, 8> kColors{{{0.0, 0.447, 0.698},
                                         {0.835, 0.369, 0.0},
@@ -43,7 +44,9 @@ struct Axis {
   double first = 0, last = 1;
   double begin = 0, end = 1;
 
-  double place(double value) const { return begin + (std::log10(value) - first) / (last - first) * (end - begin); }
+  double place(double value) const {
+    return begin + (std::log10(value) - first) / (last - first) * (end - begin);
+  }
 
   /// With some air around, and not less than half a decade.
   void fit(double low, double high) {
@@ -80,7 +83,8 @@ class Drawing {
       for (const PlotPoint& p : series.points) {
         if (!can_draw(p)) continue;
         low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x);
-        low_y = std::min(low_y, has_bar(p) ? p.low : p.y), high_y = std::max(high_y, has_bar(p) ? p.high : p.y);
+        low_y = std::min(low_y, has_bar(p) ? p.low : p.y),
+        high_y = std::max(high_y, has_bar(p) ? p.high : p.y);
       }
     }
     x_.fit(low_x, high_x), y_.fit(low_y, high_y);
@@ -231,7 +235,8 @@ absl::Status draw_file(const LogLogPlot& plot, const std::string& path, bool svg
           : cairo_image_surface_create(CAIRO_FORMAT_RGB24, int(kWidth) * kPngScale, int(kHeight) * kPngScale),
       &cairo_surface_destroy);
   {
-    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo(cairo_create(surface.get()), &cairo_destroy);
+    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo(cairo_create(surface.get()),
+                                                                   &cairo_destroy);
     if (!svg) cairo_scale(cairo.get(), kPngScale, kPngScale);
     Drawing(cairo.get(), plot).draw();
     if (auto s = status_of(cairo_status(cairo.get()), path); !s.ok()) return s;
@@ -245,7 +250,8 @@ absl::Status draw_file(const LogLogPlot& plot, const std::string& path, bool svg
 }  // namespace
 
 absl::Status check_plot_path(const std::string& path) {
-  if (absl::EndsWithIgnoreCase(path, ".png") || absl::EndsWithIgnoreCase(path, ".svg")) return absl::OkStatus();
+  if (absl::EndsWithIgnoreCase(path, ".png") || absl::EndsWithIgnoreCase(path, ".svg"))
+    return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(path, ": plots are written as .png or .svg"));
 }
 

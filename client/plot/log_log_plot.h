@@ -28,9 +28,9 @@ struct LogLogPlot {
 /// InvalidArgument when `path` ends in neither .png nor .svg.
 absl::Status check_plot_path(const std::string& path);
 
-/// Draws 1200 by 750 points; a PNG has twice as many pixels each way. Points whose coordinates are not positive and
-/// finite are left out. InvalidArgument for another kind of file, or when there is no point to draw. The file is
-/// replaced as a whole (image/atomic_file.h).
+/// Draws 1200 by 750 points; a PNG has twice as many pixels each way. Points whose coordinates are not
+/// positive and finite are left out. InvalidArgument for another kind of file, or when there is no point to
+/// draw. The file is replaced as a whole (image/atomic_file.h).
 absl::Status write_plot(const LogLogPlot& plot, const std::string& path);
 
 }  // namespace tessera::client

@@ -37,15 +37,16 @@ absl::Status read_number(const OptionSpec& spec, const std::string& text, T& val
     const char* const kind = std::is_floating_point_v<T> ? "a number"
                              : std::is_signed_v<T>       ? "a whole number"
                                                          : "a whole number without a sign";
-    return absl::InvalidArgumentError(
-        absl::StrCat("expected ", expectation(spec.range && std::is_integral_v<T> ? "a whole number" : kind, spec),
-                     ", not '", text, "'"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "expected ", expectation(spec.range && std::is_integral_v<T> ? "a whole number" : kind, spec),
+        ", not '", text, "'"));
   }
   value = number;
   return absl::OkStatus();
 }
 
-OptionSpec& add_spec(CommandSpec& command, const char* name, const char* description, const char* value_name) {
+OptionSpec& add_spec(CommandSpec& command, const char* name, const char* description,
+                     const char* value_name) {
   OptionSpec& spec = *command.options.emplace_back(std::make_unique<OptionSpec>());
   spec.names = absl::StrSplit(name, ',');
   spec.description = description;
@@ -63,7 +64,8 @@ Option add_number(CommandSpec& command, const char* name, T& value, const char* 
 }
 
 template <class T>
-Option add_optional(CommandSpec& command, const char* name, std::optional<T>& value, const char* description) {
+Option add_optional(CommandSpec& command, const char* name, std::optional<T>& value,
+                    const char* description) {
   OptionSpec& spec = add_spec(command, name, description, std::is_floating_point_v<T> ? "X" : "N");
   spec.take = [&spec, &value](const std::string& text) {
     T number{};

@@ -26,7 +26,8 @@ std::string left_of(const OptionSpec& option) {
 /// "samples a pixel (1 to 16777216; default: 16)".
 std::string right_of(const OptionSpec& option) {
   std::vector<std::string> remarks;
-  if (const auto& names = option.choices; !names.empty() && option.description.find(names[0]) == std::string::npos) {
+  if (const auto& names = option.choices;
+      !names.empty() && option.description.find(names[0]) == std::string::npos) {
     remarks.push_back(absl::StrJoin(names, ", "));
   }
   if (option.range && option.range->second < kFarBound)
@@ -34,7 +35,8 @@ std::string right_of(const OptionSpec& option) {
   if (!option.environment.empty()) remarks.push_back(absl::StrCat("else $", option.environment));
   if (!option.shown_default.empty()) remarks.push_back(absl::StrCat("default: ", option.shown_default));
   if (remarks.empty()) return option.description;
-  return absl::StrCat(option.description, option.description.empty() ? "(" : " (", absl::StrJoin(remarks, "; "), ")");
+  return absl::StrCat(option.description, option.description.empty() ? "(" : " (",
+                      absl::StrJoin(remarks, "; "), ")");
 }
 
 }  // namespace

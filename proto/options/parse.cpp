@@ -13,7 +13,8 @@
 namespace tessera::options {
 namespace {
 
-/// Names the option in what is said about `value`: its variable of the environment when the value is from there.
+/// Names the option in what is said about `value`: its variable of the environment when the value is from
+/// there.
 std::string source_of(const OptionSpec& spec, const std::string& value) {
   const char* const variable = spec.environment.empty() ? nullptr : std::getenv(spec.environment.c_str());
   return variable != nullptr && value == variable ? "$" + spec.environment : spec.name();
@@ -35,13 +36,15 @@ absl::Status take_one(OptionSpec& spec, const std::string& value) {
   return spec.take(value);
 }
 
-/// Converts all values of an option or an argument. Throws ValidationError, as CLI11 expects of what it calls back.
+/// Converts all values of an option or an argument. Throws ValidationError, as CLI11 expects of what it calls
+/// back.
 void take(OptionSpec& spec, const std::vector<std::string>& values) {
   if (values.size() > 1 && !spec.list) throw CLI::ValidationError(spec.name() + " is given twice");
   if (spec.list) spec.clear();
   for (const std::string& value : values) {
     // CLI11 takes the option that follows for the value.
-    if (!spec.is_argument() && value.starts_with("--")) throw CLI::ValidationError(needs_value(spec, spec.name()));
+    if (!spec.is_argument() && value.starts_with("--"))
+      throw CLI::ValidationError(needs_value(spec, spec.name()));
     const std::vector<std::string> parts =
         spec.commas ? std::vector<std::string>(absl::StrSplit(value, ',')) : std::vector{value};
     for (const std::string& part : parts) {
@@ -54,8 +57,8 @@ void take(OptionSpec& spec, const std::vector<std::string>& values) {
 
 std::string name_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
-/// A command line as CLI11 knows it: the options, and all arguments as one list, which it could not share out among
-/// arguments that follow a list.
+/// A command line as CLI11 knows it: the options, and all arguments as one list, which it could not share out
+/// among arguments that follow a list.
 class Parser {
  public:
   Parser(CommandSpec& command, const std::vector<std::string>& words) : command_(command), words_(words) {
@@ -94,7 +97,8 @@ class Parser {
   CLI::Option* add(OptionSpec& spec) {
     const std::string names = absl::StrJoin(spec.names, ",");
     if (spec.is_flag()) {
-      return app_.add_flag_function(names, [&spec](std::int64_t) { take(spec, {""}); })->disable_flag_override();
+      return app_.add_flag_function(names, [&spec](std::int64_t) { take(spec, {""}); })
+          ->disable_flag_override();
     }
     const auto take_all = [&spec](const std::vector<std::string>& values) { take(spec, values); };
     return app_.add_option_function<std::vector<std::string>>(names, take_all)
@@ -105,7 +109,8 @@ class Parser {
         ->envname(spec.environment);
   }
 
-  /// CLI11 reads from the end. An empty value, "--name=", is a word of its own, or CLI11 would take the next one.
+  /// CLI11 reads from the end. An empty value, "--name=", is a word of its own, or CLI11 would take the next
+  /// one.
   std::vector<std::string> reversed_words() const {
     std::vector<std::string> reversed;
     for (const std::string& word : words_) {
@@ -118,18 +123,21 @@ class Parser {
     return reversed;
   }
 
-  /// Says where values and options do not match: CLI11 stopped at the last word, which has none, or at a flag with one.
+  /// Says where values and options do not match: CLI11 stopped at the last word, which has none, or at a flag
+  /// with one.
   std::string mismatch(const std::string& otherwise) const {
     const OptionSpec* const last = command_.find(words_.back());
     if (last != nullptr && !last->is_flag()) return needs_value(*last, words_.back());
     for (const std::string& word : words_) {
       const OptionSpec* const spec = command_.find(name_of(word));
-      if (spec != nullptr && spec->is_flag() && word != name_of(word)) return name_of(word) + " takes no value";
+      if (spec != nullptr && spec->is_flag() && word != name_of(word))
+        return name_of(word) + " takes no value";
     }
     return otherwise;
   }
 
-  /// Gives every argument its words in the order of definition; a list among them takes what the others leave.
+  /// Gives every argument its words in the order of definition; a list among them takes what the others
+  /// leave.
   void take_arguments(const std::vector<std::string>& arguments) {
     std::vector<OptionSpec*> specs;
     for (const auto& spec : command_.options) {
@@ -167,7 +175,9 @@ class Parser {
 
 }  // namespace
 
-bool OptionSpec::is_called(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
+bool OptionSpec::is_called(std::string_view name) const {
+  return std::ranges::find(names, name) != names.end();
+}
 
 OptionSpec* CommandSpec::find(std::string_view name) const {
   for (const auto& option : options) {

@@ -30,7 +30,8 @@ struct Program::Parts {
   }
   std::string help() const;
   Outcome wrong(const std::string& where, const std::string& what, const std::string& usage) const {
-    return {kWrongUsage, "", absl::StrCat(where, ": ", what, "\nusage: ", usage, "   (more: ", where, " --help)\n")};
+    return {kWrongUsage, "",
+            absl::StrCat(where, ": ", what, "\nusage: ", usage, "   (more: ", where, " --help)\n")};
   }
 };
 
@@ -39,10 +40,12 @@ std::string Program::Parts::help() const {
   std::string help = absl::StrCat(wrapped(root.description, 0), "\n\nusage: ", usage(), "\n");
   std::string heading;
   for (const auto& [name, command] : commands) {
-    if (std::exchange(heading, command->group) != command->group) absl::StrAppend(&help, "\n", command->group, "\n");
+    if (std::exchange(heading, command->group) != command->group)
+      absl::StrAppend(&help, "\n", command->group, "\n");
     absl::StrAppend(&help, help_line(name, command->description, kColumn));
   }
-  absl::StrAppend(&help, "\n", help_line("COMMAND --help", "the options of a command, with an example", kColumn),
+  absl::StrAppend(&help, "\n",
+                  help_line("COMMAND --help", "the options of a command, with an example", kColumn),
                   help_line("--version", "the version", kColumn));
   if (!footer.empty()) absl::StrAppend(&help, "\n", wrapped(footer, 0), "\n");
   return help;
@@ -120,7 +123,8 @@ int Program::run(int argc, const char* const* argv) {
   return ended ? *ended : parts_->chosen->action();
 }
 
-absl::Status parse_options(const std::function<void(Command&)>& define, const std::vector<std::string>& words) {
+absl::Status parse_options(const std::function<void(Command&)>& define,
+                           const std::vector<std::string>& words) {
   CommandSpec spec;
   Command command{spec};
   define(command);

@@ -1,5 +1,5 @@
-// The command line of a program: commands, options, help, and what is said when they are used wrongly. The same for all
-// three programs.
+// The command line of a program: commands, options, help, and what is said when they are used wrongly. The
+// same for all three programs.
 #pragma once
 
 #include <cstdint>
@@ -48,9 +48,10 @@ class Option {
   OptionSpec* spec_;
 };
 
-/// A command while it is being defined. Names are "--name" or "-n,--name", or "NAME" for an argument, which is taken in
-/// the order of definition; one of them may be a list. What parsing finds is put into the variables, which must outlive
-/// the program's command line. Options of lists may be given several times; so may flags.
+/// A command while it is being defined. Names are "--name" or "-n,--name", or "NAME" for an argument, which
+/// is taken in the order of definition; one of them may be a list. What parsing finds is put into the
+/// variables, which must outlive the program's command line. Options of lists may be given several times; so
+/// may flags.
 class Command {
  public:
   explicit Command(CommandSpec& spec) : spec_(&spec) {}
@@ -70,7 +71,8 @@ class Command {
   Option add(const char* name, std::vector<std::uint32_t>& value, const char* description = "");
   Option add(const char* name, std::vector<std::string>& value, const char* description = "");
   /// A text that `take` reads; its error is the user's.
-  Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take, const char* description);
+  Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take,
+                     const char* description);
   Option add_flag(const char* name, bool& value, const char* description);
   /// One that was added before.
   Option option(const char* name);
@@ -113,7 +115,9 @@ class Program {
   std::unique_ptr<Parts> parts_;
 };
 
-/// Takes `words` ("--name", "value" ...) as the options that `define` defines. InvalidArgument says what is wrong.
-absl::Status parse_options(const std::function<void(Command&)>& define, const std::vector<std::string>& words);
+/// Takes `words` ("--name", "value" ...) as the options that `define` defines. InvalidArgument says what is
+/// wrong.
+absl::Status parse_options(const std::function<void(Command&)>& define,
+                           const std::vector<std::string>& words);
 
 }  // namespace tessera::options

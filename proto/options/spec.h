@@ -59,8 +59,8 @@ std::string usage_of(const CommandSpec& command);
 /// Text of --help, at most 80 columns wide.
 std::string help_of(const CommandSpec& command);
 
-/// `text` in lines of at most 80 columns; each but the first begins with `indent` spaces, and the first has room for
-/// what stands before it.
+/// `text` in lines of at most 80 columns; each but the first begins with `indent` spaces, and the first has
+/// room for what stands before it.
 std::string wrapped(std::string_view text, std::size_t indent);
 
 /// Two columns, the second wrapped and from that column on.

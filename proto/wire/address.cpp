@@ -30,7 +30,8 @@ absl::StatusOr<HostPort> parse_host_port(std::string_view text) {
     if (colon == std::string_view::npos) return unsound("no port");
     address.host = text.substr(0, colon);
     port = text.substr(colon + 1);
-    if (address.host.find(':') != std::string::npos) return unsound("an IPv6 address needs brackets, as in [::1]:7070");
+    if (address.host.find(':') != std::string::npos)
+      return unsound("an IPv6 address needs brackets, as in [::1]:7070");
   }
   if (address.host.empty()) return unsound("no host");
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
@@ -51,10 +52,11 @@ bool is_loopback(std::string_view host) {
 
 absl::Status check_unencrypted_allowed(const HostPort& address, bool allow_insecure) {
   if (allow_insecure || is_loopback(address.host)) return absl::OkStatus();
-  return absl::PermissionDeniedError(absl::StrCat(address.to_string(),
-                                                  " is not a loopback address and the connection is not encrypted; "
-                                                  "name certificates with --tls (tessera-server --init-tls makes "
-                                                  "them), or pass --allow-insecure on a network that you trust"));
+  return absl::PermissionDeniedError(
+      absl::StrCat(address.to_string(),
+                   " is not a loopback address and the connection is not encrypted; "
+                   "name certificates with --tls (tessera-server --init-tls makes "
+                   "them), or pass --allow-insecure on a network that you trust"));
 }
 
 }  // namespace tessera::wire

@@ -23,7 +23,8 @@ absl::StatusOr<HostPort> parse_host_port(std::string_view text);
 /// True for "localhost", 127.0.0.0/8 and ::1: bytes to such an address never leave the machine.
 bool is_loopback(std::string_view host);
 
-/// PermissionDenied for an address that is not loopback, unless `allow_insecure`: there is no encryption on the way.
+/// PermissionDenied for an address that is not loopback, unless `allow_insecure`: there is no encryption on
+/// the way.
 absl::Status check_unencrypted_allowed(const HostPort& address, bool allow_insecure);
 
 }  // namespace tessera::wire

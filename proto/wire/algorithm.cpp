@@ -12,8 +12,10 @@ namespace {
 
 constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path", .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
-    AlgorithmTraits{.name = "volpath", .media = true, .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
-    AlgorithmTraits{.name = "light", .work = WorkKind::kPasses, .starts_at_lights = true, .joins_camera = true},
+    AlgorithmTraits{
+        .name = "volpath", .media = true, .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
+    AlgorithmTraits{
+        .name = "light", .work = WorkKind::kPasses, .starts_at_lights = true, .joins_camera = true},
 };
 
 /// AOVs of what a camera ray meets first.
@@ -33,8 +35,10 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
 absl::Status check_algorithm_name(const std::string& name) {
   if (find_algorithm(name) != nullptr) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      "there is no integrator '", name, "'; there is: ",
-      absl::StrJoin(kAlgorithms, ", ", [](std::string* out, const AlgorithmTraits& a) { out->append(a.name); })));
+      "there is no integrator '", name,
+      "'; there is: ", absl::StrJoin(kAlgorithms, ", ", [](std::string* out, const AlgorithmTraits& a) {
+        out->append(a.name);
+      })));
 }
 
 absl::Status check_algorithm(const v1::JobSpec& spec) {

@@ -1,5 +1,5 @@
-// The algorithms that make a picture, as all three programs know them: by name, and by what they can do. Kernels make
-// them (worker/render/integrator); no name of one is compared anywhere else.
+// The algorithms that make a picture, as all three programs know them: by name, and by what they can do.
+// Kernels make them (worker/render/integrator); no name of one is compared anywhere else.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,11 @@ struct AlgorithmTraits {
   const char* name;
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
-  bool media = false;             // sees participating media; where not, they are left out with a warning
-  bool noise = false;             // samples may be taken as noise asks for (RenderSettings.noise)
-  bool first_hit_aovs = false;    // gives albedo, normal and depth of what a camera ray meets
-  bool bsdf_lighting = false;     // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
+  bool media = false;           // sees participating media; where not, they are left out with a warning
+  bool noise = false;           // samples may be taken as noise asks for (RenderSettings.noise)
+  bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
+  bool bsdf_lighting =
+      false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
   bool starts_at_lights = false;  // all light must be sampled at its source, without a receiver: no portals
   bool joins_camera = false;      // connects points to the camera: perspective and orthographic ones only
 };

@@ -10,7 +10,8 @@ Backoff::Backoff(Duration first, Duration cap, std::uint32_t seed)
     : first_(first), cap_(cap), bound_(first), random_(seed) {}
 
 Backoff::Duration Backoff::next() {
-  const Duration delay{std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(random_)};
+  const Duration delay{
+      std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(random_)};
   bound_ = std::min(2 * bound_, cap_);
   return delay;
 }

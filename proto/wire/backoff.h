@@ -8,8 +8,9 @@
 
 namespace tessera::wire {
 
-/// Exponential backoff with jitter: each delay is drawn from the upper half of a bound that doubles from `first` to `cap`,
-/// so that workers which lost the same coordinator do not all come back at the same instant.
+/// Exponential backoff with jitter: each delay is drawn from the upper half of a bound that doubles from
+/// `first` to `cap`, so that workers which lost the same coordinator do not all come back at the same
+/// instant.
 class Backoff {
  public:
   using Duration = std::chrono::milliseconds;

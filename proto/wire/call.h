@@ -20,7 +20,8 @@ namespace tessera::wire {
 /// One unary call, abandoned with Cancelled when `stop` is requested. Errors name the call and the address.
 template <class Stub, class Request, class Response>
 absl::StatusOr<Response> unary_call(Stub& stub,
-                                    grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                                    grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                 Response*),
                                     const Request& request, const char* name, const std::string& address,
                                     std::chrono::milliseconds timeout, std::stop_token stop) {
   grpc::ClientContext context;
@@ -32,8 +33,8 @@ absl::StatusOr<Response> unary_call(Stub& stub,
   return response;
 }
 
-/// Cancels a streaming call that makes no progress for `limit`. (gRPC's deadline is for the whole call, and a large blob or
-/// a long job may take any time.) Must be destroyed before the context.
+/// Cancels a streaming call that makes no progress for `limit`. (gRPC's deadline is for the whole call, and a
+/// large blob or a long job may take any time.) Must be destroyed before the context.
 class StallGuard {
  public:
   StallGuard(grpc::ClientContext& context, std::chrono::milliseconds limit);

@@ -29,16 +29,17 @@ grpc::ChannelArguments channel_arguments() {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  // What gRPC calls so is the time that a connection has to be made, handshakes included. They take long over slow
-  // links, on busy machines, and when ten thousand workers come back at once; packets that were lost on the way are
-  // sent again 1, 3 and 7 s later.
+  // What gRPC calls so is the time that a connection has to be made, handshakes included. They take long over
+  // slow links, on busy machines, and when ten thousand workers come back at once; packets that were lost on
+  // the way are sent again 1, 3 and 7 s later.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
   // Jitter makes it a fifth longer.
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 800);
   return arguments;
 }
 
-absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address, const ChannelOptions& options) {
+absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view address,
+                                                            const ChannelOptions& options) {
   const absl::StatusOr<HostPort> host_port = parse_host_port(address);
   if (!host_port.ok()) return host_port.status();
   if (!options.certificates.empty()) {
@@ -46,8 +47,10 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> make_channel(std::string_view add
     return grpc::CreateCustomChannel(host_port->to_string(), channel_credentials(options.certificates),
                                      channel_arguments());
   }
-  if (absl::Status status = check_unencrypted_allowed(*host_port, options.allow_insecure); !status.ok()) return status;
-  return grpc::CreateCustomChannel(host_port->to_string(), grpc::InsecureChannelCredentials(), channel_arguments());
+  if (absl::Status status = check_unencrypted_allowed(*host_port, options.allow_insecure); !status.ok())
+    return status;
+  return grpc::CreateCustomChannel(host_port->to_string(), grpc::InsecureChannelCredentials(),
+                                   channel_arguments());
 }
 
 bool wait_for_connection(grpc::Channel& channel, std::chrono::milliseconds delay, std::stop_token stop) {

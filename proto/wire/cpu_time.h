@@ -21,6 +21,8 @@ inline std::chrono::nanoseconds thread_cpu_time() { return internal::read_clock(
 /// CPU time of all threads of this process.
 inline std::chrono::nanoseconds process_cpu_time() { return internal::read_clock(CLOCK_PROCESS_CPUTIME_ID); }
 
-inline double in_seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+inline double in_seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
 
 }  // namespace tessera::wire

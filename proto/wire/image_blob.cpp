@@ -22,8 +22,8 @@ struct Format {
 
 /// Null when it is none that we read.
 const Format* detect_format(std::string_view bytes, const std::string& name) {
-  static constexpr Format kPng{"png", read_png}, kJpeg{"jpeg", read_jpeg}, kExr{"openexr", read_exr}, kHdr{"hdr"},
-      kTiff{"tiff"}, kBmp{"bmp"}, kPfm{"pnm", read_pfm}, kPnm{"pnm"}, kTga{"targa", read_tga};
+  static constexpr Format kPng{"png", read_png}, kJpeg{"jpeg", read_jpeg}, kExr{"openexr", read_exr},
+      kHdr{"hdr"}, kTiff{"tiff"}, kBmp{"bmp"}, kPfm{"pnm", read_pfm}, kPnm{"pnm"}, kTga{"targa", read_tga};
   const auto starts = [&](std::string_view mark) { return bytes.starts_with(mark); };
   if (starts("\x89PNG\r\n\x1a\n")) return &kPng;
   if (starts("\xff\xd8\xff")) return &kJpeg;
@@ -40,10 +40,10 @@ const Format* detect_format(std::string_view bytes, const std::string& name) {
 absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string& name) {
   const Format* format = detect_format(blob, name);
   if (format != nullptr && format->reader == read_exr && !is_plausible_exr(blob)) {
-    return invalid(
-        name,
-        "an attribute of its header does not have its size or is longer than the file, its blocks are of more "
-        "than 256 MB, or the header has no end");
+    return invalid(name,
+                   "an attribute of its header does not have its size or is longer than the file, its blocks "
+                   "are of more "
+                   "than 256 MB, or the header has no end");
   }
   if (format != nullptr) return format;
   return invalid(name, "it is none of PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
@@ -53,11 +53,13 @@ absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string
 absl::StatusOr<const ImageModule*> open_module() {
   void* const module = dlopen(kImageModuleFile, RTLD_LAZY | RTLD_LOCAL);
   if (module == nullptr) {
-    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror(), " (", kImageModuleFile,
+    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror(), " (",
+                                                      kImageModuleFile,
                                                       " belongs into the folder lib beside bin)"));
   }
   const auto entry = reinterpret_cast<ImageModuleEntry>(dlsym(module, kImageModuleEntry));
-  if (entry == nullptr) return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror()));
+  if (entry == nullptr)
+    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror()));
   return entry();
 }
 
@@ -80,7 +82,8 @@ absl::Status with_module(const std::string& name, const Work& work) {
 
 }  // namespace
 
-absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::string& name, std::uint64_t max_pixels) {
+absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::string& name,
+                                         std::uint64_t max_pixels) {
   const absl::StatusOr<const Format*> format = format_of(blob, name);
   if (!format.ok()) return format.status();
   ImagePixels pixels;

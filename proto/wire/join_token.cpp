@@ -19,7 +19,9 @@ bool is_secret(std::string_view text) {
 
 }  // namespace
 
-std::string JoinToken::to_string() const { return absl::StrCat(kKind, ":", port, ":", authority_digest, ":", secret); }
+std::string JoinToken::to_string() const {
+  return absl::StrCat(kKind, ":", port, ":", authority_digest, ":", secret);
+}
 
 absl::StatusOr<JoinToken> parse_join_token(std::string_view text) {
   const std::vector<std::string> parts = absl::StrSplit(std::string(text), ':');

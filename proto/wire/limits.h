@@ -31,12 +31,13 @@ inline constexpr std::uint32_t kMaxTileSize = 1024;
 /// Most samples a pixel.
 inline constexpr std::uint32_t kMaxSamplesPerPixel = std::uint32_t{1} << 24;
 
-/// Most scattering events on a path; whoever asks for more gets these. The dimensions of samples and the keys of number
-/// streams are laid out for them (worker/render/sampling/sampler_config.h).
+/// Most scattering events on a path; whoever asks for more gets these. The dimensions of samples and the keys
+/// of number streams are laid out for them (worker/render/sampling/sampler_config.h).
 inline constexpr std::uint32_t kMaxDepth = (1u << 15) - 1;
 
-/// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel as the cap, smallest and
-/// largest error, and the side of the blocks that are decided on together, which tiles are made of.
+/// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel as the cap,
+/// smallest and largest error, and the side of the blocks that are decided on together, which tiles are made
+/// of.
 inline constexpr std::uint32_t kMinAdaptiveSamples = 16;
 inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
@@ -52,8 +53,8 @@ inline constexpr std::uint32_t kMaxLeasesPerWorker = 4096;
 /// Longest wait of a Lease call, seconds; longer ones are answered with nothing after this time.
 inline constexpr int kMaxLeaseWaitSeconds = 30;
 
-/// Most textures, and mixed materials, within one another; and most look-ups that one texture may take, all that it is made
-/// of included: a few hundred lines could name billions otherwise.
+/// Most textures, and mixed materials, within one another; and most look-ups that one texture may take, all
+/// that it is made of included: a few hundred lines could name billions otherwise.
 inline constexpr int kMaxNesting = 64;
 inline constexpr double kMaxTextureLookups = 4096;
 

@@ -13,9 +13,12 @@ namespace {
 
 thread_local const LogFields* fields_of_thread = nullptr;
 
-void append(std::string_view text, spdlog::memory_buf_t& line) { line.append(text.data(), text.data() + text.size()); }
+void append(std::string_view text, spdlog::memory_buf_t& line) {
+  line.append(text.data(), text.data() + text.size());
+}
 
-/// Calls f(name, value) for all that is there, in the order in which they are written; values are text or numbers.
+/// Calls f(name, value) for all that is there, in the order in which they are written; values are text or
+/// numbers.
 template <class F>
 void for_each_field(const std::string& worker, F&& f) {
   static constexpr LogFields kNone;
@@ -23,7 +26,8 @@ void for_each_field(const std::string& worker, F&& f) {
   if (!fields.job.empty()) f("job", fields.job);
   if (fields.unit) f("unit", *fields.unit);
   if (fields.attempt) f("attempt", *fields.attempt);
-  if (const std::string_view name = fields.worker.empty() ? worker : fields.worker; !name.empty()) f("worker", name);
+  if (const std::string_view name = fields.worker.empty() ? worker : fields.worker; !name.empty())
+    f("worker", name);
   if (!fields.host.empty()) f("host", fields.host);
   if (!fields.user.empty()) f("user", fields.user);
   if (!fields.peer.empty()) f("peer", fields.peer);
@@ -78,7 +82,9 @@ class JsonFormatter final : public spdlog::formatter {
     append(object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), line);
     line.push_back('\n');
   }
-  std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonFormatter>(worker_); }
+  std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<JsonFormatter>(worker_);
+  }
 
  private:
   /// RFC 3339, UTC, milliseconds.
@@ -105,7 +111,8 @@ LogAbout::~LogAbout() { fields_of_thread = outer_; }
 std::unique_ptr<spdlog::formatter> make_log_formatter(LogFormat format, std::string worker) {
   if (format == LogFormat::kJson) return std::make_unique<JsonFormatter>(std::move(worker));
   auto text = std::make_unique<spdlog::pattern_formatter>();
-  text->add_flag<MessageAndFields>('*', std::move(worker)).set_pattern("[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %*");
+  text->add_flag<MessageAndFields>('*', std::move(worker))
+      .set_pattern("[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %*");
   return text;
 }
 

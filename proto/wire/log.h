@@ -1,5 +1,5 @@
-// The log of a program: lines for people, or JSON objects for machines, from the same calls. A line that concerns a
-// job, a unit, a worker says so in fields; spdlog's own calls are for lines that concern none.
+// The log of a program: lines for people, or JSON objects for machines, from the same calls. A line that
+// concerns a job, a unit, a worker says so in fields; spdlog's own calls are for lines that concern none.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -46,13 +46,14 @@ void log(spdlog::level::level_enum level, const LogFields& fields, spdlog::forma
 
 enum class LogFormat {
   kText,  // "[2026-01-31 12:00:00.000] [tessera-worker] [info] message job=4f0c unit=7": local time
-  kJson,  // {"time":"2026-01-31T12:00:00.000Z","level":"info","program":...,"message":...,"job":...,"unit":7}, one a
-          // line
+  kJson,  // {"time":"2026-01-31T12:00:00.000Z","level":"info","program":...,"message":...,"job":...,"unit":7},
+          // one a line
 };
 
 /// Names of the formats and the levels on command lines.
 inline const std::vector<std::string> kLogFormats{"text", "json"};
-inline const std::vector<std::string> kLogLevels{"trace", "debug", "info", "warning", "error", "critical", "off"};
+inline const std::vector<std::string> kLogLevels{"trace", "debug",    "info", "warning",
+                                                 "error", "critical", "off"};
 
 struct LogOptions {
   std::string program;
@@ -64,7 +65,8 @@ struct LogOptions {
 /// From here on, the process's lines go to standard error in this way.
 void set_up_log(const LogOptions& options);
 
-/// Lines cannot be forged by what they quote: control characters are escaped, and so is, in JSON, what is not UTF-8.
+/// Lines cannot be forged by what they quote: control characters are escaped, and so is, in JSON, what is not
+/// UTF-8.
 std::unique_ptr<spdlog::formatter> make_log_formatter(LogFormat format, std::string worker);
 
 }  // namespace tessera::wire

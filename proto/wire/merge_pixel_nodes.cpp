@@ -1,5 +1,5 @@
-// The arithmetic of the sum tree. Compiled with -ffp-contract=off (see CMakeLists.txt): every operation below is one
-// IEEE operation, so its result does not depend on compiler or machine.
+// The arithmetic of the sum tree. Compiled with -ffp-contract=off (see CMakeLists.txt): every operation below
+// is one IEEE operation, so its result does not depend on compiler or machine.
 #include "wire/tile_result.h"
 
 namespace tessera::wire {
@@ -9,10 +9,11 @@ void merge_sums(std::size_t pixels, float* left, const float* right) {
   for (std::size_t i = 0; i < pixels; ++i) left[i] += right[i];
 }
 
-/// M2 = M2_a + M2_b + (mean_b - mean_a)^2 n_a n_b / (n_a + n_b) [Chan et al. 1979, eq. 2.1]; in double, rounded once.
-/// Needs the sums and counts as they were before their own merge.
-void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_counts, const float* left_sums, float* left,
-                              const std::uint32_t* right_counts, const float* right_sums, const float* right) {
+/// M2 = M2_a + M2_b + (mean_b - mean_a)^2 n_a n_b / (n_a + n_b) [Chan et al. 1979, eq. 2.1]; in double,
+/// rounded once. Needs the sums and counts as they were before their own merge.
+void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_counts, const float* left_sums,
+                              float* left, const std::uint32_t* right_counts, const float* right_sums,
+                              const float* right) {
   for (std::size_t i = 0; i < pixels; ++i) {
     double between = 0.0;
     if (left_counts[i] != 0 && right_counts[i] != 0) {
@@ -27,18 +28,19 @@ void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_coun
 
 }  // namespace
 
-void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pixels, std::uint32_t* left_counts,
-                       float* left, std::size_t left_stride, const std::uint32_t* right_counts, const float* right,
-                       std::size_t right_stride) {
+void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pixels,
+                       std::uint32_t* left_counts, float* left, std::size_t left_stride,
+                       const std::uint32_t* right_counts, const float* right, std::size_t right_stride) {
   // Deviations first: they look at the sums of both sides.
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind != ChannelKind::kSquaredDeviation) continue;
     const std::size_t of = channels[c].of;
-    merge_squared_deviations(pixels, left_counts, left + of * left_stride, left + c * left_stride, right_counts,
-                             right + of * right_stride, right + c * right_stride);
+    merge_squared_deviations(pixels, left_counts, left + of * left_stride, left + c * left_stride,
+                             right_counts, right + of * right_stride, right + c * right_stride);
   }
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].kind == ChannelKind::kSum) merge_sums(pixels, left + c * left_stride, right + c * right_stride);
+    if (channels[c].kind == ChannelKind::kSum)
+      merge_sums(pixels, left + c * left_stride, right + c * right_stride);
   }
   for (std::size_t i = 0; i < pixels; ++i) left_counts[i] += right_counts[i];
 }

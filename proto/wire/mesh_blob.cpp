@@ -44,7 +44,9 @@ std::span<const T> view(std::string_view blob, std::size_t offset, std::size_t c
   return {reinterpret_cast<const T*>(blob.data() + offset), count};
 }
 
-absl::Status unsound(const std::string& what) { return absl::InvalidArgumentError(absl::StrCat("mesh blob: ", what)); }
+absl::Status unsound(const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat("mesh blob: ", what));
+}
 
 absl::Status check_contents(const MeshView& mesh) {
   // One pass without branches first: only a bad mesh is searched for the culprit.
@@ -59,8 +61,8 @@ absl::Status check_contents(const MeshView& mesh) {
   std::uint32_t largest = 0;
   for (const std::uint32_t index : mesh.indices) largest = std::max(largest, index);
   if (!mesh.indices.empty() && largest >= mesh.vertex_count()) {
-    return unsound(
-        absl::StrCat("vertex index ", largest, " is out of range: there are ", mesh.vertex_count(), " vertices"));
+    return unsound(absl::StrCat("vertex index ", largest, " is out of range: there are ", mesh.vertex_count(),
+                                " vertices"));
   }
   return absl::OkStatus();
 }
@@ -91,8 +93,10 @@ std::string encode_mesh(const MeshData& mesh) {
 bool is_mesh(std::string_view blob) { return blob.starts_with(std::string_view(kMagic, 8)); }
 
 absl::StatusOr<MeshView> decode_mesh(std::string_view blob) {
-  if (reinterpret_cast<std::uintptr_t>(blob.data()) % 4 != 0) return unsound("the bytes are not 4-byte aligned");
-  if (blob.size() < kHeaderBytes) return unsound(absl::StrCat(blob.size(), " bytes are too few for the header"));
+  if (reinterpret_cast<std::uintptr_t>(blob.data()) % 4 != 0)
+    return unsound("the bytes are not 4-byte aligned");
+  if (blob.size() < kHeaderBytes)
+    return unsound(absl::StrCat(blob.size(), " bytes are too few for the header"));
   if (std::memcmp(blob.data(), kMagic, 8) != 0) return unsound("bad magic number");
   std::uint32_t flags, reserved;
   std::uint64_t vertices, triangles;
@@ -100,7 +104,8 @@ absl::StatusOr<MeshView> decode_mesh(std::string_view blob) {
   std::memcpy(&reserved, blob.data() + 12, 4);
   std::memcpy(&vertices, blob.data() + 16, 8);
   std::memcpy(&triangles, blob.data() + 24, 8);
-  if ((flags & ~(kHasNormals | kHasUvs)) != 0 || reserved != 0) return unsound(absl::StrCat("unknown flags ", flags));
+  if ((flags & ~(kHasNormals | kHasUvs)) != 0 || reserved != 0)
+    return unsound(absl::StrCat("unknown flags ", flags));
   if (vertices > kMaxElements || triangles > kMaxElements) {
     return unsound(absl::StrCat(vertices, " vertices and ", triangles, " triangles are more than 2^31"));
   }

@@ -1,5 +1,5 @@
-// The bytes of a triangle mesh. Little endian, every array 16-byte aligned from the start of the blob, so that a
-// mapped file can be used in place:
+// The bytes of a triangle mesh. Little endian, every array 16-byte aligned from the start of the blob, so
+// that a mapped file can be used in place:
 //
 //   0   char[8]  magic "TSRMESH1"
 //   8   u32      flags (1: normals, 2: uvs)
@@ -47,8 +47,8 @@ std::string encode_mesh(const MeshData& mesh);
 /// Whether `blob` has the mark of a mesh.
 bool is_mesh(std::string_view blob);
 
-/// A view into `blob`, whose data must be 4-byte aligned. InvalidArgument, with what is wrong, for a bad magic,
-/// sizes that do not fit the blob, an index out of range, or a position that is not finite.
+/// A view into `blob`, whose data must be 4-byte aligned. InvalidArgument, with what is wrong, for a bad
+/// magic, sizes that do not fit the blob, an index out of range, or a position that is not finite.
 absl::StatusOr<MeshView> decode_mesh(std::string_view blob);
 
 }  // namespace tessera::wire

@@ -12,8 +12,8 @@ namespace tessera::wire {
 /// Upper ends of the buckets of histograms over what units took, seconds.
 inline const std::vector<double> kUnitSecondsBuckets{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000};
 
-/// A family whose values are read anew whenever somebody looks: `family[value]` is that of the series {label="value"}.
-/// Without a label, there is one series, family[""].
+/// A family whose values are read anew whenever somebody looks: `family[value]` is that of the series
+/// {label="value"}. Without a label, there is one series, family[""].
 class ReadFamily {
  public:
   ReadFamily(prometheus::MetricType type, const char* name, const char* help, const char* label = "");

@@ -24,12 +24,14 @@ constexpr std::size_t kConnectionBytes = 16 << 10;  // for a request's headers, 
 constexpr std::size_t kMostOpen = MetricsServer::kMostConnections / 2;
 
 void shut_down(MHD_Connection* connection) {
-  const MHD_ConnectionInfo* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+  const MHD_ConnectionInfo* const info =
+      MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
   if (info != nullptr) ::shutdown(info->connect_fd, SHUT_RDWR);
 }
 
 MHD_Result answer(MHD_Connection* connection, unsigned code, std::string text, const char* type) {
-  MHD_Response* const response = MHD_create_response_from_buffer(text.size(), text.data(), MHD_RESPMEM_MUST_COPY);
+  MHD_Response* const response =
+      MHD_create_response_from_buffer(text.size(), text.data(), MHD_RESPMEM_MUST_COPY);
   if (response == nullptr) return MHD_NO;
   MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, type);
   const MHD_Result queued = MHD_queue_response(connection, code, response);
@@ -41,7 +43,8 @@ MHD_Result answer(MHD_Connection* connection, unsigned code, std::string text, c
 
 struct MetricsServer::Callbacks {
   static MHD_Result request(void* server, MHD_Connection* connection, const char* url, const char* method,
-                            const char* /*version*/, const char* /*body*/, std::size_t* body_size, void** seen) {
+                            const char* /*version*/, const char* /*body*/, std::size_t* body_size,
+                            void** seen) {
     // The first call is for the headers; the answer comes with the second one, behind a body.
     if (std::exchange(*seen, server) == nullptr) return MHD_YES;
     *body_size = 0;
@@ -73,17 +76,21 @@ absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::start(
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
   addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(parsed->host.c_str(), std::to_string(parsed->port).c_str(), &hints, &found);
+  if (const int error =
+          ::getaddrinfo(parsed->host.c_str(), std::to_string(parsed->port).c_str(), &hints, &found);
       error != 0) {
-    return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address, ": ", ::gai_strerror(error)));
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve metrics on ", address, ": ", ::gai_strerror(error)));
   }
   errno = EADDRNOTAVAIL;
   bool listens = false;
-  for (const addrinfo* at = found; at != nullptr && !listens; at = at->ai_next) listens = server->listen(*at->ai_addr);
+  for (const addrinfo* at = found; at != nullptr && !listens; at = at->ai_next)
+    listens = server->listen(*at->ai_addr);
   const int error = errno;
   ::freeaddrinfo(found);
   if (listens) return server;
-  return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address, ": ", std::strerror(error)));
+  return absl::UnavailableError(
+      absl::StrCat("cannot serve metrics on ", address, ": ", std::strerror(error)));
 }
 
 bool MetricsServer::listen(const sockaddr& address) {
@@ -122,7 +129,8 @@ void MetricsServer::opened(MHD_Connection* connection) {
   connections_.push_back(connection);
   // Those that were told to close are still the first ones.
   if (connections_.size() <= kMostOpen) return;
-  shut_down(*std::next(connections_.begin(), static_cast<std::ptrdiff_t>(connections_.size() - kMostOpen - 1)));
+  shut_down(
+      *std::next(connections_.begin(), static_cast<std::ptrdiff_t>(connections_.size() - kMostOpen - 1)));
 }
 
 }  // namespace tessera::wire

@@ -7,9 +7,9 @@
 
 namespace tessera::wire {
 
-/// The one of `names` that differs least from `name`, by letters inserted, left out, exchanged or swapped with their
-/// neighbour [Damerau 1964], capitals aside; or that begins with it. Empty when none differs in a third of its letters
-/// or less. Of several equally near the first.
+/// The one of `names` that differs least from `name`, by letters inserted, left out, exchanged or swapped
+/// with their neighbour [Damerau 1964], capitals aside; or that begins with it. Empty when none differs in a
+/// third of its letters or less. Of several equally near the first.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& names);
 
 /// "; did you mean 'render'?", or nothing.

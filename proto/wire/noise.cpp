@@ -14,17 +14,18 @@ absl::Status check_noise(const v1::JobSpec& spec) {
   }
   if (spec.settings().spp() < kMinAdaptiveSamples) {
     return absl::InvalidArgumentError(absl::StrCat("settings.spp is ", spec.settings().spp(),
-                                                   "; with settings.noise it is the cap, and ", kMinAdaptiveSamples,
-                                                   " or more was expected"));
+                                                   "; with settings.noise it is the cap, and ",
+                                                   kMinAdaptiveSamples, " or more was expected"));
   }
   if (spec.tile_size() % kNoiseBlock != 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "tile_size is ", spec.tile_size(), "; with settings.noise a multiple of ", kNoiseBlock, " was expected"));
+    return absl::InvalidArgumentError(absl::StrCat("tile_size is ", spec.tile_size(),
+                                                   "; with settings.noise a multiple of ", kNoiseBlock,
+                                                   " was expected"));
   }
   if (spec.samples_per_unit() < spec.settings().spp()) {
     return absl::InvalidArgumentError(absl::StrCat("samples_per_unit is ", spec.samples_per_unit(),
-                                                   "; with settings.noise a unit takes all ", spec.settings().spp(),
-                                                   " samples"));
+                                                   "; with settings.noise a unit takes all ",
+                                                   spec.settings().spp(), " samples"));
   }
   return absl::OkStatus();
 }

@@ -6,8 +6,8 @@
 
 namespace tessera::wire {
 
-/// OK when settings.noise is 0. InvalidArgument, by field, where it is out of range, or the cap, the tile size or
-/// the samples of a unit do not go with it. Whether the algorithm does is in wire/algorithm.h.
+/// OK when settings.noise is 0. InvalidArgument, by field, where it is out of range, or the cap, the tile
+/// size or the samples of a unit do not go with it. Whether the algorithm does is in wire/algorithm.h.
 absl::Status check_noise(const v1::JobSpec& spec);
 
 }  // namespace tessera::wire

@@ -34,8 +34,8 @@ Character first_of(std::string_view text) {
 bool is_plain(std::uint32_t code) {
   const bool control = code < 0x20 || (code >= 0x7f && code < 0xa0);
   const bool separator = code == 0x2028 || code == 0x2029;
-  const bool turns =
-      code == 0x200e || code == 0x200f || (code >= 0x202a && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
+  const bool turns = code == 0x200e || code == 0x200f || (code >= 0x202a && code <= 0x202e) ||
+                     (code >= 0x2066 && code <= 0x2069);
   return !control && !separator && !turns;
 }
 
@@ -76,7 +76,8 @@ void make_printable(google::protobuf::Message& message) {
     for (int i = 0; i < count; ++i) {
       if (field->type() == FieldDescriptor::TYPE_STRING) {
         if (field->is_repeated()) {
-          fields.SetRepeatedString(&message, field, i, printable(fields.GetRepeatedString(message, field, i)));
+          fields.SetRepeatedString(&message, field, i,
+                                   printable(fields.GetRepeatedString(message, field, i)));
         } else {
           fields.SetString(&message, field, printable(fields.GetString(message, field)));
         }

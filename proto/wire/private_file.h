@@ -10,9 +10,9 @@
 
 namespace tessera::wire {
 
-/// Makes `path` hold `bytes`, durably, through a file beside it: whoever reads sees the old or the new contents, and
-/// nobody but those whom `mode` allows sees the new ones at any moment. Unavailable, with the path, when that does not
-/// work.
+/// Makes `path` hold `bytes`, durably, through a file beside it: whoever reads sees the old or the new
+/// contents, and nobody but those whom `mode` allows sees the new ones at any moment. Unavailable, with the
+/// path, when that does not work.
 absl::Status replace_file(const std::filesystem::path& path, mode_t mode, std::string_view bytes);
 
 /// Makes the folder and those above it. Unavailable, with the path, when that does not work.

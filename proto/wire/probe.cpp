@@ -40,7 +40,8 @@ bool wait_for(int descriptor, short events, Clock::time_point end) {
 
 /// The first message of a TLS handshake.
 std::string client_hello() {
-  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context{SSL_CTX_new(TLS_client_method()), &SSL_CTX_free};
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context{SSL_CTX_new(TLS_client_method()),
+                                                                  &SSL_CTX_free};
   const std::unique_ptr<SSL, decltype(&SSL_free)> tls{SSL_new(context.get()), &SSL_free};
   BIO* const in = BIO_new(BIO_s_mem());
   BIO* const out = BIO_new(BIO_s_mem());
@@ -59,10 +60,12 @@ Speaks ask(int descriptor, Clock::time_point end) {
   if (::send(descriptor, hello.data(), hello.size(), MSG_NOSIGNAL) < 0) return Speaks::kUnclear;
   unsigned char first = 0;
   if (!wait_for(descriptor, POLLIN, end) || ::recv(descriptor, &first, 1, 0) != 1) return Speaks::kUnclear;
-  // The type of a TLS record, alert or handshake [RFC 8446, section 5.1]; or the length of the settings that HTTP/2
-  // begins with, of three bytes [RFC 9113, section 3.4].
+  // The type of a TLS record, alert or handshake [RFC 8446, section 5.1]; or the length of the settings that
+  // HTTP/2 begins with, of three bytes [RFC 9113, section 3.4].
   constexpr unsigned char kAlert = 21, kHandshake = 22;
-  return first == kAlert || first == kHandshake ? Speaks::kTls : first == 0 ? Speaks::kPlain : Speaks::kUnclear;
+  return first == kAlert || first == kHandshake ? Speaks::kTls
+         : first == 0                           ? Speaks::kPlain
+                                                : Speaks::kUnclear;
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ enum class Speaks {
   kUnclear,  // something listens, and said neither in time
 };
 
-/// Connects, begins a TLS handshake, and looks at the first byte that comes back. For messages to people, after a call
-/// has failed.
+/// Connects, begins a TLS handshake, and looks at the first byte that comes back. For messages to people,
+/// after a call has failed.
 Speaks probe(const HostPort& address, std::chrono::milliseconds patience);
 
 }  // namespace tessera::wire

@@ -16,7 +16,8 @@ using google::protobuf::Message;
 /// Name of an element; empty for messages that have none.
 std::string name_of(const Message& message) {
   const FieldDescriptor* name = message.GetDescriptor()->FindFieldByName("name");
-  const bool known = name != nullptr && name->cpp_type() == FieldDescriptor::CPPTYPE_STRING && !name->is_repeated();
+  const bool known =
+      name != nullptr && name->cpp_type() == FieldDescriptor::CPPTYPE_STRING && !name->is_repeated();
   return known ? message.GetReflection()->GetString(message, name) : std::string();
 }
 
@@ -79,7 +80,8 @@ class Search {
     if (is_scene_number(value) || found_.size() >= most_) return;
     BadNumber& bad = found_.emplace_back(BadNumber{.path = path_, .element = {}, .value = value});
     bad.path.emplace_back(field, index);
-    for (auto at = messages_.rbegin(); at != messages_.rend() && bad.element.empty(); ++at) bad.element = name_of(**at);
+    for (auto at = messages_.rbegin(); at != messages_.rend() && bad.element.empty(); ++at)
+      bad.element = name_of(**at);
   }
 
   const std::size_t most_;

@@ -11,8 +11,8 @@
 
 namespace tessera::wire {
 
-/// Largest magnitude of a number of a scene, whatever its unit. The renderer calculates in 32-bit floats: squares of
-/// such lengths, and their sums, are still finite.
+/// Largest magnitude of a number of a scene, whatever its unit. The renderer calculates in 32-bit floats:
+/// squares of such lengths, and their sums, are still finite.
 inline constexpr double kLargestSceneNumber = 1e18;
 
 /// Whether a scene may hold `x`: finite, and not beyond kLargestSceneNumber.
@@ -29,8 +29,8 @@ struct BadNumber {
   std::string to_string() const;
 };
 
-/// Returns such numbers of `scene` in the order of fields, at most so many; looks into every floating-point field of
-/// every message.
+/// Returns such numbers of `scene` in the order of fields, at most so many; looks into every floating-point
+/// field of every message.
 std::vector<BadNumber> find_bad_numbers(const v1::Scene& scene, std::size_t most);
 
 /// InvalidArgument with the text of the first of them.

@@ -12,7 +12,8 @@ namespace tessera::wire {
 // The numbers of absl::StatusCode and grpc::StatusCode are the same by design of both.
 static_assert(static_cast<int>(absl::StatusCode::kUnauthenticated) == grpc::StatusCode::UNAUTHENTICATED);
 static_assert(static_cast<int>(absl::StatusCode::kDataLoss) == grpc::StatusCode::DATA_LOSS);
-static_assert(static_cast<int>(absl::StatusCode::kFailedPrecondition) == grpc::StatusCode::FAILED_PRECONDITION);
+static_assert(static_cast<int>(absl::StatusCode::kFailedPrecondition) ==
+              grpc::StatusCode::FAILED_PRECONDITION);
 
 grpc::Status to_grpc(const absl::Status& status) {
   if (status.ok()) return grpc::Status::OK;
@@ -24,7 +25,8 @@ absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
   const std::string why = printable(status.error_message());  // of whoever is at the other end
   const bool unread = status.error_code() == grpc::StatusCode::UNIMPLEMENTED && why.empty();
   return {static_cast<absl::StatusCode>(status.error_code()),
-          absl::StrCat(std::string(call), ": ", unread ? "the call is not known there, or could not be read" : why)};
+          absl::StrCat(std::string(call), ": ",
+                       unread ? "the call is not known there, or could not be read" : why)};
 }
 
 bool is_transient(const absl::Status& status) {
@@ -43,7 +45,8 @@ bool is_transient(const absl::Status& status) {
 }
 
 bool is_refusal(const absl::Status& status) {
-  return absl::IsFailedPrecondition(status) || absl::IsPermissionDenied(status) || absl::IsUnauthenticated(status);
+  return absl::IsFailedPrecondition(status) || absl::IsPermissionDenied(status) ||
+         absl::IsUnauthenticated(status);
 }
 
 }  // namespace tessera::wire

@@ -10,7 +10,8 @@
 //     byte plane 0 of all words, byte plane 1, plane 2, plane 3;
 //     words: u32 counts[pixels], f32 values[C][pixels]
 //
-// Planes of equal significance compress where whole floats do not: their exponents are alike, their mantissas are not.
+// Planes of equal significance compress where whole floats do not: their exponents are alike, their mantissas
+// are not.
 #include "wire/tile_result.h"
 
 #include <zstd.h>
@@ -96,7 +97,8 @@ absl::Status check_channels(const std::vector<ChannelDesc>& channels) {
 
 /// Reads the header into `result`; returns its length.
 absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& result) {
-  if (bytes.size() < kFixedHeaderBytes) return unsound(absl::StrCat(bytes.size(), " bytes are too few for the header"));
+  if (bytes.size() < kFixedHeaderBytes)
+    return unsound(absl::StrCat(bytes.size(), " bytes are too few for the header"));
   if (std::memcmp(bytes.data(), kMagic, 8) != 0) return unsound("bad magic number");
   std::uint32_t fixed[7];
   std::memcpy(fixed, bytes.data() + 8, sizeof(fixed));
@@ -115,7 +117,8 @@ absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& re
     channel.of = static_cast<std::uint8_t>(bytes[at + 1]);
     const std::size_t length = static_cast<unsigned char>(bytes[at + 2]);
     at += 3;
-    if (length > kMaxNameBytes || bytes.size() - at < length) return unsound("a channel's name is cut off or too long");
+    if (length > kMaxNameBytes || bytes.size() - at < length)
+      return unsound("a channel's name is cut off or too long");
     channel.name = bytes.substr(at, length);
     at += length;
     result.channels.push_back(std::move(channel));
@@ -125,18 +128,20 @@ absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& re
 }
 
 /// Word i of `count` words, which come from two arrays, goes to planes[i], planes[i + count], ...
-void split_planes(const std::uint32_t* words, std::size_t count, std::size_t first, std::size_t stride, char* planes) {
+void split_planes(const std::uint32_t* words, std::size_t count, std::size_t first, std::size_t stride,
+                  char* planes) {
   for (int plane = 0; plane < 4; ++plane) {
     char* const out = planes + plane * stride + first;
     for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<char>(words[i] >> (8 * plane));
   }
 }
 
-void join_planes(const char* planes, std::size_t count, std::size_t first, std::size_t stride, std::uint32_t* words) {
+void join_planes(const char* planes, std::size_t count, std::size_t first, std::size_t stride,
+                 std::uint32_t* words) {
   const auto* const in = reinterpret_cast<const unsigned char*>(planes) + first;
   for (std::size_t i = 0; i < count; ++i) {
-    words[i] = std::uint32_t{in[i]} | std::uint32_t{in[stride + i]} << 8 | std::uint32_t{in[2 * stride + i]} << 16 |
-               std::uint32_t{in[3 * stride + i]} << 24;
+    words[i] = std::uint32_t{in[i]} | std::uint32_t{in[stride + i]} << 8 |
+               std::uint32_t{in[2 * stride + i]} << 16 | std::uint32_t{in[3 * stride + i]} << 24;
   }
 }
 
@@ -161,7 +166,9 @@ absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std
       {"samples", {}},  // the counts, which always come
       {"alpha", {}},    // likewise
   };
-  const auto asked = [&](const std::string& name) { return std::find(aovs.begin(), aovs.end(), name) != aovs.end(); };
+  const auto asked = [&](const std::string& name) {
+    return std::find(aovs.begin(), aovs.end(), name) != aovs.end();
+  };
 
   for (const std::string& aov : aovs) {
     if (std::none_of(std::begin(known), std::end(known), [&](const Aov& k) { return k.name == aov; })) {
@@ -218,7 +225,8 @@ absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_
     return unsound(absl::StrCat(pixels, " pixels, where at most ", max_pixels, " were expected"));
   }
   if (result.channels.size() > max_channels) {
-    return unsound(absl::StrCat(result.channels.size(), " channels, where at most ", max_channels, " were expected"));
+    return unsound(
+        absl::StrCat(result.channels.size(), " channels, where at most ", max_channels, " were expected"));
   }
 
   // The frame must say by itself that it holds just what the header promises, before anything is allocated.
@@ -230,7 +238,8 @@ absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_
   std::string content(content_size, '\0');
   const std::size_t size =
       ZSTD_decompressDCtx(thread_decompressor(), content.data(), content.size(), frame.data(), frame.size());
-  if (ZSTD_isError(size)) return unsound(absl::StrCat("the compressed part is damaged: ", ZSTD_getErrorName(size)));
+  if (ZSTD_isError(size))
+    return unsound(absl::StrCat("the compressed part is damaged: ", ZSTD_getErrorName(size)));
   if (size != content.size() || content.compare(0, *header_size, bytes.substr(0, *header_size)) != 0) {
     return unsound("the header is damaged");
   }

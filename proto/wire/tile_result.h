@@ -1,9 +1,9 @@
 // Result of a tile unit: per pixel, one node of the binary sum tree over its sample indices.
 //
-// The tree of a pixel with S samples has leaves 0..S-1. The node [k 2^m, (k+1) 2^m) is its left child where the
-// right child lies beyond S, else merge(left, right). Whatever way a frame was cut into units, merging their
-// nodes gives the same bits [docs/decisions/0003-result-layout.md]. `merge_pixel_nodes` is the one place of that
-// arithmetic; it is compiled without fused multiply-add and used by workers and clients alike.
+// The tree of a pixel with S samples has leaves 0..S-1. The node [k 2^m, (k+1) 2^m) is its left child where
+// the right child lies beyond S, else merge(left, right). Whatever way a frame was cut into units, merging
+// their nodes gives the same bits [docs/decisions/0003-result-layout.md]. `merge_pixel_nodes` is the one
+// place of that arithmetic; it is compiled without fused multiply-add and used by workers and clients alike.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,9 @@ namespace tessera::wire {
 
 /// Kind of values in a channel, and so how two nodes merge.
 enum class ChannelKind : std::uint8_t {
-  kSum = 0,              // sum over samples: a + b
-  kSquaredDeviation = 1  // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
+  kSum = 0,  // sum over samples: a + b
+  kSquaredDeviation =
+      1  // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
 };
 
 struct ChannelDesc {
@@ -29,8 +30,8 @@ struct ChannelDesc {
   bool operator==(const ChannelDesc&) const = default;
 };
 
-/// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds in the order
-/// "variance" "albedo" "normal" "depth". InvalidArgument for an AOV that does not exist.
+/// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds in the
+/// order "variance" "albedo" "normal" "depth". InvalidArgument for an AOV that does not exist.
 absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std::string>& aovs);
 
 /// Nodes of equal sample range for a rectangle of pixels.
@@ -48,11 +49,11 @@ struct TileResult {
 bool are_siblings(std::uint32_t a_begin, std::uint32_t a_end, std::uint32_t b_begin, std::uint32_t b_end,
                   std::uint32_t spp);
 
-/// Merges `right` into `left`, channel by channel, for `pixels` pixels. Both hold channel-major planes with a stride of
-/// `left_stride` and `right_stride` floats between channels. Counts are added.
-void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pixels, std::uint32_t* left_counts,
-                       float* left, std::size_t left_stride, const std::uint32_t* right_counts, const float* right,
-                       std::size_t right_stride);
+/// Merges `right` into `left`, channel by channel, for `pixels` pixels. Both hold channel-major planes with a
+/// stride of `left_stride` and `right_stride` floats between channels. Counts are added.
+void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pixels,
+                       std::uint32_t* left_counts, float* left, std::size_t left_stride,
+                       const std::uint32_t* right_counts, const float* right, std::size_t right_stride);
 
 /// zstd-compressed bytes with a checksum.
 std::string encode_tile_result(const TileResult& result);
@@ -60,9 +61,10 @@ std::string encode_tile_result(const TileResult& result);
 /// Most channels of a result.
 inline constexpr std::size_t kMaxChannels = 64;
 
-/// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels` pixels of
-/// `max_channels` channels is ever allocated, however much the bytes would inflate to.
-absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_t max_pixels = std::size_t{1} << 24,
+/// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels`
+/// pixels of `max_channels` channels is ever allocated, however much the bytes would inflate to.
+absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes,
+                                              std::size_t max_pixels = std::size_t{1} << 24,
                                               std::size_t max_channels = kMaxChannels);
 
 }  // namespace tessera::wire

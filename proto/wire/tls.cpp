@@ -53,8 +53,8 @@ absl::Status verify(X509* trusted, X509* certificate, const std::string& path) {
   return untimely ? absl::FailedPreconditionError(what) : absl::InvalidArgumentError(what);
 }
 
-/// gRPC 1.51 cannot be told the least version of TLS, but the ciphers of TLS 1.2: one that needs a shared key, which
-/// nobody has. It reads them once, before the first connection of the process.
+/// gRPC 1.51 cannot be told the least version of TLS, but the ciphers of TLS 1.2: one that needs a shared
+/// key, which nobody has. It reads them once, before the first connection of the process.
 void refuse_tls_1_2() {
   static const bool refused = ::setenv("GRPC_SSL_CIPHER_SUITES", "PSK-AES256-GCM-SHA384", /*replace=*/1) == 0;
   static_cast<void>(refused);
@@ -102,7 +102,8 @@ std::shared_ptr<grpc::ChannelCredentials> channel_credentials(const std::string&
   return grpc::experimental::TlsCredentials(options);
 }
 
-std::shared_ptr<grpc::ServerCredentials> server_credentials(const std::string& folder, std::chrono::seconds interval) {
+std::shared_ptr<grpc::ServerCredentials> server_credentials(const std::string& folder,
+                                                            std::chrono::seconds interval) {
   grpc::experimental::TlsServerCredentialsOptions options{watch_files(folder, interval)};
   options.watch_root_certs();
   options.watch_identity_key_cert_pairs();

@@ -25,8 +25,8 @@ struct VolumeView {
 /// The blob of a volume whose samples fit its sizes.
 std::string encode_volume(const VolumeView& volume);
 
-/// A view into `blob`, whose data must be 4-byte aligned. InvalidArgument, with what is wrong, for a bad magic, sizes
-/// that do not fit the blob, or a sample that is not finite.
+/// A view into `blob`, whose data must be 4-byte aligned. InvalidArgument, with what is wrong, for a bad
+/// magic, sizes that do not fit the blob, or a sample that is not finite.
 absl::StatusOr<VolumeView> decode_volume(std::string_view blob);
 
 }  // namespace tessera::wire

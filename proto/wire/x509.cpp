@@ -40,7 +40,9 @@ std::string written_by(Write write) {
 
 }  // namespace
 
-Certificate certificate_from_pem(std::string_view pem) { return Certificate{read_from(pem, PEM_read_bio_X509)}; }
+Certificate certificate_from_pem(std::string_view pem) {
+  return Certificate{read_from(pem, PEM_read_bio_X509)};
+}
 CertificateRequest request_from_pem(std::string_view pem) {
   return CertificateRequest{read_from(pem, PEM_read_bio_X509_REQ)};
 }
@@ -53,7 +55,8 @@ std::string to_pem(X509_REQ* request) {
   return written_by([&](BIO* bio) { PEM_write_bio_X509_REQ(bio, request); });
 }
 std::string to_pem(EVP_PKEY* key) {
-  return written_by([&](BIO* bio) { PEM_write_bio_PrivateKey(bio, key, nullptr, nullptr, 0, nullptr, nullptr); });
+  return written_by(
+      [&](BIO* bio) { PEM_write_bio_PrivateKey(bio, key, nullptr, nullptr, 0, nullptr, nullptr); });
 }
 
 std::string digest_of(X509* certificate) {
@@ -106,10 +109,11 @@ bool is_usual_key(EVP_PKEY* key) {
 CertificateRequest make_request(EVP_PKEY* key, const std::string& name) {
   CertificateRequest request{X509_REQ_new()};
   const auto* const text = reinterpret_cast<const unsigned char*>(name.data());
-  const bool made = X509_REQ_set_pubkey(request.get(), key) == 1 &&
-                    X509_NAME_add_entry_by_NID(X509_REQ_get_subject_name(request.get()), NID_commonName, MBSTRING_UTF8,
-                                               text, static_cast<int>(name.size()), -1, 0) == 1 &&
-                    X509_REQ_sign(request.get(), key, EVP_sha256()) > 0;
+  const bool made =
+      X509_REQ_set_pubkey(request.get(), key) == 1 &&
+      X509_NAME_add_entry_by_NID(X509_REQ_get_subject_name(request.get()), NID_commonName, MBSTRING_UTF8,
+                                 text, static_cast<int>(name.size()), -1, 0) == 1 &&
+      X509_REQ_sign(request.get(), key, EVP_sha256()) > 0;
   ERR_clear_error();
   return made ? std::move(request) : nullptr;
 }

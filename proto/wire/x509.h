@@ -32,8 +32,8 @@ std::string to_pem(EVP_PKEY* key);
 /// SHA-256 of the certificate, in DER, as 64 hexadecimal digits.
 std::string digest_of(X509* certificate);
 
-/// SHA-256 of the public key (SubjectPublicKeyInfo, in DER), as 64 hexadecimal digits: the same for every certificate
-/// of one key.
+/// SHA-256 of the public key (SubjectPublicKeyInfo, in DER), as 64 hexadecimal digits: the same for every
+/// certificate of one key.
 std::string key_digest_of(X509* certificate);
 
 /// The URIs among its subject alternative names.

@@ -38,7 +38,8 @@ class NoticeCalls final : public grpc::experimental::ServerInterceptorFactoryInt
 
 }  // namespace
 
-std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> notice_calls(Connections& connections) {
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> notice_calls(
+    Connections& connections) {
   return std::make_unique<NoticeCalls>(connections);
 }
 

@@ -54,7 +54,8 @@ Peer Peer::of(std::string_view text) {
   if ((!v4 && !v6) || colon == std::string_view::npos) return {};
   const std::size_t begin = v4 ? 5 : 8;
   std::string host{text.substr(begin, colon - begin)};
-  if (v6) host.resize(host.find('%') == std::string::npos ? host.size() : host.find('%'));  // "%5D", or a scope
+  if (v6)
+    host.resize(host.find('%') == std::string::npos ? host.size() : host.find('%'));  // "%5D", or a scope
   Peer peer;
   if (v4) peer.address.s6_addr[10] = peer.address.s6_addr[11] = 0xff;
   void* const bytes = v4 ? &peer.address.s6_addr[12] : peer.address.s6_addr;
@@ -109,7 +110,8 @@ bool Connections::admit(int descriptor, const Peer& peer, Port port, Clock::time
     return false;
   }
   const auto record = records_.insert(
-      records_.end(), Record{.descriptor = descriptor, .inode = *inode, .peer = peer, .port = port, .since = now});
+      records_.end(),
+      Record{.descriptor = descriptor, .inode = *inode, .peer = peer, .port = port, .since = now});
   Owner& counts = owners_[owner];
   ++counts.open;
   record->silent_of_owner = counts.silent.insert(counts.silent.end(), record);
@@ -205,8 +207,8 @@ void Connections::sweep_some(std::size_t count, Clock::time_point now) {
       const std::string from = record->peer.to_string();
       if (write) {
         wire::log(spdlog::level::warn, {.peer = from},
-                  "a connection of {} is closed: no call came in {:.0f} s ({} such lines left out before)", from,
-                  seconds(now - record->since), left_out);
+                  "a connection of {} is closed: no call came in {:.0f} s ({} such lines left out before)",
+                  from, seconds(now - record->since), left_out);
       }
       close(*record);
     }
@@ -219,10 +221,11 @@ void Connections::forget(Records::iterator record) {
     const auto [write, left_out] = endings_.count();
     const std::string from = record->peer.to_string();
     if (write) {
-      wire::log(spdlog::level::info, {.peer = from},
-                "a connection of {} ended before any call: a failed handshake, or no program of Tessera's ({} such "
-                "lines left out before)",
-                from, left_out);
+      wire::log(
+          spdlog::level::info, {.peer = from},
+          "a connection of {} ended before any call: a failed handshake, or no program of Tessera's ({} such "
+          "lines left out before)",
+          from, left_out);
     }
   }
   unmark_silent(*record);

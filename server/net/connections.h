@@ -29,7 +29,8 @@ struct Peer {
   /// else.
   static Peer of(std::string_view grpc_peer);
 
-  /// The same for all that one owner of an address may have: an IPv6 network of 64 bits counts as one address.
+  /// The same for all that one owner of an address may have: an IPv6 network of 64 bits counts as one
+  /// address.
   Peer owner() const;
   /// "10.0.0.1:4711".
   std::string to_string() const;
@@ -50,8 +51,8 @@ struct ConnectionLimits {
   static ConnectionLimits within(std::size_t connections);
 };
 
-/// gRPC owns the descriptors, and closes them without telling. A record knows its descriptor by number and inode, so
-/// that what has become of it can be looked up. Thread-safe.
+/// gRPC owns the descriptors, and closes them without telling. A record knows its descriptor by number and
+/// inode, so that what has become of it can be looked up. Thread-safe.
 class Connections {
  public:
   using Clock = std::chrono::steady_clock;

@@ -41,7 +41,8 @@ Addresses resolve(const std::string& host, int port) {
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
   addrinfo* found = nullptr;
-  return Addresses{::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) == 0 ? found : nullptr};
+  return Addresses{::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) == 0 ? found
+                                                                                                  : nullptr};
 }
 
 int port_of(int socket) {
@@ -89,8 +90,8 @@ Listener::Listener(wire::HostPort address, Connections& connections, Connections
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       spare_(open_spare()) {}
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::open(const wire::HostPort& address, Connections& connections,
-                                                         Connections::Port kind) {
+absl::StatusOr<std::unique_ptr<Listener>> Listener::open(const wire::HostPort& address,
+                                                         Connections& connections, Connections::Port kind) {
   std::unique_ptr<Listener> listener{new Listener{address, connections, kind}};
   if (absl::Status status = listener->listen(); !status.ok()) return status;
   return listener;
@@ -110,8 +111,10 @@ absl::Status Listener::listen() {
   const auto listen_on_all = [&] {
     for (const addrinfo* at = addresses.get(); at != nullptr; at = at->ai_next) {
       // The port that the first one took.
-      if (at->ai_family == AF_INET) reinterpret_cast<sockaddr_in*>(at->ai_addr)->sin_port = htons(address_.port);
-      if (at->ai_family == AF_INET6) reinterpret_cast<sockaddr_in6*>(at->ai_addr)->sin6_port = htons(address_.port);
+      if (at->ai_family == AF_INET)
+        reinterpret_cast<sockaddr_in*>(at->ai_addr)->sin_port = htons(address_.port);
+      if (at->ai_family == AF_INET6)
+        reinterpret_cast<sockaddr_in6*>(at->ai_addr)->sin6_port = htons(address_.port);
       const int socket = listen_on(at->ai_addr, at->ai_addrlen);
       if (socket < 0) continue;
       sockets_.push_back(socket);
@@ -125,8 +128,8 @@ absl::Status Listener::listen() {
     listen_on_all();
   }
   if (!sockets_.empty()) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat("cannot listen on ", name, ": in use, or not an address of this machine (",
-                                             std::strerror(errno), ")"));
+  return absl::UnavailableError(absl::StrCat(
+      "cannot listen on ", name, ": in use, or not an address of this machine (", std::strerror(errno), ")"));
 }
 
 void Listener::start(Acceptor acceptor) {
@@ -201,13 +204,14 @@ bool Listener::bear(int error, int socket) {
     case ENOMEM: {
       const auto [write, left_out] = exhausted_.count();
       if (write) {
-        spdlog::error("a connection cannot be accepted: {} ({} such lines left out before)", std::strerror(error),
-                      left_out);
+        spdlog::error("a connection cannot be accepted: {} ({} such lines left out before)",
+                      std::strerror(error), left_out);
       }
       connections_.sweep(Clock::now());
       // Whoever waits is turned away instead of being left to wait for ever.
       if (spare_ >= 0) ::close(spare_);
-      if (const int connection = ::accept4(socket, nullptr, nullptr, SOCK_CLOEXEC); connection >= 0) refuse(connection);
+      if (const int connection = ::accept4(socket, nullptr, nullptr, SOCK_CLOEXEC); connection >= 0)
+        refuse(connection);
       spare_ = open_spare();
       return true;
     }

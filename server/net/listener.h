@@ -1,5 +1,5 @@
-// A listening port, and the thread that accepts for gRPC. gRPC 1.51 stops listening for good when it finds no free
-// descriptor, tells nobody who is connecting, and takes connections without a bound.
+// A listening port, and the thread that accepts for gRPC. gRPC 1.51 stops listening for good when it finds no
+// free descriptor, tells nobody who is connecting, and takes connections without a bound.
 #pragma once
 
 #include <atomic>
@@ -18,14 +18,16 @@ class ExternalConnectionAcceptor;
 
 namespace tessera::server {
 
-/// Listens from open() on, accepts from start() on, and never stops by itself: a socket that fails is opened anew.
+/// Listens from open() on, accepts from start() on, and never stops by itself: a socket that fails is opened
+/// anew.
 class Listener {
  public:
   using Acceptor = std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor>;
 
-  /// Unavailable where the address is not one of this machine, or in use. `connections` must outlive the listener.
-  static absl::StatusOr<std::unique_ptr<Listener>> open(const wire::HostPort& address, Connections& connections,
-                                                        Connections::Port kind);
+  /// Unavailable where the address is not one of this machine, or in use. `connections` must outlive the
+  /// listener.
+  static absl::StatusOr<std::unique_ptr<Listener>> open(const wire::HostPort& address,
+                                                        Connections& connections, Connections::Port kind);
   /// Stops, as stop() does.
   ~Listener();
 

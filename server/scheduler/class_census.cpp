@@ -8,8 +8,9 @@ namespace tessera::server {
 namespace {
 
 bool contains_all(const std::vector<std::string>& tags, const std::vector<std::string>& required) {
-  return std::all_of(required.begin(), required.end(),
-                     [&](const std::string& tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); });
+  return std::all_of(required.begin(), required.end(), [&](const std::string& tag) {
+    return std::find(tags.begin(), tags.end(), tag) != tags.end();
+  });
 }
 
 /// Whether the class will do: it is `needed`, or where that is empty, of the ISA.
@@ -19,7 +20,8 @@ bool fits(const std::string& name, const std::string& needed, std::string_view i
 
 /// Workers that a class has to offer.
 struct Offer {
-  std::vector<std::pair<std::uint32_t, std::uint64_t>> workers;  // threads of each, and how many such workers there are
+  std::vector<std::pair<std::uint32_t, std::uint64_t>>
+      workers;                // threads of each, and how many such workers there are
   std::uint64_t dislike = 0;  // threads, each times the place of the class among those of its worker
 
   /// Threads of at most so many workers.
@@ -72,7 +74,8 @@ std::string ClassCensus::best(const Demand& demand) const {
   const auto rank = [&](auto& entry) {
     return std::pair{entry.second.threads(demand.max_workers), ~entry.second.dislike};
   };
-  const auto best = std::max_element(offers.begin(), offers.end(), [&](auto& a, auto& b) { return rank(a) < rank(b); });
+  const auto best =
+      std::max_element(offers.begin(), offers.end(), [&](auto& a, auto& b) { return rank(a) < rank(b); });
   return best == offers.end() ? "" : best->first;
 }
 

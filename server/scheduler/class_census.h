@@ -15,8 +15,8 @@ namespace tessera::server {
 /// Whether a worker has all tags that a job requires.
 bool has_tags(const WorkerInfo& worker, const std::vector<std::string>& required);
 
-/// Counts the workers that may be given units. Machines of one kind are counted together, so looking takes as long as
-/// there are kinds of machines.
+/// Counts the workers that may be given units. Machines of one kind are counted together, so looking takes as
+/// long as there are kinds of machines.
 class ClassCensus {
  public:
   /// Requirements of a job on its workers.
@@ -33,8 +33,8 @@ class ClassCensus {
   /// Whether there is a worker of just these classes.
   bool has(const std::vector<std::string>& classes) const;
 
-  /// The class in which most threads may work; of equal ones that which its workers like best. Empty when there is
-  /// none.
+  /// The class in which most threads may work; of equal ones that which its workers like best. Empty when
+  /// there is none.
   std::string best(const Demand& demand) const;
 
   /// Workers that have the job's tags and not what it needs besides, by the class that they would choose.
@@ -45,7 +45,8 @@ class ClassCensus {
   std::map<std::string, LeftOut> without(const std::string& needed, const Demand& demand) const;
 
  private:
-  using Kind = std::tuple<std::vector<std::string>, std::vector<std::string>, std::uint32_t>;  // classes, tags, threads
+  using Kind = std::tuple<std::vector<std::string>, std::vector<std::string>,
+                          std::uint32_t>;  // classes, tags, threads
 
   std::map<Kind, std::uint64_t> workers_;
   std::uint64_t revision_ = 1;

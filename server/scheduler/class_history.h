@@ -11,8 +11,8 @@
 
 namespace tessera::server {
 
-/// Results are of the class that the job is bound to, but for those of which something else is noted: a host stays with
-/// its class, so notes are few.
+/// Results are of the class that the job is bound to, but for those of which something else is noted: a host
+/// stays with its class, so notes are few.
 class ClassHistory {
  public:
   explicit ClassHistory(std::string bound = "") : bound_(std::move(bound)) {}
@@ -42,8 +42,9 @@ class ClassHistory {
 
  private:
   std::string bound_;
-  std::map<std::string, std::map<std::uint32_t, std::string>> notes_;  // by host, then the first result's number
-  std::set<std::string> noted_;                                        // all classes in `notes_`
+  std::map<std::string, std::map<std::uint32_t, std::string>>
+      notes_;                    // by host, then the first result's number
+  std::set<std::string> noted_;  // all classes in `notes_`
 };
 
 /// The kernel ISAs of classes, each once: "avx512+avx2".

@@ -6,8 +6,8 @@
 
 namespace tessera::server {
 
-/// One durable change. The caller journals events in the order in which they come, before it answers the call that
-/// caused them, and gives those of a job that has not ended to Scheduler::restore after a restart.
+/// One durable change. The caller journals events in the order in which they come, before it answers the call
+/// that caused them, and gives those of a job that has not ended to Scheduler::restore after a restart.
 struct FarmEvent {
   /// Journaled as numbers: never renumber.
   enum class Kind : std::int32_t {
@@ -23,13 +23,16 @@ struct FarmEvent {
     kDistrusted = 10,  // host, or an identity (identity.h); text: why. Of the whole farm: no job
     kTrusted = 11,     // host or identity. Of the whole farm
     kNote = 12,        // text, for people
-    kAdopted = 13,     // value: number of units taken over when the job was new; text: the job that they are from
-    // unit, value: sequence number of its result, host: who was asked for a second opinion. text: empty when it was
-    // asked; else the opinion, as a number, where hosts disagree.
+    kAdopted =
+        13,  // value: number of units taken over when the job was new; text: the job that they are from
+    // unit, value: sequence number of its result, host: who was asked for a second opinion. text: empty when
+    // it was asked; else the opinion, as a number, where hosts disagree.
     kAudit = 14,
     kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
-    kClassNoted = 17,  // host, value: number of the first result from which on its are of the class; text: the class
-    // unit: the first of a run, value: how many units it has, host, text: as of one. None of them is to blame alone.
+    kClassNoted =
+        17,  // host, value: number of the first result from which on its are of the class; text: the class
+    // unit: the first of a run, value: how many units it has, host, text: as of one. None of them is to blame
+    // alone.
     kRunFailed = 20,
     kRunLost = 21,
   };

@@ -33,13 +33,17 @@ struct Audit {
   bool lost = false;                  // whoever was asked did not answer
   std::string arithmetic_class = {};  // of the accepted result: others do not compare
 
-  /// A second opinion is asked for once, whatever becomes of it; who decides between two is asked until somebody does.
+  /// A second opinion is asked for once, whatever becomes of it; who decides between two is asked until
+  /// somebody does.
   bool is_over() const { return lost && opinions.size() == 1; }
 };
 
 struct FarmJob {
   FarmJob(std::uint64_t job_number, JobRequest job_request)
-      : number(job_number), request(std::move(job_request)), units(request.plan->unit_count()), pace(job_number) {}
+      : number(job_number),
+        request(std::move(job_request)),
+        units(request.plan->unit_count()),
+        pace(job_number) {}
 
   std::uint64_t number;  // in order of submission
   JobRequest request;
@@ -70,12 +74,14 @@ struct FarmJob {
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   // Units of runs that failed or were lost: the longest run that they may be part of.
   absl::flat_hash_map<std::uint32_t, std::uint32_t> shorter_runs;
-  std::set<std::uint32_t> dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
+  std::set<std::uint32_t>
+      dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
-  std::map<std::string, std::string> scene_faults;  // host that says that the scene is at fault -> its message
-  std::set<HostNumber> renderers;                   // of accepted results
-  std::map<std::uint32_t, Audit> audits;            // that wait or are made, by the first unit of the result
-  std::set<std::uint32_t> audited;                  // first units of results of which a second opinion was asked once
+  std::map<std::string, std::string>
+      scene_faults;                       // host that says that the scene is at fault -> its message
+  std::set<HostNumber> renderers;         // of accepted results
+  std::map<std::uint32_t, Audit> audits;  // that wait or are made, by the first unit of the result
+  std::set<std::uint32_t> audited;        // first units of results of which a second opinion was asked once
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end

@@ -10,8 +10,9 @@ struct Parts {
 };
 
 bool is_fingerprint(std::string_view text) {
-  return text.size() == kFingerprintDigits &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+  return text.size() == kFingerprintDigits && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+         });
 }
 
 /// A host's name may have an "@" itself.

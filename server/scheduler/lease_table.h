@@ -64,7 +64,8 @@ class LeaseTable {
   absl::flat_hash_map<LeaseId, Lease> leases_;
   absl::flat_hash_map<UnitKey, std::vector<LeaseId>> by_unit_;
   absl::flat_hash_map<std::string, absl::flat_hash_set<LeaseId>> by_worker_;
-  // Deadlines as they were when pushed: an entry that comes up is checked, and pushed again if the lease was refreshed.
+  // Deadlines as they were when pushed: an entry that comes up is checked, and pushed again if the lease was
+  // refreshed.
   using Deadline = std::pair<Time, LeaseId>;
   std::priority_queue<Deadline, std::vector<Deadline>, std::greater<>> deadlines_;
 };

@@ -1,5 +1,5 @@
-// Workers and results. Jobs are in scheduler_jobs.cpp, who gets which unit in scheduler_leasing.cpp, what follows from
-// failures in scheduler_faults.cpp, second opinions in scheduler_audit.cpp.
+// Workers and results. Jobs are in scheduler_jobs.cpp, who gets which unit in scheduler_leasing.cpp, what
+// follows from failures in scheduler_faults.cpp, second opinions in scheduler_audit.cpp.
 #include "scheduler/scheduler.h"
 
 #include <algorithm>
@@ -42,7 +42,8 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   const std::uint32_t threads = info.threads;
   // Until results show otherwise, it is as fast as the others.
   const WorkerPace pace{.worker = ++workers_added_, .log_time = usual_pace_.log_time};
-  const bool added = workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
+  const bool added =
+      workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
   threads_ += threads;
   ++identities_[identity];
@@ -91,7 +92,8 @@ std::vector<WorkerView> Scheduler::workers() const {
 std::vector<Assignment> Scheduler::assignments() const {
   std::vector<Assignment> assignments;
   for (const auto& [number, job] : jobs_) {
-    for (const auto& [worker, leases] : job->holders) assignments.push_back({job->request.id, worker, leases});
+    for (const auto& [worker, leases] : job->holders)
+      assignments.push_back({job->request.id, worker, leases});
   }
   return assignments;
 }
@@ -121,7 +123,8 @@ std::string Scheduler::name_of(const std::string& worker) const {
 
 bool Scheduler::holds(std::string_view worker, const v1::LeaseToken& token) const {
   const absl::StatusOr<const Job*> job = find_job(token.job_id());
-  return job.ok() && (*job)->request.generation == token.generation() && find_lease(**job, token, worker).has_value();
+  return job.ok() && (*job)->request.generation == token.generation() &&
+         find_lease(**job, token, worker).has_value();
 }
 
 HostNumber Scheduler::number_of_host(const std::string& host) {
@@ -206,8 +209,8 @@ bool Scheduler::any_done(const Job& job, const UnitRun& units) {
 
 /// A result of units some of which are done: compared where they came as one, too.
 absl::StatusOr<CompleteDecision> Scheduler::late_result(Job& job, Worker& worker, const UnitRun& units,
-                                                        const v1::LeaseToken& token, const DeliveredResult& result,
-                                                        Time now) {
+                                                        const v1::LeaseToken& token,
+                                                        const DeliveredResult& result, Time now) {
   const bool same_units =
       job.units.state(units.first) == UnitState::kDone && job.units.result(units.first).units == units;
   // Cut in another way, sums of the same samples can be neither merged nor compared.
@@ -221,7 +224,8 @@ absl::StatusOr<CompleteDecision> Scheduler::late_result(Job& job, Worker& worker
 }
 
 /// Takes one finished lease into the averages of its job and the pace of its worker.
-void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now) {
+void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result,
+                        Time now) {
   const Time duration = std::max(Time{1}, now - lease.granted_at);
   const bool told = result.cost.count() > 0 && result.cost <= duration + Time{1};
   const std::chrono::nanoseconds cost = told ? result.cost : duration;
@@ -233,7 +237,8 @@ void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const Deli
     if (++results_since_comparison_ > workers_.size() / 4) compare_workers();
   }
   // What a slow worker needs says little of the unit.
-  const double usual_ms = std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
+  const double usual_ms =
+      std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
   job.mean_cost_ms = job.mean_cost_ms == 0 ? usual_ms : (7 * job.mean_cost_ms + usual_ms) / 8;
   const std::uint32_t tiles = lease.units.step;
   if (job.units.count() > tiles) {
@@ -289,7 +294,8 @@ std::optional<LeaseId> Scheduler::find_lease(const Job& job, const v1::LeaseToke
     const Lease& lease = leases_.get(id);
     const bool same_units =
         lease.units.first == token.unit_index() && lease.units.count == std::max(token.ranges(), 1u);
-    if (same_units && lease.attempt == token.attempt() && lease.epoch == token.epoch() && lease.worker == worker)
+    if (same_units && lease.attempt == token.attempt() && lease.epoch == token.epoch() &&
+        lease.worker == worker)
       return id;
   }
   return std::nullopt;

@@ -1,5 +1,6 @@
-// The farm's state machine: jobs, units, leases and workers. Pure: no clock, no I/O, no threads. Time and events come
-// in, decisions go out; the caller journals what must be durable. Monotonic time, never less than at the call before.
+// The farm's state machine: jobs, units, leases and workers. Pure: no clock, no I/O, no threads. Time and
+// events come in, decisions go out; the caller journals what must be durable. Monotonic time, never less than
+// at the call before.
 #pragma once
 
 #include <map>
@@ -22,20 +23,27 @@
 namespace tessera::server {
 
 /// Policy in short; figures and reasons are in docs/decisions/0009-scheduling.md.
-/// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the one that
-///   has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most kAffinitySlackMs
-///   ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the job whose turn it was.
-/// - Runs: units of one tile are leased as one, as many as take SchedulerOptions::longest_run; short ones at first,
+/// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the
+/// one that
+///   has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most
+///   kAffinitySlackMs ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the
+///   job whose turn it was.
+/// - Runs: units of one tile are leased as one, as many as take SchedulerOptions::longest_run; short ones at
+/// first,
 ///   that a first picture appears, and towards the end of a job [docs/decisions/0020-unit-size.md].
-/// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When nothing is
+/// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When
+/// nothing is
 ///   pending, units that will come late are given to a second worker. The first result of a unit wins.
-/// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures; a host on
+/// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures;
+/// a host on
 ///   which that many units fail that fail nowhere else is taken out of that job for a while.
-/// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first units are
+/// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first
+/// units are
 ///   given out, or to none (JobRequest::any_class). Results are compared within a class only.
-/// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is wrong is in
-///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one vote, and
-///   ends no job and sets no unit aside as long as another one has not been asked.
+/// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is
+/// wrong is in
+///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one
+///   vote, and ends no job and sets no unit aside as long as another one has not been asked.
 class Scheduler {
  public:
   static constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
@@ -62,22 +70,25 @@ class Scheduler {
 
   /// AlreadyExists when the id is taken.
   absl::Status add_job(JobRequest request);
-  /// Units of a new job are done, with results of the job `from`; they are numbered from 1 in that order. Binds the job
-  /// to their class, if it is to be of one, and ends it when nothing is left to do. FailedPrecondition when something
-  /// is done already, or the results are not all of a class that the job may have.
-  absl::Status adopt(std::string_view job, const std::string& from, const std::vector<AdoptedResult>& results);
+  /// Units of a new job are done, with results of the job `from`; they are numbered from 1 in that order.
+  /// Binds the job to their class, if it is to be of one, and ends it when nothing is left to do.
+  /// FailedPrecondition when something is done already, or the results are not all of a class that the job
+  /// may have.
+  absl::Status adopt(std::string_view job, const std::string& from,
+                     const std::vector<AdoptedResult>& results);
   /// True when this ended the job; a job that has ended stays as it is.
   absl::StatusOr<bool> cancel_job(std::string_view job);
-  /// Puts units that were set aside back, with a clean record. FailedPrecondition when the job ended otherwise than
-  /// incomplete.
+  /// Puts units that were set aside back, with a clean record. FailedPrecondition when the job ended
+  /// otherwise than incomplete.
   absl::Status retry_job(std::string_view job);
   /// FailedPrecondition when the job is over.
   absl::Status pause_job(std::string_view job, bool paused);
   absl::Status set_priority(std::string_view job, std::int32_t priority);
-  /// The accepted result of a unit is lost or damaged: the unit is done again, by a job that goes on for it if it was
-  /// over. Nothing happens when another result was accepted meanwhile. FailedPrecondition when the job failed or was
-  /// cancelled.
-  absl::Status revoke_result(std::string_view job, std::uint32_t unit, std::uint64_t sequence, const std::string& why);
+  /// The accepted result of a unit is lost or damaged: the unit is done again, by a job that goes on for it
+  /// if it was over. Nothing happens when another result was accepted meanwhile. FailedPrecondition when the
+  /// job failed or was cancelled.
+  absl::Status revoke_result(std::string_view job, std::uint32_t unit, std::uint64_t sequence,
+                             const std::string& why);
   /// Forgets a job that is over. FailedPrecondition when it is not.
   absl::Status forget_job(std::string_view job);
   absl::StatusOr<JobView> job(std::string_view id) const;
@@ -110,14 +121,15 @@ class Scheduler {
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
   std::string name_of(const std::string& worker) const;
-  /// The kernels with which the worker renders for the job; empty when it may not, or one of both is not known.
+  /// The kernels with which the worker renders for the job; empty when it may not, or one of both is not
+  /// known.
   std::string isa_for(const std::string& worker, std::string_view job) const;
   /// Whether a worker that may be given units computes in this arithmetic class.
   bool has_class(const std::string& name) const;
   /// Whether neither the host nor its identity is in quarantine.
   bool trusts(const std::string& host) const { return !why_distrusted(host); }
-  /// The results of the host, or identity, that a person calls `text` (identity.h) count again. NotFound when no such
-  /// host is known, FailedPrecondition when several are meant.
+  /// The results of the host, or identity, that a person calls `text` (identity.h) count again. NotFound when
+  /// no such host is known, FailedPrecondition when several are meant.
   absl::Status trust_host(const std::string& text);
   /// Whether the worker has this very lease at this moment.
   bool holds(std::string_view worker, const v1::LeaseToken& token) const;
@@ -127,32 +139,34 @@ class Scheduler {
   /// Up to `max_units` units; none when there is nothing for this worker now.
   absl::StatusOr<LeaseDecision> lease(const LeaseRequest& request, Time now);
 
-  /// Keeps the worker and the leases named alive. A lease that expired, or that an earlier coordinator granted, is
-  /// taken up again when its unit is still pending.
-  absl::StatusOr<HeartbeatDecision> heartbeat(std::string_view worker, const std::vector<v1::LeaseToken>& leases,
-                                              Time now);
+  /// Keeps the worker and the leases named alive. A lease that expired, or that an earlier coordinator
+  /// granted, is taken up again when its unit is still pending.
+  absl::StatusOr<HeartbeatDecision> heartbeat(std::string_view worker,
+                                              const std::vector<v1::LeaseToken>& leases, Time now);
 
-  /// How often each worker is to be heard of: of thousands, heartbeats would be most of what a coordinator does. Leases
-  /// of such farms live longer for it.
+  /// How often each worker is to be heard of: of thousands, heartbeats would be most of what a coordinator
+  /// does. Leases of such farms live longer for it.
   Time heartbeat_interval() const;
 
-  /// A result, of the units that the token names. Valid from any lease of the job's generation, expired or not.
-  /// NotFound (job), FailedPrecondition (the job was cancelled, failed, or is of another generation; the worker is not
-  /// of the job's class; its host is in quarantine), OutOfRange (unit), AlreadyExists (a different result was accepted
-  /// before: one of two is at fault).
+  /// A result, of the units that the token names. Valid from any lease of the job's generation, expired or
+  /// not. NotFound (job), FailedPrecondition (the job was cancelled, failed, or is of another generation; the
+  /// worker is not of the job's class; its host is in quarantine), OutOfRange (unit), AlreadyExists (a
+  /// different result was accepted before: one of two is at fault).
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
                                             const DeliveredResult& result, Time now);
 
-  /// The worker could not render the unit. Counts once a lease. With `scene_fault`, no other would do better: the job
-  /// ends when a second identity says so (a second host, where all are of one identity), or nobody else can be asked.
-  absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message, bool scene_fault,
-                    Time now);
+  /// The worker could not render the unit. Counts once a lease. With `scene_fault`, no other would do better:
+  /// the job ends when a second identity says so (a second host, where all are of one identity), or nobody
+  /// else can be asked.
+  absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message,
+                    bool scene_fault, Time now);
 
   /// Gives up leases and workers whose time is over.
   Expiry advance(Time now);
 
   std::size_t leases_out() const { return leases_.size(); }
-  /// Whether workers are kept waiting until their hands are empty: each result may be what such a worker waits for.
+  /// Whether workers are kept waiting until their hands are empty: each result may be what such a worker
+  /// waits for.
   bool frees_workers() const { return !freeing_.empty(); }
 
  private:
@@ -165,11 +179,13 @@ class Scheduler {
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
   /// The units that a token names; none when the job has no such run.
   static std::optional<UnitRun> units_of(const Job& job, const v1::LeaseToken& token);
-  std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token, std::string_view worker) const;
+  std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token,
+                                    std::string_view worker) const;
   absl::Status check_may_complete(const Worker& worker, const Job& job) const;
   static bool any_done(const Job& job, const UnitRun& units);
   absl::StatusOr<CompleteDecision> late_result(Job& job, Worker& worker, const UnitRun& units,
-                                               const v1::LeaseToken& token, const DeliveredResult& result, Time now);
+                                               const v1::LeaseToken& token, const DeliveredResult& result,
+                                               Time now);
   void measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now);
   void compare_workers();
   /// A new event, for the caller to fill in.
@@ -255,8 +271,8 @@ class Scheduler {
   bool may_speak(const Audit& audit, const std::string& host) const;
   bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
   bool anyone_can_audit(const Job& job, const Audit& audit) const;
-  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker, const AcceptedResult& accepted,
-                                                 ResultFingerprint result);
+  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker,
+                                                 const AcceptedResult& accepted, ResultFingerprint result);
   void adjudicate(Job& job, std::uint32_t unit);
   void distrust(const std::string& subject, const std::string& why);
   void revoke_results(Job& job, const std::string& subject);

@@ -1,6 +1,6 @@
-// Second opinions: whether the pixels that a host returns are right. Results of one arithmetic class have the same bits
-// wherever they are rendered, so two of one unit that differ prove that one of two hosts is at fault. Results of two
-// classes say nothing of each other.
+// Second opinions: whether the pixels that a host returns are right. Results of one arithmetic class have the
+// same bits wherever they are rendered, so two of one unit that differ prove that one of two hosts is at
+// fault. Results of two classes say nothing of each other.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -47,11 +47,12 @@ std::optional<Verdict> verdict_of(const Opinions& opinions) {
   const bool by_host = is_of_one(opinions);
   Verdict verdict;
   // An identity has its first opinion only.
-  for (const auto& [host, result] : opinions) verdict.voters.emplace(by_host ? host : identity_of(host), result);
+  for (const auto& [host, result] : opinions)
+    verdict.voters.emplace(by_host ? host : identity_of(host), result);
   std::map<ResultFingerprint, std::size_t> votes;
   for (const auto& [voter, result] : verdict.voters) ++votes[result];
-  const auto winner =
-      std::max_element(votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto winner = std::max_element(votes.begin(), votes.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
   if (winner == votes.end() || 2 * winner->second <= verdict.voters.size()) return std::nullopt;
   verdict.result = winner->first;
   verdict.votes = winner->second;
@@ -60,8 +61,9 @@ std::optional<Verdict> verdict_of(const Opinions& opinions) {
 
 }  // namespace
 
-/// Which audits were waiting is not journaled, but which were asked for, and what came of it where hosts disagree. They
-/// are asked for first of all, so those that were waiting are among those of the latest results.
+/// Which audits were waiting is not journaled, but which were asked for, and what came of it where hosts
+/// disagree. They are asked for first of all, so those that were waiting are among those of the latest
+/// results.
 void Scheduler::restore_audits(Job& job) {
   if (!job.open()) return;
   for (auto audit = job.audits.begin(); audit != job.audits.end();) {
@@ -93,8 +95,9 @@ bool Scheduler::audit_wanted(const Job& job, const AcceptedResult& accepted) con
          anyone_can_audit(job, first_opinion(job, accepted));
 }
 
-/// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one vote only.
-/// Where the whole farm is one identity, its hosts watch over each other: that finds machines that are broken.
+/// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one
+/// vote only. Where the whole farm is one identity, its hosts watch over each other: that finds machines that
+/// are broken.
 bool Scheduler::may_speak(const Audit& audit, const std::string& host) const {
   const bool by_host = is_of_one_identity() && is_of_one(audit.opinions);
   return std::none_of(audit.opinions.begin(), audit.opinions.end(), [&](const auto& opinion) {
@@ -129,14 +132,16 @@ bool Scheduler::anyone_can_audit(const Job& job, const Audit& audit) const {
 
 /// A result of the units of one that was accepted.
 absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker& worker,
-                                                          const AcceptedResult& accepted, ResultFingerprint result) {
+                                                          const AcceptedResult& accepted,
+                                                          ResultFingerprint result) {
   const std::uint32_t unit = accepted.units.first;
   const std::string* const own = class_for(worker, job);
   if (own == nullptr || *own != class_of_result(job, accepted)) return CompleteDecision{.duplicate = true};
   const bool equal = accepted.fingerprint == result;
   const std::string& maker = accepted.host < hosts_.size() ? hosts_[accepted.host] : worker.info.host;
-  const absl::Status differs = absl::AlreadyExistsError(absl::StrCat(
-      "unit ", unit, " of job ", job.request.id, " is done, with a different result: one of two workers is at fault"));
+  const absl::Status differs = absl::AlreadyExistsError(
+      absl::StrCat("unit ", unit, " of job ", job.request.id,
+                   " is done, with a different result: one of two workers is at fault"));
   const auto found = job.audits.find(unit);
   const bool counts = job.open() && worker.info.host != maker && trusts(worker.info.host);
   // A copy that agrees is no news where nobody asked.
@@ -161,7 +166,8 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   return differs;
 }
 
-/// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the audit goes on.
+/// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the
+/// audit goes on.
 void Scheduler::adjudicate(Job& job, std::uint32_t unit) {
   const auto found = job.audits.find(unit);
   const std::optional<Verdict> verdict = verdict_of(found->second.opinions);
@@ -210,7 +216,8 @@ void Scheduler::revoke_results(Job& job, const std::string& subject) {
     std::erase_if(opinions, [&](const auto& opinion) { return covers(subject, opinion.first); });
     audit = opinions.empty() ? job.audits.erase(audit) : std::next(audit);
   }
-  std::erase_if(job.renderers, [&](HostNumber host) { return host < hosts_.size() && covers(subject, hosts_[host]); });
+  std::erase_if(job.renderers,
+                [&](HostNumber host) { return host < hosts_.size() && covers(subject, hosts_[host]); });
   std::uint32_t units = 0;
   for (const AcceptedResult& result : results) {
     units += result.units.count;
@@ -285,7 +292,8 @@ absl::Status Scheduler::trust_host(const std::string& text) {
   std::vector<std::string> meant;
   for (const auto& [subject, why] : distrusted_) {
     const auto is_its_host = [&](const std::string& host) { return covers(subject, host); };
-    if (is_meant(text, subject) || std::any_of(known.begin(), known.end(), is_its_host)) meant.push_back(subject);
+    if (is_meant(text, subject) || std::any_of(known.begin(), known.end(), is_its_host))
+      meant.push_back(subject);
   }
   if (meant.size() > 1) {
     return absl::FailedPreconditionError(absl::StrCat("\"", text, "\" may be ", short_name(meant[0]), " or ",
@@ -295,9 +303,11 @@ absl::Status Scheduler::trust_host(const std::string& text) {
     if (!known.empty()) return absl::OkStatus();
     std::vector<std::string> names;
     for (const std::string& host : hosts_) names.push_back(host.substr(0, host.find('@')));
-    for (const auto& [id, worker] : workers_) names.push_back(worker.info.host.substr(0, worker.info.host.find('@')));
+    for (const auto& [id, worker] : workers_)
+      names.push_back(worker.info.host.substr(0, worker.info.host.find('@')));
     for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
-    return absl::NotFoundError(absl::StrCat("no host \"", text, "\" is known", wire::did_you_mean(text, names)));
+    return absl::NotFoundError(
+        absl::StrCat("no host \"", text, "\" is known", wire::did_you_mean(text, names)));
   }
   distrusted_.erase(meant.front());
   record(FarmEvent::Kind::kTrusted, "").host = meant.front();

@@ -21,8 +21,8 @@ bool Scheduler::has_class(const std::string& name) const {
   });
 }
 
-/// The class in which the job is rendered; before its first unit is given out, the one that it would be bound to now,
-/// and none where there is no worker for it. Not of jobs that are for every class.
+/// The class in which the job is rendered; before its first unit is given out, the one that it would be bound
+/// to now, and none where there is no worker for it. Not of jobs that are for every class.
 const std::string& Scheduler::class_of(const Job& job) const {
   const std::string& bound = job.classes.bound();
   // A journal from before classes knows the ISA alone: any class of it will do.
@@ -71,13 +71,15 @@ void Scheduler::bind(Job& job, const std::string& name) {
   // Results from before classes were told of stay what they are: of some class of that ISA.
   std::vector<AcceptedResult> unclear;
   if (!before.empty()) unclear = job.units.results();
-  std::erase_if(unclear, [&](const AcceptedResult& result) { return class_of_result(job, result) != before; });
+  std::erase_if(unclear,
+                [&](const AcceptedResult& result) { return class_of_result(job, result) != before; });
   job.classes.bind(name);
   record(FarmEvent::Kind::kBound, job.request.id).text = name;
   for (const AcceptedResult& result : unclear) note_class(job, hosts_[result.host], result.sequence, before);
 }
 
-void Scheduler::note_class(Job& job, const std::string& host, std::uint32_t sequence, const std::string& name) {
+void Scheduler::note_class(Job& job, const std::string& host, std::uint32_t sequence,
+                           const std::string& name) {
   if (!job.classes.note(host, sequence, name)) return;
   FarmEvent& event = record(FarmEvent::Kind::kClassNoted, job.request.id);
   event.host = host;
@@ -95,12 +97,14 @@ std::string Scheduler::left_out(std::string_view id) const {
   const auto groups = census_.without(by_class ? bound : "", {.isa = isa, .tags = job.request.required_tags});
   std::string text;
   for (const auto& [name, group] : groups) {
-    absl::StrAppend(&text, text.empty() ? "" : ", ", group.workers, group.workers == 1 ? " worker" : " workers", " (",
-                    group.threads, group.threads == 1 ? " thread" : " threads", ") of class ", name);
+    absl::StrAppend(&text, text.empty() ? "" : ", ", group.workers,
+                    group.workers == 1 ? " worker" : " workers", " (", group.threads,
+                    group.threads == 1 ? " thread" : " threads", ") of class ", name);
   }
   if (text.empty()) return "";
   return absl::StrCat(text, by_class ? ": the job's bits are those of class " : ": the job is for kernels ",
-                      by_class ? bound : std::string(isa), by_class ? " (--bits any lets every machine work)" : "");
+                      by_class ? bound : std::string(isa),
+                      by_class ? " (--bits any lets every machine work)" : "");
 }
 
 /// Open jobs of whatever priority that the worker may not work on for its arithmetic.
@@ -108,7 +112,8 @@ std::vector<std::string> Scheduler::closed_jobs(const Worker& worker) const {
   std::vector<std::string> closed;
   for (const auto& [number, job] : jobs_) {
     if (closed.size() == kMaxClosedJobs) break;
-    if (job->open() && has_tags(worker.info, job->request.required_tags) && class_for(worker, *job) == nullptr) {
+    if (job->open() && has_tags(worker.info, job->request.required_tags) &&
+        class_for(worker, *job) == nullptr) {
       closed.push_back(job->request.id);
     }
   }

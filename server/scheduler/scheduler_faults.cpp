@@ -20,12 +20,12 @@ std::set<std::string> hosts_of(const std::vector<UnitFailure>& failures) {
 }
 
 std::size_t losses_in(const std::vector<UnitFailure>& failures) {
-  return static_cast<std::size_t>(
-      std::count_if(failures.begin(), failures.end(), [](const UnitFailure& failure) { return failure.lost; }));
+  return static_cast<std::size_t>(std::count_if(failures.begin(), failures.end(),
+                                                [](const UnitFailure& failure) { return failure.lost; }));
 }
 
-/// A worker that says what went wrong is believed; one that died may have been killed by something else, so either
-/// different hosts must have seen it, or the same few a number of times.
+/// A worker that says what went wrong is believed; one that died may have been killed by something else, so
+/// either different hosts must have seen it, or the same few a number of times.
 bool failed_too_often(const std::vector<UnitFailure>& failures) {
   return failures.size() - losses_in(failures) >= Scheduler::kMaxFailures ||
          hosts_of(failures).size() >= Scheduler::kMaxFailures || failures.size() >= Scheduler::kMaxLosses;
@@ -33,8 +33,8 @@ bool failed_too_often(const std::vector<UnitFailure>& failures) {
 
 }  // namespace
 
-absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& token, const std::string& message,
-                             bool scene_fault, Time now) {
+absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& token,
+                             const std::string& message, bool scene_fault, Time now) {
   const absl::StatusOr<Worker*> worker = find_worker(worker_id, now);
   if (!worker.ok()) return worker.status();
   const absl::StatusOr<Job*> open = find_open_job(token);
@@ -92,7 +92,8 @@ void Scheduler::add_failure(Job& job, std::uint32_t unit, UnitFailure failure, T
 
 /// Which of its units was at fault is not known: they are tried in shorter runs, and in the end one by one.
 void Scheduler::cut_run(Job& job, const UnitRun& units, const UnitFailure& failure) {
-  FarmEvent& event = record(failure.lost ? FarmEvent::Kind::kRunLost : FarmEvent::Kind::kRunFailed, job.request.id);
+  FarmEvent& event =
+      record(failure.lost ? FarmEvent::Kind::kRunLost : FarmEvent::Kind::kRunFailed, job.request.id);
   event.unit = units.first;
   event.value = units.count;
   event.host = failure.host;
@@ -102,7 +103,8 @@ void Scheduler::cut_run(Job& job, const UnitRun& units, const UnitFailure& failu
 
 void Scheduler::shorten_runs(Job& job, const UnitRun& units) {
   for (const std::uint32_t unit : units) {
-    if (job.units.state(unit) != UnitState::kDone) job.shorter_runs[unit] = std::max(1u, units.count / kRunPieces);
+    if (job.units.state(unit) != UnitState::kDone)
+      job.shorter_runs[unit] = std::max(1u, units.count / kRunPieces);
   }
 }
 
@@ -124,28 +126,30 @@ void Scheduler::judge_unit(Job& job, std::uint32_t unit) {
   }
 }
 
-/// Whether the unit failed too often, but on one identity only, and another one could take it: one alone sets nothing
-/// aside.
+/// Whether the unit failed too often, but on one identity only, and another one could take it: one alone sets
+/// nothing aside.
 bool Scheduler::awaits_another(const Job& job, const std::vector<UnitFailure>& failures) const {
   if (!failed_too_often(failures)) return false;
   const std::string identity = identity_of(failures.front().host);
-  const bool alone = std::all_of(failures.begin(), failures.end(),
-                                 [&](const UnitFailure& failure) { return identity_of(failure.host) == identity; });
+  const bool alone = std::all_of(failures.begin(), failures.end(), [&](const UnitFailure& failure) {
+    return identity_of(failure.host) == identity;
+  });
   return alone && std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
            const Worker& worker = entry.second;
            return identity_of(worker.info.host) != identity && may_work_on(worker, job, worker.last_seen);
          });
 }
 
-/// The word of one identity that the scene is at fault ends no job as long as another one can be asked, or has rendered
-/// units of it. Where two say so, they must be more than those who have rendered.
+/// The word of one identity that the scene is at fault ends no job as long as another one can be asked, or
+/// has rendered units of it. Where two say so, they must be more than those who have rendered.
 void Scheduler::judge_scene(Job& job, const std::string& message, Time now) {
   const bool by_host = is_of_one_identity();
   const auto voter = [&](const std::string& host) { return by_host ? host : identity_of(host); };
   std::set<std::string> accusers, renderers;
   for (const auto& [host, its_message] : job.scene_faults) accusers.insert(voter(host));
   for (const HostNumber host : job.renderers) {
-    if (host < hosts_.size() && !accusers.contains(voter(hosts_[host]))) renderers.insert(voter(hosts_[host]));
+    if (host < hosts_.size() && !accusers.contains(voter(hosts_[host])))
+      renderers.insert(voter(hosts_[host]));
   }
   const bool others = std::any_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
     return !accusers.contains(voter(entry.second.info.host)) && may_work_on(entry.second, job, now);
@@ -154,8 +158,8 @@ void Scheduler::judge_scene(Job& job, const std::string& message, Time now) {
   if (agreed || (renderers.empty() && !others)) end_job(job, v1::FAILED, message);
 }
 
-/// A host is at fault where several units fail that fail nowhere else; a unit that fails elsewhere too is at fault
-/// itself, and is taken off every host's record.
+/// A host is at fault where several units fail that fail nowhere else; a unit that fails elsewhere too is at
+/// fault itself, and is taken off every host's record.
 void Scheduler::judge_host(Job& job, std::uint32_t unit, const std::string& host, Time now) {
   if (hosts_of(job.failures[unit]).size() > 1) {
     for (auto& [name, record] : job.hosts) record.failed_units.erase(unit);
@@ -169,9 +173,9 @@ void Scheduler::judge_host(Job& job, std::uint32_t unit, const std::string& host
   });
   if (!others) return;  // the last resort is better than none
   const Time barred = bar(job, host, now);
-  note(job,
-       absl::StrCat("host ", short_name(host), " was taken out for ", barred.count() / 1000, " s: ", kMaxFailures,
-                    " units failed there and nowhere else, the last one with: ", job.failures[unit].back().message));
+  note(job, absl::StrCat("host ", short_name(host), " was taken out for ", barred.count() / 1000,
+                         " s: ", kMaxFailures, " units failed there and nowhere else, the last one with: ",
+                         job.failures[unit].back().message));
 }
 
 /// Takes a host out of a job for a while, longer each time, and gives what it holds of it back. For how long.
@@ -200,8 +204,10 @@ void Scheduler::blame_loss(const std::vector<WorkerInfo>& lost, Time now) {
       drop_lease(id);
       Job& job = *jobs_.at(lease.job);
       if (lease.audit || !job.open()) continue;
-      const UnitFailure failure{
-          .host = worker.host, .message = kLostMessage, .lost = true, .grant = grant_id(lease.epoch, lease.attempt)};
+      const UnitFailure failure{.host = worker.host,
+                                .message = kLostMessage,
+                                .lost = true,
+                                .grant = grant_id(lease.epoch, lease.attempt)};
       if (lease.units.count > 1) {
         cut_run(job, lease.units, failure);
       } else {
@@ -212,7 +218,8 @@ void Scheduler::blame_loss(const std::vector<WorkerInfo>& lost, Time now) {
   }
 }
 
-/// A worker that was thought dead has been heard of, with the unit still in its hands: the unit did not kill it.
+/// A worker that was thought dead has been heard of, with the unit still in its hands: the unit did not kill
+/// it.
 void Scheduler::absolve(Job& job, const v1::LeaseToken& token, const std::string& host) {
   const std::uint32_t unit = token.unit_index();
   const auto found = job.failures.find(unit);
@@ -227,7 +234,8 @@ void Scheduler::absolve(Job& job, const v1::LeaseToken& token, const std::string
   event.value = grant;
   event.host = host;
   if (losses_in(found->second) < kLossesToIsolate) forgive(job, unit);
-  if (job.units.state(unit) == UnitState::kSetAside && !failed_too_often(found->second)) job.units.put_back(unit);
+  if (job.units.state(unit) == UnitState::kSetAside && !failed_too_often(found->second))
+    job.units.put_back(unit);
   if (found->second.empty()) job.failures.erase(found);
 }
 
@@ -279,8 +287,8 @@ std::string Scheduler::what_is_missing(const Job& job) const {
   if (found == job.failures.end()) return "";
   const UnitFailure& last = found->second.back();
   return absl::StrCat(job.units.set_aside(), " of ", job.units.count(), " units were set aside; unit ", unit,
-                      " failed ", found->second.size(), " times, the last time on ", short_name(last.host), ": ",
-                      last.message);
+                      " failed ", found->second.size(), " times, the last time on ", short_name(last.host),
+                      ": ", last.message);
 }
 
 // ---------------------------------------------------------------- recovery

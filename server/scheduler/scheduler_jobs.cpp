@@ -43,13 +43,15 @@ absl::StatusOr<Scheduler::Job*> Scheduler::find_job(std::string_view id) {
 absl::StatusOr<Scheduler::Job*> Scheduler::find_open_job(std::string_view id) {
   absl::StatusOr<Job*> job = find_job(id);
   if (!job.ok() || (*job)->open()) return job;
-  return absl::FailedPreconditionError(absl::StrCat("job ", (*job)->request.id, " ", past_tense((*job)->state)));
+  return absl::FailedPreconditionError(
+      absl::StrCat("job ", (*job)->request.id, " ", past_tense((*job)->state)));
 }
 
 // ---------------------------------------------------------------- changes
 
 absl::Status Scheduler::add_job(JobRequest request) {
-  if (jobs_by_id_.contains(request.id)) return absl::AlreadyExistsError(absl::StrCat("there is a job ", request.id));
+  if (jobs_by_id_.contains(request.id))
+    return absl::AlreadyExistsError(absl::StrCat("there is a job ", request.id));
   auto job = std::make_unique<Job>(jobs_added_++, std::move(request));
   jobs_by_id_.emplace(job->request.id, job.get());
   take_turns(*job);
@@ -57,7 +59,8 @@ absl::Status Scheduler::add_job(JobRequest request) {
   return absl::OkStatus();
 }
 
-absl::Status Scheduler::adopt(std::string_view id, const std::string& from, const std::vector<AdoptedResult>& results) {
+absl::Status Scheduler::adopt(std::string_view id, const std::string& from,
+                              const std::vector<AdoptedResult>& results) {
   const absl::StatusOr<Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   Job& job = **found;
@@ -67,8 +70,8 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from, cons
            (job.request.isa.empty() || job.request.isa == wire::isa_of(name));
   });
   if (job.results > 0 || !fit) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("job ", job.request.id, " is not new, or is bound to another ISA or class than job ", from));
+    return absl::FailedPreconditionError(absl::StrCat(
+        "job ", job.request.id, " is not new, or is bound to another ISA or class than job ", from));
   }
   if (results.empty()) return absl::OkStatus();
   bind(job, results.front().arithmetic_class);
@@ -139,7 +142,8 @@ absl::Status Scheduler::set_priority(std::string_view id, std::int32_t priority)
 absl::Status Scheduler::forget_job(std::string_view id) {
   const absl::StatusOr<Job*> job = find_job(id);
   if (!job.ok()) return job.status();
-  if ((*job)->open()) return absl::FailedPreconditionError(absl::StrCat("job ", std::string(id), " is not over"));
+  if ((*job)->open())
+    return absl::FailedPreconditionError(absl::StrCat("job ", std::string(id), " is not over"));
   const std::uint64_t number = (*job)->number;
   jobs_by_id_.erase((*job)->request.id);
   jobs_.erase(number);
@@ -201,16 +205,19 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
                                              : "no worker has the tags that the job requires";
   if (with_isa == 0) {
     const std::string& bound = job.classes.bound();
-    return bound.empty() ? absl::StrCat("no worker supports ", job.request.isa)
-                         : absl::StrCat("the job is bound to ", bound, ", and no worker of that class is left");
+    return bound.empty()
+               ? absl::StrCat("no worker supports ", job.request.isa)
+               : absl::StrCat("the job is bound to ", bound, ", and no worker of that class is left");
   }
-  if (settling(job, now)) return "workers have only just come; it is bound to the class of most of them in a moment";
+  if (settling(job, now))
+    return "workers have only just come; it is bound to the class of most of them in a moment";
   if (free == 0) return "the job failed on every host that could take it; they are tried again later";
   return "other jobs go first, or the workers are still busy";
 }
 
 void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
-  for (const LeaseId id : job.leases > 0 ? leases_.of_job(job.number) : std::vector<LeaseId>{}) drop_lease(id);
+  for (const LeaseId id : job.leases > 0 ? leases_.of_job(job.number) : std::vector<LeaseId>{})
+    drop_lease(id);
   leave_turns(job);
   auditing_.erase(job.number);
   endangered_.erase(job.number);
@@ -237,7 +244,8 @@ void Scheduler::settle(Job& job) {
     if (audit.out || anyone_can_audit(job, audit)) return false;
     if (audit.opinions.size() > 1) {
       note(job, absl::StrCat("unit ", unit, ": ", short_name(audit.opinions[0].first), " and ",
-                             short_name(audit.opinions[1].first), " disagree, and there is no third host to decide"));
+                             short_name(audit.opinions[1].first),
+                             " disagree, and there is no third host to decide"));
     }
     return true;
   });
@@ -254,7 +262,8 @@ absl::Status Scheduler::restore_done(std::string_view id, const AcceptedResult& 
   UnitLedger& units = (*job)->units;
   for (const std::uint32_t unit : result.units) {
     if (unit < units.count() && units.state(unit) != UnitState::kDone) continue;
-    return absl::InvalidArgumentError(absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
   }
   units.finish(result);
   (*job)->renderers.insert(result.host);

@@ -16,7 +16,8 @@ struct Scheduler::Batch {
   Job* passed_over = nullptr;              // whose turn it was when another was chosen
   LeaseDecision decision;
 
-  /// Pending units that this worker may take, of jobs of at least this priority: all, or as many as were looked for.
+  /// Pending units that this worker may take, of jobs of at least this priority: all, or as many as were
+  /// looked for.
   struct Left {
     std::int32_t priority = 0;
     std::uint64_t units = 0;
@@ -71,16 +72,20 @@ Scheduler::Job* Scheduler::choose_job(Batch& batch) {
   std::optional<TurnOrder::Turn> fair;
   Job* chosen = nullptr;
   const auto holds_scene = [&](const Job& job) {
-    return std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) != batch.scenes.end();
+    return std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) !=
+           batch.scenes.end();
   };
-  const bool holds_any = std::any_of(batch.scenes.begin(), batch.scenes.end(),
-                                     [&](const std::string& scene) { return jobs_by_scene_.contains(scene); });
+  const bool holds_any = std::any_of(batch.scenes.begin(), batch.scenes.end(), [&](const std::string& scene) {
+    return jobs_by_scene_.contains(scene);
+  });
   turns_.for_each([&](const TurnOrder::Turn& turn) {
-    if (fair && (turn.priority != fair->priority || turn.user_used_ms > fair->user_used_ms + kAffinitySlackMs)) {
+    if (fair &&
+        (turn.priority != fair->priority || turn.user_used_ms > fair->user_used_ms + kAffinitySlackMs)) {
       return TurnOrder::Next::kStop;
     }
     const bool in_order = options_.order == JobOrder::kFirstCome;
-    if (fair && !in_order && turn.job_used_ms > fair->job_used_ms + kAffinitySlackMs) return TurnOrder::Next::kJob;
+    if (fair && !in_order && turn.job_used_ms > fair->job_used_ms + kAffinitySlackMs)
+      return TurnOrder::Next::kJob;
     Job& job = *jobs_.at(turn.job);
     if (!has_units_for(batch, job)) return TurnOrder::Next::kJob;
     // Hands that are too full for a job are not for those behind it either.
@@ -114,8 +119,9 @@ bool Scheduler::lease_pending(Batch& batch) {
   return false;
 }
 
-/// A unit that was lost with several workers may be what killed them. It goes to a worker that holds nothing else, so
-/// that nothing else suffers, and its next loss speaks for itself. True when this call is settled by that.
+/// A unit that was lost with several workers may be what killed them. It goes to a worker that holds nothing
+/// else, so that nothing else suffers, and its next loss speaks for itself. True when this call is settled by
+/// that.
 bool Scheduler::lease_dangerous(Batch& batch) {
   Worker& worker = batch.worker;
   if (worker.isolated) return true;
@@ -168,15 +174,18 @@ bool Scheduler::lease_copy(Batch& batch) {
   UnitRun units;
   turns_.for_each([&](const TurnOrder::Turn& turn) {
     Job& candidate = *jobs_.at(turn.job);
-    if (candidate.units.pending() > candidate.dangerous.size() || !may_work_on(batch.worker, candidate, batch.now)) {
+    if (candidate.units.pending() > candidate.dangerous.size() ||
+        !may_work_on(batch.worker, candidate, batch.now)) {
       return TurnOrder::Next::kJob;
     }
     const auto suits = [&](LeaseId id) {
       const Lease& lease = leases_.get(id);
       // A run that was lost with another worker is not copied but cut, once nobody has it any more.
-      const bool killer = candidate.dangerous.contains(lease.units.first) ||
-                          (lease.units.count > 1 && !fits_run(candidate, lease.units.first, lease.units.count));
-      return lease.worker != batch.worker.info.id && !killer && !avoids(batch.worker, candidate, lease.units.first);
+      const bool killer =
+          candidate.dangerous.contains(lease.units.first) ||
+          (lease.units.count > 1 && !fits_run(candidate, lease.units.first, lease.units.count));
+      return lease.worker != batch.worker.info.id && !killer &&
+             !avoids(batch.worker, candidate, lease.units.first);
     };
     const auto choose = [&](LeaseId id) {
       job = &candidate;
@@ -190,10 +199,11 @@ bool Scheduler::lease_copy(Batch& batch) {
       const Time own = expected_cost(batch.worker, candidate, leases_.get(last->second).units);
       if (last->first - batch.now > 2 * own && suits(last->second)) return choose(last->second);
     }
-    // A unit that is out for twice the usual time, and for twice the time that was expected of it, is likely to be on a
-    // dead worker, or on one that became slow.
-    const Time age = candidate.mean_duration == Time{0} ? options_.lease_timeout / 2
-                                                        : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
+    // A unit that is out for twice the usual time, and for twice the time that was expected of it, is likely
+    // to be on a dead worker, or on one that became slow.
+    const Time age = candidate.mean_duration == Time{0}
+                         ? options_.lease_timeout / 2
+                         : std::max(options_.min_copy_age, 2 * candidate.mean_duration);
     for (const auto& [granted_at, id] : candidate.only_leases) {
       if (batch.now - granted_at < age) break;
       const bool in_time = batch.now - granted_at < 2 * (leases_.get(id).expected_end - granted_at);
@@ -209,9 +219,9 @@ bool Scheduler::lease_copy(Batch& batch) {
 // ---------------------------------------------------------------- who may have what
 
 /// Whether one more unit of this job fits into the worker's hands. Every thread has one; beyond that, until
-/// SchedulerOptions::batch is in hand, and no more than half of what would be the worker's part of all that is left: so
-/// batches shrink towards the end [Polychronopoulos1987]. What the unit itself costs does not count, or jobs of units
-/// that just fit would get whatever is given out ahead, whoever's turn it is.
+/// SchedulerOptions::batch is in hand, and no more than half of what would be the worker's part of all that
+/// is left: so batches shrink towards the end [Polychronopoulos1987]. What the unit itself costs does not
+/// count, or jobs of units that just fit would get whatever is given out ahead, whoever's turn it is.
 bool Scheduler::has_room(const Batch& batch, const Job& job) const {
   const Worker& worker = batch.worker;
   const std::uint64_t threads = worker.info.threads;
@@ -231,7 +241,8 @@ bool Scheduler::is_left(const Batch& batch, std::int32_t priority, std::uint64_t
     turns_.for_each([&](const TurnOrder::Turn& turn) {
       if (turn.priority < priority) return TurnOrder::Next::kStop;
       const Job& job = *jobs_.at(turn.job);
-      if (job.units.pending() > 0 && may_work_on(batch.worker, job, batch.now)) left->units += job.units.pending();
+      if (job.units.pending() > 0 && may_work_on(batch.worker, job, batch.now))
+        left->units += job.units.pending();
       left->all = left->units < 2 * wanted;  // the next unit wants more
       return left->all ? TurnOrder::Next::kJob : TurnOrder::Next::kStop;
     });
@@ -256,15 +267,16 @@ bool Scheduler::may_work_on(const Worker& worker, const Job& job, Time now) cons
   if (worker.draining || !trusts(worker.info.host)) return false;
   if (class_for(worker, job) == nullptr || settling(job, now)) return false;
   if (!has_tags(worker.info, job.request.required_tags)) return false;
-  if (const auto host = job.hosts.find(worker.info.host); host != job.hosts.end() && now < host->second.barred_until) {
+  if (const auto host = job.hosts.find(worker.info.host);
+      host != job.hosts.end() && now < host->second.barred_until) {
     return false;
   }
   const std::uint32_t most = job.request.max_workers;
   return most == 0 || job.holders.size() < most || job.holders.contains(worker.info.id);
 }
 
-/// True when the unit failed on this host and another host could take it, or too often on this identity and another one
-/// could.
+/// True when the unit failed on this host and another host could take it, or too often on this identity and
+/// another one could.
 bool Scheduler::avoids(const Worker& worker, const Job& job, std::uint32_t unit) const {
   const auto failed = job.failures.find(unit);
   if (failed == job.failures.end()) return false;
@@ -322,7 +334,8 @@ void Scheduler::grant(Batch& batch, Job& job, const UnitRun& units, bool audit) 
 
 Time Scheduler::heartbeat_interval() const {
   const Time bearable{static_cast<std::int64_t>(workers_.size() * 1000 / kHeartbeatsPerSecond)};
-  return std::clamp(bearable, options_.heartbeat_interval, std::max(options_.heartbeat_interval, kLongestHeartbeat));
+  return std::clamp(bearable, options_.heartbeat_interval,
+                    std::max(options_.heartbeat_interval, kLongestHeartbeat));
 }
 
 /// Two beats within it, one of which may be lost, are the least.
@@ -347,9 +360,10 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
   return decision;
 }
 
-/// The worker's lease of these units, whichever grant it names: after a restart a unit may be granted anew to the
-/// worker that has it in its hands, and the answer that says so may still be on its way.
-std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, const UnitRun& units, std::string_view worker) const {
+/// The worker's lease of these units, whichever grant it names: after a restart a unit may be granted anew to
+/// the worker that has it in its hands, and the answer that says so may still be on its way.
+std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, const UnitRun& units,
+                                                 std::string_view worker) const {
   for (const LeaseId id : leases_.of_unit(job.number, units.first)) {
     if (leases_.get(id).worker == worker && leases_.get(id).units == units) return id;
   }
@@ -357,7 +371,8 @@ std::optional<LeaseId> Scheduler::find_own_lease(const Job& job, const UnitRun& 
 }
 
 /// A lease that is not known any more goes on where it was, when nobody else has begun with its units.
-bool Scheduler::take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token, Time now) {
+bool Scheduler::take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token,
+                        Time now) {
   // Where no class is bound, no unit was given out.
   if (!job.request.any_class && job.classes.bound().empty()) return false;
   if (class_for(worker, job) == nullptr || !trusts(worker.info.host)) return false;
@@ -402,7 +417,8 @@ Expiry Scheduler::advance(Time now) {
 
 // ---------------------------------------------------------------- bookkeeping
 
-/// Takes the one lease of units into or out of the indices by which copies are chosen; none when there are more.
+/// Takes the one lease of units into or out of the indices by which copies are chosen; none when there are
+/// more.
 void Scheduler::index_only_lease(Job& job, const UnitRun& units, bool add) {
   const std::vector<LeaseId> leases = leases_.of_unit(job.number, units.first);
   if (leases.size() != 1) return;

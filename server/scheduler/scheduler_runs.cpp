@@ -7,8 +7,8 @@
 
 namespace tessera::server {
 
-/// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile that came
-/// last, whose pixels are the same.
+/// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile
+/// that came last, whose pixels are the same.
 double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
   const double of_tile = job.tile_cost_ms.empty() ? 0 : job.tile_cost_ms[units.first % units.step];
   if (of_tile > 0) return of_tile;
@@ -45,16 +45,17 @@ UnitRun Scheduler::run_from(const Worker& worker, const Job& job, std::uint32_t 
   return run;
 }
 
-/// Whether nothing is known of the unit for which it should go alone, or in a shorter run than one of `count`.
+/// Whether nothing is known of the unit for which it should go alone, or in a shorter run than one of
+/// `count`.
 bool Scheduler::fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const {
   if (job.failures.contains(unit) || job.dangerous.contains(unit)) return false;
   const auto shorter = job.shorter_runs.find(unit);
   return shorter == job.shorter_runs.end() || count <= shorter->second;
 }
 
-/// How many units of the tile may be leased to this worker as one, at most. The first of each tile are to be there
-/// soon; towards the end of the job no more than half of a thread's part of what is left [Polychronopoulos1987], but
-/// not so few that the lease would be most of the work.
+/// How many units of the tile may be leased to this worker as one, at most. The first of each tile are to be
+/// there soon; towards the end of the job no more than half of a thread's part of what is left
+/// [Polychronopoulos1987], but not so few that the lease would be most of the work.
 double Scheduler::longest_run(const Worker& worker, const Job& job, const UnitRun& units) const {
   if (job.mean_cost_ms == 0) return 1;
   const double unit_ms = unit_cost_ms(job, units) * worker.slowness;

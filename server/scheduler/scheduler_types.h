@@ -17,19 +17,20 @@
 namespace tessera::server {
 
 struct SchedulerOptions {
-  Time heartbeat_interval{1000};     // of each worker in farms that are not large
-  Time lease_timeout{8000};          // a lease, and a worker, that was not heard of for so long is given up
-  Time min_copy_age{500};            // a unit is not copied to a second worker before it was out for so long
-  Time batch{10'000};                // of work for each thread of a worker, at most, once it is known what a unit costs
-  Time longest_run{10'000};          // that a run of units may take, as measured; 0: units are leased one at a time
-  Time short_run{100};               // one that is always worth a lease of its own
+  Time heartbeat_interval{1000};  // of each worker in farms that are not large
+  Time lease_timeout{8000};       // a lease, and a worker, that was not heard of for so long is given up
+  Time min_copy_age{500};         // a unit is not copied to a second worker before it was out for so long
+  Time batch{10'000};  // of work for each thread of a worker, at most, once it is known what a unit costs
+  Time longest_run{10'000};  // that a run of units may take, as measured; 0: units are leased one at a time
+  Time short_run{100};       // one that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   JobOrder order = JobOrder::kFirstCome;
   std::uint64_t epoch = 1;  // of the coordinator; part of every token
-  // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a restart.
+  // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a
+  // restart.
   std::string audit_key = {};
-  // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers that are
-  // started together, the first is not to decide for all.
+  // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers
+  // that are started together, the first is not to decide for all.
   Time settle{0};
 };
 
@@ -88,7 +89,8 @@ struct WorkerInfo {
   std::uint32_t threads = 1;
   std::string host;  // what faults are counted by, and in it who answers for it (identity.h)
   std::vector<std::string> tags;
-  // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not known.
+  // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not
+  // known.
   std::string certificate = {}, peer = {};
   // Arithmetic class with each of supported_isas, in their order. Empty: what the ISAs are called.
   std::vector<std::string> classes = {};
@@ -130,8 +132,8 @@ struct HeartbeatDecision {
 struct DeliveredResult {
   ResultFingerprint fingerprint = 0;
   std::chrono::nanoseconds cost{0};  // wall time that the unit took; 0: not known
-  // How much there was to do in it, in a measure by which units of one job differ less than by their cost (rays that
-  // were traced); 0: not known.
+  // How much there was to do in it, in a measure by which units of one job differ less than by their cost
+  // (rays that were traced); 0: not known.
   std::uint64_t work = 0;
 };
 

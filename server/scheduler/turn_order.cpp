@@ -110,8 +110,10 @@ void TurnOrder::for_each(const std::function<Next(const Turn&)>& visit) const {
   for (const auto& [priority, level] : levels_) {
     for (const auto& [used, turn, name] : level.order) {
       for (const auto& [job_used, job_turn, job] : level.users.at(name).jobs) {
-        const Next next = visit(
-            {.job = job, .priority = priority, .user_used_ms = used, .job_used_ms = used_by(job, places_.at(job))});
+        const Next next = visit({.job = job,
+                                 .priority = priority,
+                                 .user_used_ms = used,
+                                 .job_used_ms = used_by(job, places_.at(job))});
         if (next == Next::kStop) return;
         if (next == Next::kUser) break;
       }

@@ -21,10 +21,10 @@ enum class JobOrder {
   kFair,       // the one that has had least: all advance together
 };
 
-/// Max-min fairness over the work that is out at this moment and what was done in the last kMemory, in expected
-/// milliseconds, as fair schedulers of clusters do it [Ghodsi2011]: a user with fewer jobs gets the same share as one
-/// with many, and short units count as much as long ones. Nothing else is remembered: who asked for nothing for a while
-/// is owed nothing.
+/// Max-min fairness over the work that is out at this moment and what was done in the last kMemory, in
+/// expected milliseconds, as fair schedulers of clusters do it [Ghodsi2011]: a user with fewer jobs gets the
+/// same share as one with many, and short units count as much as long ones. Nothing else is remembered: who
+/// asked for nothing for a while is owed nothing.
 class TurnOrder {
  public:
   using JobNumber = std::uint64_t;
@@ -53,8 +53,8 @@ class TurnOrder {
   void advance(Time now);
 
   enum class Next { kJob, kUser, kStop };
-  /// Calls `visit` for every job, the next one due first, until it says stop; after kUser, the user's other jobs of
-  /// this priority are left out.
+  /// Calls `visit` for every job, the next one due first, until it says stop; after kUser, the user's other
+  /// jobs of this priority are left out.
   void for_each(const std::function<Next(const Turn&)>& visit) const;
 
  private:

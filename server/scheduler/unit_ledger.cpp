@@ -4,7 +4,8 @@
 
 namespace tessera::server {
 
-UnitLedger::UnitLedger(std::uint32_t count) : states_(count, UnitState::kPending), sequences_(count), pending_(count) {}
+UnitLedger::UnitLedger(std::uint32_t count)
+    : states_(count, UnitState::kPending), sequences_(count), pending_(count) {}
 
 std::optional<std::uint32_t> UnitLedger::next_pending() {
   while (!returned_.empty()) {

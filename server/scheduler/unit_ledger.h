@@ -27,8 +27,8 @@ struct AcceptedResult {
   UnitRun units = {};  // that it covers
 };
 
-/// 5 bytes a unit, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job, but for
-/// `results`.
+/// 5 bytes a unit, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job,
+/// but for `results`.
 class UnitLedger {
  public:
   explicit UnitLedger(std::uint32_t count);
@@ -70,8 +70,8 @@ class UnitLedger {
   std::uint32_t pending_ = 0;
   std::uint32_t done_ = 0;
   std::uint32_t set_aside_ = 0;
-  // Units from here on were never taken in turn. Those before that were put back wait in `returned_`, which may
-  // also hold units that are not pending any more: they are dropped when they come up.
+  // Units from here on were never taken in turn. Those before that were put back wait in `returned_`, which
+  // may also hold units that are not pending any more: they are dropped when they come up.
   std::uint32_t first_untouched_ = 0;
   std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> returned_;
 };

@@ -5,8 +5,8 @@
 
 namespace tessera::server {
 
-/// Units of one tile whose sample ranges follow each other and together are one node of the sum tree, so that one
-/// result can cover them (wire/tile_result.h). WorkPlan::run makes those of more than one unit.
+/// Units of one tile whose sample ranges follow each other and together are one node of the sum tree, so that
+/// one result can cover them (wire/tile_result.h). WorkPlan::run makes those of more than one unit.
 struct UnitRun {
   std::uint32_t first = 0;  // a unit
   std::uint32_t count = 1;  // of units, one a sample range; a power of two

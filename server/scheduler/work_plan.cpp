@@ -16,9 +16,13 @@
 namespace tessera::server {
 namespace {
 
-absl::Status unsound(const std::string& what) { return absl::InvalidArgumentError(absl::StrCat("job: ", what)); }
+absl::Status unsound(const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat("job: ", what));
+}
 
-std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return static_cast<std::uint32_t>((a + b - 1) / b); }
+std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) {
+  return static_cast<std::uint32_t>((a + b - 1) / b);
+}
 
 absl::Status check(const v1::JobSpec& spec) {
   if (spec.width() == 0 || spec.height() == 0 || std::max(spec.width(), spec.height()) > wire::kMaxFilmSize) {
@@ -26,36 +30,43 @@ absl::Status check(const v1::JobSpec& spec) {
                                 wire::kMaxFilmSize, " were expected"));
   }
   const v1::PixelRect& crop = spec.crop();
-  if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > spec.width() || crop.y1() > spec.height()) {
+  if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > spec.width() ||
+      crop.y1() > spec.height()) {
     return unsound(absl::StrCat("crop [", crop.x0(), ",", crop.x1(), ") x [", crop.y0(), ",", crop.y1(),
                                 ") is empty or not within the film"));
   }
   if (spec.tile_size() == 0 || spec.tile_size() > wire::kMaxTileSize) {
-    return unsound(absl::StrCat("tile_size is ", spec.tile_size(), "; 1 to ", wire::kMaxTileSize, " was expected"));
+    return unsound(
+        absl::StrCat("tile_size is ", spec.tile_size(), "; 1 to ", wire::kMaxTileSize, " was expected"));
   }
   if (!std::has_single_bit(spec.samples_per_unit())) {
-    return unsound(absl::StrCat("samples_per_unit is ", spec.samples_per_unit(), "; a power of two was expected"));
+    return unsound(
+        absl::StrCat("samples_per_unit is ", spec.samples_per_unit(), "; a power of two was expected"));
   }
   if (spec.settings().spp() == 0 || spec.settings().spp() > wire::kMaxSamplesPerPixel) {
-    return unsound(
-        absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ", wire::kMaxSamplesPerPixel, " was expected"));
+    return unsound(absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ",
+                                wire::kMaxSamplesPerPixel, " was expected"));
   }
-  if (absl::Status status = wire::check_algorithm(spec); !status.ok()) return unsound(std::string(status.message()));
-  if (absl::Status status = wire::check_noise(spec); !status.ok()) return unsound(std::string(status.message()));
+  if (absl::Status status = wire::check_algorithm(spec); !status.ok())
+    return unsound(std::string(status.message()));
+  if (absl::Status status = wire::check_noise(spec); !status.ok())
+    return unsound(std::string(status.message()));
   if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
   for (const v1::BlobRef& blob : spec.blobs()) {
     if (!wire::is_digest(blob.digest()))
-      return unsound(absl::StrCat("blob \"", blob.path().substr(0, wire::kMaxTextBytes), "\" has no SHA-256 digest"));
+      return unsound(
+          absl::StrCat("blob \"", blob.path().substr(0, wire::kMaxTextBytes), "\" has no SHA-256 digest"));
     if (blob.path().size() > wire::kMaxTextBytes) return unsound("the path of a blob is too long");
   }
   if (spec.blobs_size() > wire::kMaxBlobsPerJob || spec.aovs_size() > wire::kMaxAovs) {
-    return unsound(absl::StrCat("it has ", spec.blobs_size(), " blobs and ", spec.aovs_size(), " AOVs; at most ",
-                                wire::kMaxBlobsPerJob, " and ", wire::kMaxAovs, " were expected"));
+    return unsound(absl::StrCat("it has ", spec.blobs_size(), " blobs and ", spec.aovs_size(),
+                                " AOVs; at most ", wire::kMaxBlobsPerJob, " and ", wire::kMaxAovs,
+                                " were expected"));
   }
   std::size_t tags = 0;
   for (const std::string& tag : spec.required_tags()) tags += tag.size() + 1;
-  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags, spec.settings().ByteSizeLong()}) >
-      wire::kMaxTextBytes) {
+  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags,
+                spec.settings().ByteSizeLong()}) > wire::kMaxTextBytes) {
     return unsound("a name is too long");
   }
   const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
@@ -88,7 +99,8 @@ std::vector<std::uint32_t> tiles_from_middle(std::uint32_t columns, std::uint32_
                         : dx == ring ? 3 * ring + dy
                         : dy == ring ? 5 * ring - dx
                                      : 7 * ring - dy;
-      places.push_back({row * columns + column, static_cast<std::uint32_t>(ring), static_cast<std::uint32_t>(along)});
+      places.push_back(
+          {row * columns + column, static_cast<std::uint32_t>(ring), static_cast<std::uint32_t>(along)});
     }
   }
   std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
@@ -118,7 +130,8 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   const std::uint64_t tiles = std::uint64_t{plan.columns_} * rows;
   if (tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
     return unsound(absl::StrCat(tiles, " tiles times ", plan.range_count_, " sample ranges are more than ",
-                                wire::kMaxUnitsPerJob, " units; larger tiles or more samples a unit would help"));
+                                wire::kMaxUnitsPerJob,
+                                " units; larger tiles or more samples a unit would help"));
   }
   plan.tiles_ = tiles_from_middle(plan.columns_, rows);
   return plan;
@@ -128,7 +141,8 @@ UnitRun WorkPlan::longest_run(std::uint32_t first) const {
   const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
   const std::uint32_t range = first / tile_count;
   const std::uint32_t whole_ranges = samples_ / samples_per_unit_;
-  // The last range may have fewer samples: a run with it would not be the node that it is where there are more.
+  // The last range may have fewer samples: a run with it would not be the node that it is where there are
+  // more.
   std::uint32_t count = range >= whole_ranges ? 1 : std::bit_floor(whole_ranges - range);
   if (range > 0) count = std::min(count, range & (~range + 1));  // the largest power of two that divides it
   return {.first = first, .count = count, .step = tile_count};
@@ -151,7 +165,8 @@ v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
 
   v1::WorkUnit unit;
   unit.set_index(run.first);
-  v1::SampleRange& samples = passes_ ? *unit.mutable_pass()->mutable_passes() : *unit.mutable_tile()->mutable_samples();
+  v1::SampleRange& samples =
+      passes_ ? *unit.mutable_pass()->mutable_passes() : *unit.mutable_tile()->mutable_samples();
   samples.set_begin(range * samples_per_unit_);
   samples.set_end(static_cast<std::uint32_t>(
       std::min<std::uint64_t>((std::uint64_t{range} + run.count) * samples_per_unit_, samples_)));

@@ -14,10 +14,10 @@ namespace tessera::server {
 /// The pixels and samples that a unit's result covers: those of its tile, or the whole crop for a pass.
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec);
 
-/// The units of one job: the tiles of its crop (one for all of it, when it works in passes), times its sample ranges.
-/// Units are made when asked for, so a plan takes four bytes a tile. Unit indices ascend in the order in which units
-/// are best handed out: the first sample range of all tiles, from the middle outwards, then the next range; so a first
-/// picture appears early.
+/// The units of one job: the tiles of its crop (one for all of it, when it works in passes), times its sample
+/// ranges. Units are made when asked for, so a plan takes four bytes a tile. Unit indices ascend in the order
+/// in which units are best handed out: the first sample range of all tiles, from the middle outwards, then
+/// the next range; so a first picture appears early.
 class WorkPlan {
  public:
   /// InvalidArgument, by field, for a spec that is unsound or exceeds the caps of wire/limits.h.
@@ -31,8 +31,8 @@ class WorkPlan {
   /// The units of the run as one: its index is that of the first.
   v1::WorkUnit unit(const UnitRun& run) const;
 
-  /// So many units of one tile from `first` on, or none where they are not one node of the sum tree: more than one are
-  /// a power of two, begin at a multiple of it, and have whole sample ranges.
+  /// So many units of one tile from `first` on, or none where they are not one node of the sum tree: more
+  /// than one are a power of two, begin at a multiple of it, and have whole sample ranges.
   std::optional<UnitRun> run(std::uint32_t first, std::uint32_t count) const;
 
   /// The longest run that begins with this unit.

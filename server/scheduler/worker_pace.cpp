@@ -6,16 +6,16 @@
 namespace tessera::server {
 namespace {
 
-// Standard deviations. Of a million results of equal workers, a handful lie beyond the one, and one in twenty beyond
-// the other: enough to keep what is likely to be the worker's from what is taken for the job's.
+// Standard deviations. Of a million results of equal workers, a handful lie beyond the one, and one in twenty
+// beyond the other: enough to keep what is likely to be the worker's from what is taken for the job's.
 constexpr double kBeyondDoubt = 4.5, kLikely = 2;
 constexpr double kStandardError = 1.2533;  // of a median, relative to that of a mean: sqrt(pi / 2)
 
 // A pace changes: a standard deviation of 2 % from one result to the next keeps the latest 15 to 50 in mind.
 constexpr double kDrift = 0.0005;
 
-// A host that is suddenly slow, or fast again: the mean of about four deviations, each counted as four standard
-// deviations at most, which is beyond two only once in a million where nothing has changed.
+// A host that is suddenly slow, or fast again: the mean of about four deviations, each counted as four
+// standard deviations at most, which is beyond two only once in a million where nothing has changed.
 constexpr double kSurpriseGain = 0.25, kMostSurprise = 4, kSurprising = 2;
 
 constexpr double kLongestMemory = 256;                    // results, of a job's spread
@@ -29,8 +29,8 @@ double difference(const WorkerPace& pace, const UsualPace& usual, double deviati
   return seen * seen <= doubt ? 0 : seen - doubt / seen;
 }
 
-/// One step of a Kalman filter whose state is the pace: a result was so far from what was expected, with so much
-/// variance of its own.
+/// One step of a Kalman filter whose state is the pace: a result was so far from what was expected, with so
+/// much variance of its own.
 void learn_pace(WorkerPace& worker, double deviation, double variance) {
   const double expected = std::sqrt(worker.variance + variance);
   const double gain = worker.variance / (worker.variance + variance);
@@ -101,8 +101,8 @@ double JobPace::level() const {
 void JobPace::compare(WorkerPace& worker, const UsualPace& usual, double log_cost) {
   const double usual_log_cost = log_cost - difference(worker, usual, kLikely);
   learn_spread(worker, log_cost, usual_log_cost);
-  const bool alone =
-      std::all_of(latest_.begin(), latest_.end(), [&](const Result& result) { return result.worker == worker.worker; });
+  const bool alone = std::all_of(latest_.begin(), latest_.end(),
+                                 [&](const Result& result) { return result.worker == worker.worker; });
   if (!alone) {
     const double variance = (1 + 1 / static_cast<double>(latest_.size())) * noise();
     learn_pace(worker, log_cost - level() - worker.log_time, variance);

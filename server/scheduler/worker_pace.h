@@ -1,5 +1,6 @@
-// How fast workers are, relative to one another. Only results of different workers for the same job are compared, so
-// nothing that a job's units cost, however uneven they are, can pass for a property of all workers.
+// How fast workers are, relative to one another. Only results of different workers for the same job are
+// compared, so nothing that a job's units cost, however uneven they are, can pass for a property of all
+// workers.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +31,8 @@ struct UsualPace {
 };
 UsualPace usual_pace(const std::vector<const WorkerPace*>& workers);
 
-/// How long the worker's units take, as a multiple of the usual time: 1 until results show beyond doubt that it is not
-/// (a non-negative garrote [Breiman1995] at kDoubt standard deviations).
+/// How long the worker's units take, as a multiple of the usual time: 1 until results show beyond doubt that
+/// it is not (a non-negative garrote [Breiman1995] at kDoubt standard deviations).
 double slowness_of(const WorkerPace& pace, const UsualPace& usual);
 
 /// The latest results of one job, which the next one is compared with.
@@ -41,8 +42,8 @@ class JobPace {
 
   explicit JobPace(std::uint64_t job) : job_(job) {}
 
-  /// Takes in a result: `log_cost` is the logarithm of what it took on one thread, for each piece of work in it where
-  /// that is known. Says nothing of a worker that is alone on the job.
+  /// Takes in a result: `log_cost` is the logarithm of what it took on one thread, for each piece of work in
+  /// it where that is known. Says nothing of a worker that is alone on the job.
   void compare(WorkerPace& worker, const UsualPace& usual, double log_cost);
 
  private:
@@ -58,10 +59,11 @@ class JobPace {
   std::uint64_t job_;
   std::vector<Result> latest_;  // the oldest first
 
-  // What units of this job cost on workers of one pace: mean, variance, and half the mean square difference of a
-  // worker's successive ones [vonNeumann1941]. Neighbours cost much the same, so ten of them say less than ten from
-  // all over the picture.
-  static constexpr double kFirstSpread = 1.3;  // costs over two decades: a standard deviation is a factor of three
+  // What units of this job cost on workers of one pace: mean, variance, and half the mean square difference
+  // of a worker's successive ones [vonNeumann1941]. Neighbours cost much the same, so ten of them say less
+  // than ten from all over the picture.
+  static constexpr double kFirstSpread =
+      1.3;  // costs over two decades: a standard deviation is a factor of three
   static constexpr double kFirstWeight = 8;
   double results_ = 0;  // so many are in the mean
   double mean_ = 0, spread_ = kFirstSpread, spread_weight_ = kFirstWeight;

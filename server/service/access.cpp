@@ -25,7 +25,9 @@ std::string method_of(const Metadata& metadata) {
 }
 
 bool is_allowed(Role role, std::string_view method) {
-  const auto is_of = [&](const char* prefix) { return absl::StartsWith({method.data(), method.size()}, prefix); };
+  const auto is_of = [&](const char* prefix) {
+    return absl::StartsWith({method.data(), method.size()}, prefix);
+  };
   if (is_of("/grpc.health.v1.Health/")) return true;
   if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
   if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
@@ -68,11 +70,13 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
     const std::string who = absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")");
     if (const auto [write, left_out] = expelled_calls_.count(); write) {
       wire::log(spdlog::level::warn, {.user = caller.user},
-                "refused: {}, who is expelled, called {} ({} such lines left out before)", who, method, left_out);
+                "refused: {}, who is expelled, called {} ({} such lines left out before)", who, method,
+                left_out);
     }
-    return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(who,
-                                                              " was expelled from the farm: a new certificate is "
-                                                              "needed")};
+    return {grpc::StatusCode::PERMISSION_DENIED,
+            absl::StrCat(who,
+                         " was expelled from the farm: a new certificate is "
+                         "needed")};
   }
 
   const std::shared_ptr<const Expelled> expelled_;
@@ -84,12 +88,13 @@ class AccessToJoining final : public grpc::AuthMetadataProcessor {
  public:
   bool IsBlocking() const override { return false; }
 
-  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext*, OutputMetadata*, OutputMetadata*) override {
+  grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext*, OutputMetadata*,
+                       OutputMetadata*) override {
     const std::string method = method_of(metadata);
     if (absl::StartsWith(method, "/tessera.v1.JoinService/")) return grpc::Status::OK;
     if (const auto [write, left_out] = limit_.count(); write) {
-      spdlog::warn("refused: somebody without a certificate called {} ({} such lines left out before)", method,
-                   left_out);
+      spdlog::warn("refused: somebody without a certificate called {} ({} such lines left out before)",
+                   method, left_out);
     }
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not served here")};
   }
@@ -120,6 +125,8 @@ std::shared_ptr<grpc::AuthMetadataProcessor> access_by_role(std::shared_ptr<cons
                                                             std::shared_ptr<Members> members) {
   return std::make_shared<AccessByRole>(std::move(expelled), std::move(members));
 }
-std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining() { return std::make_shared<AccessToJoining>(); }
+std::shared_ptr<grpc::AuthMetadataProcessor> access_to_joining() {
+  return std::make_shared<AccessToJoining>();
+}
 
 }  // namespace tessera::server

@@ -12,8 +12,8 @@ struct Kind {
   std::uint64_t Holding::*amount;
   const char* name;
 };
-constexpr std::array kKinds{Kind{&Holding::registrations, "registered workers"}, Kind{&Holding::calls, "waiting calls"},
-                            Kind{&Holding::streams, "open streams"},
+constexpr std::array kKinds{Kind{&Holding::registrations, "registered workers"},
+                            Kind{&Holding::calls, "waiting calls"}, Kind{&Holding::streams, "open streams"},
                             Kind{&Holding::bytes, "bytes of registrations and waiting calls"}};
 
 }  // namespace
@@ -27,7 +27,8 @@ Accounts::Hold::Hold(std::shared_ptr<Accounts> accounts, std::string holder, con
 
 Accounts::Hold::~Hold() { accounts_->give_back(holder_, amount_); }
 
-absl::StatusOr<std::shared_ptr<const Accounts::Hold>> Accounts::take(const std::string& holder, const Holding& amount) {
+absl::StatusOr<std::shared_ptr<const Accounts::Hold>> Accounts::take(const std::string& holder,
+                                                                     const Holding& amount) {
   const std::lock_guard lock(mutex_);
   const auto found = held_.find(holder);
   Holding sum = found == held_.end() ? Holding{} : found->second;
@@ -35,8 +36,8 @@ absl::StatusOr<std::shared_ptr<const Accounts::Hold>> Accounts::take(const std::
     sum.*kind.amount += amount.*kind.amount;
     if (amount.*kind.amount == 0 || sum.*kind.amount <= limits_.*kind.amount) continue;
     return absl::ResourceExhaustedError(
-        absl::StrCat("'", holder, "' has too much at a time of this coordinator: ", sum.*kind.amount, " ", kind.name,
-                     "; at most ", limits_.*kind.amount, " are taken of one"));
+        absl::StrCat("'", holder, "' has too much at a time of this coordinator: ", sum.*kind.amount, " ",
+                     kind.name, "; at most ", limits_.*kind.amount, " are taken of one"));
   }
   held_[holder] = sum;
   return std::make_shared<const Hold>(shared_from_this(), holder, amount);

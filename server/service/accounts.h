@@ -20,9 +20,9 @@ struct Holding {
   std::uint64_t bytes = 0;          // of registrations, and of calls that wait
 };
 
-/// Whose account a caller's is: the name in its certificate, which the farm's authority vouches for, or, where there
-/// are none, its address (as gRPC writes it) without the port. So machines behind one router share one, and so do all
-/// programs of one machine.
+/// Whose account a caller's is: the name in its certificate, which the farm's authority vouches for, or,
+/// where there are none, its address (as gRPC writes it) without the port. So machines behind one router
+/// share one, and so do all programs of one machine.
 std::string holder_of(const std::string& certificate, const std::string& peer);
 
 /// Thread-safe.

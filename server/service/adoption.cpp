@@ -16,8 +16,8 @@ namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-/// The part of a spec on which the result of a unit depends. A scene names its blobs by digest, so its own stands for
-/// all.
+/// The part of a spec on which the result of a unit depends. A scene names its blobs by digest, so its own
+/// stands for all.
 v1::JobSpec content_of(const v1::JobSpec& spec) {
   v1::JobSpec content;
   content.mutable_scene()->set_digest(spec.scene().digest());
@@ -77,8 +77,8 @@ std::vector<Fitting> fitting_results(const Scheduler& scheduler, const JobReques
 std::string most_common_class(const std::vector<Fitting>& fitting) {
   std::map<std::string, std::uint64_t> units;
   for (const Fitting& result : fitting) units[result.arithmetic_class] += result.units.count;
-  const auto most =
-      std::max_element(units.begin(), units.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::max_element(units.begin(), units.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
   return most == units.end() ? "" : most->first;
 }
 
@@ -103,8 +103,10 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
   for (const auto& [index, name, units] : fitting) {
     if (chosen && name != *chosen) continue;
     const JobRecord::Result& result = donor.record.results[index];
-    adopted.push_back(
-        {.units = units, .fingerprint = fingerprint_of(result.digest), .host = result.host, .arithmetic_class = name});
+    adopted.push_back({.units = units,
+                       .fingerprint = fingerprint_of(result.digest),
+                       .host = result.host,
+                       .arithmetic_class = name});
     done.push_back(UnitDone{.job = job.id,
                             .sequence = adopted.size(),
                             .units = result.units,
@@ -119,7 +121,8 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
   if (chosen && adopted_units < job.plan->unit_count()) {
     // Of results from before classes were told of, none says whose arithmetic the rest should have.
     if (!wire::is_whole_class(*chosen)) return absl::OkStatus();
-    if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen)) return absl::OkStatus();
+    if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen))
+      return absl::OkStatus();
   }
   entries.insert(entries.end(), std::make_move_iterator(done.begin()), std::make_move_iterator(done.end()));
   return scheduler.adopt(job.id, donor.record.added.id, adopted);

@@ -23,10 +23,10 @@ struct Donor {
   bool named = false;  // whoever submits the job wants it to go on from this one
 };
 
-/// Gives the new job all results of the donor that are of its own units and whose hosts are trusted, and of one
-/// arithmetic class if the job is to be: of which there are most. Where nobody could go on in that class, and the donor
-/// was not named, none. Both have equal content. Appends what is to be journaled behind the job itself, besides the
-/// scheduler's events: UnitDone entries, numbered from 1.
+/// Gives the new job all results of the donor that are of its own units and whose hosts are trusted, and of
+/// one arithmetic class if the job is to be: of which there are most. Where nobody could go on in that class,
+/// and the donor was not named, none. Both have equal content. Appends what is to be journaled behind the job
+/// itself, besides the scheduler's events: UnitDone entries, numbered from 1.
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
                            std::vector<JournalEntry>& entries);
 

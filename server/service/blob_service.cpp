@@ -36,7 +36,8 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
  private:
   void start(BlobStore& blobs, const v1::DownloadRequest& request) {
     if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(wire::to_grpc(status));
-    if (absl::Status status = check_digest(request.blob()); !status.ok()) return Finish(wire::to_grpc(status));
+    if (absl::Status status = check_digest(request.blob()); !status.ok())
+      return Finish(wire::to_grpc(status));
     const std::string& digest = request.blob().digest();
     if (request.doubted()) {
       if (absl::Status status = drop_if_damaged(blobs, digest); !status.ok()) {
@@ -73,8 +74,8 @@ grpc::ServerUnaryReactor* BlobService::FindMissing(grpc::CallbackServerContext* 
                                                    v1::FindMissingResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (request->blobs_size() > wire::kMaxFindMissing) {
-    return answer(
-        reactor, absl::ResourceExhaustedError(absl::StrCat("more than ", wire::kMaxFindMissing, " blobs in one call")));
+    return answer(reactor, absl::ResourceExhaustedError(
+                               absl::StrCat("more than ", wire::kMaxFindMissing, " blobs in one call")));
   }
   for (const v1::BlobRef& blob : request->blobs()) {
     if (absl::Status status = check_digest(blob); !status.ok()) return answer(reactor, status);

@@ -10,7 +10,8 @@ absl::Status BlobUpload::begin(const v1::UploadRequest& chunk) {
   digest_ = chunk.blob().digest();
   size_ = chunk.blob().size_bytes();
   stored_ = chunk.offset();
-  if (!wire::is_digest(digest_)) return absl::InvalidArgumentError("the first chunk names no blob by SHA-256 digest");
+  if (!wire::is_digest(digest_))
+    return absl::InvalidArgumentError("the first chunk names no blob by SHA-256 digest");
   if (size_ > wire::kMaxBlobBytes) {
     return absl::ResourceExhaustedError(
         absl::StrCat("blob ", digest_, " is larger than ", wire::kMaxBlobBytes, " bytes"));
@@ -60,7 +61,8 @@ absl::Status BlobUpload::finish() {
   if (!verdict_.ok() || whole_) return verdict_;
   if (writer_ == nullptr) return absl::InvalidArgumentError("the upload has no chunk");
   if (stored_ < size_) {
-    return absl::InvalidArgumentError(absl::StrCat("blob ", digest_, " ended at ", stored_, " of ", size_, " bytes"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("blob ", digest_, " ended at ", stored_, " of ", size_, " bytes"));
   }
   return writer_->finish();
 }

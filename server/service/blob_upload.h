@@ -16,7 +16,8 @@ class BlobUpload {
  public:
   explicit BlobUpload(BlobStore& blobs) : blobs_(blobs) {}
 
-  /// The next chunk; the first one names the blob. After an error, or once wants_more() is false, no more are taken.
+  /// The next chunk; the first one names the blob. After an error, or once wants_more() is false, no more are
+  /// taken.
   absl::Status take(const v1::UploadRequest& chunk);
 
   /// False when somebody else was first with the same bytes: all is well, the rest need not come.

@@ -22,16 +22,15 @@ namespace {
 // How long calls may take to end after a shutdown was requested.
 constexpr std::chrono::seconds kGrace{2};
 constexpr int kMaxStreamsPerConnection = 512;
-// Requests that have not arrived whole, and gRPC's own records of calls and connections: beyond, gRPC takes less at a
-// time, closes connections without calls, and cancels calls.
+// Requests that have not arrived whole, and gRPC's own records of calls and connections: beyond, gRPC takes
+// less at a time, closes connections without calls, and cancels calls.
 constexpr std::size_t kMaxArrivingBytes = std::size_t{256} << 20;
 constexpr std::size_t kBytesPerConnection = std::size_t{32} << 10;
 using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(const wire::HostPort& address,
-                                                                         const CoordinatorOptions& options,
-                                                                         std::shared_ptr<const Expelled> expelled,
-                                                                         std::shared_ptr<Members> members) {
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
+    const wire::HostPort& address, const CoordinatorOptions& options,
+    std::shared_ptr<const Expelled> expelled, std::shared_ptr<Members> members) {
   if (options.certificates.empty()) {
     if (absl::Status s = wire::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
     return grpc::InsecureServerCredentials();
@@ -71,8 +70,9 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   members = *std::move(opened_members);
   blobs = options.blobs;
   if (blobs == nullptr) {
-    blobs = options.data_dir.empty() ? make_memory_blob_store()
-                                     : make_file_blob_store(options.data_dir, {.bytes = options.keep_free_bytes});
+    blobs = options.data_dir.empty()
+                ? make_memory_blob_store()
+                : make_file_blob_store(options.data_dir, {.bytes = options.keep_free_bytes});
   }
 
   absl::Status status = open_farm(options);
@@ -90,26 +90,26 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
   const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
       LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
   if (!seal.ok()) return seal.status();
-  absl::StatusOr<std::unique_ptr<Farm>> opened_farm =
-      Farm::open(*journal, *blobs,
-                 {.heartbeat_interval = options.heartbeat_interval,
-                  .lease_timeout = options.lease_timeout,
-                  .late_results = options.late_results,
-                  .retention = {.fetched = options.keep_fetched,
-                                .unfetched = options.keep_unfetched,
-                                .max_bytes = options.max_result_bytes,
-                                .blobs = options.keep_blobs,
-                                .interval = options.prune_interval},
-                  .max_open_units = options.max_open_units,
-                  .longest_run = options.longest_run,
-                  .order = options.order,
-                  .share_results = options.share_jobs || options.certificates.empty(),
-                  .seal = *seal,
-                  .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time",
-                  .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
-                  .isa = options.isa,
-                  .settle = options.settle},
-                 [this](const absl::Status& why) { request_shutdown(why); });
+  absl::StatusOr<std::unique_ptr<Farm>> opened_farm = Farm::open(
+      *journal, *blobs,
+      {.heartbeat_interval = options.heartbeat_interval,
+       .lease_timeout = options.lease_timeout,
+       .late_results = options.late_results,
+       .retention = {.fetched = options.keep_fetched,
+                     .unfetched = options.keep_unfetched,
+                     .max_bytes = options.max_result_bytes,
+                     .blobs = options.keep_blobs,
+                     .interval = options.prune_interval},
+       .max_open_units = options.max_open_units,
+       .longest_run = options.longest_run,
+       .order = options.order,
+       .share_results = options.share_jobs || options.certificates.empty(),
+       .seal = *seal,
+       .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time",
+       .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
+       .isa = options.isa,
+       .settle = options.settle},
+      [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
   return absl::OkStatus();
@@ -158,7 +158,8 @@ absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const Coordinato
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (!options.listen.empty() || !options.health.empty()) {
     const std::size_t descriptors = raise_descriptor_limit();
-    connections.emplace(options.connections.value_or(ConnectionLimits::within(connections_within(descriptors))));
+    connections.emplace(
+        options.connections.value_or(ConnectionLimits::within(connections_within(descriptors))));
     const ConnectionLimits& limits = connections->limits();
     spdlog::info("{} descriptors: at most {} connections, {} of one address", descriptors, limits.all,
                  limits.of_address);
@@ -172,15 +173,17 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   });
   farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), options.share_jobs);
   work_service.emplace(*farm, accounts);
-  blob_service.emplace(*blobs, *streams,
-                       [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); });
+  blob_service.emplace(*blobs, *streams, [this](const std::string& digest, std::uint64_t bytes) {
+    farm->note_upload(digest, bytes);
+  });
 
   if (!options.health.empty()) {
     absl::StatusOr<std::unique_ptr<HealthServer>> started = HealthServer::start(options.health, *connections);
     if (!started.ok()) return started.status();
     health = *std::move(started);
   }
-  // grpc.health.v1 tells balancers and probes that calls are served; reflection tells tools what may be called.
+  // grpc.health.v1 tells balancers and probes that calls are served; reflection tells tools what may be
+  // called.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
@@ -211,8 +214,8 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (listener) listener->start(std::move(acceptor));
   if (health != nullptr) health->set_serving(true);
   if (options.metrics.empty()) return absl::OkStatus();
-  std::vector<std::shared_ptr<prometheus::Collectable>> sources{farm->metrics().collectable(), farm_gauges(*farm),
-                                                                stream_counter(*streams)};
+  std::vector<std::shared_ptr<prometheus::Collectable>> sources{farm->metrics().collectable(),
+                                                                farm_gauges(*farm), stream_counter(*streams)};
   if (connections) sources.push_back(connection_metrics(*connections));
   absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving =
       wire::MetricsServer::start(options.metrics, std::move(sources));

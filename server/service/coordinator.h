@@ -1,5 +1,5 @@
-// The coordinator as a whole: scheduler, store and the services on top of them. No gRPC here; connections from within
-// the process are made by in_process.h.
+// The coordinator as a whole: scheduler, store and the services on top of them. No gRPC here; connections
+// from within the process are made by in_process.h.
 #pragma once
 
 #include <chrono>
@@ -25,16 +25,18 @@ struct CoordinatorOptions {
   std::filesystem::path data_dir;
   /// Go on with what there is when something is lost that was acknowledged.
   bool accept_loss = false;
-  /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data directory, or
-  /// in memory.
+  /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data
+  /// directory, or in memory.
   std::shared_ptr<BlobStore> blobs;
-  /// Certificates of a server (wire/tls.h), whose renewal is noticed; empty: no encryption, and everybody may do
-  /// everything.
+  /// Certificates of a server (wire/tls.h), whose renewal is noticed; empty: no encryption, and everybody may
+  /// do everything.
   std::string certificates = {};
   std::chrono::seconds certificate_interval{10};
-  /// Folder with the key of the authority that the certificates are of, with which workers join; empty: none do.
+  /// Folder with the key of the authority that the certificates are of, with which workers join; empty: none
+  /// do.
   std::filesystem::path join_authority = {};
-  /// HOST:PORT where they do; empty: the host of `listen`, and the port behind its (a free one when that is free).
+  /// HOST:PORT where they do; empty: the host of `listen`, and the port behind its (a free one when that is
+  /// free).
   std::string join_listen = {};
   /// Clients may see and change each other's jobs.
   bool share_jobs = false;
@@ -42,8 +44,8 @@ struct CoordinatorOptions {
   JobOrder order = JobOrder::kFirstCome;
   /// Listen without encryption on an address that is not loopback.
   bool allow_insecure = false;
-  /// Limits of connections to all ports but that of the metrics together; absent: what the limit of descriptors, raised
-  /// as far as it goes, leaves.
+  /// Limits of connections to all ports but that of the metrics together; absent: what the limit of
+  /// descriptors, raised as far as it goes, leaves.
   std::optional<ConnectionLimits> connections = {};
   /// Upper bound of what everybody may make the coordinator hold at a time.
   Holding of_each = Accounts::kLimits;
@@ -54,13 +56,13 @@ struct CoordinatorOptions {
   std::chrono::milliseconds lease_timeout{8000};
   /// A stream whose other end takes, or sends, nothing for so long is cut off.
   std::chrono::milliseconds stream_patience{60'000};
-  /// So long after its end, late results of a job's units are still compared with those that count; then the memory
-  /// that it takes does not depend on its size any more.
+  /// So long after its end, late results of a job's units are still compared with those that count; then the
+  /// memory that it takes does not depend on its size any more.
   std::chrono::milliseconds late_results{60'000};
   /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
   std::string metrics = {};
-  /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls are
-  /// served.
+  /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls
+  /// are served.
   std::string health = {};
   /// How long jobs that are over are kept: those of which a client has the image, and the others.
   std::chrono::seconds keep_fetched{std::chrono::hours{24}};
@@ -69,7 +71,8 @@ struct CoordinatorOptions {
   std::chrono::seconds keep_blobs{std::chrono::hours{24}};
   /// How often that is looked at.
   std::chrono::milliseconds prune_interval{15'000};
-  /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as there.
+  /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as
+  /// there.
   std::optional<std::uint64_t> keep_free_bytes = {};
   /// Most units that the jobs have together that are not over; each takes 5 bytes, and each result 48.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
@@ -88,10 +91,10 @@ struct CoordinatorOptions {
 /// A running coordinator. All members may be called from any thread.
 class Coordinator {
  public:
-  /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address), PermissionDenied
-  /// (not loopback, and neither encrypted nor allowed to be), Unavailable (cannot listen there), FailedPrecondition
-  /// (another coordinator uses the data directory, its format is not known, or something is lost that was
-  /// acknowledged), DataLoss and Internal (data directory damaged, disk).
+  /// Recovers what the data directory holds, and serves. Errors: InvalidArgument (malformed address),
+  /// PermissionDenied (not loopback, and neither encrypted nor allowed to be), Unavailable (cannot listen
+  /// there), FailedPrecondition (another coordinator uses the data directory, its format is not known, or
+  /// something is lost that was acknowledged), DataLoss and Internal (data directory damaged, disk).
   static absl::StatusOr<std::unique_ptr<Coordinator>> start(CoordinatorOptions options);
 
   /// Where workers join; 0 when none do.
@@ -109,11 +112,12 @@ class Coordinator {
   /// The TCP port; 0 when it does not listen.
   int bound_port() const;
 
-  /// Refuses new calls, ends those that wait, and lets `wait` return. Returns at once; may be called repeatedly.
+  /// Refuses new calls, ends those that wait, and lets `wait` return. Returns at once; may be called
+  /// repeatedly.
   void request_shutdown();
 
-  /// Until shutdown was requested, by `request_shutdown` or because the journal could no longer be written; an error in
-  /// that case. Everything acknowledged is on disk.
+  /// Until shutdown was requested, by `request_shutdown` or because the journal could no longer be written;
+  /// an error in that case. Everything acknowledged is on disk.
   absl::Status wait();
 
   /// Everything that runs behind the interface (coordinator.cpp).

@@ -33,7 +33,8 @@ struct Coordinator::Impl {
   absl::Status open_farm(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
   absl::Status open_joining(const CoordinatorOptions& options);
-  absl::StatusOr<Listener::Acceptor> open_port(const CoordinatorOptions& options, grpc::ServerBuilder& builder);
+  absl::StatusOr<Listener::Acceptor> open_port(const CoordinatorOptions& options,
+                                               grpc::ServerBuilder& builder);
   void request_shutdown(const absl::Status& reason);
   absl::Status wait();
 

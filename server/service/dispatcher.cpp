@@ -7,7 +7,8 @@ namespace tessera::server {
 namespace {
 
 constexpr std::chrono::milliseconds kTick{250};
-// After so many parked calls in a row that found nothing, the others will hardly find more: they are tried next time.
+// After so many parked calls in a row that found nothing, the others will hardly find more: they are tried
+// next time.
 constexpr int kMaxVainTries = 512;
 constexpr std::chrono::milliseconds kNewsInterval{900};  // below the second that watchers are promised
 
@@ -17,7 +18,8 @@ Dispatcher::Dispatcher(std::function<void()> tick) : tick_(std::move(tick)), thr
 
 Dispatcher::~Dispatcher() { stop(); }
 
-void Dispatcher::park(const std::string& worker, Clock::time_point deadline, std::function<bool(bool)> attempt) {
+void Dispatcher::park(const std::string& worker, Clock::time_point deadline,
+                      std::function<bool(bool)> attempt) {
   std::unique_lock lock(mutex_);
   if (stop_) {
     lock.unlock();

@@ -22,9 +22,9 @@ class Dispatcher {
   explicit Dispatcher(std::function<void()> tick);
   ~Dispatcher();
 
-  /// Calls `attempt` soon, and after notifications of work, of this worker, and ticks, until it returns true; its
-  /// argument is true from `deadline` on, when it must. Where hundreds in a row have found nothing, the rest has its
-  /// turn the next time.
+  /// Calls `attempt` soon, and after notifications of work, of this worker, and ticks, until it returns true;
+  /// its argument is true from `deadline` on, when it must. Where hundreds in a row have found nothing, the
+  /// rest has its turn the next time.
   void park(const std::string& worker, Clock::time_point deadline, std::function<bool(bool last)> attempt);
 
   /// Calls `wake` after each notification of news and every second until it returns false.
@@ -35,8 +35,8 @@ class Dispatcher {
   void notify_worker(const std::string& worker);
   void notify_news();
 
-  /// Lets everything parked make its last try, drops watchers after a last wake, and ends the thread. What comes later
-  /// is run the same way, at once, by the caller.
+  /// Lets everything parked make its last try, drops watchers after a last wake, and ends the thread. What
+  /// comes later is run the same way, at once, by the caller.
   void stop();
 
  private:

@@ -18,15 +18,19 @@ namespace tessera::server {
 namespace {
 
 // Specs stay in memory for as long as their jobs are kept.
-constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30, kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
+constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30,
+                        kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
 
-wire::LogFields fields_of(const JobEntry& entry) { return {.job = entry.id, .user = entry.shape->spec.user()}; }
+wire::LogFields fields_of(const JobEntry& entry) {
+  return {.job = entry.id, .user = entry.shape->spec.user()};
+}
 
 /// For who watches the job.
 void note_failure(JobEntry& entry, const FarmEvent& event) {
   ++entry.failures;
   v1::FailedUnit& failed = entry.latest_failures.emplace_back();
-  const bool run_lost = event.kind == FarmEvent::Kind::kRunLost, run_failed = event.kind == FarmEvent::Kind::kRunFailed;
+  const bool run_lost = event.kind == FarmEvent::Kind::kRunLost,
+             run_failed = event.kind == FarmEvent::Kind::kRunFailed;
   failed.set_unit_index(event.unit);
   if (run_lost || run_failed) failed.set_ranges(static_cast<std::uint32_t>(event.value));
   failed.mutable_failure()->set_host(short_name(event.host));
@@ -37,7 +41,8 @@ void note_failure(JobEntry& entry, const FarmEvent& event) {
 
 }  // namespace
 
-Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure)
+Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
+           std::function<void(absl::Status)> on_failure)
     : journal_(journal),
       blobs_(blobs),
       options_(options),
@@ -55,10 +60,12 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::
       dispatcher_([this] { tick(); }),
       commits_(journal) {}
 
-absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& blobs, const FarmOptions& options,
+absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& blobs,
+                                                 const FarmOptions& options,
                                                  std::function<void(absl::Status)> on_failure) {
   std::unique_ptr<Farm> farm(new Farm(journal, blobs, options, std::move(on_failure)));
-  // Until all is recovered no tick may come between: by half of the jobs it would judge which blobs nobody needs.
+  // Until all is recovered no tick may come between: by half of the jobs it would judge which blobs nobody
+  // needs.
   const std::lock_guard lock(farm->mutex_);
   absl::Status status = restore_farm(farm->scheduler_, journal);
   status.Update(journal.recover([&](JobRecord record) { return farm->recover(std::move(record)); }));
@@ -86,7 +93,8 @@ absl::Status Farm::recover(JobRecord record) {
   JobEntry& entry = jobs_.add(*std::move(made));
   if (entry.past) {
     if (record.whole_results < record.result_count) {
-      wire::log(spdlog::level::err, fields_of(entry), "job {}: its result file is missing or too short; {}", entry.id,
+      wire::log(spdlog::level::err, fields_of(entry), "job {}: its result file is missing or too short; {}",
+                entry.id,
                 entry.past->state == v1::DONE ? "what is lost is rendered again when somebody fetches it"
                                               : "what is lost cannot be fetched");
     }
@@ -96,10 +104,11 @@ absl::Status Farm::recover(JobRecord record) {
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
   if (record.whole_results < record.result_count) {
     wire::log(spdlog::level::err, fields_of(entry),
-              "job {}: {} results are lost, for their file is too short; their units are done again", entry.id,
-              record.result_count - record.whole_results);
+              "job {}: {} results are lost, for their file is too short; their units are done again",
+              entry.id, record.result_count - record.whole_results);
   }
-  for (std::uint64_t sequence = record.whole_results + 1; status.ok() && sequence <= record.result_count; ++sequence) {
+  for (std::uint64_t sequence = record.whole_results + 1; status.ok() && sequence <= record.result_count;
+       ++sequence) {
     status.Update(do_again(entry, sequence, absl::DataLossError("its result is not on the disk any more")));
   }
   wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
@@ -107,7 +116,9 @@ absl::Status Farm::recover(JobRecord record) {
   return status;
 }
 
-Time Farm::now() const { return std::chrono::duration_cast<Time>(std::chrono::steady_clock::now().time_since_epoch()); }
+Time Farm::now() const {
+  return std::chrono::duration_cast<Time>(std::chrono::steady_clock::now().time_since_epoch());
+}
 
 absl::Status Farm::check_serving() const {
   return stopping_ ? absl::UnavailableError("the coordinator is shutting down") : absl::OkStatus();
@@ -119,12 +130,14 @@ absl::StatusOr<JobEntry*> Farm::find_job(const std::string& id) {
   return entry;
 }
 
-JobView Farm::view_of(const JobEntry& entry) const { return entry.past ? *entry.past : *scheduler_.job(entry.id); }
+JobView Farm::view_of(const JobEntry& entry) const {
+  return entry.past ? *entry.past : *scheduler_.job(entry.id);
+}
 
 void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (event.kind == FarmEvent::Kind::kDistrusted) {
-    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}", short_name(event.host),
-              event.text);
+    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}",
+              short_name(event.host), event.text);
     for (const auto& entry : jobs_.all()) note_distrusted(*entry, event.host);
   }
   JobEntry* const entry = event.job.empty() ? nullptr : jobs_.find(event.job);
@@ -134,7 +147,8 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       entry->finished_unix_ms = unix_milliseconds();
       shown.push_back({.job = event.job, .results = 0, .end = true, .times_reopened = entry->times_reopened});
       wire::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
-                v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ", event.text);
+                v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ",
+                event.text);
       return;
     case FarmEvent::Kind::kBound:
       ++entry->bounds_under_way;
@@ -168,7 +182,8 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
 
 void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
   std::uint32_t units = 0;
-  for (const std::string& host : entry.hosts.hosts()) units += covers(subject, host) ? entry.hosts.units_of(host) : 0;
+  for (const std::string& host : entry.hosts.hosts())
+    units += covers(subject, host) ? entry.hosts.units_of(host) : 0;
   if (units == 0) return;
   // Of an open job all of its results are revoked, and rendered again.
   if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
@@ -194,7 +209,8 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     metrics_.committed(std::chrono::steady_clock::now() - start, count);
     if (!status.ok()) {
       if (!failed_.exchange(true)) {
-        spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}", status.ToString());
+        spdlog::critical("the journal cannot be written, so nothing more is acknowledged: {}",
+                         status.ToString());
         on_failure_(status);
       }
       done(absl::UnavailableError("the coordinator cannot write its journal"));
@@ -240,15 +256,15 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
     if (entry->shape->spec.user() == shape.spec.user()) bytes_of_user += entry->shape->spec_bytes;
   }
   if (bytes > kMaxSpecBytes || bytes_of_user > kMaxSpecBytesOfUser) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("with this job's, the specs of the jobs that are kept would have ", bytes,
-                     " bytes, and those of '", shape.spec.user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes,
-                     " and ", kMaxSpecBytesOfUser, " are taken; try again when old jobs are deleted"));
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "with this job's, the specs of the jobs that are kept would have ", bytes, " bytes, and those of '",
+        shape.spec.user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes, " and ", kMaxSpecBytesOfUser,
+        " are taken; try again when old jobs are deleted"));
   }
   if (units <= options_.max_open_units) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat("with this job's, the jobs that are not over would have ", units,
-                                                   " units, more than the ", options_.max_open_units,
-                                                   " that the coordinator keeps; try again when some are done"));
+  return absl::ResourceExhaustedError(
+      absl::StrCat("with this job's, the jobs that are not over would have ", units, " units, more than the ",
+                   options_.max_open_units, " that the coordinator keeps; try again when some are done"));
 }
 
 std::uint64_t Farm::claim_uploads(const v1::JobSpec& spec) {
@@ -270,22 +286,26 @@ void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
   unclaimed_uploads_[digest] += bytes;
 }
 
-absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec) {
+absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request,
+                                                 const v1::JobSpec& spec) {
   // Whether it has results of the kernels asked for.
   const auto has_isa = [&](const JobEntry& entry) {
     const std::vector<std::string> classes = view_of(entry).classes;
-    return spec.isa().empty() || std::any_of(classes.begin(), classes.end(),
-                                             [&](const std::string& name) { return wire::isa_of(name) == spec.isa(); });
+    return spec.isa().empty() || std::any_of(classes.begin(), classes.end(), [&](const std::string& name) {
+             return wire::isa_of(name) == spec.isa();
+           });
   };
   if (const std::string& id = request.continued(); !id.empty()) {
     const absl::StatusOr<JobEntry*> named = find_job(id);
     if (!named.ok()) return named.status();
     std::string difference = difference_in_content((*named)->shape->spec, spec);
-    if (const JobView view = view_of(**named); difference.empty() && !view.classes.empty() && !has_isa(**named)) {
+    if (const JobView view = view_of(**named);
+        difference.empty() && !view.classes.empty() && !has_isa(**named)) {
       difference = absl::StrCat("modified: isa: \"", view.isa, "\" -> \"", spec.isa(), "\"");
     }
     if (difference.empty()) return *named;
-    return absl::FailedPreconditionError(absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
+    return absl::FailedPreconditionError(
+        absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
   }
   const JobEntry* best = nullptr;
   for (const auto& entry : jobs_.all()) {
@@ -301,13 +321,15 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
   return best;
 }
 
-absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest& request, const JobShape& shape) {
+absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest& request,
+                                                      const JobShape& shape) {
   if (request.fresh()) return std::nullopt;
   Donor donor;
   std::string id;
   {
     const std::lock_guard lock(mutex_);
-    if (jobs_.find_request(request_key(shape.spec.user(), request.request_id())) != nullptr) return std::nullopt;
+    if (jobs_.find_request(request_key(shape.spec.user(), request.request_id())) != nullptr)
+      return std::nullopt;
     const absl::StatusOr<const JobEntry*> best = best_donor(request, shape.spec);
     if (!best.ok()) return best.status();
     if (*best == nullptr) return std::nullopt;
@@ -333,11 +355,13 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
                              .submitted_unix_ms = entry.submitted_unix_ms,
                              .uploaded_bytes = entry.uploaded_bytes});
   if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
-  wire::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units", entry.id,
-            spec.name(), spec.width(), spec.height(), spec.settings().spp(), entry.shape->plan->unit_count());
+  wire::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units",
+            entry.id, spec.name(), spec.width(), spec.height(), spec.settings().spp(),
+            entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
-  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, entries); !status.ok()) return status;
+  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, entries); !status.ok())
+    return status;
   for (const JournalEntry& journaled : entries) {
     const auto* const done = std::get_if<UnitDone>(&journaled);
     if (done == nullptr) continue;
@@ -375,9 +399,10 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   std::unique_lock lock(mutex_);
   if (const JobEntry* const known = jobs_.find_request(key)) {
     // Sent a second time: the answer is the same, once the first is durable.
-    return commit({}, {}, /*wait=*/true, [id = known->id, done = std::move(done)](const absl::Status& status) {
-      status.ok() ? done(id) : done(status);
-    });
+    return commit({}, {}, /*wait=*/true,
+                  [id = known->id, done = std::move(done)](const absl::Status& status) {
+                    status.ok() ? done(id) : done(status);
+                  });
   }
   if (!room.ok()) return done(room);
   if (absl::Status status = check_capacity(**shape); !status.ok()) return done(std::move(status));
@@ -396,8 +421,10 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
   if (!entries.ok()) return done(entries.status());
   // Workers may begin at once: their results are journaled after the job.
-  commit(*std::move(entries), {{.job = id, .results = entry.units_by_sequence.size(), .end = false}}, /*wait=*/true,
-         [id, done = std::move(done)](const absl::Status& committed) { committed.ok() ? done(id) : done(committed); });
+  commit(*std::move(entries), {{.job = id, .results = entry.units_by_sequence.size(), .end = false}},
+         /*wait=*/true, [id, done = std::move(done)](const absl::Status& committed) {
+           committed.ok() ? done(id) : done(committed);
+         });
   lock.unlock();
   dispatcher_.notify_work();
 }

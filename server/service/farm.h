@@ -1,5 +1,6 @@
-// The coordinator's logic behind its services: one lock around the scheduler and the job table, the journal behind
-// them. What a call changed is journaled before the call is answered; the lock is never held across disk writes.
+// The coordinator's logic behind its services: one lock around the scheduler and the job table, the journal
+// behind them. What a call changed is journaled before the call is answered; the lock is never held across
+// disk writes.
 #pragma once
 
 #include <atomic>
@@ -64,22 +65,24 @@ struct WatchBatch {
   bool finished = false;   // the job is over and `last` was its last result
 };
 
-/// Safe to use from any number of threads. Every `done` is called exactly once, from any thread, and may be called
-/// before the function returns.
+/// Safe to use from any number of threads. Every `done` is called exactly once, from any thread, and may be
+/// called before the function returns.
 class Farm {
  public:
   template <typename T>
   using Done = std::function<void(absl::StatusOr<T>)>;
   using DoneEmpty = std::function<void(absl::Status)>;
 
-  /// Recovers the journal's jobs. `on_failure` is called, once, when the journal can no longer be written: nothing is
-  /// acknowledged from then on. Journal and blobs must outlive the farm.
-  static absl::StatusOr<std::unique_ptr<Farm>> open(Journal& journal, BlobStore& blobs, const FarmOptions& options,
+  /// Recovers the journal's jobs. `on_failure` is called, once, when the journal can no longer be written:
+  /// nothing is acknowledged from then on. Journal and blobs must outlive the farm.
+  static absl::StatusOr<std::unique_ptr<Farm>> open(Journal& journal, BlobStore& blobs,
+                                                    const FarmOptions& options,
                                                     std::function<void(absl::Status)> on_failure);
   /// Answers what waits, and commits all that is left.
   ~Farm();
 
-  /// Answers all waiting calls with Unavailable, and all later ones. Not to be called from a `done` or a `wake`.
+  /// Answers all waiting calls with Unavailable, and all later ones. Not to be called from a `done` or a
+  /// `wake`.
   void stop();
 
   // ---- clients
@@ -101,8 +104,8 @@ class Farm {
 
   /// Returns what a watcher that has results up to `after` gets next; no results when there are none yet.
   absl::StatusOr<WatchBatch> next_results(const std::string& id, std::uint64_t after, bool status_only);
-  /// Calls `wake`, from one thread for all, after each change of any job and every second or so; false from `wake`
-  /// ends that.
+  /// Calls `wake`, from one thread for all, after each change of any job and every second or so; false from
+  /// `wake` ends that.
   void subscribe(std::function<bool()> wake) { dispatcher_.subscribe(std::move(wake)); }
   bool stopping() const { return stopping_; }
 
@@ -111,20 +114,22 @@ class Farm {
 
   // ---- workers
 
-  /// Who calls: the name in the caller's certificate, the fingerprint of its key (identity.h), and its address. Empty
-  /// where these are not known; whoever has no fingerprint is taken at their word.
+  /// Who calls: the name in the caller's certificate, the fingerprint of its key (identity.h), and its
+  /// address. Empty where these are not known; whoever has no fingerprint is taken at their word.
   struct Origin {
     std::string certificate, peer, fingerprint;
     std::shared_ptr<const Accounts::Hold> account;  // of what is registered, until it leaves
   };
-  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, const Origin& origin = {});
-  /// Workers that registered with a certificate of this name leave at once; others get what they had leased. How many
-  /// that were.
+  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request,
+                                                       const Origin& origin = {});
+  /// Workers that registered with a certificate of this name leave at once; others get what they had leased.
+  /// How many that were.
   std::uint32_t expel(const std::string& certificate);
   /// Answers when there is work, after the wait asked for, or with nothing when `cancelled` turned true.
   void lease(v1::LeaseRequest request, const Origin& origin, std::function<bool()> cancelled,
              Done<v1::LeaseResponse> done);
-  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request, const Origin& origin = {});
+  absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request,
+                                                  const Origin& origin = {});
   void complete(const v1::CompleteRequest& request, const Origin& origin, Done<v1::CompleteResponse> done);
   void fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done);
   absl::Status deregister(const std::string& worker, const Origin& origin = {});
@@ -132,7 +137,8 @@ class Farm {
   const FarmMetrics& metrics() const { return metrics_; }
 
  private:
-  Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options, std::function<void(absl::Status)> on_failure);
+  Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
+       std::function<void(absl::Status)> on_failure);
 
   Time now() const;
   absl::Status check_serving() const;
@@ -153,8 +159,8 @@ class Farm {
     std::uint32_t times_reopened = 0;  // an end counts only when the job was not opened again since
     bool bound = false;                // to an arithmetic class
   };
-  /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls; `done`
-  /// after that. Answers at once where there is nothing, if `wait` is not set.
+  /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls;
+  /// `done` after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
   /// The host, or the identity, returned wrong results: perhaps to this job too.
   void note_distrusted(const JobEntry& entry, const std::string& subject);
@@ -176,12 +182,14 @@ class Farm {
   absl::Status check_blobs(const v1::JobSpec& spec) const;
   /// Whether the units of one more job fit into memory. With mutex_ held.
   absl::Status check_capacity(const JobShape& shape) const;
-  /// The job that the new one takes results from; none when there is none. What is wrong with `request.continued`.
+  /// The job that the new one takes results from; none when there is none. What is wrong with
+  /// `request.continued`.
   absl::StatusOr<std::optional<Donor>> find_donor(const v1::SubmitJobRequest& request, const JobShape& shape);
   absl::StatusOr<const JobEntry*> best_donor(const v1::SubmitJobRequest& request, const v1::JobSpec& spec);
   /// A new job, of which the scheduler knows, and what is to be journaled of it. With mutex_ held.
   absl::StatusOr<std::vector<JournalEntry>> add_job(JobEntry& entry, const std::optional<Donor>& donor);
-  /// NotFound for a worker that is not known, or was registered by the holder of another key. With mutex_ held.
+  /// NotFound for a worker that is not known, or was registered by the holder of another key. With mutex_
+  /// held.
   absl::Status check_worker(const std::string& worker, const Origin& origin) const;
   /// FailedPrecondition for a lease that was never granted to the host of this worker. With mutex_ held.
   absl::Status check_granted(const std::string& worker, const v1::LeaseToken& token) const;
@@ -191,7 +199,8 @@ class Farm {
   absl::StatusOr<v1::HeartbeatResponse> beat(const std::string& worker, const v1::HeartbeatRequest& request);
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
-  void accept_result(const v1::CompleteRequest& request, const std::string& digest, Done<v1::CompleteResponse> done);
+  void accept_result(const v1::CompleteRequest& request, const std::string& digest,
+                     Done<v1::CompleteResponse> done);
   void tick();
 
   Journal& journal_;

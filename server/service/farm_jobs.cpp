@@ -31,9 +31,10 @@ absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job
   absl::StatusOr<std::string> payload = journal.read_result(job, sequence);
   absl::Status status = payload.ok() ? wire::decode_tile_result(*payload).status() : payload.status();
   if (status.ok()) return payload;
-  if (absl::IsInvalidArgument(status) || absl::IsNotFound(status)) status = absl::DataLossError(status.message());
-  return absl::Status(status.code(),
-                      absl::StrCat("result ", sequence, " of job ", job, ": ", std::string(status.message())));
+  if (absl::IsInvalidArgument(status) || absl::IsNotFound(status))
+    status = absl::DataLossError(status.message());
+  return absl::Status(
+      status.code(), absl::StrCat("result ", sequence, " of job ", job, ": ", std::string(status.message())));
 }
 
 /// Who works on the job.
@@ -109,9 +110,10 @@ v1::JobStatus Farm::describe(const JobEntry& entry) const {
   if (is_open(status.state())) return status;
   for (const std::string& host : entry.hosts.hosts()) {
     if (scheduler_.trusts(host)) continue;
-    status.add_notes(absl::StrCat(entry.hosts.units_of(host), " units are of host ", short_name(host),
-                                  ", which returned wrong pixels and is in quarantine: they may be wrong too; ",
-                                  "tessera submit --fresh renders all again"));
+    status.add_notes(
+        absl::StrCat(entry.hosts.units_of(host), " units are of host ", short_name(host),
+                     ", which returned wrong pixels and is in quarantine: they may be wrong too; ",
+                     "tessera submit --fresh renders all again"));
   }
   return status;
 }
@@ -133,7 +135,8 @@ void Farm::cancel(const std::string& id, Done<v1::JobStatus> done) {
   const std::lock_guard lock(mutex_);
   const absl::StatusOr<JobEntry*> entry = find_job(id);
   if (!entry.ok()) return done(entry.status());
-  answer_with_status((*entry)->past ? absl::OkStatus() : scheduler_.cancel_job(id).status(), id, std::move(done));
+  answer_with_status((*entry)->past ? absl::OkStatus() : scheduler_.cancel_job(id).status(), id,
+                     std::move(done));
 }
 
 void Farm::delete_job(const std::string& id, DoneEmpty done) {
@@ -144,7 +147,8 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
   if (!(*entry)->durable_end) {
     return done(absl::FailedPreconditionError(absl::StrCat("job ", id, " is not over: cancel it first")));
   }
-  wire::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()}, "job {} is deleted on request", id);
+  wire::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()},
+            "job {} is deleted on request", id);
   forget(id, std::move(done));
 }
 
@@ -161,9 +165,10 @@ void Farm::retry(const std::string& id, Done<v1::JobStatus> done) {
   const absl::StatusOr<JobEntry*> entry = find_job(id);
   if (!entry.ok()) return done(entry.status());
   const bool over = (*entry)->past && (*entry)->past->state != v1::DONE;
-  absl::Status status = over ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"))
-                        : (*entry)->past ? absl::OkStatus()
-                                         : scheduler_.retry_job(id);
+  absl::Status status =
+      over ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"))
+      : (*entry)->past ? absl::OkStatus()
+                       : scheduler_.retry_job(id);
   answer_with_status(status, id, std::move(done));
 }
 
@@ -264,8 +269,8 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
     revoked = entry.past_revoked;
     if (!status_only && !past && after < available) {
       const auto first = entry.units_by_sequence.begin() + static_cast<std::ptrdiff_t>(after);
-      units.assign(first,
-                   first + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(available - after, kWatchBatchResults)));
+      units.assign(first, first + static_cast<std::ptrdiff_t>(
+                                      std::min<std::uint64_t>(available - after, kWatchBatchResults)));
     }
   }
   if (past && !status_only && after < available) {
@@ -275,7 +280,8 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
   }
   std::size_t bytes = 0;
   for (const CoveredUnits& covered : units) {
-    if (covered.first == JobEntry::kRevoked || std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
+    if (covered.first == JobEntry::kRevoked ||
+        std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
       ++batch.last;
       continue;
     }
@@ -284,7 +290,8 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
       const std::lock_guard lock(mutex_);
       const absl::StatusOr<JobEntry*> found = find_job(id);
       if (!found.ok()) return found.status();
-      if (absl::Status status = do_again(**found, batch.last + 1, payload.status()); !status.ok()) return status;
+      if (absl::Status status = do_again(**found, batch.last + 1, payload.status()); !status.ok())
+        return status;
       ended = false;
       break;
     }
@@ -295,7 +302,9 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
     result.set_sequence(++batch.last);
     // A journal may be damaged.
     const std::optional<UnitRun> run = shape->plan->run(covered.first, covered.ranges);
-    if (!run) return absl::DataLossError(absl::StrCat("journal: job ", id, ": result ", batch.last, " cannot be read"));
+    if (!run)
+      return absl::DataLossError(
+          absl::StrCat("journal: job ", id, ": result ", batch.last, " cannot be read"));
     *result.mutable_unit() = shape->plan->unit(*run);
     result.set_ranges(run->count);
     result.set_payload(*payload);
@@ -310,7 +319,8 @@ absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl:
     // It is over for so long that the scheduler does not know it any more.
     const absl::StatusOr<JobRecord> record = journal_.read_job(entry.id);
     if (!record.ok()) return record.status();
-    if (absl::Status status = restore_job(scheduler_, request_of(entry), *record); !status.ok()) return status;
+    if (absl::Status status = restore_job(scheduler_, request_of(entry), *record); !status.ok())
+      return status;
     recall(entry, *record);
   }
   const std::uint32_t unit = entry.units_by_sequence[sequence - 1].first;
@@ -323,7 +333,8 @@ absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl:
 
 // ---------------------------------------------------------------- retention
 
-/// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_ held.
+/// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_
+/// held.
 void Farm::retire_jobs() {
   live_on();
   for (const auto& entry : jobs_.all()) {
@@ -339,8 +350,8 @@ void Farm::retire_jobs() {
 
 /// Lets a moment of the retention's clock pass. With mutex_ held.
 void Farm::live_on() {
-  const Time set =
-      lived_.advance(now(), std::chrono::duration_cast<Time>(std::chrono::system_clock::now().time_since_epoch()));
+  const Time set = lived_.advance(
+      now(), std::chrono::duration_cast<Time>(std::chrono::system_clock::now().time_since_epoch()));
   if (set < -kStep || set > kStep) {
     spdlog::warn("the machine's clock was set by {} s; jobs and blobs are kept for as long as without that",
                  std::chrono::duration_cast<std::chrono::seconds>(set).count());
@@ -361,9 +372,11 @@ void Farm::prune() {
     }
     const Time age = lived_.since_end_of(entry->id);
     const v1::JobState state = view_of(*entry).state;
-    const bool kept_for_nobody = (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
+    const bool kept_for_nobody =
+        (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
     const bool too_much = kept_for_nobody && bytes > options_.retention.max_bytes;
-    if (!too_much && age < (kept_for_nobody ? options_.retention.fetched : options_.retention.unfetched)) continue;
+    if (!too_much && age < (kept_for_nobody ? options_.retention.fetched : options_.retention.unfetched))
+      continue;
     bytes -= entry->result_bytes;
     old.push_back(entry->id);
   }
@@ -392,8 +405,8 @@ void Farm::collect_blobs() {
     for (const v1::BlobRef& blob : entry->shape->spec.blobs()) needed.insert(blob.digest());
   }
   collector_ = std::jthread([this, needed = std::move(needed)] {
-    const BlobStore::Collected collected =
-        blobs_.collect([&](const std::string& digest) { return needed.contains(digest); }, options_.retention.blobs);
+    const BlobStore::Collected collected = blobs_.collect(
+        [&](const std::string& digest) { return needed.contains(digest); }, options_.retention.blobs);
     if (collected.blobs > 0) {
       spdlog::info("{} blobs ({} bytes) are deleted: no job needs them", collected.blobs, collected.bytes);
     }

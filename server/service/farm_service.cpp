@@ -24,19 +24,21 @@ class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
 }  // namespace
 
-absl::Status FarmService::check_access(const grpc::CallbackServerContext& context, const std::string& job) const {
+absl::Status FarmService::check_access(const grpc::CallbackServerContext& context,
+                                       const std::string& job) const {
   const Caller who = caller(context);
   if (!who.role || share_jobs_) return absl::OkStatus();
   const absl::StatusOr<std::string> owner = farm_.owner_of(job);
   if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
   const std::string peer = context.peer();
-  wire::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer}, "refused: '{}' asked for job {} of '{}'",
-            who.user, job, *owner);
+  wire::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer},
+            "refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
   return absl::PermissionDeniedError(absl::StrCat("job ", job, " belongs to another user"));
 }
 
 grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* context,
-                                                 const v1::SubmitJobRequest* request, v1::SubmitJobResponse* response) {
+                                                 const v1::SubmitJobRequest* request,
+                                                 v1::SubmitJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (const std::string& job = request->continued(); !job.empty()) {
     if (absl::Status s = check_access(*context, job); !s.ok()) return answer(reactor, s);
@@ -51,14 +53,17 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
   return reactor;
 }
 
-grpc::ServerUnaryReactor* FarmService::GetJob(grpc::CallbackServerContext* context, const v1::GetJobRequest* request,
+grpc::ServerUnaryReactor* FarmService::GetJob(grpc::CallbackServerContext* context,
+                                              const v1::GetJobRequest* request,
                                               v1::GetJobResponse* response) {
-  if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(context->DefaultReactor(), s);
+  if (absl::Status s = check_access(*context, request->job_id()); !s.ok())
+    return answer(context->DefaultReactor(), s);
   return answer(context->DefaultReactor(), farm_.get_job(request->job_id()), response);
 }
 
 grpc::ServerUnaryReactor* FarmService::ListJobs(grpc::CallbackServerContext* context,
-                                                const v1::ListJobsRequest* request, v1::ListJobsResponse* response) {
+                                                const v1::ListJobsRequest* request,
+                                                v1::ListJobsResponse* response) {
   *response = farm_.list_jobs();
   if (const Caller who = caller(*context); !share_jobs_) {
     auto& jobs = *response->mutable_jobs();
@@ -70,7 +75,8 @@ grpc::ServerUnaryReactor* FarmService::ListJobs(grpc::CallbackServerContext* con
 }
 
 grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* context,
-                                                 const v1::CancelJobRequest* request, v1::CancelJobResponse* response) {
+                                                 const v1::CancelJobRequest* request,
+                                                 v1::CancelJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.cancel(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
@@ -81,7 +87,8 @@ grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* co
 }
 
 grpc::ServerUnaryReactor* FarmService::DeleteJob(grpc::CallbackServerContext* context,
-                                                 const v1::DeleteJobRequest* request, v1::DeleteJobResponse*) {
+                                                 const v1::DeleteJobRequest* request,
+                                                 v1::DeleteJobResponse*) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.delete_job(request->job_id(), [reactor](const absl::Status& status) { answer(reactor, status); });
@@ -89,7 +96,8 @@ grpc::ServerUnaryReactor* FarmService::DeleteJob(grpc::CallbackServerContext* co
 }
 
 grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* context,
-                                                const v1::RetryJobRequest* request, v1::RetryJobResponse* response) {
+                                                const v1::RetryJobRequest* request,
+                                                v1::RetryJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.retry(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
@@ -100,7 +108,8 @@ grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* con
 }
 
 grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* context,
-                                                 const v1::AdjustJobRequest* request, v1::AdjustJobResponse* response) {
+                                                 const v1::AdjustJobRequest* request,
+                                                 v1::AdjustJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
   farm_.adjust(*request, [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
@@ -111,7 +120,8 @@ grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* co
 }
 
 grpc::ServerUnaryReactor* FarmService::TrustHost(grpc::CallbackServerContext* context,
-                                                 const v1::TrustHostRequest* request, v1::TrustHostResponse* response) {
+                                                 const v1::TrustHostRequest* request,
+                                                 v1::TrustHostResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   farm_.trust_host(request->host(), [reactor](const absl::Status& status) { answer(reactor, status); });
   return reactor;
@@ -122,30 +132,34 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
                                                      v1::MakeJoinTokenResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (joining_ == nullptr) {
-    return answer(reactor, absl::FailedPreconditionError("no workers join here: tessera-server --join-authority"));
+    return answer(reactor,
+                  absl::FailedPreconditionError("no workers join here: tessera-server --join-authority"));
   }
   absl::StatusOr<std::string> token =
       joining_->make_token(std::chrono::seconds{request->lifetime().seconds()}, request->uses());
   if (token.ok()) {
     const std::string user = caller(*context).user;
-    wire::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user, request->uses(),
-              request->lifetime().seconds());
+    wire::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user,
+              request->uses(), request->lifetime().seconds());
     response->set_token(*std::move(token));
   }
   return answer(reactor, token.status());
 }
 
-absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request, const grpc::AuthContext* by) {
+absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request,
+                                                     const grpc::AuthContext* by) {
   const Caller who = caller_of(by);
   const std::optional<Role> role = role_of_name(request.role());
-  if (!who.role) return absl::FailedPreconditionError("callers have no certificates here, so nobody can be expelled");
+  if (!who.role)
+    return absl::FailedPreconditionError("callers have no certificates here, so nobody can be expelled");
   if (!role || role == Role::kServer) {
     return absl::InvalidArgumentError("expected the role of a worker, a client or an admin");
   }
   const std::string& name = request.name();
   if (request.undo()) {
     if (absl::Status status = expelled_.readmit(*role, name); !status.ok()) return status;
-    wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user, request.role(), name);
+    wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user,
+              request.role(), name);
     return v1::ExpelResponse{};
   }
   absl::Status known = check_member_name(name);
@@ -170,8 +184,8 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
   return tokens.ok() ? absl::StatusOr<v1::ExpelResponse>{response} : tokens.status();
 }
 
-grpc::ServerUnaryReactor* FarmService::Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
-                                             v1::ExpelResponse* response) {
+grpc::ServerUnaryReactor* FarmService::Expel(grpc::CallbackServerContext* context,
+                                             const v1::ExpelRequest* request, v1::ExpelResponse* response) {
   return answer(context->DefaultReactor(), expel(*request, context->auth_context().get()), response);
 }
 

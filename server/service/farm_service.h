@@ -11,13 +11,14 @@
 
 namespace tessera::server {
 
-/// Farm, streams, lists of the expelled and of members, and joining must outlive the service. Where callers are known
-/// by their certificates, each sees and changes its own jobs, administrators all; `share_jobs`: everybody all.
+/// Farm, streams, lists of the expelled and of members, and joining must outlive the service. Where callers
+/// are known by their certificates, each sees and changes its own jobs, administrators all; `share_jobs`:
+/// everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
   /// `joining` may be null: no workers join.
-  FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members, JoinServer* joining,
-              bool share_jobs)
+  FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members,
+              JoinServer* joining, bool share_jobs)
       : farm_(farm),
         streams_(streams),
         expelled_(expelled),
@@ -25,29 +26,36 @@ class FarmService final : public v1::FarmService::CallbackService {
         joining_(joining),
         share_jobs_(share_jobs) {}
 
-  grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context, const v1::SubmitJobRequest* request,
+  grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context,
+                                      const v1::SubmitJobRequest* request,
                                       v1::SubmitJobResponse* response) override;
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context, const v1::GetJobRequest* request,
                                    v1::GetJobResponse* response) override;
   grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context, const v1::ListJobsRequest* request,
                                      v1::ListJobsResponse* response) override;
-  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context, const v1::CancelJobRequest* request,
+  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
+                                      const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override;
-  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context, const v1::DeleteJobRequest* request,
+  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
+                                      const v1::DeleteJobRequest* request,
                                       v1::DeleteJobResponse* response) override;
   grpc::ServerUnaryReactor* RetryJob(grpc::CallbackServerContext* context, const v1::RetryJobRequest* request,
                                      v1::RetryJobResponse* response) override;
-  grpc::ServerUnaryReactor* AdjustJob(grpc::CallbackServerContext* context, const v1::AdjustJobRequest* request,
+  grpc::ServerUnaryReactor* AdjustJob(grpc::CallbackServerContext* context,
+                                      const v1::AdjustJobRequest* request,
                                       v1::AdjustJobResponse* response) override;
-  grpc::ServerUnaryReactor* TrustHost(grpc::CallbackServerContext* context, const v1::TrustHostRequest* request,
+  grpc::ServerUnaryReactor* TrustHost(grpc::CallbackServerContext* context,
+                                      const v1::TrustHostRequest* request,
                                       v1::TrustHostResponse* response) override;
-  grpc::ServerUnaryReactor* MakeJoinToken(grpc::CallbackServerContext* context, const v1::MakeJoinTokenRequest* request,
+  grpc::ServerUnaryReactor* MakeJoinToken(grpc::CallbackServerContext* context,
+                                          const v1::MakeJoinTokenRequest* request,
                                           v1::MakeJoinTokenResponse* response) override;
   grpc::ServerUnaryReactor* Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
                                   v1::ExpelResponse* response) override;
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(grpc::CallbackServerContext* context,
                                                            const v1::WatchJobRequest* request) override;
-  grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context, const v1::ListWorkersRequest* request,
+  grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context,
+                                        const v1::ListWorkersRequest* request,
                                         v1::ListWorkersResponse* response) override;
 
  private:

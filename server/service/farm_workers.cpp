@@ -41,23 +41,28 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   }
   if (request.build() != wire::build_version()) {
     return absl::FailedPreconditionError(absl::StrCat("the worker is of build \"", request.build(),
-                                                      "\", the coordinator of build \"", wire::build_version(), "\""));
+                                                      "\", the coordinator of build \"",
+                                                      wire::build_version(), "\""));
   }
   if (request.name().size() > kMaxNameBytes || request.supported_isas_size() > kMaxIsas) {
     return absl::InvalidArgumentError("the name is too long, or there are too many ISAs");
   }
   const auto& isas = request.supported_isas();
   if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
-    return absl::InvalidArgumentError(absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
   }
   if (std::any_of(isas.begin(), isas.end(), [](const std::string& isa) { return isa.size() > kMaxIsaBytes; }))
     return absl::InvalidArgumentError("the name of an ISA is too long");
   const auto& classes = request.arithmetic_classes();
-  const auto is_of = [](const std::string& name, const std::string& isa) { return wire::isa_of(name) == isa; };
+  const auto is_of = [](const std::string& name, const std::string& isa) {
+    return wire::isa_of(name) == isa;
+  };
   const auto is_long = [](const std::string& name) { return name.size() > kMaxNameBytes; };
   if (!std::equal(classes.begin(), classes.end(), isas.begin(), isas.end(), is_of) ||
       std::any_of(classes.begin(), classes.end(), is_long)) {
-    return absl::InvalidArgumentError("expected one arithmetic class, ISA/..., for each ISA that is supported");
+    return absl::InvalidArgumentError(
+        "expected one arithmetic class, ISA/..., for each ISA that is supported");
   }
   std::size_t tag_bytes = 0;
   for (const std::string& tag : request.tags()) tag_bytes += tag.size() + 1;
@@ -94,8 +99,10 @@ class Served {
 void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
                absl::string_view text) {
   const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
-  wire::log(level, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
-            "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(), std::string(text));
+  wire::log(level,
+            {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
+            "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(),
+            std::string(text));
 }
 
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
@@ -107,7 +114,8 @@ bool names_few(const v1::LeaseRequest& request) {
 
 }  // namespace
 
-absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request, const Origin& origin) {
+absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request,
+                                                           const Origin& origin) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   if (absl::Status status = check_registration(request); !status.ok()) {
     const std::string name = request.name().substr(0, kMaxNameBytes);
@@ -119,7 +127,8 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
   response.set_worker_id(random_identifier(16));
   response.set_epoch(journal_.epoch());
   const std::lock_guard lock(mutex_);
-  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
+  *response.mutable_heartbeat_interval() =
+      TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
   const absl::Status status = scheduler_.register_worker(
       {.id = response.worker_id(),
        .name = request.name(),
@@ -154,7 +163,8 @@ absl::Status Farm::check_granted(const std::string& worker, const v1::LeaseToken
   const std::string host = scheduler_.host_of(worker);
   if (scheduler_.holds(worker, token) || seal_->is_sealed(token, host)) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat("unit ", token.unit_index(), " of job ", token.job_id(),
-                                                    " was not granted to host ", short_name(host), " by this lease"));
+                                                    " was not granted to host ", short_name(host),
+                                                    " by this lease"));
 }
 
 // ---------------------------------------------------------------- leases
@@ -175,13 +185,13 @@ void Farm::lease(v1::LeaseRequest request, const Origin& origin, std::function<b
                                              std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
   if (try_lease(request, wait == 0, done)) return;
   const std::string worker = request.worker_id();
-  dispatcher_.park(
-      worker, Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
-      [this, request = std::move(request), cancelled = std::move(cancelled), done = std::move(done)](bool last) {
-        if (!cancelled()) return try_lease(request, last, done);
-        done(absl::CancelledError("the worker hung up"));
-        return true;
-      });
+  dispatcher_.park(worker, Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
+                   [this, request = std::move(request), cancelled = std::move(cancelled),
+                    done = std::move(done)](bool last) {
+                     if (!cancelled()) return try_lease(request, last, done);
+                     done(absl::CancelledError("the worker hung up"));
+                     return true;
+                   });
 }
 
 bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done) {
@@ -198,11 +208,11 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
     return true;
   }
   if (response->leases().empty() && !last) return false;
-  // No worker may begin before it is durable in which class: after a restart another one could be chosen. The choice
-  // may have been that of another call, and on its way.
-  const bool binding = std::any_of(response->leases().begin(), response->leases().end(), [&](const v1::Lease& lease) {
-    return jobs_.find(lease.token().job_id())->bounds_under_way > 0;
-  });
+  // No worker may begin before it is durable in which class: after a restart another one could be chosen. The
+  // choice may have been that of another call, and on its way.
+  const bool binding = std::any_of(
+      response->leases().begin(), response->leases().end(),
+      [&](const v1::Lease& lease) { return jobs_.find(lease.token().job_id())->bounds_under_way > 0; });
   if (!binding && !scheduler_.has_events()) {
     lock.unlock();
     done(std::move(response));
@@ -239,7 +249,8 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   return response;
 }
 
-absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request, const Origin& origin) {
+absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request,
+                                                      const Origin& origin) {
   if (absl::Status status = check_serving(); !status.ok()) return status;
   const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
   const std::lock_guard lock(mutex_);
@@ -249,20 +260,24 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest
   return response;
 }
 
-absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker, const v1::HeartbeatRequest& request) {
+absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker,
+                                                 const v1::HeartbeatRequest& request) {
   if (request.leases_size() > kMaxLeasesPerHeartbeat) {
-    return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
   }
   v1::HeartbeatResponse response;
   std::vector<v1::LeaseToken> granted;
   for (const v1::LeaseToken& token : request.leases()) {
-    check_granted(worker, token).ok() ? granted.push_back(token) : static_cast<void>(*response.add_revoked() = token);
+    check_granted(worker, token).ok() ? granted.push_back(token)
+                                      : static_cast<void>(*response.add_revoked() = token);
   }
   absl::StatusOr<HeartbeatDecision> decision = scheduler_.heartbeat(worker, granted, now());
   if (!decision.ok()) return decision.status();
   for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
   response.set_drain(decision->drain);
-  *response.mutable_heartbeat_interval() = TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
+  *response.mutable_heartbeat_interval() =
+      TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
   return response;
 }
 
@@ -290,7 +305,8 @@ std::uint32_t Farm::expel(const std::string& certificate) {
       if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
       registrations_.erase(info.id);
       ++expelled;
-      wire::log(spdlog::level::warn, {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
+      wire::log(spdlog::level::warn,
+                {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
                 "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id, worker.leases);
     }
   }
@@ -304,11 +320,12 @@ void Farm::tick() {
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) {
     registrations_.erase(worker.id);
-    wire::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host}, "worker {} ({}) was lost", worker.name,
-              worker.id);
+    wire::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host}, "worker {} ({}) was lost",
+              worker.name, worker.id);
   }
   metrics_.lost(expiry.lost_leases);
-  if (expiry.lost_leases > 0) spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
+  if (expiry.lost_leases > 0)
+    spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
   commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
   retire_jobs();
   if (now() < next_prune_) return;
@@ -318,7 +335,8 @@ void Farm::tick() {
 
 // ---------------------------------------------------------------- results
 
-void Farm::complete(const v1::CompleteRequest& request, const Origin& origin, Done<v1::CompleteResponse> done) {
+void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
+                    Done<v1::CompleteResponse> done) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (commits_.waiting_bytes() > kMaxWaitingBytes) {
     return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
@@ -327,7 +345,8 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin, Do
   std::shared_ptr<const JobShape> shape;
   {
     const std::lock_guard lock(mutex_);
-    if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return done(std::move(status));
+    if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+      return done(std::move(status));
     const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
     if (!entry.ok()) return done(entry.status());
     if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) {
@@ -338,14 +357,16 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin, Do
     if ((*entry)->past) {
       // All of its results are there; that this is one of them is all that can be said without reading them.
       if ((*entry)->past->state == v1::DONE) return done(v1::CompleteResponse());
-      return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
+      return done(
+          absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
     }
     shape = (*entry)->shape;
   }
   const std::optional<UnitRun> units = shape->plan->run(token.unit_index(), std::max(token.ranges(), 1u));
   if (!units) {
-    return done(absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
-                                                        " of ", std::max(token.ranges(), 1u), " ranges")));
+    return done(
+        absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
+                                                " of ", std::max(token.ranges(), 1u), " ranges")));
   }
   const absl::StatusOr<std::string> digest =
       check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels);
@@ -375,7 +396,8 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
     // A result that is refused may still decide who is at fault.
     commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
     if (absl::IsAlreadyExists(decision.status())) {
-      log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), token, decision.status().message());
+      log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), token,
+                decision.status().message());
     }
     return done(decision.status());
   }
@@ -413,7 +435,8 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
       *response.mutable_beat() = *std::move(beaten);
   }
   if (request.has_more() && names_few(request.more())) {
-    if (auto more = grant(request.worker_id(), request.more()); more.ok()) *response.mutable_more() = *std::move(more);
+    if (auto more = grant(request.worker_id(), request.more()); more.ok())
+      *response.mutable_more() = *std::move(more);
   }
   commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
          [response = std::move(response), done = std::move(done)](const absl::Status& status) {
@@ -429,16 +452,21 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
   const v1::LeaseToken& token = request.token();
   const Served served(metrics_, FarmMetrics::Call::kFail);
   std::unique_lock lock(mutex_);
-  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return done(std::move(status));
-  if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok()) return done(entry.status());
-  if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) return done(std::move(status));
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+    return done(std::move(status));
+  if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok())
+    return done(entry.status());
+  if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
+    return done(std::move(status));
   const std::string message = shortened(request.message());
-  const absl::Status failed = jobs_.find(token.job_id())->past
-                                  ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
-                                  : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  const absl::Status failed =
+      jobs_.find(token.job_id())->past
+          ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
+          : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
-  log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, absl::StrCat("failed: ", message));
+  log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
+            absl::StrCat("failed: ", message));
   commit({}, {}, /*wait=*/true, std::move(done));
   lock.unlock();
   dispatcher_.notify_work();

@@ -22,7 +22,8 @@ absl::StatusOr<std::unique_ptr<HealthServer>> HealthServer::start(const std::str
   }
   health->listener_ = *std::move(listener);
   Listener::Acceptor acceptor = builder.experimental().AddExternalConnectionAcceptor(
-      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+      grpc::InsecureServerCredentials());
   health->server_ = builder.BuildAndStart();
   if (health->server_ == nullptr) return absl::InternalError("gRPC does not start a server");
   health->set_serving(false);

@@ -107,7 +107,8 @@ std::vector<HostShare> HostShares::slow() const {
       found.push_back({.host = host, .units = share.timed_units, .slowness = slowness});
     }
   }
-  std::sort(found.begin(), found.end(), [](const HostShare& a, const HostShare& b) { return a.slowness > b.slowness; });
+  std::sort(found.begin(), found.end(),
+            [](const HostShare& a, const HostShare& b) { return a.slowness > b.slowness; });
   return found;
 }
 

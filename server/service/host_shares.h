@@ -31,7 +31,8 @@ class HostShares {
   void discount(const std::string& host, std::uint32_t units);
   /// None counts, until they are counted again.
   void clear_counts();
-  /// How long a unit took on one thread, on average over those of a result; 0 when they were not rendered for this job.
+  /// How long a unit took on one thread, on average over those of a result; 0 when they were not rendered for
+  /// this job.
   void time(const std::string& host, std::chrono::nanoseconds taken);
 
   using Saved = google::protobuf::RepeatedPtrField<v1::JobCost::Host>;
@@ -42,8 +43,9 @@ class HostShares {
   /// Those whose results count.
   std::vector<std::string> hosts() const;
 
-  /// Hosts whose units take kSlow times the usual and more beyond doubt, the slowest first. Hosts are compared by the
-  /// units that they return one after the other (scheduler/worker_pace.h), for a job's units cost very differently.
+  /// Hosts whose units take kSlow times the usual and more beyond doubt, the slowest first. Hosts are
+  /// compared by the units that they return one after the other (scheduler/worker_pace.h), for a job's units
+  /// cost very differently.
   std::vector<HostShare> slow() const;
 
  private:

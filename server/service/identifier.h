@@ -5,8 +5,8 @@
 
 namespace tessera::server {
 
-/// Random hexadecimal digits: a worker or client that talks to the wrong coordinator, or to one that has forgotten, is
-/// not taken for another.
+/// Random hexadecimal digits: a worker or client that talks to the wrong coordinator, or to one that has
+/// forgotten, is not taken for another.
 std::string random_identifier(int digits);
 
 }  // namespace tessera::server

@@ -15,7 +15,8 @@ std::string Identities::of(const grpc::AuthContext* context) {
     if (const auto found = by_pem_.find(pem); found != by_pem_.end()) return found->second;
   }
   const wire::Certificate certificate = wire::certificate_from_pem(pem);
-  const std::string digest = certificate == nullptr ? wire::sha256_hex(pem) : wire::key_digest_of(certificate.get());
+  const std::string digest =
+      certificate == nullptr ? wire::sha256_hex(pem) : wire::key_digest_of(certificate.get());
   const std::lock_guard lock{mutex_};
   if (by_pem_.size() >= kMostKept) by_pem_.clear();
   return by_pem_[pem] = digest.substr(0, kFingerprintDigits);

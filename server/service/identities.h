@@ -15,8 +15,8 @@ class Identities {
  public:
   static constexpr std::size_t kMostKept = 16'384;  // certificates
 
-  /// The fingerprint of the caller's key (identity.h): whoever has a certificate of the same key is the same. Empty for
-  /// a caller without a certificate. One that cannot be read is an identity of its own.
+  /// The fingerprint of the caller's key (identity.h): whoever has a certificate of the same key is the same.
+  /// Empty for a caller without a certificate. One that cannot be read is an identity of its own.
   std::string of(const grpc::AuthContext* context);
 
  private:

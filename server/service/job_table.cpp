@@ -37,8 +37,8 @@ absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec)
   auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
   if (!channels.ok()) return channels.status();
   const std::size_t spec_bytes = spec.SpaceUsedLong();
-  return std::make_shared<const JobShape>(
-      JobShape{std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels), spec_bytes});
+  return std::make_shared<const JobShape>(JobShape{
+      std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels), spec_bytes});
 }
 
 std::int64_t unix_milliseconds() {
@@ -75,7 +75,8 @@ std::string request_key(const std::string& user, const std::string& request_id) 
   return absl::StrCat(user.size(), ":", user, " ", request_id);
 }
 
-void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host, const v1::UnitStats& stats) {
+void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host,
+                const v1::UnitStats& stats) {
   add_stats(entry.stats, stats);
   entry.hosts.count(host, units.ranges);
   entry.hosts.time(host, time_of(stats) / units.ranges);
@@ -321,7 +322,8 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
 
 v1::UnitStats bounded(v1::UnitStats stats) {
   if (stats.warnings_size() > kMaxWarningsPerUnit) {
-    stats.mutable_warnings()->DeleteSubrange(kMaxWarningsPerUnit, stats.warnings_size() - kMaxWarningsPerUnit);
+    stats.mutable_warnings()->DeleteSubrange(kMaxWarningsPerUnit,
+                                             stats.warnings_size() - kMaxWarningsPerUnit);
   }
   for (std::string& warning : *stats.mutable_warnings()) {
     if (warning.size() > wire::kMaxTextBytes) warning.resize(wire::kMaxTextBytes);
@@ -329,11 +331,13 @@ v1::UnitStats bounded(v1::UnitStats stats) {
   // Durations from a broken clock must not spoil the sum.
   constexpr std::int64_t kLongest = 30 * 24 * 3600;  // seconds
   for (google::protobuf::Duration* time : {stats.mutable_cpu_time(), stats.mutable_wall_time()}) {
-    if (time->seconds() < 0 || time->seconds() > kLongest || time->nanos() < 0 || time->nanos() > 999'999'999) {
+    if (time->seconds() < 0 || time->seconds() > kLongest || time->nanos() < 0 ||
+        time->nanos() > 999'999'999) {
       time->Clear();
     }
   }
-  for (TimeMap* times : {stats.mutable_stage_ns(), stats.mutable_shading_part_ns(), stats.mutable_material_ns()}) {
+  for (TimeMap* times :
+       {stats.mutable_stage_ns(), stats.mutable_shading_part_ns(), stats.mutable_material_ns()}) {
     bound_times(*times, static_cast<std::uint64_t>(kLongest) * 1'000'000'000);
   }
   return stats;

@@ -40,16 +40,18 @@ struct JobEntry {
   std::int64_t finished_unix_ms = 0;
   std::uint64_t uploaded_bytes = 0;
 
-  /// Set for a job that ended a while ago, or before this coordinator started: the scheduler does not know it.
+  /// Set for a job that ended a while ago, or before this coordinator started: the scheduler does not know
+  /// it.
   std::optional<JobView> past;
 
   v1::UnitStats stats;
   HostShares hosts;
-  /// Units of each result, by sequence number - 1; the first is kRevoked where the result does not count any more.
-  /// Empty when `past` is set: the journal knows.
+  /// Units of each result, by sequence number - 1; the first is kRevoked where the result does not count any
+  /// more. Empty when `past` is set: the journal knows.
   std::vector<CoveredUnits> units_by_sequence;
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
-  std::vector<std::uint64_t> past_revoked;  // where `past` is set: numbers of results that do not count, ascending
+  std::vector<std::uint64_t>
+      past_revoked;  // where `past` is set: numbers of results that do not count, ascending
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.
@@ -68,11 +70,13 @@ struct JobEntry {
   std::deque<v1::FailedUnit> latest_failures = {};
 };
 
-/// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of their own.
+/// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of
+/// their own.
 std::string request_key(const std::string& user, const std::string& request_id);
 
 /// A result is there, which counts.
-void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host, const v1::UnitStats& stats);
+void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& host,
+                const v1::UnitStats& stats);
 
 /// So many results are on disk.
 void note_durable(JobEntry& entry, std::uint64_t results);

@@ -58,7 +58,8 @@ JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::function<voi
       joined_(std::move(joined)),
       service_(std::make_unique<Service>(*this)) {}
 
-absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options, Connections& connections) {
+absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options,
+                                                              Connections& connections) {
   const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.address);
   if (!address.ok()) return address.status();
   absl::StatusOr<Authority> authority = Authority::open_existing(options.authority);
@@ -70,7 +71,8 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   absl::StatusOr<JoinTokens> tokens = JoinTokens::open(options.token_file);
   if (!tokens.ok()) return tokens.status();
 
-  std::unique_ptr<JoinServer> server{new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
+  std::unique_ptr<JoinServer> server{
+      new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
   const auto credentials = wire::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
   grpc::ServerBuilder builder;
@@ -100,8 +102,9 @@ JoinServer::~JoinServer() {
 absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, std::uint32_t uses) {
   absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
   if (!secret.ok()) return secret.status();
-  return wire::JoinToken{
-      .port = static_cast<std::uint16_t>(port()), .authority_digest = authority_.digest(), .secret = *std::move(secret)}
+  return wire::JoinToken{.port = static_cast<std::uint16_t>(port()),
+                         .authority_digest = authority_.digest(),
+                         .secret = *std::move(secret)}
       .to_string();
 }
 
@@ -123,7 +126,8 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
     return certificate;
   }
   if (absl::IsResourceExhausted(redeemed)) return redeemed;  // the lines before this one tell enough
-  wire::log(spdlog::level::warn, fields, "worker {} may not join: {}", request.name(), std::string(redeemed.message()));
+  wire::log(spdlog::level::warn, fields, "worker {} may not join: {}", request.name(),
+            std::string(redeemed.message()));
   if (absl::IsPermissionDenied(redeemed)) {
     return absl::PermissionDeniedError("the join token is not valid: wrong, expired, or used up");
   }

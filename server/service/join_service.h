@@ -24,16 +24,19 @@ struct JoinOptions {
   std::chrono::seconds certificate_interval;
   std::filesystem::path authority;   // the folder with the authority's key
   std::filesystem::path token_file;  // empty: tokens do not outlive the coordinator
-  std::function<void(const std::string&)> joined = [](const std::string&) {};  // told the names of new workers
+  std::function<void(const std::string&)> joined = [](const std::string&) {
+  };  // told the names of new workers
 };
 
-/// Serves JoinService, and nothing else, on a port of its own: callers there have no certificate. Thread-safe.
+/// Serves JoinService, and nothing else, on a port of its own: callers there have no certificate.
+/// Thread-safe.
 class JoinServer {
  public:
-  /// InvalidArgument where the authority is not the one that the server's own certificate is of, or the address is
-  /// malformed; Unavailable where files cannot be read or the address cannot be listened on.
+  /// InvalidArgument where the authority is not the one that the server's own certificate is of, or the
+  /// address is malformed; Unavailable where files cannot be read or the address cannot be listened on.
   /// `connections` must outlive the server.
-  static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options, Connections& connections);
+  static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options,
+                                                           Connections& connections);
   /// Refuses new calls and ends those that run.
   ~JoinServer();
 
@@ -42,7 +45,9 @@ class JoinServer {
   /// A join token, as text. Errors as JoinTokens::make.
   absl::StatusOr<std::string> make_token(std::chrono::seconds life, std::uint32_t uses);
   /// Tokens that the worker joined with are accepted no more. How many that were.
-  absl::StatusOr<std::size_t> call_tokens_back(const std::string& worker) { return tokens_.call_back(worker); }
+  absl::StatusOr<std::size_t> call_tokens_back(const std::string& worker) {
+    return tokens_.call_back(worker);
+  }
 
  private:
   class Service;

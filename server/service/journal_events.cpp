@@ -54,7 +54,8 @@ void append_to_journal(const FarmEvent& event, std::int64_t now_unix_ms, std::ve
 std::vector<std::uint64_t> revoked_results(const JobRecord& record) {
   std::vector<std::uint64_t> sequences;
   for (const SchedulerEvent& event : record.events) {
-    if (static_cast<Kind>(event.kind) == Kind::kRevoked) sequences.push_back(static_cast<std::uint64_t>(event.value));
+    if (static_cast<Kind>(event.kind) == Kind::kRevoked)
+      sequences.push_back(static_cast<std::uint64_t>(event.value));
   }
   std::sort(sequences.begin(), sequences.end());
   return sequences;
@@ -84,8 +85,8 @@ absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobReco
     }
     const std::optional<UnitRun> units = plan->run(result.units.first, result.units.ranges);
     if (!units) {
-      status.Update(absl::InvalidArgumentError(
-          absl::StrCat("job ", id, " has no unit ", result.units.first, " of ", result.units.ranges, " ranges")));
+      status.Update(absl::InvalidArgumentError(absl::StrCat("job ", id, " has no unit ", result.units.first,
+                                                            " of ", result.units.ranges, " ranges")));
       break;
     }
     status.Update(scheduler.restore_done(id, {.fingerprint = fingerprint_of(result.digest),

@@ -10,12 +10,13 @@
 
 namespace tessera::server {
 
-/// Appends what has to be journaled for an event. `now_unix_ms` is when a job ended, if that is what the event says.
+/// Appends what has to be journaled for an event. `now_unix_ms` is when a job ended, if that is what the
+/// event says.
 void append_to_journal(const FarmEvent& event, std::int64_t now_unix_ms, std::vector<JournalEntry>& entries);
 
-/// Tells a new scheduler everything about a job that has not ended, or is incomplete. `request.isa` is what the job
-/// asks for; what it was bound to is in the record. What has to be journaled after that is among the scheduler's
-/// events.
+/// Tells a new scheduler everything about a job that has not ended, or is incomplete. `request.isa` is what
+/// the job asks for; what it was bound to is in the record. What has to be journaled after that is among the
+/// scheduler's events.
 absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobRecord& record);
 
 /// Tells a new scheduler which hosts are not trusted. Before any job.

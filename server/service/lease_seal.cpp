@@ -17,7 +17,8 @@
 namespace tessera::server {
 namespace {
 
-/// The fields of a token and the host, each of a length that it says itself: no two grants give the same bytes.
+/// The fields of a token and the host, each of a length that it says itself: no two grants give the same
+/// bytes.
 std::string message_of(const v1::LeaseToken& token, std::string_view host) {
   return absl::StrCat("lease ", token.job_id().size(), ":", token.job_id(), " ", token.generation(), " ",
                       token.unit_index(), " ", token.ranges(), " ", token.attempt(), " ", token.epoch(), " ",
@@ -31,13 +32,15 @@ absl::StatusOr<std::shared_ptr<const LeaseSeal>> LeaseSeal::open(const std::file
     std::ifstream in{file};
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     if (!in) return absl::UnavailableError(absl::StrCat(file.string(), " cannot be read"));
-    if (text.size() != 2 * kKeyBytes + 1 || text.back() != '\n' || !wire::is_digest(text.substr(0, 2 * kKeyBytes))) {
+    if (text.size() != 2 * kKeyBytes + 1 || text.back() != '\n' ||
+        !wire::is_digest(text.substr(0, 2 * kKeyBytes))) {
       return absl::DataLossError(
           absl::StrCat(file.string(),
                        " holds no key. Delete it: a new one is made, and results that workers hold at "
                        "this moment are rendered again"));
     }
-    return std::shared_ptr<const LeaseSeal>(new LeaseSeal(absl::HexStringToBytes(text.substr(0, 2 * kKeyBytes))));
+    return std::shared_ptr<const LeaseSeal>(
+        new LeaseSeal(absl::HexStringToBytes(text.substr(0, 2 * kKeyBytes))));
   }
   std::string key(kKeyBytes, '\0');
   if (RAND_bytes(reinterpret_cast<unsigned char*>(key.data()), static_cast<int>(key.size())) != 1) {

@@ -1,4 +1,5 @@
-// Proof that a lease was granted, and to whom: without a record of each grant, and over restarts of the coordinator.
+// Proof that a lease was granted, and to whom: without a record of each grant, and over restarts of the
+// coordinator.
 #pragma once
 
 #include <filesystem>
@@ -11,15 +12,15 @@
 
 namespace tessera::server {
 
-/// Seals lease tokens with a key that only the coordinator has: HMAC-SHA-256 [RFC2104] over the token and the host that
-/// it was granted to. Thread-safe.
+/// Seals lease tokens with a key that only the coordinator has: HMAC-SHA-256 [RFC2104] over the token and the
+/// host that it was granted to. Thread-safe.
 class LeaseSeal {
  public:
   static constexpr std::size_t kKeyBytes = 32;
   static constexpr std::size_t kSealBytes = 16;  // of the 32 that HMAC gives
 
-  /// The key in `file`, made when there is none; an empty path: a new one, in memory. Unavailable for a file that
-  /// cannot be read or written, DataLoss for one that holds no key.
+  /// The key in `file`, made when there is none; an empty path: a new one, in memory. Unavailable for a file
+  /// that cannot be read or written, DataLoss for one that holds no key.
   static absl::StatusOr<std::shared_ptr<const LeaseSeal>> open(const std::filesystem::path& file);
 
   /// Seals a token for a host.

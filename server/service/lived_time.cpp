@@ -28,7 +28,8 @@ absl::Status LivedTime::read() {
   std::string line, job;
   std::int64_t milliseconds = 0;
   const auto damaged = [&] { return absl::DataLossError(absl::StrCat(file_.string(), " cannot be read")); };
-  if (!std::getline(in, line) || line != kHeading || !(in >> milliseconds) || milliseconds < 0) return damaged();
+  if (!std::getline(in, line) || line != kHeading || !(in >> milliseconds) || milliseconds < 0)
+    return damaged();
   lived_ = Time{milliseconds};
   while (in >> job) {
     if (!(in >> milliseconds) || milliseconds < 0 || Time{milliseconds} > lived_) return damaged();

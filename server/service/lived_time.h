@@ -12,14 +12,15 @@
 
 namespace tessera::server {
 
-/// How long ago jobs ended, by a clock that runs while a coordinator does: time between two coordinators counts for
-/// nothing, and neither do steps of the machine's clock, or nights in which it sleeps. Not thread-safe.
+/// How long ago jobs ended, by a clock that runs while a coordinator does: time between two coordinators
+/// counts for nothing, and neither do steps of the machine's clock, or nights in which it sleeps. Not
+/// thread-safe.
 class LivedTime {
  public:
   using Time = std::chrono::milliseconds;
 
-  /// Goes on where the file's writer was. Where there is none, or it cannot be read, everything ends now: jobs are kept
-  /// for longer than they had to be, never for less.
+  /// Goes on where the file's writer was. Where there is none, or it cannot be read, everything ends now:
+  /// jobs are kept for longer than they had to be, never for less.
   explicit LivedTime(std::filesystem::path file = {});
 
   /// Takes in what two clocks say: one that only ever runs, and the one on the wall. Returns by how much the

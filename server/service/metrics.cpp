@@ -64,7 +64,8 @@ class FarmGauges final : public prometheus::Collectable {
       threads[worker.isa()] += worker.threads();
     }
     std::vector<prometheus::MetricFamily> families;
-    for (wire::ReadFamily* read : {&jobs, &units, &workers, &threads}) families.push_back(std::move(*read).family());
+    for (wire::ReadFamily* read : {&jobs, &units, &workers, &threads})
+      families.push_back(std::move(*read).family());
     return families;
   }
 
@@ -92,7 +93,8 @@ class ConnectionMetrics final : public prometheus::Collectable {
   explicit ConnectionMetrics(const Connections& connections) : connections_(connections) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
-    wire::ReadFamily open = gauge("tessera_connections", "Connections, by whether a call has come on them", "state");
+    wire::ReadFamily open =
+        gauge("tessera_connections", "Connections, by whether a call has come on them", "state");
     const std::size_t silent = connections_.silent(), all = connections_.open();
     open["silent"] = static_cast<double>(silent);
     open["called"] = static_cast<double>(all - std::min(all, silent));
@@ -112,21 +114,27 @@ class ConnectionMetrics final : public prometheus::Collectable {
 struct FarmMetrics::Series {
   std::shared_ptr<prometheus::Registry> registry = std::make_shared<prometheus::Registry>();
   prometheus::Counter& leases = counter(*registry, "tessera_leases_total", "Units handed out");
-  prometheus::Counter& lost = counter(*registry, "tessera_lost_leases_total", "Leases that ran out with no result");
+  prometheus::Counter& lost =
+      counter(*registry, "tessera_lost_leases_total", "Leases that ran out with no result");
   prometheus::Counter& repeated =
       counter(*registry, "tessera_repeated_results_total", "Results that were there already");
-  prometheus::Counter& refused = counter(*registry, "tessera_refused_results_total", "Results that were not accepted");
-  prometheus::Counter& failures = counter(*registry, "tessera_failures_total", "Units that a worker could not render");
-  prometheus::Counter& result_bytes = counter(*registry, "tessera_result_bytes_total", "Bytes of accepted results");
-  prometheus::Counter& blob_bytes = counter(*registry, "tessera_uploaded_bytes_total", "Bytes of blobs from clients");
+  prometheus::Counter& refused =
+      counter(*registry, "tessera_refused_results_total", "Results that were not accepted");
+  prometheus::Counter& failures =
+      counter(*registry, "tessera_failures_total", "Units that a worker could not render");
+  prometheus::Counter& result_bytes =
+      counter(*registry, "tessera_result_bytes_total", "Bytes of accepted results");
+  prometheus::Counter& blob_bytes =
+      counter(*registry, "tessera_uploaded_bytes_total", "Bytes of blobs from clients");
   prometheus::Counter& entries =
       counter(*registry, "tessera_journal_entries_total", "Entries committed to the journal");
   // Its count is that of completions.
-  prometheus::Histogram& unit_seconds = prometheus::BuildHistogram()
-                                            .Name("tessera_unit_seconds")
-                                            .Help("Time that workers took for the units whose results were accepted")
-                                            .Register(*registry)
-                                            .Add({}, wire::kUnitSecondsBuckets);
+  prometheus::Histogram& unit_seconds =
+      prometheus::BuildHistogram()
+          .Name("tessera_unit_seconds")
+          .Help("Time that workers took for the units whose results were accepted")
+          .Register(*registry)
+          .Add({}, wire::kUnitSecondsBuckets);
   prometheus::Histogram& commit_seconds = prometheus::BuildHistogram()
                                               .Name("tessera_commit_seconds")
                                               .Help("Time from a change to its being durable")
@@ -138,7 +146,8 @@ struct FarmMetrics::Series {
                        .Help("Time that calls spent in the scheduler, waiting for it included")
                        .Register(*registry);
     std::array<prometheus::Histogram*, kCallNames.size()> result{};
-    for (std::size_t i = 0; i < result.size(); ++i) result[i] = &family.Add({{"call", kCallNames[i]}}, short_times());
+    for (std::size_t i = 0; i < result.size(); ++i)
+      result[i] = &family.Add({{"call", kCallNames[i]}}, short_times());
     return result;
   }();
 };
@@ -168,7 +177,9 @@ void FarmMetrics::uploaded(std::uint64_t bytes) { series_->blob_bytes.Increment(
 
 std::shared_ptr<prometheus::Collectable> FarmMetrics::collectable() const { return series_->registry; }
 
-std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) { return std::make_shared<FarmGauges>(farm); }
+std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) {
+  return std::make_shared<FarmGauges>(farm);
+}
 
 std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams) {
   return std::make_shared<StreamCounter>(streams);

@@ -25,7 +25,8 @@ OpenStreams::Stream::~Stream() {
 }
 
 void OpenStreams::cut_stalled(Clock::time_point now) {
-  // gRPC calls a reactor's functions from threads of its own, not from within TryCancel: none of them waits for this.
+  // gRPC calls a reactor's functions from threads of its own, not from within TryCancel: none of them waits
+  // for this.
   const std::lock_guard lock(mutex_);
   if (now < next_look_) return;
   next_look_ = now + kBetweenLooks;
@@ -39,7 +40,8 @@ void OpenStreams::cut_stalled(Clock::time_point now) {
     if (!write) continue;
     const std::string peer = stream->context_->peer();
     wire::log(spdlog::level::warn, {.user = stream->caller_.user, .peer = peer},
-              "cut off: the other end of a stream ({}) let a message wait for {:.1f} s ({} such lines left out before)",
+              "cut off: the other end of a stream ({}) let a message wait for {:.1f} s ({} such lines left "
+              "out before)",
               stream->kind_, std::chrono::duration<double>(now.time_since_epoch() - since).count(), left_out);
   }
 }

@@ -16,9 +16,9 @@
 
 namespace tessera::server {
 
-/// Ends streams whose other end takes, or sends, nothing: what they hold (a message, a part of a blob and its claim)
-/// would be held for as long as somebody likes. They may be begun again where they were. Thread-safe; must outlive all
-/// streams.
+/// Ends streams whose other end takes, or sends, nothing: what they hold (a message, a part of a blob and its
+/// claim) would be held for as long as somebody likes. They may be begun again where they were. Thread-safe;
+/// must outlive all streams.
 class OpenStreams {
  public:
   using Clock = std::chrono::steady_clock;
@@ -57,8 +57,8 @@ class OpenStreams {
     std::list<Stream*>::iterator place_;
   };
 
-  /// Cuts off every stream whose message has been on its way for longer than its patience. To be called every second or
-  /// so, or more often.
+  /// Cuts off every stream whose message has been on its way for longer than its patience. To be called every
+  /// second or so, or more often.
   void cut_stalled(Clock::time_point now);
   /// Cuts off the streams of everybody who calls by this name in this role.
   void cut_off(Role role, const std::string& user);

@@ -19,8 +19,8 @@ std::string_view bytes_of(const std::vector<T>& words) {
   return {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(T)};
 }
 
-// A renderer drops samples beyond 1e15, and filters weigh them by 4 at most (worker/render/film/summable.h); the rest
-// is for the rounding of sums.
+// A renderer drops samples beyond 1e15, and filters weigh them by 4 at most (worker/render/film/summable.h);
+// the rest is for the rounding of sums.
 constexpr double kLargestSample = 1.01 * 4e15;
 
 /// Names what is wrong with the numbers of samples of a unit of `samples` samples a pixel; null when nothing
@@ -47,13 +47,15 @@ const char* check_values(std::span<const float> values, wire::ChannelKind kind, 
 
 }  // namespace
 
-absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit, const v1::JobSpec& spec,
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const v1::JobSpec& spec,
                                          const std::vector<wire::ChannelDesc>& channels) {
   const v1::TileUnit extent = extent_of(unit, spec);
   const v1::PixelRect& pixels = extent.pixels();
   const v1::SampleRange& samples = extent.samples();
   const std::size_t pixel_count = std::size_t{pixels.x1() - pixels.x0()} * (pixels.y1() - pixels.y0());
-  const absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload, pixel_count, channels.size());
+  const absl::StatusOr<wire::TileResult> result =
+      wire::decode_tile_result(payload, pixel_count, channels.size());
   if (!result.ok()) return result.status();
 
   const auto unfit = [&](const std::string& what) {
@@ -68,11 +70,12 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
   }
   if (result->channels != channels) return unfit("its channels are not the job's");
   const std::uint32_t most = samples.end() - samples.begin();
-  if (const char* const what = check_counts(result->counts, most, spec.settings().noise() > 0)) return unfit(what);
+  if (const char* const what = check_counts(result->counts, most, spec.settings().noise() > 0))
+    return unfit(what);
 
   // In a pass, any number of samples may land on one pixel.
-  const double largest_sum =
-      wire::works_in_passes(spec) ? std::numeric_limits<float>::max() : kLargestSample * static_cast<double>(most);
+  const double largest_sum = wire::works_in_passes(spec) ? std::numeric_limits<float>::max()
+                                                         : kLargestSample * static_cast<double>(most);
   for (std::size_t c = 0; c < result->channels.size(); ++c) {
     const std::span plane = std::span(result->values).subspan(c * pixel_count, pixel_count);
     if (const char* const what = check_values(plane, result->channels[c].kind, largest_sum)) {
@@ -86,6 +89,8 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
   return sha.finish_hex();
 }
 
-ResultFingerprint fingerprint_of(const std::string& digest) { return std::stoull(digest.substr(0, 16), nullptr, 16); }
+ResultFingerprint fingerprint_of(const std::string& digest) {
+  return std::stoull(digest.substr(0, 16), nullptr, 16);
+}
 
 }  // namespace tessera::server

@@ -12,11 +12,13 @@
 
 namespace tessera::server {
 
-/// The SHA-256 of the decoded contents, which is the same whatever version of zstd compressed them. InvalidArgument,
-/// with what is wrong, when the bytes are damaged, do not have the rectangle, sample range and channels of the unit, or
-/// hold what no renderer returns: numbers of samples that the job does not allow, values that are not finite or larger
-/// than so many samples can sum up to, negative squares. Sums may be negative, for pixel filters may be.
-absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit, const v1::JobSpec& spec,
+/// The SHA-256 of the decoded contents, which is the same whatever version of zstd compressed them.
+/// InvalidArgument, with what is wrong, when the bytes are damaged, do not have the rectangle, sample range
+/// and channels of the unit, or hold what no renderer returns: numbers of samples that the job does not
+/// allow, values that are not finite or larger than so many samples can sum up to, negative squares. Sums may
+/// be negative, for pixel filters may be.
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const v1::JobSpec& spec,
                                          const std::vector<wire::ChannelDesc>& channels);
 
 /// Fingerprint of a digest, which the scheduler keeps.

@@ -74,7 +74,8 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads, grpc::CallbackServerContext* context,
+grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads,
+                                                        grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response) {
   auto* const reactor = new UploadReactor(uploads, context, response);
   reactor->start();

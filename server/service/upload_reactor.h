@@ -24,7 +24,8 @@ struct Uploads {
 };
 
 /// Deletes itself when the call is over. What came before a break stays stored.
-grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads, grpc::CallbackServerContext* context,
+grpc::ServerReadReactor<v1::UploadRequest>* upload_blob(Uploads& uploads,
+                                                        grpc::CallbackServerContext* context,
                                                         v1::UploadResponse* response);
 
 }  // namespace tessera::server

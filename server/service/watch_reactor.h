@@ -9,8 +9,8 @@
 
 namespace tessera::server {
 
-/// Sends results as they become durable, at the pace at which the client reads, and a status every second between them.
-/// Holds one message at a time. Deletes itself when the call is over.
+/// Sends results as they become durable, at the pace at which the client reads, and a status every second
+/// between them. Holds one message at a time. Deletes itself when the call is over.
 grpc::ServerWriteReactor<v1::WatchJobResponse>* watch_job(Farm& farm, OpenStreams& streams,
                                                           grpc::CallbackServerContext* context,
                                                           const v1::WatchJobRequest& request);

@@ -13,13 +13,14 @@ Farm::Origin WorkService::origin_of(const grpc::CallbackServerContext& context) 
           .account = nullptr};
 }
 
-absl::StatusOr<std::shared_ptr<const Accounts::Hold>> WorkService::take(const grpc::CallbackServerContext& context,
-                                                                        const Holding& amount) {
+absl::StatusOr<std::shared_ptr<const Accounts::Hold>> WorkService::take(
+    const grpc::CallbackServerContext& context, const Holding& amount) {
   return accounts_->take(holder_of(caller_of(context.auth_context().get()).user, context.peer()), amount);
 }
 
 grpc::ServerUnaryReactor* WorkService::Register(grpc::CallbackServerContext* context,
-                                                const v1::RegisterRequest* request, v1::RegisterResponse* response) {
+                                                const v1::RegisterRequest* request,
+                                                v1::RegisterResponse* response) {
   auto hold = take(*context, {.registrations = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(context->DefaultReactor(), hold.status());
   Farm::Origin origin = origin_of(*context);
@@ -27,8 +28,8 @@ grpc::ServerUnaryReactor* WorkService::Register(grpc::CallbackServerContext* con
   return answer(context->DefaultReactor(), farm_.register_worker(*request, origin), response);
 }
 
-grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* context, const v1::LeaseRequest* request,
-                                             v1::LeaseResponse* response) {
+grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* context,
+                                             const v1::LeaseRequest* request, v1::LeaseResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(reactor, hold.status());
@@ -42,12 +43,14 @@ grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* contex
 }
 
 grpc::ServerUnaryReactor* WorkService::Heartbeat(grpc::CallbackServerContext* context,
-                                                 const v1::HeartbeatRequest* request, v1::HeartbeatResponse* response) {
+                                                 const v1::HeartbeatRequest* request,
+                                                 v1::HeartbeatResponse* response) {
   return answer(context->DefaultReactor(), farm_.heartbeat(*request, origin_of(*context)), response);
 }
 
 grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* context,
-                                                const v1::CompleteRequest* request, v1::CompleteResponse* response) {
+                                                const v1::CompleteRequest* request,
+                                                v1::CompleteResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(reactor, hold.status());
@@ -58,10 +61,11 @@ grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* con
   return reactor;
 }
 
-grpc::ServerUnaryReactor* WorkService::Fail(grpc::CallbackServerContext* context, const v1::FailRequest* request,
-                                            v1::FailResponse* response) {
+grpc::ServerUnaryReactor* WorkService::Fail(grpc::CallbackServerContext* context,
+                                            const v1::FailRequest* request, v1::FailResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.fail(*request, origin_of(*context), [reactor](const absl::Status& status) { answer(reactor, status); });
+  farm_.fail(*request, origin_of(*context),
+             [reactor](const absl::Status& status) { answer(reactor, status); });
   return reactor;
 }
 

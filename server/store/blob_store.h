@@ -45,12 +45,13 @@ class BlobStore {
   /// Counts as a use of the blob.
   virtual UploadState query(const std::string& digest) const = 0;
 
-  /// AlreadyExists when the blob is complete; Unavailable while somebody else uploads it; OutOfRange when `offset` is
-  /// not where the stored part ends (zero starts anew).
-  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) = 0;
+  /// AlreadyExists when the blob is complete; Unavailable while somebody else uploads it; OutOfRange when
+  /// `offset` is not where the stored part ends (zero starts anew).
+  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest,
+                                                            std::uint64_t offset) = 0;
 
-  /// ResourceExhausted when `bytes` more would leave less free than is kept for others; said with how much that is.
-  /// Stores without a disk have room.
+  /// ResourceExhausted when `bytes` more would leave less free than is kept for others; said with how much
+  /// that is. Stores without a disk have room.
   virtual absl::Status check_room(std::uint64_t bytes) const { return absl::OkStatus(); }
 
   /// NotFound when the blob is not complete. ResourceExhausted while too many others are read.
@@ -62,22 +63,23 @@ class BlobStore {
     std::uint64_t blobs = 0;
     std::uint64_t bytes = 0;
   };
-  /// Deletes what is not `needed` and was neither written nor asked for (query) for `unused`, parts of uploads that
-  /// nobody goes on with included. Readers keep what they read. Stores that last no longer than a process keep
-  /// everything.
-  virtual Collected collect(const std::function<bool(const std::string& digest)>& needed, std::chrono::seconds unused) {
+  /// Deletes what is not `needed` and was neither written nor asked for (query) for `unused`, parts of
+  /// uploads that nobody goes on with included. Readers keep what they read. Stores that last no longer than
+  /// a process keep everything.
+  virtual Collected collect(const std::function<bool(const std::string& digest)>& needed,
+                            std::chrono::seconds unused) {
     return {};
   }
 };
 
-/// Reads a complete blob and drops it when its bytes do not have its digest any more, or cannot be read: NotFound, with
-/// what to do.
+/// Reads a complete blob and drops it when its bytes do not have its digest any more, or cannot be read:
+/// NotFound, with what to do.
 absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest);
 
 /// Space that blobs leave free of their disk, for the journal and results that are on it too.
 struct DiskReserve {
-  /// 0: nothing. Absent: a twentieth of the disk, and at most kMostBytes. But for 0, a twentieth of the files that the
-  /// disk can have, and at most kMostFiles, are kept as well: blobs may be small.
+  /// 0: nothing. Absent: a twentieth of the disk, and at most kMostBytes. But for 0, a twentieth of the files
+  /// that the disk can have, and at most kMostFiles, are kept as well: blobs may be small.
   std::optional<std::uint64_t> bytes = {};
   static constexpr std::uint64_t kMostBytes = 2'000'000'000;
   static constexpr std::uint64_t kMostFiles = 10'000;
@@ -86,7 +88,8 @@ struct DiskReserve {
 };
 
 /// Below a data directory.
-std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir, DiskReserve reserve = {});
+std::unique_ptr<BlobStore> make_file_blob_store(const std::filesystem::path& data_dir,
+                                                DiskReserve reserve = {});
 
 std::unique_ptr<BlobStore> make_memory_blob_store();
 

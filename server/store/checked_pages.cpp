@@ -13,7 +13,8 @@ namespace {
 constexpr char kName[] = "tessera-checked";
 constexpr int kSumBytes = 8;
 constexpr int kSmallestPage = 512;
-constexpr int kReservedAt = 20;  // byte of the database's header: how many bytes of each page are not SQLite's
+constexpr int kReservedAt =
+    20;  // byte of the database's header: how many bytes of each page are not SQLite's
 
 /// SQLite's file, and behind it in memory the machine's own.
 struct CheckedFile {
@@ -68,7 +69,8 @@ int checked_read(sqlite3_file* file, void* out, int size, sqlite3_int64 offset) 
   const char* const bytes = static_cast<const char*>(out);
   look_at_header(checked, bytes, size, offset);
   if (!is_page(size, offset)) return SQLITE_OK;
-  const bool intact = checked.has_sums ? is_intact(bytes, size, offset) : !has_lost_its_mark(bytes, size, offset);
+  const bool intact =
+      checked.has_sums ? is_intact(bytes, size, offset) : !has_lost_its_mark(bytes, size, offset);
   return intact ? SQLITE_OK : SQLITE_IOERR_DATA;
 }
 
@@ -92,11 +94,15 @@ int pass_close(sqlite3_file* file) { return machine_file(file)->pMethods->xClose
 int pass_truncate(sqlite3_file* file, sqlite3_int64 size) {
   return machine_file(file)->pMethods->xTruncate(machine_file(file), size);
 }
-int pass_sync(sqlite3_file* file, int flags) { return machine_file(file)->pMethods->xSync(machine_file(file), flags); }
+int pass_sync(sqlite3_file* file, int flags) {
+  return machine_file(file)->pMethods->xSync(machine_file(file), flags);
+}
 int pass_size(sqlite3_file* file, sqlite3_int64* size) {
   return machine_file(file)->pMethods->xFileSize(machine_file(file), size);
 }
-int pass_lock(sqlite3_file* file, int lock) { return machine_file(file)->pMethods->xLock(machine_file(file), lock); }
+int pass_lock(sqlite3_file* file, int lock) {
+  return machine_file(file)->pMethods->xLock(machine_file(file), lock);
+}
 int pass_unlock(sqlite3_file* file, int lock) {
   return machine_file(file)->pMethods->xUnlock(machine_file(file), lock);
 }
@@ -106,14 +112,17 @@ int pass_check_lock(sqlite3_file* file, int* locked) {
 int pass_control(sqlite3_file* file, int operation, void* argument) {
   return machine_file(file)->pMethods->xFileControl(machine_file(file), operation, argument);
 }
-int pass_sector_size(sqlite3_file* file) { return machine_file(file)->pMethods->xSectorSize(machine_file(file)); }
+int pass_sector_size(sqlite3_file* file) {
+  return machine_file(file)->pMethods->xSectorSize(machine_file(file));
+}
 int pass_characteristics(sqlite3_file* file) {
   return machine_file(file)->pMethods->xDeviceCharacteristics(machine_file(file));
 }
 
 sqlite3_io_methods checked_methods() {
   sqlite3_io_methods methods{};
-  methods.iVersion = 1;  // neither shared memory (the journal is one process's alone) nor mapping, which would pass by
+  methods.iVersion =
+      1;  // neither shared memory (the journal is one process's alone) nor mapping, which would pass by
   methods.xClose = pass_close, methods.xRead = checked_read, methods.xWrite = checked_write;
   methods.xTruncate = pass_truncate, methods.xSync = pass_sync, methods.xFileSize = pass_size;
   methods.xLock = pass_lock, methods.xUnlock = pass_unlock, methods.xCheckReservedLock = pass_check_lock;
@@ -145,7 +154,9 @@ int pass_full_path(sqlite3_vfs* vfs, const char* name, int size, char* out) {
 int pass_randomness(sqlite3_vfs* vfs, int size, char* out) {
   return machine_vfs(vfs)->xRandomness(machine_vfs(vfs), size, out);
 }
-int pass_sleep(sqlite3_vfs* vfs, int microseconds) { return machine_vfs(vfs)->xSleep(machine_vfs(vfs), microseconds); }
+int pass_sleep(sqlite3_vfs* vfs, int microseconds) {
+  return machine_vfs(vfs)->xSleep(machine_vfs(vfs), microseconds);
+}
 int pass_time(sqlite3_vfs* vfs, double* now) { return machine_vfs(vfs)->xCurrentTime(machine_vfs(vfs), now); }
 int pass_last_error(sqlite3_vfs* vfs, int size, char* out) {
   return machine_vfs(vfs)->xGetLastError(machine_vfs(vfs), size, out);
@@ -157,7 +168,8 @@ sqlite3_vfs make_vfs() {
   vfs.iVersion = 1;
   vfs.szOsFile = static_cast<int>(sizeof(CheckedFile)) + machine->szOsFile;
   vfs.mxPathname = machine->mxPathname, vfs.zName = kName, vfs.pAppData = machine;
-  vfs.xOpen = checked_open, vfs.xDelete = pass_delete, vfs.xAccess = pass_access, vfs.xFullPathname = pass_full_path;
+  vfs.xOpen = checked_open, vfs.xDelete = pass_delete, vfs.xAccess = pass_access,
+  vfs.xFullPathname = pass_full_path;
   vfs.xRandomness = pass_randomness, vfs.xSleep = pass_sleep, vfs.xCurrentTime = pass_time;
   vfs.xGetLastError = pass_last_error;
   return vfs;

@@ -8,8 +8,9 @@
 
 namespace tessera::server {
 
-/// 64 bits of the bytes and of `seed`, which a chain of pieces, or a place, may be. Each step is one-to-one in its
-/// word, so that no damage within one word goes unnoticed. Bytes of the last word that are not there count as zeros.
+/// 64 bits of the bytes and of `seed`, which a chain of pieces, or a place, may be. Each step is one-to-one
+/// in its word, so that no damage within one word goes unnoticed. Bytes of the last word that are not there
+/// count as zeros.
 inline std::uint64_t checksum(std::string_view bytes, std::uint64_t seed) {
   std::uint64_t sum = 0xcbf29ce484222325u ^ seed;
   for (std::size_t at = 0; at < bytes.size(); at += sizeof(std::uint64_t)) {

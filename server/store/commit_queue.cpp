@@ -9,7 +9,8 @@ namespace {
 std::uint64_t bytes_of(const std::vector<JournalEntry>& entries) {
   std::uint64_t bytes = entries.size() * sizeof(JournalEntry);
   for (const JournalEntry& entry : entries) {
-    if (const auto* const unit = std::get_if<UnitDone>(&entry)) bytes += unit->payload.size() + unit->stats.size();
+    if (const auto* const unit = std::get_if<UnitDone>(&entry))
+      bytes += unit->payload.size() + unit->stats.size();
   }
   return bytes;
 }

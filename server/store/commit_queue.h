@@ -23,8 +23,8 @@ class CommitQueue {
   /// Commits all that is left.
   ~CommitQueue();
 
-  /// Commits in the order of calls; the entries of one call together. No entries: `done` comes after all that was
-  /// pushed before is durable.
+  /// Commits in the order of calls; the entries of one call together. No entries: `done` comes after all that
+  /// was pushed before is durable.
   void push(std::vector<JournalEntry> entries, Done done);
 
   /// Bytes of memory that wait, for callers to keep in bounds.

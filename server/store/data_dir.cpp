@@ -10,8 +10,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Nobody but this user may read what is in the directory, whatever it was before: jobs, images, and the key that
-/// leases are sealed with. Files of deeper directories are safe behind those.
+/// Nobody but this user may read what is in the directory, whatever it was before: jobs, images, and the key
+/// that leases are sealed with. Files of deeper directories are safe behind those.
 absl::Status make_private(const fs::path& directory) {
   std::error_code error;
   // That of a mounted volume may be somebody else's; what is in it is not.
@@ -26,9 +26,9 @@ absl::Status make_private(const fs::path& directory) {
     if (status.permissions() == wanted) continue;
     fs::permissions(entry.path(), wanted, error);
     if (error) {
-      return absl::FailedPreconditionError(absl::StrCat(entry.path().string(),
-                                                        " may be read by others, and this user cannot change that (",
-                                                        error.message(), "): chown it to the user of the coordinator"));
+      return absl::FailedPreconditionError(
+          absl::StrCat(entry.path().string(), " may be read by others, and this user cannot change that (",
+                       error.message(), "): chown it to the user of the coordinator"));
     }
   }
   return absl::OkStatus();

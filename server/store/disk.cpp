@@ -12,15 +12,17 @@
 namespace tessera::server {
 namespace {
 
-// Most syncs under way at a time. A journaling file system writes its log once for all that wait for it, so that
-// sixteen take little longer than one [docs/decisions/0015-load.md].
+// Most syncs under way at a time. A journaling file system writes its log once for all that wait for it, so
+// that sixteen take little longer than one [docs/decisions/0015-load.md].
 constexpr std::size_t kSyncsAtATime = 16;
 
 class MachineFile final : public DiskFile {
  public:
   explicit MachineFile(File file) : file_(std::move(file)) {}
   absl::StatusOr<std::uint64_t> size() const override { return file_.size(); }
-  absl::Status write_at(std::uint64_t offset, std::string_view bytes) override { return file_.write_at(offset, bytes); }
+  absl::Status write_at(std::uint64_t offset, std::string_view bytes) override {
+    return file_.write_at(offset, bytes);
+  }
   absl::Status read_at(std::uint64_t offset, char* out, std::size_t size) const override {
     return file_.read_at(offset, out, size);
   }
@@ -41,7 +43,8 @@ class MachineDisk final : public Disk {
   absl::Status remove(const std::filesystem::path& path) override {
     std::error_code error;
     std::filesystem::remove(path, error);
-    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove ", path.string())) : absl::OkStatus();
+    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove ", path.string()))
+                 : absl::OkStatus();
   }
   absl::Status move(const std::filesystem::path& from, const std::filesystem::path& to) override {
     const absl::Status status = rename_file(from, to);

@@ -37,8 +37,8 @@ class Disk {
   virtual absl::Status move(const std::filesystem::path& from, const std::filesystem::path& to) = 0;
   /// Names within a directory, sorted; none when it is not there.
   virtual absl::StatusOr<std::vector<std::string>> list(const std::filesystem::path& directory) = 0;
-  /// Returns when the contents of all files are on the disk; the first error. One after another, unless a disk knows
-  /// better.
+  /// Returns when the contents of all files are on the disk; the first error. One after another, unless a
+  /// disk knows better.
   virtual absl::Status sync(const std::vector<DiskFile*>& files);
   /// Makes new entries within `directory` durable.
   virtual absl::Status sync_directory(const std::filesystem::path& directory) = 0;

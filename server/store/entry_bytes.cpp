@@ -11,8 +11,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-// The fields of each kind of entry, in the order of their bytes: new ones are added at the end only, as are new kinds
-// of entries to JournalEntry, whose place in the variant is their number.
+// The fields of each kind of entry, in the order of their bytes: new ones are added at the end only, as are
+// new kinds of entries to JournalEntry, whose place in the variant is their number.
 template <typename Archive>
 void fields(Archive& archive, JobAdded& e) {
   archive(e.id, e.request_id, e.spec, e.generation, e.submitted_unix_ms, e.uploaded_bytes);

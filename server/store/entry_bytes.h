@@ -1,4 +1,5 @@
-// Journal entries as bytes, for the logs that stand beside the database [docs/decisions/0002-journal-format.md].
+// Journal entries as bytes, for the logs that stand beside the database
+// [docs/decisions/0002-journal-format.md].
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,8 @@ struct LoggedEntry {
 
 std::string entry_bytes(const JournalEntry& entry, const PayloadPlace& payload);
 
-/// The opposite; nothing for bytes that are no entry. Fields that an older version did not write have their defaults.
+/// The opposite; nothing for bytes that are no entry. Fields that an older version did not write have their
+/// defaults.
 std::optional<LoggedEntry> entry_from_bytes(std::string_view bytes);
 
 /// The job whose log has the entry; empty: the farm's log has it, which knows of deleted jobs, too.

@@ -1,9 +1,10 @@
-// Logs of journal entries: one of each job beside its results, one of the whole farm. Together they hold all that the
-// database does, so that either can be made from the other [docs/decisions/0002-journal-format.md].
+// Logs of journal entries: one of each job beside its results, one of the whole farm. Together they hold all
+// that the database does, so that either can be made from the other [docs/decisions/0002-journal-format.md].
 //
-//   frame    u32 magic, u32 bytes of the entry, u64 commit, u32 epoch, u32 entries of that commit in all logs, u32
-//   which
-//            of them this is, u32 zero, u64 checksum of all else and of the frame's place; the entry (entry_bytes.h)
+//   frame    u32 magic, u32 bytes of the entry, u64 commit, u32 epoch, u32 entries of that commit in all
+//   logs, u32 which
+//            of them this is, u32 zero, u64 checksum of all else and of the frame's place; the entry
+//            (entry_bytes.h)
 #pragma once
 
 #include <cstdint>
@@ -21,10 +22,11 @@ namespace tessera::server {
 
 /// The commit that a frame belongs to.
 struct CommitStamp {
-  std::uint64_t commit = 0;   // from 1 on, over all starts of the coordinator
-  std::uint32_t epoch = 0;    // the start that it was made in
-  std::uint32_t entries = 0;  // that it had; 0: written anew from the tables, which had each entry of that commit
-  std::uint32_t index = 0;    // of this entry among them
+  std::uint64_t commit = 0;  // from 1 on, over all starts of the coordinator
+  std::uint32_t epoch = 0;   // the start that it was made in
+  std::uint32_t entries =
+      0;  // that it had; 0: written anew from the tables, which had each entry of that commit
+  std::uint32_t index = 0;  // of this entry among them
 };
 
 /// For one writer.
@@ -64,8 +66,8 @@ struct LogFrame {
   std::uint64_t begin = 0, end = 0;  // bytes of the file
 };
 
-/// Calls `visit` with each frame from `from` on, up to the first that is damaged or cut; gives where that begins. False
-/// from `visit` ends it before the frame. Errors of the disk only.
+/// Calls `visit` with each frame from `from` on, up to the first that is damaged or cut; gives where that
+/// begins. False from `visit` ends it before the frame. Errors of the disk only.
 absl::StatusOr<std::uint64_t> read_log(Disk& disk, const std::filesystem::path& path, std::uint64_t from,
                                        const std::function<bool(LogFrame)>& visit);
 

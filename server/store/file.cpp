@@ -18,15 +18,17 @@ namespace {
 absl::Status errno_status(const char* what, const std::filesystem::path& path) {
   const std::string message = absl::StrCat(what, " ", path.string());
   if (errno == EIO) return absl::DataLossError(absl::StrCat(message, ": the disk fails"));
-  return errno == ENOSPC || errno == EDQUOT ? absl::ResourceExhaustedError(absl::StrCat(message, ": the disk is full"))
-                                            : absl::ErrnoToStatus(errno, message);
+  return errno == ENOSPC || errno == EDQUOT
+             ? absl::ResourceExhaustedError(absl::StrCat(message, ": the disk is full"))
+             : absl::ErrnoToStatus(errno, message);
 }
 
 }  // namespace
 
 File::File(int descriptor, std::filesystem::path path) : descriptor_(descriptor), path_(std::move(path)) {}
 
-File::File(File&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)), path_(std::move(other.path_)) {}
+File::File(File&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), path_(std::move(other.path_)) {}
 
 File& File::operator=(File&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
@@ -80,7 +82,8 @@ absl::Status File::read_at(std::uint64_t offset, char* out, std::size_t size) co
     const ssize_t got = ::pread(descriptor_, out, size, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return error("read");
-    if (got == 0) return absl::DataLossError(absl::StrCat(path_.string(), " ends at ", offset, ", too early"));
+    if (got == 0)
+      return absl::DataLossError(absl::StrCat(path_.string(), " ends at ", offset, ", too early"));
     out += got;
     size -= static_cast<std::size_t>(got);
     offset += static_cast<std::uint64_t>(got);

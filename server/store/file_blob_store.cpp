@@ -24,8 +24,8 @@ double gigabytes(std::uint64_t bytes) { return 1e-9 * static_cast<double>(bytes)
 /// Its file is open while something is written only: uploads may wait for long, in any number.
 class FileBlobWriter final : public BlobWriter {
  public:
-  FileBlobWriter(std::unique_ptr<UploadsUnderWay::Guard> guard, std::string digest, std::filesystem::path partial,
-                 std::filesystem::path complete)
+  FileBlobWriter(std::unique_ptr<UploadsUnderWay::Guard> guard, std::string digest,
+                 std::filesystem::path partial, std::filesystem::path complete)
       : guard_(std::move(guard)),
         digest_(std::move(digest)),
         partial_(std::move(partial)),
@@ -92,7 +92,8 @@ class FileBlobReader final : public BlobReader {
 
   absl::StatusOr<std::string> read(std::uint64_t offset, std::size_t size) const override {
     std::string bytes(offset >= blob_->size ? 0 : std::min<std::uint64_t>(size, blob_->size - offset), '\0');
-    if (absl::Status status = blob_->file.read_at(offset, bytes.data(), bytes.size()); !status.ok()) return status;
+    if (absl::Status status = blob_->file.read_at(offset, bytes.data(), bytes.size()); !status.ok())
+      return status;
     return bytes;
   }
 
@@ -123,13 +124,14 @@ class FileBlobStore final : public BlobStore {
     if (reserve_.bytes == std::uint64_t{0}) return absl::OkStatus();
     const absl::StatusOr<DiskSpace> space = reserve_.space(data_dir_);
     if (!space.ok()) return space.status();
-    const std::uint64_t kept = reserve_.bytes.value_or(std::min(space->total_bytes / 20, DiskReserve::kMostBytes));
+    const std::uint64_t kept =
+        reserve_.bytes.value_or(std::min(space->total_bytes / 20, DiskReserve::kMostBytes));
     if (space->free_bytes < kept || space->free_bytes - kept < bytes) {
-      return absl::ResourceExhaustedError(
-          absl::StrFormat("the coordinator's disk has %.3f GB left and keeps %.3f GB for results (tessera-server "
-                          "--keep-free): there is "
-                          "no room for %.3f GB; try again when old jobs are deleted",
-                          gigabytes(space->free_bytes), gigabytes(kept), gigabytes(bytes)));
+      return absl::ResourceExhaustedError(absl::StrFormat(
+          "the coordinator's disk has %.3f GB left and keeps %.3f GB for results (tessera-server "
+          "--keep-free): there is "
+          "no room for %.3f GB; try again when old jobs are deleted",
+          gigabytes(space->free_bytes), gigabytes(kept), gigabytes(bytes)));
     }
     if (space->free_files < std::min(space->total_files / 20, DiskReserve::kMostFiles)) {
       return absl::ResourceExhaustedError(
@@ -139,17 +141,19 @@ class FileBlobStore final : public BlobStore {
     return absl::OkStatus();
   }
 
-  absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) override {
+  absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest,
+                                                    std::uint64_t offset) override {
     auto guard = uploads_->hold(digest);
-    if (guard == nullptr) return absl::UnavailableError(absl::StrCat("blob ", digest, " is being uploaded; try again"));
+    if (guard == nullptr)
+      return absl::UnavailableError(absl::StrCat("blob ", digest, " is being uploaded; try again"));
     const UploadState stored = query(digest);
     if (stored.complete) return absl::AlreadyExistsError(absl::StrCat("blob ", digest, " is complete"));
     if (offset != 0 && offset != stored.stored_bytes) {
       return absl::OutOfRangeError(
           absl::StrCat("the upload of ", digest, " goes on at ", stored.stored_bytes, ", not at ", offset));
     }
-    auto writer =
-        std::make_unique<FileBlobWriter>(std::move(guard), digest, partial_path(digest), complete_path(digest));
+    auto writer = std::make_unique<FileBlobWriter>(std::move(guard), digest, partial_path(digest),
+                                                   complete_path(digest));
     if (absl::Status status = writer->resume(offset); !status.ok()) return status;
     return writer;
   }
@@ -157,15 +161,18 @@ class FileBlobStore final : public BlobStore {
   absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const override {
     const std::lock_guard lock(opening_);
     if (const auto found = open_.find(digest); found != open_.end()) {
-      if (std::shared_ptr<const OpenBlob> blob = found->second.lock()) return std::make_unique<FileBlobReader>(blob);
+      if (std::shared_ptr<const OpenBlob> blob = found->second.lock())
+        return std::make_unique<FileBlobReader>(blob);
     }
-    if (open_.size() >= kMostOpenBlobs) absl::erase_if(open_, [](const auto& entry) { return entry.second.expired(); });
+    if (open_.size() >= kMostOpenBlobs)
+      absl::erase_if(open_, [](const auto& entry) { return entry.second.expired(); });
     if (open_.size() >= kMostOpenBlobs) {
       return absl::ResourceExhaustedError(
           absl::StrCat(kMostOpenBlobs, " other blobs are read at this moment; try again"));
     }
     absl::StatusOr<File> file = File::open_existing(complete_path(digest));
-    if (absl::IsNotFound(file.status())) return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
+    if (absl::IsNotFound(file.status()))
+      return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
     if (!file.ok()) return file.status();
     const absl::StatusOr<std::uint64_t> size = file->size();
     if (!size.ok()) return size.status();
@@ -174,12 +181,13 @@ class FileBlobStore final : public BlobStore {
     return std::make_unique<FileBlobReader>(blob);
   }
 
-  Collected collect(const std::function<bool(const std::string&)>& needed, std::chrono::seconds unused) override {
+  Collected collect(const std::function<bool(const std::string&)>& needed,
+                    std::chrono::seconds unused) override {
     const auto limit = std::filesystem::file_time_type::clock::now() - unused;
     Collected collected;
     std::error_code error;
-    for (std::filesystem::recursive_directory_iterator it(data_dir_ / "blobs", error), end; !error && it != end;
-         it.increment(error)) {
+    for (std::filesystem::recursive_directory_iterator it(data_dir_ / "blobs", error), end;
+         !error && it != end; it.increment(error)) {
       const std::string digest = it->path().filename().string();
       if (wire::is_digest(digest) && !needed(digest)) remove_unused(it->path(), limit, collected);
     }
@@ -195,7 +203,8 @@ class FileBlobStore final : public BlobStore {
     std::error_code error;
     std::filesystem::remove(complete_path(digest), error);
     forget(digest);
-    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove blob ", digest)) : absl::OkStatus();
+    return error ? absl::ErrnoToStatus(error.value(), absl::StrCat("remove blob ", digest))
+                 : absl::OkStatus();
   }
 
  private:
@@ -205,7 +214,8 @@ class FileBlobStore final : public BlobStore {
     open_.erase(digest);
   }
 
-  void remove_unused(const std::filesystem::path& path, std::filesystem::file_time_type limit, Collected& collected) {
+  void remove_unused(const std::filesystem::path& path, std::filesystem::file_time_type limit,
+                     Collected& collected) {
     const std::lock_guard lock(collecting_);
     std::error_code error;
     const auto used = std::filesystem::last_write_time(path, error);
@@ -220,7 +230,9 @@ class FileBlobStore final : public BlobStore {
   std::filesystem::path complete_path(const std::string& digest) const {
     return data_dir_ / "blobs" / digest.substr(0, 2) / digest;
   }
-  std::filesystem::path partial_path(const std::string& digest) const { return data_dir_ / "partial" / digest; }
+  std::filesystem::path partial_path(const std::string& digest) const {
+    return data_dir_ / "partial" / digest;
+  }
 
   const std::filesystem::path data_dir_;
   const DiskReserve reserve_;
@@ -249,8 +261,9 @@ absl::Status drop_if_damaged(BlobStore& blobs, const std::string& digest) {
   }
   if (status.ok() && sha.finish_hex() == digest) return absl::OkStatus();
   if (absl::Status dropped = blobs.drop(digest); !dropped.ok()) return dropped;
-  return absl::NotFoundError(absl::StrCat("the coordinator's copy of blob ", digest,
-                                          " was damaged and is deleted: submit the scene again, which uploads it"));
+  return absl::NotFoundError(
+      absl::StrCat("the coordinator's copy of blob ", digest,
+                   " was damaged and is deleted: submit the scene again, which uploads it"));
 }
 
 }  // namespace tessera::server

@@ -35,7 +35,8 @@ absl::Status SqliteJournal::read_tables(const char* what, Function function) {
     counts_.damaged = 1;
     absl::Status noted = manifest_->write(counts_);
     if (noted.ok()) noted = manifest_->file_to_sync().sync();
-    spdlog::error("the journal is damaged{}", noted.ok() ? "; the next start makes it anew from the logs" : "");
+    spdlog::error("the journal is damaged{}",
+                  noted.ok() ? "; the next start makes it anew from the logs" : "");
   }
   return status;
 }
@@ -110,8 +111,8 @@ absl::Status SqliteJournal::checkpoint() {
   if (status.ok()) status = manifest_->file_to_sync().sync();
   if (!status.ok()) return status;
   return guarded("checkpoint", [&] {
-    if (sqlite3_wal_checkpoint_v2(database_.getHandle(), "main", SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr) !=
-        SQLITE_OK) {
+    if (sqlite3_wal_checkpoint_v2(database_.getHandle(), "main", SQLITE_CHECKPOINT_TRUNCATE, nullptr,
+                                  nullptr) != SQLITE_OK) {
       throw SQLite::Exception(database_.getHandle());
     }
     wal_pages_ = 0;
@@ -156,7 +157,8 @@ absl::StatusOr<std::vector<SchedulerEvent>> SqliteJournal::farm_events() {
 }
 
 /// Payloads, and the entries in their logs: durable when it returns OK.
-absl::Status SqliteJournal::write_files(const std::vector<JournalEntry>& entries, std::vector<PayloadPlace>& places) {
+absl::Status SqliteJournal::write_files(const std::vector<JournalEntry>& entries,
+                                        std::vector<PayloadPlace>& places) {
   std::vector<DiskFile*> files;
   absl::StatusOr<bool> made_file = write_payloads(entries, places, files);
   if (!made_file.ok()) return made_file.status();
@@ -172,7 +174,8 @@ absl::Status SqliteJournal::write_files(const std::vector<JournalEntry>& entries
 
 /// Whether a file was made, and what has to be synced.
 absl::StatusOr<bool> SqliteJournal::write_payloads(const std::vector<JournalEntry>& entries,
-                                                   std::vector<PayloadPlace>& places, std::vector<DiskFile*>& files) {
+                                                   std::vector<PayloadPlace>& places,
+                                                   std::vector<DiskFile*>& files) {
   absl::flat_hash_set<std::shared_ptr<ResultFile>> touched;
   bool made_file = false;
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -183,7 +186,8 @@ absl::StatusOr<bool> SqliteJournal::write_payloads(const std::vector<JournalEntr
     absl::StatusOr<std::string> copy = std::string();
     if (!unit->from_job.empty()) {
       const std::shared_ptr<ResultFile> from = results_of(unit->from_job);
-      const absl::StatusOr<ResultFile::Extent> extent = find_result(unit->from_job, unit->from_sequence, *from);
+      const absl::StatusOr<ResultFile::Extent> extent =
+          find_result(unit->from_job, unit->from_sequence, *from);
       copy = extent.ok() ? from->read(*extent) : extent.status();
     }
     // A copy of what is lost is as lost: noticed, and done again, when somebody reads it.
@@ -203,7 +207,8 @@ absl::StatusOr<bool> SqliteJournal::write_payloads(const std::vector<JournalEntr
   return made_file;
 }
 
-void SqliteJournal::write_rows(const std::vector<JournalEntry>& entries, const std::vector<PayloadPlace>& places) {
+void SqliteJournal::write_rows(const std::vector<JournalEntry>& entries,
+                               const std::vector<PayloadPlace>& places) {
   SQLite::Transaction transaction(database_);
   std::uint64_t deleted_results = 0;
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -265,8 +270,8 @@ absl::StatusOr<ResultFile::Extent> SqliteJournal::find_result(const std::string&
   return extent;
 }
 
-absl::StatusOr<std::vector<CoveredUnits>> SqliteJournal::read_units(const std::string& job, std::uint64_t after,
-                                                                    std::uint32_t most) {
+absl::StatusOr<std::vector<CoveredUnits>> SqliteJournal::read_units(const std::string& job,
+                                                                    std::uint64_t after, std::uint32_t most) {
   const std::lock_guard lock(database_mutex_);
   std::vector<CoveredUnits> units;
   const absl::Status status = read_tables("reading", [&] {

@@ -93,8 +93,8 @@ struct JobPruned {
   std::string id;
 };
 
-using JournalEntry =
-    std::variant<JobAdded, JobBound, JobEnded, UnitDone, JobStats, SchedulerEvent, JobReopened, JobFetched, JobPruned>;
+using JournalEntry = std::variant<JobAdded, JobBound, JobEnded, UnitDone, JobStats, SchedulerEvent,
+                                  JobReopened, JobFetched, JobPruned>;
 
 /// Everything that was committed about a job but for its payloads.
 struct JobRecord {
@@ -114,7 +114,8 @@ struct JobRecord {
   std::vector<SchedulerEvent> events;
   bool fetched = false;
   std::uint64_t result_bytes = 0;
-  // So many, from the first on, lie within the result file; of jobs that are over all or none. Set by recover().
+  // So many, from the first on, lie within the result file; of jobs that are over all or none. Set by
+  // recover().
   std::uint64_t whole_results = 0;
 };
 
@@ -126,9 +127,9 @@ class Journal {
   /// One more at each start.
   virtual std::uint64_t epoch() const = 0;
 
-  /// Every job ever added, in that order; costs of single results only where JobRecord::stats does not have them. To be
-  /// called once, before the first commit. DataLoss when the data is damaged: opened once more, the journal is made
-  /// anew.
+  /// Every job ever added, in that order; costs of single results only where JobRecord::stats does not have
+  /// them. To be called once, before the first commit. DataLoss when the data is damaged: opened once more,
+  /// the journal is made anew.
   virtual absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) = 0;
 
   /// Returns what was committed about one job until now. NotFound when there is no such job.
@@ -137,8 +138,8 @@ class Journal {
   /// Events of the whole farm, in order.
   virtual absl::StatusOr<std::vector<SchedulerEvent>> farm_events() = 0;
 
-  /// All entries or none; durable when it returns OK. After an error nothing more is taken, for it is not known what
-  /// reached the disk.
+  /// All entries or none; durable when it returns OK. After an error nothing more is taken, for it is not
+  /// known what reached the disk.
   virtual absl::Status commit(const std::vector<JournalEntry>& entries) = 0;
 
   /// The payload of a committed result. OutOfRange when there is none of that number.
@@ -154,11 +155,12 @@ struct JournalOptions {
   bool accept_loss = false;
 };
 
-/// In a data directory, made when there is nothing yet; an empty path: in memory. Tables that are damaged are made anew
-/// from the logs that stand beside the results, and the damaged ones kept as journal.sqlite.damaged. FailedPrecondition
-/// when a newer version wrote it, and when something that was committed is lost, with what; DataLoss when the tables
-/// are damaged and there are no logs.
+/// In a data directory, made when there is nothing yet; an empty path: in memory. Tables that are damaged are
+/// made anew from the logs that stand beside the results, and the damaged ones kept as
+/// journal.sqlite.damaged. FailedPrecondition when a newer version wrote it, and when something that was
+/// committed is lost, with what; DataLoss when the tables are damaged and there are no logs.
 absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir,
-                                                      const JournalOptions& options = {}, Disk& disk = machine_disk());
+                                                      const JournalOptions& options = {},
+                                                      Disk& disk = machine_disk());
 
 }  // namespace tessera::server

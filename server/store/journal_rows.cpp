@@ -6,7 +6,8 @@ namespace tessera::server {
 namespace {
 
 constexpr char kJobColumns[] =
-    "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, error, finished_unix_ms, "
+    "SELECT id, request_id, spec, generation, submitted_unix_ms, uploaded_bytes, isa, state, error, "
+    "finished_unix_ms, "
     "fetched, stats, stats_results FROM jobs ";
 
 std::string text(const SQLite::Column& column) { return column.getString(); }
@@ -62,7 +63,8 @@ std::uint64_t JournalRows::result_count(const std::string& job) {
 }
 
 void JournalRows::count_results(JobRecord& record) {
-  SQLite::Statement last(database_, "SELECT sequence, end FROM results WHERE job = ? ORDER BY sequence DESC LIMIT 1");
+  SQLite::Statement last(database_,
+                         "SELECT sequence, end FROM results WHERE job = ? ORDER BY sequence DESC LIMIT 1");
   last.bind(1, record.added.id);
   if (!last.executeStep()) return;
   record.result_count = static_cast<std::uint64_t>(last.getColumn(0).getInt64());
@@ -80,24 +82,28 @@ absl::StatusOr<std::vector<std::uint64_t>> JournalRows::read_results(JobRecord& 
     const std::int64_t sequence = rows.getColumn(0).getInt64();
     const std::int64_t end = rows.getColumn(3).getInt64();
     const std::uint64_t begin = ends.empty() ? 0 : ends.back();
-    if (sequence != static_cast<std::int64_t>(ends.size()) + 1 || end < 0 || static_cast<std::uint64_t>(end) < begin) {
-      return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
+    if (sequence != static_cast<std::int64_t>(ends.size()) + 1 || end < 0 ||
+        static_cast<std::uint64_t>(end) < begin) {
+      return absl::DataLossError(
+          absl::StrCat("journal: job ", record.added.id, " lacks result ", ends.size() + 1));
     }
     ends.push_back(static_cast<std::uint64_t>(end));
-    record.results.push_back({.units = {.first = rows.getColumn(1).getUInt(), .ranges = rows.getColumn(6).getUInt()},
-                              .digest = text(rows.getColumn(2)),
-                              .stats = ends.size() > known ? text(rows.getColumn(4)) : "",
-                              .host = text(rows.getColumn(5)),
-                              .bytes = ends.back() - begin});
+    record.results.push_back(
+        {.units = {.first = rows.getColumn(1).getUInt(), .ranges = rows.getColumn(6).getUInt()},
+         .digest = text(rows.getColumn(2)),
+         .stats = ends.size() > known ? text(rows.getColumn(4)) : "",
+         .host = text(rows.getColumn(5)),
+         .bytes = ends.back() - begin});
   }
   record.result_bytes = ends.empty() ? 0 : ends.back();
   record.result_count = ends.size();
   return ends;
 }
 
-std::vector<std::uint64_t> JournalRows::ends(const std::string& job, std::uint64_t first, std::uint64_t last) {
-  SQLite::Statement rows(database_,
-                         "SELECT end FROM results WHERE job = ? AND sequence BETWEEN ? AND ? ORDER BY sequence");
+std::vector<std::uint64_t> JournalRows::ends(const std::string& job, std::uint64_t first,
+                                             std::uint64_t last) {
+  SQLite::Statement rows(
+      database_, "SELECT end FROM results WHERE job = ? AND sequence BETWEEN ? AND ? ORDER BY sequence");
   rows.bind(1, job);
   rows.bind(2, static_cast<std::int64_t>(first));
   rows.bind(3, static_cast<std::int64_t>(last));
@@ -106,9 +112,10 @@ std::vector<std::uint64_t> JournalRows::ends(const std::string& job, std::uint64
   return ends;
 }
 
-std::vector<CoveredUnits> JournalRows::units(const std::string& job, std::uint64_t after, std::uint32_t most) {
-  SQLite::Statement rows(database_,
-                         "SELECT unit, ranges FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
+std::vector<CoveredUnits> JournalRows::units(const std::string& job, std::uint64_t after,
+                                             std::uint32_t most) {
+  SQLite::Statement rows(
+      database_, "SELECT unit, ranges FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
   rows.bind(1, job);
   rows.bind(2, static_cast<std::int64_t>(after));
   rows.bind(3, most);
@@ -118,7 +125,8 @@ std::vector<CoveredUnits> JournalRows::units(const std::string& job, std::uint64
 }
 
 std::vector<SchedulerEvent> JournalRows::events(const std::string& job) {
-  SQLite::Statement rows(database_, "SELECT kind, unit, value, host, text FROM events WHERE job = ? ORDER BY number");
+  SQLite::Statement rows(database_,
+                         "SELECT kind, unit, value, host, text FROM events WHERE job = ? ORDER BY number");
   rows.bind(1, job);
   std::vector<SchedulerEvent> events;
   while (rows.executeStep()) {

@@ -28,8 +28,8 @@ class JournalRows {
   /// How many results a job has; in the second, also where the last ends, for `record`.
   std::uint64_t result_count(const std::string& job);
   void count_results(JobRecord& record);
-  /// Adds a job's results and events to its record, and says where the payloads end. Costs of the first `known` results
-  /// are not needed. DataLoss when one lacks.
+  /// Adds a job's results and events to its record, and says where the payloads end. Costs of the first
+  /// `known` results are not needed. DataLoss when one lacks.
   absl::StatusOr<std::vector<std::uint64_t>> read_results(JobRecord& record, std::uint64_t known);
   /// Where results end whose numbers are `first` to `last`, in order.
   std::vector<std::uint64_t> ends(const std::string& job, std::uint64_t first, std::uint64_t last);

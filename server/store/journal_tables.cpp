@@ -7,8 +7,9 @@
 namespace tessera::server {
 namespace {
 
-// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs beside the
-// tables (entry_log.h), and the column `ranges`. Older formats are brought up to date when they are opened.
+// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs
+// beside the tables (entry_log.h), and the column `ranges`. Older formats are brought up to date when they
+// are opened.
 constexpr int kFormatVersion = 4;
 
 constexpr char kSchema[] = R"(
@@ -86,8 +87,8 @@ absl::Status JournalTables::prepare(SQLite::Database& database) {
     format = kFormatVersion;
   }
   if (format != kFormatVersion) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the journal has format ", format, "; this version knows formats 1 to ", kFormatVersion));
+    return absl::FailedPreconditionError(absl::StrCat("the journal has format ", format,
+                                                      "; this version knows formats 1 to ", kFormatVersion));
   }
   transaction.commit();
   return absl::OkStatus();
@@ -97,7 +98,8 @@ std::uint64_t JournalTables::begin_epoch(SQLite::Database& database, std::uint64
   SQLite::Statement update(database, "UPDATE meta SET value = MAX(value, ?) + 1 WHERE key = 'epoch'");
   update.bind(1, static_cast<std::int64_t>(past));
   update.exec();
-  return static_cast<std::uint64_t>(database.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
+  return static_cast<std::uint64_t>(
+      database.execAndGet("SELECT value FROM meta WHERE key = 'epoch'").getInt64());
 }
 
 JournalTables::JournalTables(SQLite::Database& database)

@@ -16,7 +16,8 @@ namespace {
 
 constexpr char kLogSuffix[] = ".log";
 
-/// Whether the entry may come next in the log of `job`, of which the tables have the row, if so, and so many results.
+/// Whether the entry may come next in the log of `job`, of which the tables have the row, if so, and so many
+/// results.
 bool follows(const LoggedEntry& logged, const std::string& job, bool has_row, std::uint64_t results) {
   if (job.empty()) return log_of(logged.entry).empty();
   if (log_of(logged.entry) != job || std::holds_alternative<JobAdded>(logged.entry) == has_row) return false;
@@ -26,8 +27,9 @@ bool follows(const LoggedEntry& logged, const std::string& job, bool has_row, st
 
 }  // namespace
 
-LogRecovery::LogRecovery(Disk& disk, std::filesystem::path data_dir, SQLite::Database& database, JournalTables& tables,
-                         bool new_tables, const std::optional<ManifestCounts>& expected)
+LogRecovery::LogRecovery(Disk& disk, std::filesystem::path data_dir, SQLite::Database& database,
+                         JournalTables& tables, bool new_tables,
+                         const std::optional<ManifestCounts>& expected)
     : disk_(disk),
       data_dir_(std::move(data_dir)),
       database_(database),
@@ -41,7 +43,8 @@ std::filesystem::path LogRecovery::path_of(const std::string& job) const { retur
 absl::StatusOr<LogRecovery::Report> LogRecovery::complete_tables() {
   report_.counts.epoch = rows_.meta("epoch");
   const std::uint64_t known = report_.counts.commit = rows_.meta("commit");
-  if (!expected_ && rows_.log_bytes("").has_value()) report_.healed.push_back("the manifest was missing or damaged");
+  if (!expected_ && rows_.log_bytes("").has_value())
+    report_.healed.push_back("the manifest was missing or damaged");
   if (absl::Status status = find_tails(); !status.ok()) return status;
   drop_unfinished();
   for (const std::string& job : pruned_) tables_.write(JobPruned{job}, 0);
@@ -57,7 +60,8 @@ absl::StatusOr<LogRecovery::Report> LogRecovery::complete_tables() {
   const bool told = report_.counts.commit > known + 1 || (expected_ && expected_->commit > known);
   if (told && report_.counts.commit > known) {
     report_.healed.push_back(absl::StrCat("its tables ended with commit ", known, ": commits up to ",
-                                          report_.counts.commit, " are taken from the logs beside the results"));
+                                          report_.counts.commit,
+                                          " are taken from the logs beside the results"));
   }
   for (const std::string& job : incomplete_) tables_.forget_log(job);
   report_.changed = !tails_.empty() || !incomplete_.empty() || !pruned_.empty() || new_tables_;
@@ -83,7 +87,8 @@ absl::Status LogRecovery::find_tails() {
   }
   for (const std::string& name : names_) {
     const std::string id(absl::StripSuffix(name, kLogSuffix));
-    if (id != name && !ids.contains(id) && !pruned_.contains(id)) status.Update(look_at(id, /*has_row=*/false));
+    if (id != name && !ids.contains(id) && !pruned_.contains(id))
+      status.Update(look_at(id, /*has_row=*/false));
   }
   return status;
 }
@@ -114,20 +119,21 @@ absl::Status LogRecovery::look_at(const std::string& job, bool has_row) {
 }
 
 absl::Status LogRecovery::read_tail(Tail& tail) {
-  const absl::StatusOr<std::uint64_t> end = read_log(disk_, path_of(tail.job), tail.from, [&](LogFrame frame) {
-    report_.counts.epoch = std::max<std::uint64_t>(report_.counts.epoch, frame.stamp.epoch);
-    if (frame.begin == tail.from) tail.first = frame.stamp;
-    if (const auto* const added = std::get_if<JobAdded>(&frame.logged.entry)) {
-      tail.submitted_unix_ms = added->submitted_unix_ms;
-    }
-    if (frame.stamp.commit != tail.last.commit) {
-      tail.before_last = std::exchange(tail.last, frame.stamp).commit;
-      tail.last_begin = frame.begin;
-      tail.last_entries.clear();
-    }
-    tail.last_entries.push_back(std::move(frame.logged));
-    return true;
-  });
+  const absl::StatusOr<std::uint64_t> end =
+      read_log(disk_, path_of(tail.job), tail.from, [&](LogFrame frame) {
+        report_.counts.epoch = std::max<std::uint64_t>(report_.counts.epoch, frame.stamp.epoch);
+        if (frame.begin == tail.from) tail.first = frame.stamp;
+        if (const auto* const added = std::get_if<JobAdded>(&frame.logged.entry)) {
+          tail.submitted_unix_ms = added->submitted_unix_ms;
+        }
+        if (frame.stamp.commit != tail.last.commit) {
+          tail.before_last = std::exchange(tail.last, frame.stamp).commit;
+          tail.last_begin = frame.begin;
+          tail.last_entries.clear();
+        }
+        tail.last_entries.push_back(std::move(frame.logged));
+        return true;
+      });
   if (end.ok()) tail.end = *end;
   return end.status();
 }
@@ -222,17 +228,20 @@ absl::Status LogRecovery::compare(const std::vector<std::string>& ids) {
   }
   if (expected_ && (counts.commit < expected_->commit || (counts.commit == expected_->commit && !proven))) {
     report_.lost.push_back(absl::StrCat("it holds ", counts.commit, " commits, ", counts.jobs, " jobs and ",
-                                        counts.results, " results; the manifest says ", expected_->commit, ", ",
-                                        expected_->jobs, " and ", expected_->results));
+                                        counts.results, " results; the manifest says ", expected_->commit,
+                                        ", ", expected_->jobs, " and ", expected_->results));
   }
   const absl::flat_hash_set<std::string> known(ids.begin(), ids.end());
   for (const std::string& name : names_) {
     if (expected_ && may_be_torn()) break;  // payloads may be of a submission that never was committed
-    const bool unfinished = std::any_of(tails_.begin(), tails_.end(),
-                                        [&](const Tail& tail) { return tail.job == name && is_unfinished(tail); });
-    if (name.find('.') != std::string::npos || known.contains(name) || pruned_.contains(name) || unfinished) continue;
+    const bool unfinished = std::any_of(tails_.begin(), tails_.end(), [&](const Tail& tail) {
+      return tail.job == name && is_unfinished(tail);
+    });
+    if (name.find('.') != std::string::npos || known.contains(name) || pruned_.contains(name) || unfinished)
+      continue;
     (new_tables_ ? doubtful : report_.healed)
-        .push_back(absl::StrCat(result_path(data_dir_, name).string(), " has results of a job that is not known"));
+        .push_back(
+            absl::StrCat(result_path(data_dir_, name).string(), " has results of a job that is not known"));
   }
   const absl::StatusOr<std::vector<std::string>> blobs = disk_.list(data_dir_ / "blobs");
   if (!blobs.ok()) return blobs.status();
@@ -260,7 +269,8 @@ absl::Status LogRecovery::complete_logs() {
   // The farm's log need not know of deleted jobs any more.
   if (!pruned_.empty()) incomplete_.push_back("");
   for (const std::string& job : damaged_) {
-    if (absl::Status status = disk_.move(path_of(job), path_of(job).string() + ".damaged"); !status.ok()) return status;
+    if (absl::Status status = disk_.move(path_of(job), path_of(job).string() + ".damaged"); !status.ok())
+      return status;
   }
   for (const Tail& tail : tails_) {
     if (is_unfinished(tail)) {
@@ -318,7 +328,8 @@ absl::StatusOr<std::uint64_t> LogRecovery::write_anew(const std::string& job) {
 
   if (absl::Status status = disk_.remove(path_of(job)); !status.ok()) return status;
   EntryLog log(disk_, path_of(job), 0);
-  const CommitStamp stamp{.commit = report_.counts.commit, .epoch = static_cast<std::uint32_t>(report_.counts.epoch)};
+  const CommitStamp stamp{.commit = report_.counts.commit,
+                          .epoch = static_cast<std::uint32_t>(report_.counts.epoch)};
   absl::Status status = log.open();
   for (const LoggedEntry& logged : entries) log.append(stamp, logged.entry, logged.payload);
   status.Update(log.flush());

@@ -1,5 +1,5 @@
-// Brings the journal's tables and its logs into agreement when it is opened: what the tables lack is taken from the
-// logs, what the logs lack is written from the tables, and what neither has is said to be lost.
+// Brings the journal's tables and its logs into agreement when it is opened: what the tables lack is taken
+// from the logs, what the logs lack is written from the tables, and what neither has is said to be lost.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>

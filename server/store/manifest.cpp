@@ -37,7 +37,8 @@ absl::StatusOr<Manifest> Manifest::open(Disk& disk, const std::filesystem::path&
   for (std::uint64_t i = 0; i < 2; ++i) {
     Slot slot;
     if (*size < i * kSlotBytes + sizeof(slot)) break;
-    if (absl::Status status = manifest.file_->read_at(i * kSlotBytes, reinterpret_cast<char*>(&slot), sizeof(slot));
+    if (absl::Status status =
+            manifest.file_->read_at(i * kSlotBytes, reinterpret_cast<char*>(&slot), sizeof(slot));
         !status.ok()) {
       return status;
     }

@@ -20,7 +20,7 @@ struct ManifestCounts {
   std::uint64_t jobs = 0;        // that there are
   std::uint64_t results = 0;     // of them
   std::uint64_t checkpoint = 0;  // the last commit when SQLite's log was last copied into its database
-  std::uint64_t damaged = 0;     // 1: a page of the database could not be read, so that it has to be made anew
+  std::uint64_t damaged = 0;  // 1: a page of the database could not be read, so that it has to be made anew
 };
 
 /// Two slots, written in turn, each with a checksum: a torn write leaves the other.

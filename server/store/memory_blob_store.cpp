@@ -75,9 +75,11 @@ class MemoryBlobStore final : public BlobStore {
     return find(digest);
   }
 
-  absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest, std::uint64_t offset) override {
+  absl::StatusOr<std::unique_ptr<BlobWriter>> write(const std::string& digest,
+                                                    std::uint64_t offset) override {
     auto guard = uploads_->hold(digest);
-    if (guard == nullptr) return absl::UnavailableError(absl::StrCat("blob ", digest, " is being uploaded; try again"));
+    if (guard == nullptr)
+      return absl::UnavailableError(absl::StrCat("blob ", digest, " is being uploaded; try again"));
     const std::lock_guard lock(contents_->mutex);
     const UploadState stored = find(digest);
     if (stored.complete) return absl::AlreadyExistsError(absl::StrCat("blob ", digest, " is complete"));
@@ -96,7 +98,8 @@ class MemoryBlobStore final : public BlobStore {
   absl::StatusOr<std::unique_ptr<BlobReader>> read(const std::string& digest) const override {
     const std::lock_guard lock(contents_->mutex);
     const auto found = contents_->complete.find(digest);
-    if (found == contents_->complete.end()) return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
+    if (found == contents_->complete.end())
+      return absl::NotFoundError(absl::StrCat("there is no blob ", digest));
     return std::make_unique<MemoryBlobReader>(found->second);
   }
 

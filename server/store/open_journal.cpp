@@ -40,10 +40,11 @@ SqliteJournal::SqliteJournal(const std::filesystem::path& data_dir, Disk& disk)
   // What SQLite makes beside it gets the same rights. On a simulated disk there is no such file.
   std::error_code none;
   if (!data_dir.empty()) {
-    std::filesystem::permissions(data_dir / kTables,
-                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, none);
+    std::filesystem::permissions(
+        data_dir / kTables, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, none);
   }
-  // The data directory is this process's alone (data_dir.h), so nobody else needs to see the index of the log.
+  // The data directory is this process's alone (data_dir.h), so nobody else needs to see the index of the
+  // log.
   database_.exec("PRAGMA locking_mode = EXCLUSIVE");
   // Its log is copied into the database by checkpoint() alone.
   sqlite3_wal_hook(database_.getHandle(), &SqliteJournal::note_wal_pages, this);
@@ -73,7 +74,8 @@ absl::Status SqliteJournal::begin(std::optional<Manifest> manifest, bool accept_
   const std::optional<ManifestCounts> expected = manifest->found();
   const bool new_tables = rows_.meta("epoch") == 0;
   if (expected && !new_tables && (expected->damaged != 0 || rows_.meta("commit") < expected->checkpoint)) {
-    return absl::DataLossError(absl::StrCat((data_dir_ / kTables).string(), " lacks a part of its log (WAL)"));
+    return absl::DataLossError(
+        absl::StrCat((data_dir_ / kTables).string(), " lacks a part of its log (WAL)"));
   }
   SQLite::Transaction transaction(database_);
   LogRecovery recovery(disk_, data_dir_, database_, *tables_, new_tables, expected);
@@ -118,7 +120,8 @@ absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::pat
     const absl::StatusOr<bool> aside = set_tables_aside(data_dir, options, disk);
     if (!aside.ok()) return aside.status();
     if (!*aside) return absl::DataLossError(absl::StrCat(damage, "; there are no logs to make it anew from"));
-    spdlog::error("{}: it is made anew from the logs beside the results, and kept as {}{}", damage, kTables, kDamaged);
+    spdlog::error("{}: it is made anew from the logs beside the results, and kept as {}{}", damage, kTables,
+                  kDamaged);
     status = open_on_disk();
   }
   if (!status.ok()) return status;

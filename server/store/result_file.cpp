@@ -16,7 +16,13 @@ ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::
       appended_(kept_) {}
 
 ResultFile::ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end)
-    : disk_(disk), path_(std::move(path)), count_(count), before_(count), begin_(end), kept_(end), appended_(end) {}
+    : disk_(disk),
+      path_(std::move(path)),
+      count_(count),
+      before_(count),
+      begin_(end),
+      kept_(end),
+      appended_(end) {}
 
 std::uint64_t ResultFile::size() const {
   const auto file = disk_.open(path_, /*create=*/false);
@@ -42,7 +48,8 @@ absl::StatusOr<std::uint64_t> ResultFile::append(std::string_view payload) {
     if (!opened.ok()) return opened.status();
     file_ = *std::move(opened);
   }
-  const absl::Status status = in_memory() ? memory_->write_at(appended_, payload) : file_->write_at(appended_, payload);
+  const absl::Status status =
+      in_memory() ? memory_->write_at(appended_, payload) : file_->write_at(appended_, payload);
   if (!status.ok()) return status;
   return appended_ += payload.size();
 }
@@ -75,7 +82,8 @@ void ResultFile::remember_ends(std::uint64_t before, std::uint64_t begin, std::v
 
 absl::StatusOr<std::optional<ResultFile::Extent>> ResultFile::extent(std::uint64_t sequence) const {
   const std::lock_guard lock(mutex_);
-  if (sequence == 0 || sequence > count_) return absl::OutOfRangeError(absl::StrCat("there is no result ", sequence));
+  if (sequence == 0 || sequence > count_)
+    return absl::OutOfRangeError(absl::StrCat("there is no result ", sequence));
   if (sequence <= before_ || sequence > before_ + ends_.size()) return std::nullopt;
   const std::uint64_t i = sequence - before_ - 1;
   return Extent{.begin = i == 0 ? begin_ : ends_[i - 1], .end = ends_[i]};
@@ -89,7 +97,8 @@ absl::StatusOr<std::string> ResultFile::read(const Extent& extent) const {
     if (!size.ok()) return size.status();
     if (*size < extent.end) return absl::DataLossError(absl::StrCat(path_.string(), " was cut"));
     std::string payload(extent.end - extent.begin, '\0');
-    if (absl::Status status = file.read_at(extent.begin, payload.data(), payload.size()); !status.ok()) return status;
+    if (absl::Status status = file.read_at(extent.begin, payload.data(), payload.size()); !status.ok())
+      return status;
     return payload;
   };
   if (in_memory()) return read_from(*memory_);

@@ -15,26 +15,27 @@
 
 namespace tessera::server {
 
-/// One writer, any number of readers. The file is open only while the job is, so that old jobs cost no descriptor.
+/// One writer, any number of readers. The file is open only while the job is, so that old jobs cost no
+/// descriptor.
 class ResultFile {
  public:
-  /// `ends[i]` is where result i + 1 ends, as journaled. What lies beyond the last was never acknowledged and is
-  /// overwritten. An empty path: in memory.
+  /// `ends[i]` is where result i + 1 ends, as journaled. What lies beyond the last was never acknowledged and
+  /// is overwritten. An empty path: in memory.
   ResultFile(Disk& disk, std::filesystem::path path, std::vector<std::uint64_t> ends);
 
   /// Opens the file of a job that is over: `count` results, of which the last ends at `end`. Where they end
   /// is told when they are read.
   ResultFile(Disk& disk, std::filesystem::path path, std::uint64_t count, std::uint64_t end);
 
-  /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than were
-  /// journaled when something cut it.
+  /// How many results, from the first on, lie within the file, when all their ends are remembered; fewer than
+  /// were journaled when something cut it.
   std::uint64_t whole_results() const;
 
   /// Whether the file is at least so long.
   bool holds(std::uint64_t bytes) const;
 
-  /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives where they
-  /// end.
+  /// Writes behind all that was written before; the bytes count as a result once `keep` was called. Gives
+  /// where they end.
   absl::StatusOr<std::uint64_t> append(std::string_view payload);
   /// File that has to be synced before what was appended may be kept; null when nothing has. For the writer.
   DiskFile* file_to_sync() const { return file_.get(); }

@@ -52,13 +52,15 @@ class SqliteJournal final : public Journal {
   std::shared_ptr<ResultFile> results_of(const std::string& job);
 
   // With database_mutex_ held, as what follows.
-  /// Calls `function`. A page that cannot be read is noted in the manifest: the next start makes the tables anew.
+  /// Calls `function`. A page that cannot be read is noted in the manifest: the next start makes the tables
+  /// anew.
   template <typename Function>
   absl::Status read_tables(const char* what, Function function);
   absl::Status recover_job(JobRecord& record);
-  absl::StatusOr<ResultFile::Extent> find_result(const std::string& job, std::uint64_t sequence, ResultFile& file);
-  absl::StatusOr<bool> write_payloads(const std::vector<JournalEntry>& entries, std::vector<PayloadPlace>& places,
-                                      std::vector<DiskFile*>& files);
+  absl::StatusOr<ResultFile::Extent> find_result(const std::string& job, std::uint64_t sequence,
+                                                 ResultFile& file);
+  absl::StatusOr<bool> write_payloads(const std::vector<JournalEntry>& entries,
+                                      std::vector<PayloadPlace>& places, std::vector<DiskFile*>& files);
   absl::Status write_files(const std::vector<JournalEntry>& entries, std::vector<PayloadPlace>& places);
   void write_rows(const std::vector<JournalEntry>& entries, const std::vector<PayloadPlace>& places);
   void put_in_effect(const JournalEntry& entry, std::uint64_t end);

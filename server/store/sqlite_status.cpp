@@ -9,7 +9,8 @@ namespace tessera::server {
 absl::Status status_of(const SQLite::Exception& error, const char* what) {
   const std::string message = absl::StrCat("journal, ", what, ": ", error.what());
   if (error.getExtendedErrorCode() == SQLITE_IOERR_DATA) {
-    return absl::DataLossError(absl::StrCat(message, ": a page does not have its checksum, so the file is damaged"));
+    return absl::DataLossError(
+        absl::StrCat(message, ": a page does not have its checksum, so the file is damaged"));
   }
   switch (error.getErrorCode()) {
     case SQLITE_FULL:

@@ -68,7 +68,8 @@ bool set_random_serial(X509* certificate) {
 }
 
 /// A certificate for the holder of `key`, not signed yet, without its extensions.
-Certificate draft_certificate(EVP_PKEY* key, const std::string& name, Clock::time_point begin, Clock::time_point end) {
+Certificate draft_certificate(EVP_PKEY* key, const std::string& name, Clock::time_point begin,
+                              Clock::time_point end) {
   Certificate certificate{X509_new()};
   X509* const c = certificate.get();
   X509_NAME* const subject = X509_get_subject_name(c);
@@ -86,7 +87,8 @@ Certificate draft_certificate(EVP_PKEY* key, const std::string& name, Clock::tim
 std::string alternative_names(const Identity& identity) {
   std::vector<std::string> names{"URI:" + role_uri(identity.role)};
   for (const std::string& host : identity.hosts) {
-    const std::unique_ptr<ASN1_OCTET_STRING, wire::Freer<ASN1_OCTET_STRING_free>> numeric{a2i_IPADDRESS(host.c_str())};
+    const std::unique_ptr<ASN1_OCTET_STRING, wire::Freer<ASN1_OCTET_STRING_free>> numeric{
+        a2i_IPADDRESS(host.c_str())};
     names.push_back((numeric != nullptr ? "IP:" : "DNS:") + host);
     ERR_clear_error();
   }
@@ -95,9 +97,10 @@ std::string alternative_names(const Identity& identity) {
 
 /// Names go into a list that commas separate, and into folder names.
 absl::Status check_name(const std::string& what, const std::string& name) {
-  const bool sound = !name.empty() && name.size() <= 64 && name.front() != '.' &&
-                     name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-:@*") ==
-                         std::string::npos;
+  const bool sound =
+      !name.empty() && name.size() <= 64 && name.front() != '.' &&
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-:@*") ==
+          std::string::npos;
   if (sound) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(what, " '", name, "': 1 to 64 letters, digits and . _ - : @ were expected"));
@@ -114,8 +117,8 @@ struct Authority::Parts {
                                    Clock::time_point end) const;
 };
 
-absl::StatusOr<Certificate> Authority::Parts::sign(EVP_PKEY* holder, const Identity& identity, Clock::time_point begin,
-                                                   Clock::time_point end) const {
+absl::StatusOr<Certificate> Authority::Parts::sign(EVP_PKEY* holder, const Identity& identity,
+                                                   Clock::time_point begin, Clock::time_point end) const {
   if (auto s = check_name("name", identity.name); !s.ok()) return s;
   for (const std::string& host : identity.hosts) {
     if (auto s = check_name("host", host); !s.ok()) return s;
@@ -129,7 +132,8 @@ absl::StatusOr<Certificate> Authority::Parts::sign(EVP_PKEY* holder, const Ident
       !add_extension(c, issuer, NID_key_usage, "critical,digitalSignature") ||
       !add_extension(c, issuer, NID_ext_key_usage, usage) ||
       !add_extension(c, issuer, NID_subject_alt_name, alternative_names(identity)) ||
-      !add_extension(c, issuer, NID_authority_key_identifier, "keyid") || X509_sign(c, key.get(), EVP_sha256()) == 0) {
+      !add_extension(c, issuer, NID_authority_key_identifier, "keyid") ||
+      X509_sign(c, key.get(), EVP_sha256()) == 0) {
     return openssl_error(absl::StrCat("making the certificate of ", identity.name));
   }
   return made;
@@ -151,7 +155,8 @@ absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
   if (parts->certificate == nullptr || parts->key == nullptr ||
       X509_check_private_key(parts->certificate.get(), parts->key.get()) != 1) {
     ERR_clear_error();
-    return absl::InvalidArgumentError(absl::StrCat(folder.string(), " does not hold an authority and its key"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder.string(), " does not hold an authority and its key"));
   }
   return Authority{std::move(parts)};
 }
@@ -169,7 +174,8 @@ absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
   if (c == nullptr || X509_set_issuer_name(c, X509_get_subject_name(c)) != 1 ||
       !add_extension(c, c, NID_basic_constraints, "critical,CA:TRUE,pathlen:0") ||
       !add_extension(c, c, NID_key_usage, "critical,keyCertSign,cRLSign") ||
-      !add_extension(c, c, NID_subject_key_identifier, "hash") || X509_sign(c, parts->key.get(), EVP_sha256()) == 0) {
+      !add_extension(c, c, NID_subject_key_identifier, "hash") ||
+      X509_sign(c, parts->key.get(), EVP_sha256()) == 0) {
     return openssl_error("making the authority");
   }
   // The certificate last: without it, there is no authority yet.
@@ -205,7 +211,8 @@ absl::StatusOr<std::string> Authority::certify(const std::string& request_pem, c
   const wire::CertificateRequest request = wire::request_from_pem(request_pem);
   EVP_PKEY* const key = request == nullptr ? nullptr : X509_REQ_get0_pubkey(request.get());
   if (key == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
-  if (!wire::is_usual_key(key)) return absl::InvalidArgumentError("the key of the request is not one on P-256");
+  if (!wire::is_usual_key(key))
+    return absl::InvalidArgumentError("the key of the request is not one on P-256");
   const bool proved = X509_REQ_verify(request.get(), key) == 1;
   ERR_clear_error();
   if (!proved) return absl::InvalidArgumentError("the request is not signed with its own key");
@@ -218,7 +225,8 @@ absl::Status write_farm_certificates(const fs::path& folder, const std::vector<s
                                      const std::vector<std::string>& users) {
   const absl::StatusOr<Authority> authority = Authority::open(folder / "authority");
   if (!authority.ok()) return authority.status();
-  Identity server{.role = Role::kServer, .name = "tessera-server", .hosts = {"localhost", "127.0.0.1", "::1"}};
+  Identity server{
+      .role = Role::kServer, .name = "tessera-server", .hosts = {"localhost", "127.0.0.1", "::1"}};
   std::array<char, 256> own{};
   if (::gethostname(own.data(), own.size() - 1) == 0 && check_name("host", own.data()).ok()) {
     server.hosts.emplace_back(own.data());
@@ -234,7 +242,8 @@ absl::Status write_farm_certificates(const fs::path& folder, const std::vector<s
   }
   const auto now = Clock::now();
   for (const auto& [name, identity] : wanted) {
-    if (auto s = authority->issue(identity, folder / name, now - kClockSlack, now + kCertificateLife); !s.ok())
+    if (auto s = authority->issue(identity, folder / name, now - kClockSlack, now + kCertificateLife);
+        !s.ok())
       return s;
   }
   return absl::OkStatus();

@@ -18,7 +18,8 @@ std::int64_t unix_seconds(Expelled::Time time) {
 
 bool is_name(std::string_view name) {
   const auto is_plain = [](char c) { return c > ' ' && c != '\x7f'; };
-  return !name.empty() && name.size() <= Expelled::kLongestName && std::all_of(name.begin(), name.end(), is_plain);
+  return !name.empty() && name.size() <= Expelled::kLongestName &&
+         std::all_of(name.begin(), name.end(), is_plain);
 }
 
 }  // namespace
@@ -32,7 +33,8 @@ std::optional<std::chrono::system_clock::time_point> time_made(std::string_view 
 
 absl::Status check_member_name(std::string_view name) {
   if (is_name(name)) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("no certificate has this name: 1 to ", Expelled::kLongestName,
+  return absl::InvalidArgumentError(absl::StrCat("no certificate has this name: 1 to ",
+                                                 Expelled::kLongestName,
                                                  " characters without spaces were expected"));
 }
 
@@ -77,7 +79,8 @@ absl::Status Expelled::expel(Role role, const std::string& name, Time now) {
   Time& since = members[{role, name}];
   since = std::max(since, now);  // nobody comes back because a clock was set back
   if (members.size() > kMostNames) {
-    return absl::ResourceExhaustedError("too many are expelled already; a new authority makes all certificates void");
+    return absl::ResourceExhaustedError(
+        "too many are expelled already; a new authority makes all certificates void");
   }
   if (absl::Status status = write(members); !status.ok()) return status;
   members_ = std::move(members);

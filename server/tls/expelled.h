@@ -22,8 +22,8 @@ std::optional<std::chrono::system_clock::time_point> time_made(std::string_view 
 /// InvalidArgument for a name that no certificate of a farm has.
 absl::Status check_member_name(std::string_view name);
 
-/// Role and name of a certificate, with the time at which they were expelled: certificates that were made until then
-/// are refused, later ones are not. Kept in one file. Thread-safe. Time is given by the caller.
+/// Role and name of a certificate, with the time at which they were expelled: certificates that were made
+/// until then are refused, later ones are not. Kept in one file. Thread-safe. Time is given by the caller.
 class Expelled {
  public:
   using Time = std::chrono::system_clock::time_point;
@@ -34,14 +34,14 @@ class Expelled {
   /// An empty path: in memory. Unavailable, or DataLoss, for a file that cannot be read.
   static absl::StatusOr<std::unique_ptr<Expelled>> open(std::filesystem::path file);
 
-  /// Durable when it returns. InvalidArgument for a name that no certificate of a farm has, ResourceExhausted when
-  /// there are too many.
+  /// Durable when it returns. InvalidArgument for a name that no certificate of a farm has, ResourceExhausted
+  /// when there are too many.
   absl::Status expel(Role role, const std::string& name, Time now);
   /// NotFound when they were not expelled.
   absl::Status readmit(Role role, const std::string& name);
 
-  /// Whether a certificate, in PEM, that says this role and this name is refused. One that cannot be read is, where the
-  /// name is expelled.
+  /// Whether a certificate, in PEM, that says this role and this name is refused. One that cannot be read is,
+  /// where the name is expelled.
   bool refuses(Role role, const std::string& name, std::string_view certificate_pem) const;
 
  private:

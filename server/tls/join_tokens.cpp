@@ -37,8 +37,10 @@ absl::Status JoinTokens::read() {
   for (std::string line; std::getline(in, line);) {
     std::istringstream words{line};
     Token token;
-    if (!(words >> token.digest >> token.expires_unix_s >> token.uses_left) || !wire::is_digest(token.digest)) {
-      return absl::DataLossError(absl::StrCat(file_.string(), ": \"", line, "\" is no join token; remove the file"));
+    if (!(words >> token.digest >> token.expires_unix_s >> token.uses_left) ||
+        !wire::is_digest(token.digest)) {
+      return absl::DataLossError(
+          absl::StrCat(file_.string(), ": \"", line, "\" is no join token; remove the file"));
     }
     for (std::string member; words >> member;) token.members.push_back(absl::HexStringToBytes(member));
     tokens_.push_back(std::move(token));
@@ -51,7 +53,8 @@ absl::Status JoinTokens::write(const std::vector<Token>& tokens) const {
   std::string text;
   for (const Token& token : tokens) {
     absl::StrAppend(&text, token.digest, " ", token.expires_unix_s, " ", token.uses_left);
-    for (const std::string& member : token.members) absl::StrAppend(&text, " ", absl::BytesToHexString(member));
+    for (const std::string& member : token.members)
+      absl::StrAppend(&text, " ", absl::BytesToHexString(member));
     text += '\n';
   }
   return wire::replace_file(file_, 0600, text);
@@ -66,11 +69,13 @@ absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uin
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
     return absl::InternalError("no random numbers for a join token");
   }
-  const std::string secret = absl::BytesToHexString({reinterpret_cast<const char*>(random.data()), random.size()});
+  const std::string secret =
+      absl::BytesToHexString({reinterpret_cast<const char*>(random.data()), random.size()});
   const std::lock_guard lock{mutex_};
   std::vector<Token> tokens = tokens_;
   std::erase_if(tokens, [&](const Token& token) { return token.expires_unix_s <= unix_seconds(now); });
-  if (tokens.size() >= kMostTokens) return absl::ResourceExhaustedError("there are too many join tokens already");
+  if (tokens.size() >= kMostTokens)
+    return absl::ResourceExhaustedError("there are too many join tokens already");
   tokens.push_back({wire::sha256_hex(secret), unix_seconds(now + life), uses});
   if (absl::Status status = write(tokens); !status.ok()) return status;
   tokens_ = std::move(tokens);
@@ -99,12 +104,13 @@ bool JoinTokens::may_try(const std::string& address, Time now) {
   return found == failures_.end() ? failures_.size() < kMostAddresses : found->second < kFailuresAMinute;
 }
 
-absl::Status JoinTokens::redeem(const std::string& secret, const std::string& member, const std::string& address,
-                                Time now) {
+absl::Status JoinTokens::redeem(const std::string& secret, const std::string& member,
+                                const std::string& address, Time now) {
   const std::string digest = wire::sha256_hex(secret);
   const std::lock_guard lock{mutex_};
   if (!may_try(address, now)) {
-    return absl::ResourceExhaustedError("too many wrong join tokens from this address; try again in a minute");
+    return absl::ResourceExhaustedError(
+        "too many wrong join tokens from this address; try again in a minute");
   }
   // Every token is looked at, and all of its digest, so that the time this takes tells nothing.
   std::vector<Token> tokens = tokens_;

@@ -22,23 +22,27 @@ class JoinTokens {
   static constexpr std::uint32_t kMostUses = 10'000;
   static constexpr std::size_t kMostTokens = 1'000;      // at a time
   static constexpr std::uint32_t kFailuresAMinute = 10;  // from one address
-  static constexpr std::size_t kMostAddresses = 1'000;   // that failures are counted of; beyond, new ones have to wait
+  static constexpr std::size_t kMostAddresses =
+      1'000;  // that failures are counted of; beyond, new ones have to wait
 
   /// An empty path: in memory. Unavailable, or DataLoss, for a file that cannot be read.
   static absl::StatusOr<JoinTokens> open(std::filesystem::path file);
 
-  JoinTokens(JoinTokens&& other) noexcept : file_(std::move(other.file_)), tokens_(std::move(other.tokens_)) {}
+  JoinTokens(JoinTokens&& other) noexcept
+      : file_(std::move(other.file_)), tokens_(std::move(other.tokens_)) {}
 
-  /// A secret that is accepted `uses` times until `now + life`; durable when it returns. InvalidArgument for a life or
-  /// a number that is not within the bounds above, ResourceExhausted when there are too many.
+  /// A secret that is accepted `uses` times until `now + life`; durable when it returns. InvalidArgument for
+  /// a life or a number that is not within the bounds above, ResourceExhausted when there are too many.
   absl::StatusOr<std::string> make(std::chrono::seconds life, std::uint32_t uses, Time now);
 
-  /// Takes one use of a secret's token for `member`; durable when it returns. PermissionDenied when there is no such
-  /// token or its time is over; ResourceExhausted, whatever the secret, after kFailuresAMinute of those from `address`.
-  absl::Status redeem(const std::string& secret, const std::string& member, const std::string& address, Time now);
+  /// Takes one use of a secret's token for `member`; durable when it returns. PermissionDenied when there is
+  /// no such token or its time is over; ResourceExhausted, whatever the secret, after kFailuresAMinute of
+  /// those from `address`.
+  absl::Status redeem(const std::string& secret, const std::string& member, const std::string& address,
+                      Time now);
 
-  /// Tokens that `member` joined with, and so knows, are not accepted any more; durable when it returns. How many that
-  /// were.
+  /// Tokens that `member` joined with, and so knows, are not accepted any more; durable when it returns. How
+  /// many that were.
   absl::StatusOr<std::size_t> call_back(const std::string& member);
 
  private:

@@ -14,7 +14,8 @@
 namespace tessera::server {
 namespace {
 
-/// One write of a whole line: two coordinators never share the file, and half a line after a crash is left out.
+/// One write of a whole line: two coordinators never share the file, and half a line after a crash is left
+/// out.
 void append_line(const std::filesystem::path& file, const std::string& line) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (descriptor < 0) return;
@@ -54,8 +55,9 @@ absl::Status Members::check_seen(Role role, const std::string& name) const {
   for (const auto& [other_role, other] : seen_) {
     if (other_role == role) names.push_back(other);
   }
-  return absl::NotFoundError(absl::StrCat("no ", to_string(role), " with the name '", name, "' in its certificate has ",
-                                          "called here", wire::did_you_mean(name, names)));
+  return absl::NotFoundError(absl::StrCat("no ", to_string(role), " with the name '", name,
+                                          "' in its certificate has ", "called here",
+                                          wire::did_you_mean(name, names)));
 }
 
 }  // namespace tessera::server

@@ -13,14 +13,14 @@
 
 namespace tessera::server {
 
-/// Roles and names of certificates, kept in one file, a line each. It only helps against typing errors: when it cannot
-/// be written, a member is noted again the next time that it calls. Thread-safe.
+/// Roles and names of certificates, kept in one file, a line each. It only helps against typing errors: when
+/// it cannot be written, a member is noted again the next time that it calls. Thread-safe.
 class Members {
  public:
   static constexpr std::size_t kMost = 100'000;  // later ones are not noted
 
-  /// An empty path: in memory. Unavailable for a file that cannot be read; lines that cannot be understood are left
-  /// out.
+  /// An empty path: in memory. Unavailable for a file that cannot be read; lines that cannot be understood
+  /// are left out.
   static absl::StatusOr<std::unique_ptr<Members>> open(std::filesystem::path file);
 
   void note(Role role, const std::string& name);

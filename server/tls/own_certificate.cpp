@@ -30,14 +30,15 @@ absl::Status check_own_certificate(const std::filesystem::path& folder) {
   std::ifstream in{path};
   const std::string pem{std::istreambuf_iterator<char>(in), {}};
   const wire::Certificate certificate = wire::certificate_from_pem(pem);
-  if (certificate == nullptr) return absl::InvalidArgumentError(absl::StrCat(path.string(), " cannot be read"));
+  if (certificate == nullptr)
+    return absl::InvalidArgumentError(absl::StrCat(path.string(), " cannot be read"));
   for (const std::string& uri : wire::uris_of(certificate.get())) {
     const std::optional<Role> role = role_of_uri(uri);
     if (!role || role == Role::kServer) continue;
-    return absl::InvalidArgumentError(absl::StrCat(path.string(), " is the certificate of a ", to_string(*role), " ('",
-                                                   wire::name_of(certificate.get()),
-                                                   "'): --tls of tessera-server wants the folder \"server\" that "
-                                                   "--init-tls made"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        path.string(), " is the certificate of a ", to_string(*role), " ('", wire::name_of(certificate.get()),
+        "'): --tls of tessera-server wants the folder \"server\" that "
+        "--init-tls made"));
   }
   return absl::OkStatus();
 }

@@ -1,4 +1,5 @@
-// Cost of the BSDF models: nanoseconds for 16 lanes of eval() and of sample(), with directions that differ by lane.
+// Cost of the BSDF models: nanoseconds for 16 lanes of eval() and of sample(), with directions that differ by
+// lane.
 #include <benchmark/benchmark.h>
 
 #include "support/bsdf_cases.h"
@@ -26,7 +27,10 @@ std::vector<Inputs> make_inputs(bool both_sides) {
       wi[i] = direction(uniform(random) * (both_sides ? 180 : 88), uniform(random) * 360);
       for (auto& lanes : u) lanes[i] = uniform(random);
     }
-    input = {wide(wo), wide(wi), kernel::Float::load(u[0]), {kernel::Float::load(u[1]), kernel::Float::load(u[2])}};
+    input = {wide(wo),
+             wide(wi),
+             kernel::Float::load(u[0]),
+             {kernel::Float::load(u[1]), kernel::Float::load(u[2])}};
   }
   return inputs;
 }
@@ -57,25 +61,27 @@ void sample(benchmark::State& state, const BsdfCase& bsdf) {
 
 /// The cases live as long as the benchmarks that are registered with them.
 void register_all() {
-  static const BsdfCase cases[] = {diffuse({0.8f, 0.8f, 0.8f}),
-                                   diffuse_transmission({0.4f, 0.4f, 0.4f}, {0.3f, 0.3f, 0.3f}),
-                                   conductor(0, 0),
-                                   conductor(0.2f, 0.1f),
-                                   dielectric(0, 0, 1.5f),
-                                   dielectric(0.2f, 0.1f, 1.5f),
-                                   thin_dielectric(1.5f),
-                                   coated_diffuse(0, 0, 1.5f),
-                                   coated_diffuse(0.2f, 0.1f, 1.5f),
-                                   conductor(0.2f, 0.1f, kCopperEta, kCopperK, render::kBeckmann),
-                                   dielectric(0.2f, 0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
-                                   plastic(0, 1.5f, 0),
-                                   plastic(0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
-                                   principled("plain", {}),
-                                   principled("glass", {.spec_trans = 1}),
-                                   principled("plain", {}, true),
-                                   hair(0.3f, 0.3f, 0.5f)};
+  static const BsdfCase cases[] = {
+      diffuse({0.8f, 0.8f, 0.8f}),
+      diffuse_transmission({0.4f, 0.4f, 0.4f}, {0.3f, 0.3f, 0.3f}),
+      conductor(0, 0),
+      conductor(0.2f, 0.1f),
+      dielectric(0, 0, 1.5f),
+      dielectric(0.2f, 0.1f, 1.5f),
+      thin_dielectric(1.5f),
+      coated_diffuse(0, 0, 1.5f),
+      coated_diffuse(0.2f, 0.1f, 1.5f),
+      conductor(0.2f, 0.1f, kCopperEta, kCopperK, render::kBeckmann),
+      dielectric(0.2f, 0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
+      plastic(0, 1.5f, 0),
+      plastic(0.1f, 1.5f, render::kBeckmann | render::kSeparableMasking),
+      principled("plain", {}),
+      principled("glass", {.spec_trans = 1}),
+      principled("plain", {}, true),
+      hair(0.3f, 0.3f, 0.5f)};
   for (const BsdfCase& bsdf : cases) {
-    benchmark::RegisterBenchmark(("eval/" + bsdf.name).c_str(), [&](benchmark::State& state) { eval(state, bsdf); });
+    benchmark::RegisterBenchmark(("eval/" + bsdf.name).c_str(),
+                                 [&](benchmark::State& state) { eval(state, bsdf); });
     benchmark::RegisterBenchmark(("sample/" + bsdf.name).c_str(),
                                  [&](benchmark::State& state) { sample(state, bsdf); });
   }

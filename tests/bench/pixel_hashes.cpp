@@ -1,5 +1,6 @@
-// Prints a digest of the pixels of each scene file given, for each ISA of this machine and each way to render: a change
-// of the renderer's shape must leave every line as it is. Run by hand, before and after (CONTRIBUTING: measuring).
+// Prints a digest of the pixels of each scene file given, for each ISA of this machine and each way to
+// render: a change of the renderer's shape must leave every line as it is. Run by hand, before and after
+// (CONTRIBUTING: measuring).
 //
 //   pixel_hashes SCENE...
 #include <gtest/gtest.h>
@@ -41,7 +42,8 @@ std::string digest_of(const client::Image& image) {
   wire::Sha256 digest;
   for (const client::Channel& channel : image.channels) {
     digest.update(channel.name);
-    digest.update({reinterpret_cast<const char*>(channel.values.data()), channel.values.size() * sizeof(float)});
+    digest.update(
+        {reinterpret_cast<const char*>(channel.values.data()), channel.values.size() * sizeof(float)});
   }
   return digest.finish_hex();
 }
@@ -62,7 +64,8 @@ std::string render(const std::string& path, const Way& way, const std::string& i
     scene.mutable_film()->set_width(scaled(scene.film().width()));
     scene.mutable_film()->set_height(scaled(scene.film().height()));
   };
-  const auto file = load_scene_file(path, job, isa, static_cast<int>(std::thread::hardware_concurrency()), shrink);
+  const auto file =
+      load_scene_file(path, job, isa, static_cast<int>(std::thread::hardware_concurrency()), shrink);
   return file.ok() ? digest_of(render_image(*file)) : "refused: " + std::string(file.status().message());
 }
 
@@ -73,7 +76,8 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     for (const std::string& isa : tessera::render::supported_isas()) {
       for (const auto& way : tessera::test::kWays) {
-        std::printf("%s %s %s %s\n", argv[i], isa.c_str(), way.name, tessera::test::render(argv[i], way, isa).c_str());
+        std::printf("%s %s %s %s\n", argv[i], isa.c_str(), way.name,
+                    tessera::test::render(argv[i], way, isa).c_str());
         std::fflush(stdout);
       }
     }

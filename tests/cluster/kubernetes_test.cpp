@@ -1,4 +1,5 @@
-// deploy/kubernetes/tessera.yaml: its parts refer to one another, and its commands are ones that the programs take.
+// deploy/kubernetes/tessera.yaml: its parts refer to one another, and its commands are ones that the programs
+// take.
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
@@ -104,9 +105,10 @@ class Kubernetes : public testing::Test {
 TEST_F(Kubernetes, PartsReferToOneAnother) {
   ASSERT_EQ(workloads().size(), 2U);
   for (const YAML::Node& workload : workloads()) {
-    const YAML::Node spec = workload["spec"], pod = spec["template"]["spec"], container = container_of(workload);
-    EXPECT_TRUE(
-        contains(labels_of(spec["template"]["metadata"]["labels"]), labels_of(spec["selector"]["matchLabels"])));
+    const YAML::Node spec = workload["spec"], pod = spec["template"]["spec"],
+                     container = container_of(workload);
+    EXPECT_TRUE(contains(labels_of(spec["template"]["metadata"]["labels"]),
+                         labels_of(spec["selector"]["matchLabels"])));
     EXPECT_TRUE(pod["securityContext"]["runAsNonRoot"].as<bool>());
 
     std::set<std::string> volumes;
@@ -125,9 +127,11 @@ TEST_F(Kubernetes, PartsReferToOneAnother) {
     }
   }
   for (const YAML::Node& policy : documents_["NetworkPolicy"]) {
-    const std::set<std::string> ports = ports_of(container_of(selected(policy["spec"]["podSelector"]["matchLabels"])));
+    const std::set<std::string> ports =
+        ports_of(container_of(selected(policy["spec"]["podSelector"]["matchLabels"])));
     for (const YAML::Node& rule : policy["spec"]["ingress"]) {
-      for (const YAML::Node& port : rule["ports"]) EXPECT_TRUE(ports.contains(port["port"].as<std::string>())) << port;
+      for (const YAML::Node& port : rule["ports"])
+        EXPECT_TRUE(ports.contains(port["port"].as<std::string>())) << port;
     }
   }
 }
@@ -151,7 +155,8 @@ TEST_F(Kubernetes, ProgramsAreProbedAndTakeTheirCommands) {
     for (const char* const name : {"startupProbe", "readinessProbe", "livenessProbe"}) {
       const YAML::Node probe = container[name];
       if (!probe) continue;
-      if (probe["grpc"]) EXPECT_EQ(probe["grpc"]["port"].as<std::string>(), port_of(value_of(command, "--health")));
+      if (probe["grpc"])
+        EXPECT_EQ(probe["grpc"]["port"].as<std::string>(), port_of(value_of(command, "--health")));
       if (probe["httpGet"]) {
         EXPECT_EQ(probe["httpGet"]["path"].as<std::string>(), "/metrics");
         EXPECT_TRUE(ports.contains(probe["httpGet"]["port"].as<std::string>()));
@@ -169,9 +174,10 @@ TEST_F(Kubernetes, WorkersCallTheServiceAndStayWithinTheirLimits) {
                                                service["spec"]["ports"][0]["port"].as<std::string>());
   const YAML::Node limits = worker["resources"]["limits"];
   EXPECT_EQ(value_of(command, "--threads"), limits["cpu"].as<std::string>());
-  // Stacks, code and the kernel's own do not count for --memory-limit (GB), but for Kubernetes: a twentieth is left to
-  // them.
-  EXPECT_LE(std::stod(value_of(command, "--memory-limit")) * 1e9, 0.95 * bytes_of(limits["memory"].as<std::string>()));
+  // Stacks, code and the kernel's own do not count for --memory-limit (GB), but for Kubernetes: a twentieth
+  // is left to them.
+  EXPECT_LE(std::stod(value_of(command, "--memory-limit")) * 1e9,
+            0.95 * bytes_of(limits["memory"].as<std::string>()));
 }
 
 }  // namespace

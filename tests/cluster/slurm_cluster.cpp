@@ -65,15 +65,19 @@ void write_configuration(const std::filesystem::path& directory) {
       << user
       // A requeued job waits until the credentials of its first run have expired.
       << "\nAuthType=auth/munge\nAuthInfo=cred_expire=5,socket=" << at << "/munge.socket\nCredType=cred/munge"
-      << "\nStateSaveLocation=" << at << "/state\nSlurmdSpoolDir=" << at << "/spool-%n\nSlurmctldPidFile=" << at
-      << "/slurmctld.pid\nSlurmdPidFile=" << at << "/slurmd-%n.pid\nSlurmctldLogFile=" << at
-      << "/slurmctld.log\nSlurmdLogFile=" << at << "/slurmd-%n.log\nProctrackType=proctrack/linuxproc"
-      << "\nTaskPlugin=task/none\nMpiDefault=none\nSwitchType=switch/none\nJobAcctGatherType=jobacct_gather/none"
-      << "\nAccountingStorageType=accounting_storage/none\nSelectType=select/cons_tres\nSelectTypeParameters=CR_Core"
+      << "\nStateSaveLocation=" << at << "/state\nSlurmdSpoolDir=" << at
+      << "/spool-%n\nSlurmctldPidFile=" << at << "/slurmctld.pid\nSlurmdPidFile=" << at
+      << "/slurmd-%n.pid\nSlurmctldLogFile=" << at << "/slurmctld.log\nSlurmdLogFile=" << at
+      << "/slurmd-%n.log\nProctrackType=proctrack/linuxproc"
+      << "\nTaskPlugin=task/none\nMpiDefault=none\nSwitchType=switch/none\nJobAcctGatherType=jobacct_gather/"
+         "none"
+      << "\nAccountingStorageType=accounting_storage/none\nSelectType=select/"
+         "cons_tres\nSelectTypeParameters=CR_Core"
       << "\nPreemptType=preempt/partition_prio\nPreemptMode=REQUEUE\nKillWait=5\nReturnToService=2\n";
   for (int i = 0; i < 2; ++i) {
-    out << "NodeName=" << (i == 0 ? "one" : "two") << " NodeHostname=localhost NodeAddr=127.0.0.1 Port=" << ports[i + 1]
-        << " CPUs=" << cpus << " State=UNKNOWN\n";
+    out << "NodeName=" << (i == 0 ? "one" : "two")
+        << " NodeHostname=localhost NodeAddr=127.0.0.1 Port=" << ports[i + 1] << " CPUs=" << cpus
+        << " State=UNKNOWN\n";
   }
   out << "PartitionName=low Nodes=ALL Default=YES PriorityTier=1 MaxTime=INFINITE State=UP\n"
       << "PartitionName=high Nodes=ALL PriorityTier=10 PreemptMode=OFF MaxTime=INFINITE State=UP\n";
@@ -96,7 +100,8 @@ std::string SlurmCluster::missing() {
 
 SlurmCluster::SlurmCluster() {
   const std::filesystem::path& at = directory_.path();
-  for (const char* const name : {"state", "spool-one", "spool-two"}) std::filesystem::create_directory(at / name);
+  for (const char* const name : {"state", "spool-one", "spool-two"})
+    std::filesystem::create_directory(at / name);
   write_key(at / "munge.key");
   write_configuration(at);
   const auto start = [&](std::vector<std::string> command) {
@@ -140,7 +145,8 @@ SlurmCluster::~SlurmCluster() {
   }
 }
 
-support::Finished SlurmCluster::execute(std::vector<std::string> command, std::vector<std::string> environment) const {
+support::Finished SlurmCluster::execute(std::vector<std::string> command,
+                                        std::vector<std::string> environment) const {
   command.front().insert(0, kCommands);
   environment.push_back("SLURM_CONF=" + (directory_.path() / "slurm.conf").string());
   return support::run_program(std::move(command), kPatience, std::move(environment));
@@ -152,7 +158,8 @@ std::string SlurmCluster::run(std::vector<std::string> command, std::vector<std:
   return finished.out;
 }
 
-std::string SlurmCluster::submit(std::vector<std::string> arguments, std::vector<std::string> environment) const {
+std::string SlurmCluster::submit(std::vector<std::string> arguments,
+                                 std::vector<std::string> environment) const {
   std::vector<std::string> command{"sbatch", "--parsable"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   std::string id = run(std::move(command), std::move(environment));
@@ -178,7 +185,8 @@ bool SlurmCluster::is_over(const std::string& job) const {
          state != "REQUEUED" && state != "PREEMPTED";
 }
 
-std::optional<JobEnd> SlurmCluster::wait_for_end(const std::string& job, std::chrono::seconds patience) const {
+std::optional<JobEnd> SlurmCluster::wait_for_end(const std::string& job,
+                                                 std::chrono::seconds patience) const {
   const auto deadline = std::chrono::steady_clock::now() + patience;
   while (!is_over(job)) {
     if (std::chrono::steady_clock::now() > deadline) return std::nullopt;

@@ -1,5 +1,5 @@
-// A Slurm cluster on this machine: Debian's munged, slurmctld and one slurmd for each of two nodes, in a directory and
-// on ports of its own. Needs no rights: everything runs as whoever runs the test.
+// A Slurm cluster on this machine: Debian's munged, slurmctld and one slurmd for each of two nodes, in a
+// directory and on ports of its own. Needs no rights: everything runs as whoever runs the test.
 #pragma once
 
 #include <chrono>
@@ -20,8 +20,8 @@ struct JobEnd {
   int exit_code = -1;  // of the script
 };
 
-/// Nodes `one` and `two` have as many CPUs each as the machine. Jobs of the partition `high` preempt those of `low`,
-/// the default, which are requeued after some seconds.
+/// Nodes `one` and `two` have as many CPUs each as the machine. Jobs of the partition `high` preempt those of
+/// `low`, the default, which are requeued after some seconds.
 class SlurmCluster {
  public:
   /// What of Slurm is not installed; empty when all is there.
@@ -34,8 +34,8 @@ class SlurmCluster {
   SlurmCluster(const SlurmCluster&) = delete;
   SlurmCluster& operator=(const SlurmCluster&) = delete;
 
-  /// Runs one of Slurm's commands, with `NAME=VALUE` added to its environment; its stdout. A failure of the test when
-  /// it fails.
+  /// Runs one of Slurm's commands, with `NAME=VALUE` added to its environment; its stdout. A failure of the
+  /// test when it fails.
   std::string run(std::vector<std::string> command, std::vector<std::string> environment = {}) const;
 
   /// sbatch with these arguments; the job's id.
@@ -47,7 +47,8 @@ class SlurmCluster {
   std::optional<JobEnd> wait_for_end(const std::string& job, std::chrono::seconds patience) const;
 
  private:
-  support::Finished execute(std::vector<std::string> command, std::vector<std::string> environment = {}) const;
+  support::Finished execute(std::vector<std::string> command,
+                            std::vector<std::string> environment = {}) const;
   std::string field(const std::string& job, const std::string& name) const;
 
   support::TempDir directory_;

@@ -30,7 +30,8 @@ class Slurm : public testing::Test {
   }
   static void TearDownTestSuite() { cluster_.reset(); }
   void SetUp() override {
-    if (cluster_ == nullptr) GTEST_SKIP() << test::needs("Slurm (slurm-wlm, munge): " + SlurmCluster::missing());
+    if (cluster_ == nullptr)
+      GTEST_SKIP() << test::needs("Slurm (slurm-wlm, munge): " + SlurmCluster::missing());
   }
 
   std::filesystem::path path(const std::string& name) const { return directory_.path() / name; }
@@ -44,10 +45,12 @@ class Slurm : public testing::Test {
   std::string submit(std::vector<std::string> options, const std::string& script, Arguments arguments,
                      const std::filesystem::path& programs =
                          std::filesystem::path(integration::tessera_program()).parent_path()) const {
-    options.insert(options.end(), {absl::StrCat("--output=", path("log").string()), "deploy/slurm/" + script});
+    options.insert(options.end(),
+                   {absl::StrCat("--output=", path("log").string()), "deploy/slurm/" + script});
     options.insert(options.end(), arguments.begin(), arguments.end());
-    return cluster_->submit(std::move(options), {absl::StrCat("PATH=", programs.string(), ":", std::getenv("PATH")),
-                                                 "TMPDIR=" + path("disk").string()});
+    return cluster_->submit(std::move(options),
+                            {absl::StrCat("PATH=", programs.string(), ":", std::getenv("PATH")),
+                             "TMPDIR=" + path("disk").string()});
   }
   std::string submit_picture() const {
     return submit({}, "render.sbatch", kScene + Arguments{path("out.exr").string()} + kOptions);
@@ -67,10 +70,13 @@ class Slurm : public testing::Test {
     bool found = false;
     return wait_until([&] {
              std::error_code error;
-             for (std::filesystem::recursive_directory_iterator file(path("out.exr.state/data/results"), error), end;
+             for (std::filesystem::recursive_directory_iterator
+                      file(path("out.exr.state/data/results"), error),
+                  end;
                   file != end && !error; file.increment(error)) {
                // Beside each job's results stands a log of it, JOB.log.
-               found |= file->is_regular_file(error) && file->path().extension().empty() && file->file_size(error) > 0;
+               found |= file->is_regular_file(error) && file->path().extension().empty() &&
+                        file->file_size(error) > 0;
              }
              return found || cluster_->is_over(job);
            }) &&
@@ -173,10 +179,11 @@ TEST_F(Slurm, PreemptedWorkersAreRequeuedAndTakePartAgain) {
   const std::string workers = submit({"--array=1-2", "--exclusive"}, "worker.sbatch", {farm.address()});
   const std::string job = farm.submit_detached(kScene + kOptions + Arguments{"--quiet"});
   farm.watch_until(job, [](const v1::JobStatus& status) { return status.units_done() > 0; });
-  const std::string intruder =
-      cluster_->submit({"--partition=high", "--nodes=2", "--exclusive", "--output=/dev/null", "--wrap=sleep 1"}, {});
+  const std::string intruder = cluster_->submit(
+      {"--partition=high", "--nodes=2", "--exclusive", "--output=/dev/null", "--wrap=sleep 1"}, {});
   ASSERT_TRUE(wait_until([&] { return cluster_->state_of(workers + "_1") == "PENDING"; })) << log();
-  EXPECT_LT(farm.client().job(job, {})->status().units_done(), farm.client().job(job, {})->status().units_total())
+  EXPECT_LT(farm.client().job(job, {})->status().units_done(),
+            farm.client().job(job, {})->status().units_total())
       << "preempted too late for this test";
   EXPECT_EQ(farm.fetch_hash(job), integration::expected_hash(kScene + kOptions));
   EXPECT_EQ(cluster_->wait_for_end(intruder, kPatience)->state, "COMPLETED");

@@ -1,4 +1,5 @@
-// Every target on its corpus, and on deterministic mutations of it: whatever comes, the code under test returns.
+// Every target on its corpus, and on deterministic mutations of it: whatever comes, the code under test
+// returns.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

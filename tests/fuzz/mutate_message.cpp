@@ -25,14 +25,16 @@ class Mutator {
     std::vector<const FieldDescriptor*> present, children;
     reflection.ListFields(message, &present);
     for (const FieldDescriptor* field : present) {
-      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field->is_map()) children.push_back(field);
+      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE && !field->is_map())
+        children.push_back(field);
     }
     // Mostly deeper, for most of a message is in its leaves.
     if (!children.empty() && below(4) > 0) {
       const FieldDescriptor* const field = children[below(children.size())];
-      return edit(field->is_repeated() ? *reflection.MutableRepeatedMessage(
-                                             &message, field, index_below(reflection.FieldSize(message, field)))
-                                       : *reflection.MutableMessage(&message, field));
+      return edit(field->is_repeated()
+                      ? *reflection.MutableRepeatedMessage(&message, field,
+                                                           index_below(reflection.FieldSize(message, field)))
+                      : *reflection.MutableMessage(&message, field));
     }
     const auto* const descriptor = message.GetDescriptor();
     if (descriptor->field_count() == 0) return;
@@ -90,7 +92,8 @@ class Mutator {
   }
 
   std::int64_t integer() {
-    constexpr std::int64_t kIntegers[] = {0, 1, 2, 3, 7, 64, 1 << 16, 1 << 20, 0x7fffffff, 0xffffffff, -1, 1ll << 40};
+    constexpr std::int64_t kIntegers[] = {0,       1,       2,          3,          7,  64,
+                                          1 << 16, 1 << 20, 0x7fffffff, 0xffffffff, -1, 1ll << 40};
     return kIntegers[below(std::size(kIntegers))];
   }
 

@@ -13,8 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 // The AOVs have channels of every kind. The crop cuts tiles.
-const Arguments kView{"scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--aov",
-                      "variance,albedo,normal,depth,samples", "--quiet"};
+const Arguments kView{
+    "scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--aov",
+    "variance,albedo,normal,depth,samples", "--quiet"};
 // Ranges that are no power of two, so that the sum tree has a ragged edge.
 const Arguments kCornellBox = kView + Arguments{"--spp", "50"};
 
@@ -36,8 +37,8 @@ std::string submit_hash(const FarmUnderTest& farm, const Arguments& arguments) {
 
 TEST(BitEquality, InProcessWhateverThreadsAndTiles) {
   const std::string expected = render_hash(kCornellBox + Arguments{"--threads", "1"});
-  for (const Arguments& variation :
-       {Arguments{"--threads", "3"}, Arguments{"--tile", "8"}, Arguments{"--tile", "16"}, Arguments{"--tile", "64"}}) {
+  for (const Arguments& variation : {Arguments{"--threads", "3"}, Arguments{"--tile", "8"},
+                                     Arguments{"--tile", "16"}, Arguments{"--tile", "64"}}) {
     EXPECT_EQ(render_hash(kCornellBox + variation), expected) << variation[0] << ' ' << variation[1];
   }
 }
@@ -48,7 +49,8 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   for (const int threads : {2, 1, 3}) {
     farm.add_worker(threads);
     for (const char* tile : {"8", "16", "64"}) {
-      EXPECT_EQ(submit_hash(farm, kCornellBox + Arguments{"--tile", tile}), expected) << "with tiles of " << tile;
+      EXPECT_EQ(submit_hash(farm, kCornellBox + Arguments{"--tile", tile}), expected)
+          << "with tiles of " << tile;
     }
   }
 }
@@ -102,8 +104,14 @@ TEST(BitEquality, OneUnitAtATimeOrManyAsOneWhoeverIsKilled) {
 
 TEST(BitEquality, PassesOneAtATimeOrManyAsOne) {
   // 16 ranges of 16 passes over 128x128 pixels.
-  const Arguments job{
-      "scenes/cornell-box/scene.pbrt", "--resolution", "128x128", "--integrator", "light", "--spp", "256", "--quiet"};
+  const Arguments job{"scenes/cornell-box/scene.pbrt",
+                      "--resolution",
+                      "128x128",
+                      "--integrator",
+                      "light",
+                      "--spp",
+                      "256",
+                      "--quiet"};
   FarmUnderTest single{{}, {}, "127.0.0.1", {"--unit-seconds", "0"}};
   single.add_worker(1);
   EXPECT_EQ(single.fetch_hash(single.submit_detached(job)), render_hash(job));
@@ -117,7 +125,8 @@ TEST(BitEquality, SamplesAsNoiseAsksInProcessAndOnTwoWorkersWhateverTiles) {
   farm.add_worker(1);
   farm.add_worker(2);
   for (const char* tile : {"8", "24", "64"}) {
-    EXPECT_EQ(render_hash(adaptive + Arguments{"--threads", "3", "--tile", tile}), expected) << "tiles of " << tile;
+    EXPECT_EQ(render_hash(adaptive + Arguments{"--threads", "3", "--tile", tile}), expected)
+        << "tiles of " << tile;
     EXPECT_EQ(submit_hash(farm, adaptive + Arguments{"--tile", tile}), expected) << "tiles of " << tile;
   }
 }
@@ -154,7 +163,8 @@ TEST(BitEquality, ClassroomInProcessAndOnTwoWorkers) {
   const auto folder = test::find_corpus("pbrt/classroom");
   if (!folder) GTEST_SKIP() << test::needs("../shared/scenes/pbrt/classroom");
   FarmUnderTest farm;
-  const Arguments classroom{(folder->path() / "scene.pbrt").string(), "--resolution", "96x54", "--spp", "8", "--quiet"};
+  const Arguments classroom{
+      (folder->path() / "scene.pbrt").string(), "--resolution", "96x54", "--spp", "8", "--quiet"};
 
   const std::string expected = render_hash(classroom);
   farm.add_worker(1);

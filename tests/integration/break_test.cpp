@@ -94,7 +94,8 @@ TEST_F(Break, WithoutACheckpointToo) {
   ASSERT_TRUE(ended);
   EXPECT_EQ(ended->code, 130) << render.err();
   // On a machine that had not yet begun, nothing is written, and that is said.
-  EXPECT_NE(fs::exists(image), render.err().find("nothing was rendered") != std::string::npos) << render.err();
+  EXPECT_NE(fs::exists(image), render.err().find("nothing was rendered") != std::string::npos)
+      << render.err();
 }
 
 TEST_F(Break, ARenderGoesOnToTheSameBits) {
@@ -162,9 +163,11 @@ TEST_F(Break, WithACheckpointTheSameCommandGoesOnWhenThereIsRoom) {
 }
 
 TEST_F(Break, ACheckpointThatCannotGrowEndsTheRenderByName) {
-  // No file may grow beyond 128 kB, which is enough for the tables to be made; the signal that comes with that is ignored, so that the write fails.
+  // No file may grow beyond 128 kB, which is enough for the tables to be made; the signal that comes with
+  // that is ignored, so that the write fails.
   const Arguments limited =
-      Arguments{"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 128; exec \"$@\"", "limited"} + command(with_checkpoint());
+      Arguments{"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 128; exec \"$@\"", "limited"} +
+      command(with_checkpoint());
   const support::Finished full = support::run_program(limited, kPatience);
   EXPECT_EQ(full.status.code, 6) << full.err;
   EXPECT_EQ(full.status.signal, 0) << "it hung, or died";
@@ -179,7 +182,8 @@ class SmallDisk {
  public:
   SmallDisk(const fs::path& at, const std::string& size) : at_(at) {
     fs::create_directories(at);
-    made_ = support::run_program({"/bin/mount", "-t", "tmpfs", "-o", "size=" + size, "tmpfs", at.string()}, kPatience)
+    made_ = support::run_program({"/bin/mount", "-t", "tmpfs", "-o", "size=" + size, "tmpfs", at.string()},
+                                 kPatience)
                 .status.code == 0;
   }
   ~SmallDisk() {
@@ -198,7 +202,8 @@ TEST_F(Break, AFullDiskIsSaidAndTheImageIsKeptElsewhere) {
   const fs::path image = folder_.path() / "small" / "out.exr", home = folder_.path() / "home";
   Arguments to_small = Arguments{"render"} + kJob + Arguments{"-o", image.string()};
   const std::vector<std::string> environment{"XDG_STATE_HOME=" + home.string()};
-  const support::Finished full = support::run_program(Arguments{tessera_program()} + to_small, kPatience, environment);
+  const support::Finished full =
+      support::run_program(Arguments{tessera_program()} + to_small, kPatience, environment);
   EXPECT_EQ(full.status.code, 6) << full.err;
   EXPECT_THAT(full.err, HasSubstr("the image is in " + (home / "tessera").string()));
   EXPECT_FALSE(fs::exists(image));
@@ -211,7 +216,8 @@ TEST_F(Break, AFullDiskIsSaidAndTheImageIsKeptElsewhere) {
 TEST_F(Break, AnImageOfWhatThereIs) {
   FarmUnderTest farm;
   farm.add_worker(1);
-  const Arguments job{"scenes/cornell-box/scene.pbrt", "--resolution", "96x96", "--spp", "16384", "--tile", "16"};
+  const Arguments job{
+      "scenes/cornell-box/scene.pbrt", "--resolution", "96x96", "--spp", "16384", "--tile", "16"};
   const std::string id = farm.submit_detached(job);
   farm.watch_until(id, [](const v1::JobStatus& status) { return status.units_done() >= 3; });
   const Arguments fetch{"fetch", id, "--partial", "-o", output().string(), "--quiet"};

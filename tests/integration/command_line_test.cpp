@@ -74,17 +74,19 @@ TEST(CommandLine, AJobThatDoesNotExistIsNamed) {
 TEST(CommandLine, BenchMeasuresComparesAndKeepsItsReference) {
   const support::TempDir directory;
   const std::string reference = (directory.path() / "ref.exr").string(),
-                    json = (directory.path() / "bench.json").string(), plot = (directory.path() / "bench.svg").string();
-  const support::Finished made = tessera({"bench", kScene, "--resolution", "32x32", "--make-reference", "64",
-                                          "--reference", reference, "--spp", "1,4", "--seeds", "2", "--compare",
-                                          "sampler=sobol,independent", "--json", json, "--plot", plot, "--quiet"});
+                    json = (directory.path() / "bench.json").string(),
+                    plot = (directory.path() / "bench.svg").string();
+  const support::Finished made =
+      tessera({"bench", kScene, "--resolution", "32x32", "--make-reference", "64", "--reference", reference,
+               "--spp", "1,4", "--seeds", "2", "--compare", "sampler=sobol,independent", "--json", json,
+               "--plot", plot, "--quiet"});
   ASSERT_EQ(made.status.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("efficiency of sampler=independent over sampler=sobol"));
   EXPECT_TRUE(std::filesystem::exists(plot));
   EXPECT_EQ(json_number(json, "seeds"), 2);
 
-  const support::Finished kept = tessera(
-      {"bench", kScene, "--resolution", "32x32", "--reference", reference, "--spp", "4", "--seeds", "1", "--quiet"});
+  const support::Finished kept = tessera({"bench", kScene, "--resolution", "32x32", "--reference", reference,
+                                          "--spp", "4", "--seeds", "1", "--quiet"});
   ASSERT_EQ(kept.status.code, 0) << kept.err;
   EXPECT_THAT(kept.out, HasSubstr("its own MSE")) << "the noise is known from the file";
 
@@ -96,17 +98,18 @@ TEST(CommandLine, BenchMeasuresComparesAndKeepsItsReference) {
 }
 
 TEST(CommandLine, BenchRefusesWhatMakesNoSense) {
-  const std::vector<std::vector<std::string>> wrong{{},
-                                                    {"--reference", "no-such-file.exr"},
-                                                    {"--reference", "a.exr,b.exr"},
-                                                    {"--make-reference", "1"},
-                                                    {"--make-reference", "8", "--spp", "0"},
-                                                    {"--make-reference", "8", "--seeds", "0"},
-                                                    {"--make-reference", "8", "--plot", "plot.pdf"},
-                                                    {"--make-reference", "8", "--compare", "sampler"},
-                                                    {"--make-reference", "8", "--compare", "sampler=sobol"},
-                                                    {"--make-reference", "8", "--compare", "no-such=a,b"},
-                                                    {"--make-reference", "8", "--compare", "sampler=dice,sobol"}};
+  const std::vector<std::vector<std::string>> wrong{
+      {},
+      {"--reference", "no-such-file.exr"},
+      {"--reference", "a.exr,b.exr"},
+      {"--make-reference", "1"},
+      {"--make-reference", "8", "--spp", "0"},
+      {"--make-reference", "8", "--seeds", "0"},
+      {"--make-reference", "8", "--plot", "plot.pdf"},
+      {"--make-reference", "8", "--compare", "sampler"},
+      {"--make-reference", "8", "--compare", "sampler=sobol"},
+      {"--make-reference", "8", "--compare", "no-such=a,b"},
+      {"--make-reference", "8", "--compare", "sampler=dice,sobol"}};
   for (const std::vector<std::string>& options : wrong) {
     std::vector<std::string> arguments{"bench", kScene, "--resolution", "16x16", "--quiet"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -120,8 +123,8 @@ TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
   const support::TempDir directory;
   const std::string image = (directory.path() / "image.exr").string();
   const std::string stats = (directory.path() / "stats.json").string();
-  const support::Finished rendered =
-      tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", image, "--stats", stats, "--quiet"});
+  const support::Finished rendered = tessera(
+      {"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", image, "--stats", stats, "--quiet"});
   ASSERT_EQ(rendered.status.code, 0) << rendered.err;
   EXPECT_EQ(rendered.out + rendered.err, "") << "--quiet is silent";
   EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * 4);
@@ -142,13 +145,15 @@ TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
 TEST(CommandLine, ASceneInTesserasOwnFormGivesTheSameBits) {
   const support::TempDir directory;
   const std::string from_pbrt = (directory.path() / "pbrt.exr").string();
-  ASSERT_EQ(tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", from_pbrt, "--quiet"}).status.code,
+  ASSERT_EQ(tessera({"render", kScene, "--resolution", "32x32", "--spp", "4", "-o", from_pbrt, "--quiet"})
+                .status.code,
             0);
   for (const char* form : {"own.textproto", "own.tsb"}) {
     const std::string own = (directory.path() / form).string();
     ASSERT_EQ(tessera({"convert", kScene, own, "--quiet"}).status.code, 0) << form;
     const std::string from_own = (directory.path() / "own.exr").string();
-    ASSERT_EQ(tessera({"render", own, "--resolution", "32x32", "--spp", "4", "-o", from_own, "--quiet"}).status.code,
+    ASSERT_EQ(tessera({"render", own, "--resolution", "32x32", "--spp", "4", "-o", from_own, "--quiet"})
+                  .status.code,
               0);
     EXPECT_EQ(pixel_sha256(from_own), pixel_sha256(from_pbrt)) << form;
   }

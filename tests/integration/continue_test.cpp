@@ -16,7 +16,8 @@ class Continue : public testing::Test {
   }
 
   std::string submit(const std::string& spp, const Arguments& more = {}) {
-    Arguments arguments{"scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", spp, "--aov", "variance"};
+    Arguments arguments{
+        "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", spp, "--aov", "variance"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return farm_.submit_detached(arguments);
   }
@@ -59,13 +60,13 @@ TEST_F(Continue, TheSameJobAgainRendersNothingEvenAfterACrash) {
 TEST_F(Continue, AnotherSceneOrSettingIsRefusedByName) {
   const std::string first = submit("16");
   farm_.fetch_hash(first);
-  const support::Finished other =
-      tessera(farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", "32", "--aov",
-                             "variance", "--max-depth", "2", "--continue", first, "--detach"}));
+  const support::Finished other = tessera(
+      farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", "32",
+                     "--aov", "variance", "--max-depth", "2", "--continue", first, "--detach"}));
   EXPECT_EQ(other.status.code, 4) << "the coordinator refuses";
   EXPECT_NE(other.err.find("settings.max_depth: 63 -> 2"), std::string::npos) << other.err;
-  const support::Finished nobody = tessera(
-      farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--spp", "32", "--continue", "nothing", "--detach"}));
+  const support::Finished nobody = tessera(farm_.on_farm(
+      {"submit", "scenes/cornell-box/scene.pbrt", "--spp", "32", "--continue", "nothing", "--detach"}));
   EXPECT_EQ(nobody.status.code, 2);
   EXPECT_NE(nobody.err.find("there is no job nothing"), std::string::npos) << nobody.err;
 }

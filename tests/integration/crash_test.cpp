@@ -105,7 +105,8 @@ TEST(Crash, AnInterruptedClientSaysHowToComeBack) {
   const std::optional<support::ExitStatus> ended = waiting.wait(kPatience);
   ASSERT_TRUE(ended);
   EXPECT_EQ(ended->code, 130);
-  EXPECT_NE(waiting.err().find("tessera fetch " + *job_id + " -o image.exr"), std::string::npos) << waiting.err();
+  EXPECT_NE(waiting.err().find("tessera fetch " + *job_id + " -o image.exr"), std::string::npos)
+      << waiting.err();
   const auto job = farm.client().job(*job_id, {});
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_FALSE(client::has_ended(job->status().state()));

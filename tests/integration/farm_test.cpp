@@ -16,9 +16,9 @@ TEST(Farm, ASecondSubmitUploadsNothing) {
   farm.add_worker(2);
   const auto uploaded = [&](const char* spp) {
     const std::filesystem::path stats = farm.directory() / "stats.json";
-    const support::Finished done =
-        tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp,
-                              "--quiet", "-o", (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
+    const support::Finished done = tessera(farm.on_farm(
+        {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp, "--quiet", "-o",
+         (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
     EXPECT_EQ(done.status.code, 0) << done.err;
     EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * std::stod(spp));
     return json_number(stats, "uploaded_bytes");
@@ -55,18 +55,21 @@ TEST(Farm, CancellingStopsTheWorkers) {
   const support::Finished cancelled = tessera(farm.on_farm({"cancel", job_id}));
   EXPECT_EQ(cancelled.status.code, 0) << cancelled.err;
   ASSERT_TRUE(worker.wait_for_err("leases revoked", kPatience)) << worker.err();
-  // The news comes with the next heartbeat, every 2 s at most; the rest is for starting a program on a busy machine.
+  // The news comes with the next heartbeat, every 2 s at most; the rest is for starting a program on a busy
+  // machine.
   EXPECT_LT(Clock::now() - start, std::chrono::seconds{4});
 
   // A worker that had not stopped could not render this.
   const support::Finished next =
-      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "16x16", "--spp", "1", "--quiet",
-                            "-o", (farm.directory() / "next.exr").string()}));
+      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "16x16", "--spp", "1",
+                            "--quiet", "-o", (farm.directory() / "next.exr").string()}));
   EXPECT_EQ(next.status.code, 0) << next.err;
-  EXPECT_EQ(tessera(farm.on_farm({"watch", job_id})).status.code, 5) << "the exit code of a job that was cancelled";
+  EXPECT_EQ(tessera(farm.on_farm({"watch", job_id})).status.code, 5)
+      << "the exit code of a job that was cancelled";
 }
 
-/// Whether an image can be decoded is seen by the worker; all else the client says before anything is uploaded.
+/// Whether an image can be decoded is seen by the worker; all else the client says before anything is
+/// uploaded.
 TEST(Farm, ASceneThatCannotBeBuiltFailsTheJob) {
   FarmUnderTest farm;
   farm.add_worker(1);
@@ -98,12 +101,12 @@ TEST(Farm, ANameThatRefersToNothingIsRefusedBeforeItIsUploaded) {
 TEST(Farm, AUnitThatTakesTooLongIsSetAside) {
   FarmUnderTest farm;
   farm.add_worker({.options = {"--unit-limit", "2"}});
-  // Adaptive, so that a unit has all samples of its tile: 512x512 pixels, some 15 s of work, beside 8x512, a quarter of
-  // a second. The large one is tried three times.
+  // Adaptive, so that a unit has all samples of its tile: 512x512 pixels, some 15 s of work, beside 8x512, a
+  // quarter of a second. The large one is tried three times.
   const std::filesystem::path image = farm.directory() / "holes.exr";
   const support::Finished done =
-      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "520x512", "--noise", "0.0001",
-                            "--spp", "64", "--tile", "512", "--quiet", "-o", image.string()}));
+      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "520x512", "--noise",
+                            "0.0001", "--spp", "64", "--tile", "512", "--quiet", "-o", image.string()}));
   EXPECT_EQ(done.status.code, 7) << done.err;
   EXPECT_NE(done.err.find("longer than 2 s, the worker's --unit-limit"), std::string::npos) << done.err;
   EXPECT_TRUE(std::filesystem::exists(image));

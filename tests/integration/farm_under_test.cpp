@@ -82,12 +82,14 @@ FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::
 std::unique_ptr<client::FarmClient> FarmUnderTest::new_client() const {
   auto channel = wire::make_channel(address_, {.allow_insecure = true});
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
-  return std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
+  return std::make_unique<client::FarmClient>(*std::move(channel),
+                                              client::FarmClientOptions{.address = address_});
 }
 
 void FarmUnderTest::start_coordinator(const std::string& listen) {
   coordinator_ = std::make_unique<support::Process>(
-      wrapper_ + Arguments{server_program(), "--listen", listen, "--data", data_dir().string(), "--allow-insecure"} +
+      wrapper_ +
+          Arguments{server_program(), "--listen", listen, "--data", data_dir().string(), "--allow-insecure"} +
           options_,
       environment_);
   const std::optional<std::string> address = coordinator_->wait_for_line("listening on ", kPatience);
@@ -99,8 +101,8 @@ std::unique_ptr<support::Process> FarmUnderTest::start_worker(const WorkerSetup&
   return std::make_unique<support::Process>(
       setup.wrapper +
           Arguments{worker_program(), "--server", setup.server.empty() ? address_ : setup.server, "--threads",
-                    std::to_string(setup.threads), "--cache", setup.cache.string(), "--name", setup.name, "--log-level",
-                    "debug", "--allow-insecure"} +
+                    std::to_string(setup.threads), "--cache", setup.cache.string(), "--name", setup.name,
+                    "--log-level", "debug", "--allow-insecure"} +
           setup.options,
       setup.environment);
 }

@@ -29,12 +29,12 @@ Arguments operator+(Arguments a, const Arguments& b);
 /// Runs `tessera` with these arguments.
 support::Finished tessera(std::vector<std::string> arguments);
 
-/// SHA-256 over names and 32-bit values of all channels of an EXR file; metadata is left out. A test failure, and
-/// the empty string, when the file cannot be read.
+/// SHA-256 over names and 32-bit values of all channels of an EXR file; metadata is left out. A test failure,
+/// and the empty string, when the file cannot be read.
 std::string pixel_sha256(const std::filesystem::path& exr);
 
-/// The pixels that every farm must give for `tessera render` with these arguments, as pixel_sha256; rendered here,
-/// once.
+/// The pixels that every farm must give for `tessera render` with these arguments, as pixel_sha256; rendered
+/// here, once.
 const std::string& expected_hash(const Arguments& arguments);
 
 /// A number of a JSON file's top level.
@@ -53,8 +53,8 @@ struct WorkerSetup {
 
 class FarmUnderTest {
  public:
-  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own, and `options` to those of
-  /// its command. It listens on a free port of `host`, without encryption.
+  /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own, and `options` to
+  /// those of its command. It listens on a free port of `host`, without encryption.
   explicit FarmUnderTest(std::vector<std::string> wrapper = {}, std::vector<std::string> environment = {},
                          const std::string& host = "127.0.0.1", Arguments options = {});
 
@@ -87,9 +87,11 @@ class FarmUnderTest {
   /// `tessera fetch`; the hash of the image's pixels.
   std::string fetch_hash(const std::string& job_id);
 
-  /// Watches until `enough` says so of a status, or the job's end. Returns that status; adds the units whose results
-  /// have come to `acknowledged`, when it is given. A failure of the test when neither has come after five minutes.
-  v1::JobStatus watch_until(const std::string& job_id, const std::function<bool(const v1::JobStatus&)>& enough,
+  /// Watches until `enough` says so of a status, or the job's end. Returns that status; adds the units whose
+  /// results have come to `acknowledged`, when it is given. A failure of the test when neither has come after
+  /// five minutes.
+  v1::JobStatus watch_until(const std::string& job_id,
+                            const std::function<bool(const v1::JobStatus&)>& enough,
                             std::set<std::uint32_t>* acknowledged = nullptr);
 
   /// Of the thread that holds this object.

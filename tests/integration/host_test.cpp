@@ -62,7 +62,8 @@ TEST(Host, AFullDiskOfAClientIsNamedAndTheImageFetchedLater) {
   const std::string job_id = farm.submit_detached(kJob);
   const std::filesystem::path image = farm.directory() / "image.exr";
   const support::Finished full = support::run_program(
-      limited("-f 4") + farm.on_farm({tessera_program(), "fetch", job_id, "-o", image.string(), "--quiet"}), kPatience);
+      limited("-f 4") + farm.on_farm({tessera_program(), "fetch", job_id, "-o", image.string(), "--quiet"}),
+      kPatience);
   EXPECT_GT(full.status.code, 0) << full.status.signal;
   EXPECT_THAT(full.err, HasSubstr("image.exr"));
   EXPECT_FALSE(std::filesystem::exists(image));
@@ -118,7 +119,8 @@ TEST(Host, OneWithoutMemoryLeavesTheWorkToOthers) {
       "variance,albedo,normal,depth",  "--quiet"};
   FarmUnderTest farm;
   support::Process& small = farm.add_worker(WorkerSetup{.name = "small", .wrapper = limited("-v 700000")});
-  if (!small.wait_for_err("registered with", kPatience)) GTEST_SKIP() << "it cannot even start: " << small.err();
+  if (!small.wait_for_err("registered with", kPatience))
+    GTEST_SKIP() << "it cannot even start: " << small.err();
   const std::string job_id = farm.submit_detached(large);
   farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_leased() > 0; });
   farm.add_worker(1);
@@ -128,7 +130,8 @@ TEST(Host, OneWithoutMemoryLeavesTheWorkToOthers) {
 }
 
 TEST(Host, AUnitThatKillsItsWorkersIsSetAsideMarkedAndRetried) {
-  // Units of half a second, so that it is known who holds which: with noise, a unit takes all samples of its tile.
+  // Units of half a second, so that it is known who holds which: with noise, a unit takes all samples of its
+  // tile.
   const Arguments slow{"scenes/cornell-box/scene.pbrt",
                        "--resolution",
                        "64x64",
@@ -144,7 +147,8 @@ TEST(Host, AUnitThatKillsItsWorkersIsSetAsideMarkedAndRetried) {
   const std::string job_id = farm.submit_detached(slow);
   std::atomic<bool> over = false;
   int kills = 0;
-  // Processes die with the thread that started them: workers are started by this one, and watched from another.
+  // Processes die with the thread that started them: workers are started by this one, and watched from
+  // another.
   v1::JobStatus end;
   std::jthread watching([&](std::stop_token) {
     const auto status = farm.new_client()->watch(job_id, {}, {});

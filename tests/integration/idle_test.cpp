@@ -55,7 +55,8 @@ void watch(FarmUnderTest& farm, const std::string& job_id, Watched& watched) {
   ADD_FAILURE() << "job " << job_id << " does not end";
 }
 
-/// Three jobs of the scene, or as many as it takes to tell something, one after the other on six workers of one thread.
+/// Three jobs of the scene, or as many as it takes to tell something, one after the other on six workers of
+/// one thread.
 void expect_nobody_idle(const std::string& scene, const Arguments& options) {
   SCOPED_TRACE(scene);
   // Units of a tenth of a second: every worker returns dozens, however short the job.
@@ -75,8 +76,9 @@ void expect_nobody_idle(const std::string& scene, const Arguments& options) {
   ASSERT_TRUE(workers.ok()) << workers.status();
   ASSERT_EQ(workers->size(), kWorkers);
   for (const v1::WorkerStatus& worker : *workers) {
-    std::printf("%s: %s has done %llu units, slowness %.3f; idle %.4f\n", scene.c_str(), worker.name().c_str(),
-                static_cast<unsigned long long>(worker.units_done()), worker.slowness(), idle);
+    std::printf("%s: %s has done %llu units, slowness %.3f; idle %.4f\n", scene.c_str(),
+                worker.name().c_str(), static_cast<unsigned long long>(worker.units_done()),
+                worker.slowness(), idle);
     EXPECT_NEAR(worker.slowness(), 1, kPaceTolerance) << worker.name();
   }
 }

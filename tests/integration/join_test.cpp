@@ -46,10 +46,10 @@ class Join : public testing::Test {
   }
   std::unique_ptr<support::Process> worker(const std::string& token, const fs::path& certificates,
                                            const std::string& format = "text") const {
-    return std::make_unique<support::Process>(Arguments{worker_program(), "--server", address_, "--threads", "1",
-                                                        "--cache", (here() / "cache").string(), "--name", "newcomer",
-                                                        "--tls", certificates.string(), "--join", token, "--metrics",
-                                                        "127.0.0.1:0", "--log-format", format, "--log-level", "debug"});
+    return std::make_unique<support::Process>(
+        Arguments{worker_program(), "--server", address_, "--threads", "1", "--cache",
+                  (here() / "cache").string(), "--name", "newcomer", "--tls", certificates.string(), "--join",
+                  token, "--metrics", "127.0.0.1:0", "--log-format", format, "--log-level", "debug"});
   }
 
   support::TempDir directory_;
@@ -64,8 +64,9 @@ TEST_F(Join, ATokenIsAllThatANewMachineNeeds) {
     const auto first = worker(once, mine);
     ASSERT_TRUE(first->wait_for_err("registered with", kPatience)) << first->err();
     ASSERT_TRUE(first->wait_for_err("metrics on port", kPatience)) << first->err();
-    const support::Finished image = as("admin", {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32",
-                                                 "--spp", "1", "--quiet", "-o", (here() / "image.exr").string()});
+    const support::Finished image =
+        as("admin", {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", "1",
+                     "--quiet", "-o", (here() / "image.exr").string()});
     EXPECT_EQ(image.status.code, 0) << image.err;
     // The key has not left the folder, and nobody else reads it.
     EXPECT_EQ(fs::status(mine / "key.pem").permissions(), fs::perms::owner_read | fs::perms::owner_write);
@@ -115,22 +116,24 @@ TEST_F(Join, WhoeverIsExpelledLeavesAndComesBackWithANewTokenOnly) {
   EXPECT_EQ(nobody.status.code, 2) << nobody.out;
   EXPECT_THAT(nobody.err, HasSubstr("no worker with the name 'nobody' in its certificate has called here"));
   const support::Finished expelled = as("admin", {"expel", machine});
-  EXPECT_EQ(expelled.out, "worker " + machine + " is expelled: 1 at work, 1 join tokens called back\n") << expelled.err;
+  EXPECT_EQ(expelled.out, "worker " + machine + " is expelled: 1 at work, 1 join tokens called back\n")
+      << expelled.err;
   const std::string told = "'" + machine + "' (worker) was expelled from the farm";
   leaves(*first, told);
   leaves(*worker(good_for_two, here() / "mine"), told);
   leaves(*worker(good_for_two, here() / "other"), "the join token is not valid");
   EXPECT_TRUE(coordinator_->wait_for_err("is expelled; its 0 leases go to others", kPatience));
 
-  std::this_thread::sleep_for(std::chrono::seconds{1});  // certificates know of whole seconds only
+  std::this_thread::sleep_for(std::chrono::seconds{1});   // certificates know of whole seconds only
   const auto again = worker(of_others, here() / "anew");  // which nobody who was put out knew
   EXPECT_TRUE(again->wait_for_err("registered with", kPatience)) << again->err();
 }
 
 TEST_F(Join, EveryLineOfAJsonLogIsAnObject) {
   const auto newcomer = worker(token({"--for", "10m", "--uses", "2"}), here() / "mine", "json");
-  const support::Finished image = as("admin", {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32",
-                                               "--spp", "1", "--quiet", "-o", (here() / "image.exr").string()});
+  const support::Finished image =
+      as("admin", {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", "1",
+                   "--quiet", "-o", (here() / "image.exr").string()});
   ASSERT_EQ(image.status.code, 0) << image.err;
   ASSERT_TRUE(newcomer->wait_for_err("rendered", kPatience));
   newcomer->send_signal(SIGTERM);
@@ -143,7 +146,8 @@ TEST_F(Join, EveryLineOfAJsonLogIsAnObject) {
     for (std::string line; std::getline(lines, line);) {
       const nlohmann::json object = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
       ASSERT_TRUE(object.is_object()) << line;
-      for (const char* field : {"time", "level", "program", "message"}) EXPECT_TRUE(object.contains(field)) << line;
+      for (const char* field : {"time", "level", "program", "message"})
+        EXPECT_TRUE(object.contains(field)) << line;
       if (!object.contains("unit")) continue;
       ++units;
       for (const char* field : {"job", "attempt", "worker"}) EXPECT_TRUE(object.contains(field)) << line;

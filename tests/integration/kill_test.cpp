@@ -1,5 +1,5 @@
-// kill -9, again and again, at random and at the worst of times. TESSERA_KILLS=N in the environment kills that often,
-// TESSERA_SEED=N otherwise than by default.
+// kill -9, again and again, at random and at the worst of times. TESSERA_KILLS=N in the environment kills
+// that often, TESSERA_SEED=N otherwise than by default.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -73,7 +73,8 @@ void kill_a_worker(FarmUnderTest& farm, int workers, Chance& chance) {
       chance.pause(500);
   }
   farm.kill_worker(victim);
-  if (chance.below(3) == 0) std::filesystem::remove_all(farm.cache_of(victim));  // that there is something to fetch
+  if (chance.below(3) == 0)
+    std::filesystem::remove_all(farm.cache_of(victim));  // that there is something to fetch
   farm.restart_worker(victim);
 }
 
@@ -204,8 +205,8 @@ class Witness {
   std::jthread watching_, listening_;
 };
 
-/// Waits until the job makes progress, and then for the moment in which the coordinator is to die: in the midst of a
-/// write of results or of the journal, or any other. False when the job ended before.
+/// Waits until the job makes progress, and then for the moment in which the coordinator is to die: in the
+/// midst of a write of results or of the journal, or any other. False when the job ended before.
 bool wait_for_the_moment(FarmUnderTest& farm, const std::string& job_id, Chance& chance) {
   const auto now = farm.client().job(job_id, {});
   EXPECT_TRUE(now.ok()) << now.status();
@@ -285,7 +286,8 @@ TEST(Kill, WorkersGoOnWhileThereIsNoCoordinatorAndDeliverLater) {
   farm.kill_coordinator();
   const std::size_t before = rendered();
   const Clock::time_point killed = Clock::now();
-  while (rendered() < before + 2 && Clock::now() - killed < kPatience) std::this_thread::sleep_for(milliseconds{50});
+  while (rendered() < before + 2 && Clock::now() - killed < kPatience)
+    std::this_thread::sleep_for(milliseconds{50});
   EXPECT_GE(rendered(), before + 2) << worker.err();
   farm.restart_coordinator();
   const v1::JobStatus end = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });

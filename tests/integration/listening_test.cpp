@@ -1,5 +1,5 @@
-// A coordinator whose port strangers want to close: more connections than descriptors, and a listening socket that
-// fails.
+// A coordinator whose port strangers want to close: more connections than descriptors, and a listening socket
+// that fails.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,8 @@ TEST(Listening, GoesOnWithMoreIdleConnectionsThanDescriptors) {
   idle.close_all();
   const support::Finished after = jobs(farm);
   EXPECT_EQ(after.status.code, 0) << after.err;
-  EXPECT_THAT(farm.coordinator().err(), testing::Not(HasSubstr("cannot be accepted"))) << "some were kept back";
+  EXPECT_THAT(farm.coordinator().err(), testing::Not(HasSubstr("cannot be accepted")))
+      << "some were kept back";
   EXPECT_THAT(farm.coordinator().err(), HasSubstr("is refused: too many connections from this address"));
 }
 
@@ -55,9 +56,11 @@ TEST(Listening, TheAddressOfAFailedHandshakeIsLogged) {
   const auto address = coordinator.wait_for_line("listening on 127.0.0.1:", kPatience);
   ASSERT_TRUE(address) << coordinator.err();
   const support::Finished stranger = support::run_program(
-      {"/bin/bash", "-c", "exec 3<>/dev/tcp/127.0.0.1/" + *address + "; echo this is no TLS >&3; cat <&3"}, kPatience);
+      {"/bin/bash", "-c", "exec 3<>/dev/tcp/127.0.0.1/" + *address + "; echo this is no TLS >&3; cat <&3"},
+      kPatience);
   ASSERT_EQ(stranger.status.code, 0) << stranger.err;
-  EXPECT_TRUE(coordinator.wait_for_err("ended before any call: a failed handshake", kPatience)) << coordinator.err();
+  EXPECT_TRUE(coordinator.wait_for_err("ended before any call: a failed handshake", kPatience))
+      << coordinator.err();
   EXPECT_THAT(coordinator.err(), testing::ContainsRegex("ended before any call.*peer=127.0.0.1:[0-9]+"));
 }
 

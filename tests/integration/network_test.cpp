@@ -1,5 +1,5 @@
-// A network that loses packets both ways or one way, closes connections, or flips bits. TESSERA_CUT_SECONDS=N in the
-// environment cuts for that long (600 takes an hour).
+// A network that loses packets both ways or one way, closes connections, or flips bits. TESSERA_CUT_SECONDS=N
+// in the environment cuts for that long (600 takes an hour).
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -24,8 +24,8 @@ using support::TcpProxy;
 const Arguments kJob{
     "scenes/cornell-box/scene.pbrt", "--resolution", "128x128", "--spp", "256", "--tile", "16", "--quiet"};
 
-/// Whether a program ended by a name, or by an assertion of gRPC 1.51, which dies of an answer whose grpc-status did
-/// not arrive: a wire without TLS cannot keep it from that.
+/// Whether a program ended by a name, or by an assertion of gRPC 1.51, which dies of an answer whose
+/// grpc-status did not arrive: a wire without TLS cannot keep it from that.
 bool ended_as_expected(const support::ExitStatus& end, const std::string& err) {
   return end.signal == 0 ? end.code > 0 && !err.empty()
                          : end.signal == SIGABRT && err.find("absl::") != std::string::npos;
@@ -61,7 +61,8 @@ class Network : public testing::Test {
   /// Whatever the network does, nobody starts the coordinator again.
   void TearDown() override {
     const std::optional<support::ExitStatus> end = farm_.coordinator().wait(std::chrono::milliseconds{0});
-    EXPECT_FALSE(end) << "the coordinator ended: exit code " << end->code << ", signal " << end->signal << "\n"
+    EXPECT_FALSE(end) << "the coordinator ended: exit code " << end->code << ", signal " << end->signal
+                      << "\n"
                       << farm_.coordinator().err();
   }
 
@@ -70,7 +71,8 @@ class Network : public testing::Test {
         farm_, [&] { proxy_.set_fault(fault); }, [&] { proxy_.set_fault(TcpProxy::Fault::kNone); });
   }
 
-  /// Starts the worker again whenever it has ended, as a service manager does, until `stop`; returns how often.
+  /// Starts the worker again whenever it has ended, as a service manager does, until `stop`; returns how
+  /// often.
   int supervise(std::stop_token stop) {
     int ends = 0;
     while (!stop.stop_requested()) {
@@ -78,8 +80,9 @@ class Network : public testing::Test {
       if (!end) continue;
       ++ends;
       const std::string err = farm_.worker(0).err();
-      EXPECT_TRUE(ended_as_expected(*end, err)) << "exit code " << end->code << ", signal " << end->signal << "\n"
-                                                << err;
+      EXPECT_TRUE(ended_as_expected(*end, err))
+          << "exit code " << end->code << ", signal " << end->signal << "\n"
+          << err;
       farm_.restart_worker(0);
     }
     return ends;
@@ -154,7 +157,8 @@ TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
   EXPECT_EQ(end.state(), v1::DONE) << end.error() << farm_.worker(0).err();
   EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJob));
   EXPECT_GT(proxy_.flipped(), 0U);
-  std::printf("%d bits flipped; the worker was started again %d times\n", static_cast<int>(proxy_.flipped()), ends);
+  std::printf("%d bits flipped; the worker was started again %d times\n", static_cast<int>(proxy_.flipped()),
+              ends);
 }
 
 TEST_F(Network, FlipsBitsOfAnImageOnItsWay) {
@@ -165,13 +169,15 @@ TEST_F(Network, FlipsBitsOfAnImageOnItsWay) {
   const std::string image = (farm_.directory() / "image.exr").string();
   int whole = 0, refused = 0;
   for (int attempt = 0; attempt < (test::long_form() ? 40 : 8); ++attempt) {
-    const support::Finished done = tessera({"fetch", job_id, "-o", image, "--quiet", "--server", proxy_.address()});
+    const support::Finished done =
+        tessera({"fetch", job_id, "-o", image, "--quiet", "--server", proxy_.address()});
     if (done.status.code == 0) {
       ++whole;
       EXPECT_EQ(pixel_sha256(image), expected_hash(kJob));
     } else {
       ++refused;
-      EXPECT_TRUE(ended_as_expected(done.status, done.err)) << "signal " << done.status.signal << "\n" << done.err;
+      EXPECT_TRUE(ended_as_expected(done.status, done.err)) << "signal " << done.status.signal << "\n"
+                                                            << done.err;
     }
   }
   std::printf("%d images were whole, %d refused by name; %d bits flipped\n", whole, refused,

@@ -71,7 +71,8 @@ TEST(Reconnect, WhoeverHasWaitedForLongGoesOnAtOnce) {
   farm.restart_coordinator();
   const auto listening = Clock::now();
   EXPECT_LT(seconds_until_said(worker, of_worker, " leased", listening), kSoon) << worker.err(of_worker);
-  EXPECT_LT(seconds_until_said(watch, of_watch, "answers again", listening), kSoon + 1) << watch.err(of_watch);
+  EXPECT_LT(seconds_until_said(watch, of_watch, "answers again", listening), kSoon + 1)
+      << watch.err(of_watch);
 }
 
 }  // namespace

@@ -148,8 +148,8 @@ class FalseClock {
     return "";
   }
   std::vector<std::string> environment() const {
-    return {"LD_PRELOAD=" + library(), "FAKETIME_TIMESTAMP_FILE=" + file_.string(), "FAKETIME_CACHE_DURATION=1",
-            "FAKETIME_DONT_FAKE_MONOTONIC=1"};
+    return {"LD_PRELOAD=" + library(), "FAKETIME_TIMESTAMP_FILE=" + file_.string(),
+            "FAKETIME_CACHE_DURATION=1", "FAKETIME_DONT_FAKE_MONOTONIC=1"};
   }
 
  private:
@@ -164,7 +164,8 @@ TEST(Stop, ClocksJumpByAnHour) {
   farm.add_worker(WorkerSetup{.environment = of_worker.environment()});
   farm.add_worker(1);
   using Steps = std::pair<const char*, const char*>;
-  for (const auto& [coordinator, worker] : {Steps{"+3600", "-3600"}, Steps{"-3600", "+3600"}, Steps{"+0", "+0"}}) {
+  for (const auto& [coordinator, worker] :
+       {Steps{"+3600", "-3600"}, Steps{"-3600", "+3600"}, Steps{"+0", "+0"}}) {
     const std::string job_id = farm.submit_detached(kJob + Arguments{"--fresh"});
     farm.watch_until(job_id, a_quarter_is_done);
     of_coordinator.set(coordinator);
@@ -184,7 +185,8 @@ TEST(Stop, AClockThatIsSetBy400DaysDeletesNoJob) {
   const std::string job_id = farm.submit_detached(job);
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(job));
   clock.set("+" + std::to_string(400 * 24 * 3600));
-  ASSERT_TRUE(farm.coordinator().wait_for_err("the machine's clock was set by", kPatience)) << farm.coordinator().err();
+  ASSERT_TRUE(farm.coordinator().wait_for_err("the machine's clock was set by", kPatience))
+      << farm.coordinator().err();
   // It looks every 15 s for jobs whose time is over.
   EXPECT_FALSE(farm.coordinator().wait_for_err("its time is over", seconds{17})) << farm.coordinator().err();
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(job));

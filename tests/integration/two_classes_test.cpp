@@ -1,5 +1,6 @@
-// Workers of two arithmetic classes that are real: kernels of two instruction sets; or, where TESSERA_OTHER_BIN names
-// the folder of another build's programs (another system's, entered by a script, another compiler's), those.
+// Workers of two arithmetic classes that are real: kernels of two instruction sets; or, where
+// TESSERA_OTHER_BIN names the folder of another build's programs (another system's, entered by a script,
+// another compiler's), those.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +25,8 @@ using testing::Not;
 using testing::UnorderedElementsAre;
 
 // Depths and deviations show a difference where colours do not.
-const Arguments kView{"scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--aov", "variance,depth", "--quiet"};
+const Arguments kView{
+    "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--aov", "variance,depth", "--quiet"};
 
 // Tiles of one unit each; kernels for AVX2 and AVX-512 round three in four of them differently.
 constexpr int kTile = 4;
@@ -32,7 +34,9 @@ const Arguments kSmallTiles = kView + Arguments{"--spp", "8", "--tile", "4", "--
 constexpr unsigned kUnits = 40 * 40;
 
 /// A wrapper that runs `program` in place of the one under test.
-Arguments instead(const std::string& program) { return {"/bin/bash", "-c", "exec \"$0\" \"${@:2}\"", program}; }
+Arguments instead(const std::string& program) {
+  return {"/bin/bash", "-c", "exec \"$0\" \"${@:2}\"", program};
+}
 
 /// The other build's program; empty when there is none.
 std::string other_program(const std::string& name) {
@@ -60,7 +64,8 @@ class TwoClasses : public testing::Test {
   static void add(FarmUnderTest& farm, const WorkerSetup& setup, int count) {
     for (int i = 0; i < count; ++i) {
       support::Process& worker = farm.add_worker(setup);
-      if (!worker.wait_for_err("registered with", kPatience)) throw std::runtime_error{"no worker:\n" + worker.err()};
+      if (!worker.wait_for_err("registered with", kPatience))
+        throw std::runtime_error{"no worker:\n" + worker.err()};
     }
   }
 
@@ -112,7 +117,8 @@ bool equal_in_tile(const client::Image& a, const client::Image& b, int tile_x, i
     if (other == nullptr) return false;
     for (int y = tile_y * kTile; y < (tile_y + 1) * kTile; ++y) {
       const std::size_t at = std::size_t(y) * std::size_t(a.data.width()) + std::size_t(tile_x) * kTile;
-      if (std::memcmp(channel.values.data() + at, other->values.data() + at, kTile * sizeof(float)) != 0) return false;
+      if (std::memcmp(channel.values.data() + at, other->values.data() + at, kTile * sizeof(float)) != 0)
+        return false;
     }
   }
   return true;
@@ -126,7 +132,8 @@ void TwoClasses::expect_tiles_of_both(FarmUnderTest& farm) {
   const std::string mixed_id = farm.submit_detached(kSmallTiles + Arguments{"--bits", "any"});
   const v1::JobStatus end = end_of(farm, mixed_id);
   EXPECT_EQ(end.units_total(), kUnits);
-  EXPECT_THAT(end.arithmetic_classes(), UnorderedElementsAre(class_of(farm, "ours"), class_of(farm, "theirs")));
+  EXPECT_THAT(end.arithmetic_classes(),
+              UnorderedElementsAre(class_of(farm, "ours"), class_of(farm, "theirs")));
   EXPECT_THAT(end.left_out(), IsEmpty());
   EXPECT_THAT(end.notes(), IsEmpty());
   const client::Image mixed = fetch(farm, mixed_id);
@@ -163,7 +170,8 @@ TEST_F(TwoClasses, SameBitsLeavesOneOutAndSaysSo) {
   const support::Finished told = tessera(farm.on_farm({"job", job_id}));
   EXPECT_THAT(told.out, HasSubstr("1 worker (1 thread) of class " + theirs));
   EXPECT_THAT(told.out, HasSubstr(ours));
-  EXPECT_THAT(tessera(farm.on_farm({"workers"})).out, HasSubstr("its arithmetic keeps it from jobs " + job_id));
+  EXPECT_THAT(tessera(farm.on_farm({"workers"})).out,
+              HasSubstr("its arithmetic keeps it from jobs " + job_id));
 
   ASSERT_EQ(tessera(farm.on_farm({"resume", job_id})).status.code, 0);
   EXPECT_THAT(end_of(farm, job_id).arithmetic_classes(), ElementsAre(ours));

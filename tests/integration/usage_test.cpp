@@ -1,5 +1,5 @@
-// What users are told who call the programs wrongly, or ask for help; and the documentation against the programs' own
-// option lists.
+// What users are told who call the programs wrongly, or ask for help; and the documentation against the
+// programs' own option lists.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -95,13 +95,15 @@ TEST(Usage, AWrongCommandIsToldInOneLineWithTheNearest) {
 
 TEST(Usage, WhatIsWrongIsSaidInPlainWordsByEveryProgram) {
   const std::vector<std::pair<Arguments, std::string>> cases{
-      {{tessera_program(), "render", kScene, "-o", "x.exr", "--spp", "4", "--spp", "8"}, "--spp is given twice"},
+      {{tessera_program(), "render", kScene, "-o", "x.exr", "--spp", "4", "--spp", "8"},
+       "--spp is given twice"},
       {{tessera_program(), "render", kScene, "-o", "x.exr", "--nosie", "0.1"}, "did you mean '--noise'"},
       {{tessera_program(), "render", kScene, "-o", "x.exr", "--threads", "0"},
        "a whole number from 1 to 1024, not '0'"},
       {{server_program(), "--listn", "127.0.0.1:0"}, "did you mean '--listen'"},
       {{server_program(), "--tls-user", "alice"}, "--tls-user requires --init-tls"},
-      {{worker_program(), "--server", "127.0.0.1:1", "--threads", "many"}, "a whole number from 1 to 1024, not 'many'"},
+      {{worker_program(), "--server", "127.0.0.1:1", "--threads", "many"},
+       "a whole number from 1 to 1024, not 'many'"},
       {{worker_program(), "now"}, "'now' is one word too many"}};
   for (const auto& [command, text] : cases) {
     const support::Finished done = run(command);
@@ -158,7 +160,8 @@ TEST(Documentation, HasEveryAov) {
   const support::Finished done = tessera({"render", kScene, "-o", "x.exr", "--aov", "beauty"});
   const std::string list = done.err.substr(done.err.find("there are ") + 10);
   const std::string documented = section("### Options of `render` and `submit`");
-  for (std::string name : std::vector<std::string>(absl::StrSplit(list, absl::ByAnyChar(", \n"), absl::SkipEmpty()))) {
+  for (std::string name :
+       std::vector<std::string>(absl::StrSplit(list, absl::ByAnyChar(", \n"), absl::SkipEmpty()))) {
     EXPECT_THAT(documented, HasSubstr("`" + name + "`"));
     EXPECT_THAT(tessera({"render", "--help"}).out, HasSubstr(name));
   }
@@ -173,7 +176,8 @@ TEST(Usage, ASceneThatIsNotThereIsAUsageError) {
 TEST(Usage, FilesThatCannotBeWrittenAreNoticedBeforeRendering) {
   const support::TempDir folder;
   const std::string image = (folder.path() / "x.exr").string();
-  const support::Finished done = tessera({"render", kScene, "-o", image, "--stats", "/no/such/folder/stats.json"});
+  const support::Finished done =
+      tessera({"render", kScene, "-o", image, "--stats", "/no/such/folder/stats.json"});
   EXPECT_EQ(done.status.code, 2);
   EXPECT_THAT(done.err, HasSubstr("there is no folder /no/such/folder"));
   EXPECT_FALSE(std::filesystem::exists(image));
@@ -192,8 +196,8 @@ TEST(Usage, AnImageIsWrittenWhereALinkLeads) {
 
 TEST(Usage, ALocalRenderHasNoNetwork) {
   const support::TempDir folder;
-  const support::Finished done =
-      tessera({"render", kScene, "--resolution", "16x16", "--spp", "1", "-o", (folder.path() / "x.exr").string()});
+  const support::Finished done = tessera(
+      {"render", kScene, "--resolution", "16x16", "--spp", "1", "-o", (folder.path() / "x.exr").string()});
   EXPECT_EQ(done.status.code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("network")));
   EXPECT_THAT(done.err, ContainsRegex("CPU s: start [0-9]+ %"));
@@ -203,7 +207,8 @@ TEST(Usage, NobodyAtTheAddressIsToldWithWhatToDo) {
   // Nothing listens on port 1: it is reserved.
   const support::Finished done = tessera({"jobs", "--server", "127.0.0.1:1"});
   EXPECT_EQ(done.status.code, 4);
-  EXPECT_EQ(done.err, "tessera: no coordinator at 127.0.0.1:1 (is tessera-server running? --server, TESSERA_SERVER)\n");
+  EXPECT_EQ(done.err,
+            "tessera: no coordinator at 127.0.0.1:1 (is tessera-server running? --server, TESSERA_SERVER)\n");
 }
 
 TEST(Usage, ACoordinatorWithoutJoiningRefusesATokenAsDocumented) {
@@ -219,12 +224,13 @@ TEST(Usage, TlsIsAskedForWhereItIsSpokenAndRefusedWhereNot) {
   const support::Finished made =
       run({server_program(), "--init-tls", tls, "--tls-host", "localhost", "--tls-user", "alice"});
   ASSERT_EQ(made.status.code, 0) << made.err;
-  for (const char* text : {"authority", "client-alice", "next:\n  tessera-server --listen localhost:7070 --tls ",
-                           "sudo chown -R tessera: "}) {
+  for (const char* text :
+       {"authority", "client-alice", "next:\n  tessera-server --listen localhost:7070 --tls ",
+        "sudo chown -R tessera: "}) {
     EXPECT_THAT(made.out, HasSubstr(text));
   }
-  support::Process server{{server_program(), "--listen", "127.0.0.1:0", "--data", (folder.path() / "data").string(),
-                           "--tls", tls + "/server"}};
+  support::Process server{{server_program(), "--listen", "127.0.0.1:0", "--data",
+                           (folder.path() / "data").string(), "--tls", tls + "/server"}};
   const auto address = server.wait_for_line("listening on ", kPatience);
   ASSERT_TRUE(address) << server.err();
   const support::Finished plain = tessera({"jobs", "--server", *address});
@@ -246,14 +252,16 @@ TEST(Jobs, AreChangedSeveralAtATimeByTheBeginningsOfTheirIds) {
   const auto beginning = [&](const std::string& id) {
     for (std::size_t length = 1; length < id.size(); ++length) {
       const std::string cut = id.substr(0, length);
-      if (std::ranges::count_if(jobs, [&](const std::string& job) { return job.starts_with(cut); }) == 1) return cut;
+      if (std::ranges::count_if(jobs, [&](const std::string& job) { return job.starts_with(cut); }) == 1)
+        return cut;
     }
     return id;
   };
   const support::Finished paused = tessera(farm.on_farm({"pause", beginning(jobs[0]), beginning(jobs[1])}));
   EXPECT_EQ(paused.status.code, 0) << paused.err;
   EXPECT_EQ(paused.out, "job " + jobs[0] + ": queued, paused\njob " + jobs[1] + ": queued, paused\n");
-  EXPECT_EQ(lines_of(tessera(farm.on_farm({"jobs", "--state", "paused"})).out).size(), 4u) << "a heading, two, the end";
+  EXPECT_EQ(lines_of(tessera(farm.on_farm({"jobs", "--state", "paused"})).out).size(), 4u)
+      << "a heading, two, the end";
   EXPECT_EQ(tessera(farm.on_farm({"priority", jobs[2], jobs[3], "-7"})).status.code, 0);
   EXPECT_THAT(tessera(farm.on_farm({"jobs"})).out, HasSubstr("-7"));
 
@@ -290,8 +298,9 @@ TEST(Jobs, AWatcherIsToldWhatItWaitsForAndOfAPause) {
 TEST(Jobs, WithNoiseTheSamplesThatWereTakenAreTold) {
   const support::TempDir folder;
   const auto stats = folder.path() / "stats.json";
-  const support::Finished done = tessera({"render", kScene, "--resolution", "64x64", "--noise", "0.5", "--spp", "4096",
-                                          "--stats", stats.string(), "-o", (folder.path() / "x.exr").string()});
+  const support::Finished done =
+      tessera({"render", kScene, "--resolution", "64x64", "--noise", "0.5", "--spp", "4096", "--stats",
+               stats.string(), "-o", (folder.path() / "x.exr").string()});
   ASSERT_EQ(done.status.code, 0) << done.err;
   const double taken = json_number(stats, "samples");
   ASSERT_LT(taken, 64 * 64 * 4096 / 4.0) << "the noise has ended it";

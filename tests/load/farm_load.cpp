@@ -23,8 +23,8 @@ double ms(LatencyHistogram::Duration duration) { return static_cast<double>(dura
 
 void print(const char* what, const LatencyHistogram& times) {
   std::printf("%-10s %9llu calls   p50 %8.2f ms   p99 %8.2f ms   p99.9 %8.2f ms\n", what,
-              static_cast<unsigned long long>(times.count()), ms(times.quantile(0.5)), ms(times.quantile(0.99)),
-              ms(times.quantile(0.999)));
+              static_cast<unsigned long long>(times.count()), ms(times.quantile(0.5)),
+              ms(times.quantile(0.99)), ms(times.quantile(0.999)));
 }
 
 void print(const ProcessUse& use, const char* when) {
@@ -54,8 +54,8 @@ int measure(FarmUnderLoad& farm, const Progress& progress, StubFleet& fleet, Clo
   const auto done = static_cast<double>(progress.done() - done_before);
   const double cpu_us = static_cast<double>((after.cpu - before.cpu).count()) * 1e3;
 
-  std::printf("%.0f durable completions in %.1f s: %.0f a second, with %.0f heartbeats a second\n", done, took,
-              done / took, static_cast<double>(fleet.tally().heartbeats - heartbeats_before) / took);
+  std::printf("%.0f durable completions in %.1f s: %.0f a second, with %.0f heartbeats a second\n", done,
+              took, done / took, static_cast<double>(fleet.tally().heartbeats - heartbeats_before) / took);
   std::printf("coordinator: %.0f us of CPU a completion, %.2f cores\n", cpu_us / done, cpu_us / 1e6 / took);
   std::printf("%llu units leased; \"lease\" are those that a worker with nothing to do waited for\n",
               static_cast<unsigned long long>(fleet.tally().leased - leased_before));
@@ -65,8 +65,8 @@ int measure(FarmUnderLoad& farm, const Progress& progress, StubFleet& fleet, Clo
   print(after, "under load");
   const std::vector<std::uint64_t> shares = progress.shares();
   const auto [least, most] = std::minmax_element(shares.begin(), shares.end());
-  std::printf("shares of %zu jobs: %llu to %llu units\n", shares.size(), static_cast<unsigned long long>(*least),
-              static_cast<unsigned long long>(*most));
+  std::printf("shares of %zu jobs: %llu to %llu units\n", shares.size(),
+              static_cast<unsigned long long>(*least), static_cast<unsigned long long>(*most));
 
   const bool ended = wait_for([&] { return progress.all_done(); }, patience);
   std::printf("%s: %llu of %llu units, %.1f s; %llu refused, %llu revoked, %llu calls tried again\n",
@@ -117,7 +117,8 @@ int main(int argc, char** argv) {
     return 1;
   }
   std::printf("%zu jobs of %llu units submitted in %.2f s\n", jobs.jobs,
-              static_cast<unsigned long long>(progress.wanted() / jobs.jobs), seconds(Clock::now() - submitting));
+              static_cast<unsigned long long>(progress.wanted() / jobs.jobs),
+              seconds(Clock::now() - submitting));
   print(farm.use(), "with the jobs");
   int result;
   {
@@ -126,7 +127,8 @@ int main(int argc, char** argv) {
     const auto registering = Clock::now();
     fleet.start();
     wait_for([&] { return fleet.registered() == fleet_options.workers; }, patience);
-    std::printf("%zu workers registered in %.2f s\n", fleet.registered(), seconds(Clock::now() - registering));
+    std::printf("%zu workers registered in %.2f s\n", fleet.registered(),
+                seconds(Clock::now() - registering));
     result = measure(farm, progress, fleet, std::chrono::seconds(warm_up_s), patience);
   }
   print(farm.use(), "at the end");

@@ -97,8 +97,9 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
   sound(journal.status());
   const v1::JobSpec spec = spec_of({.jobs = 1, .users = 1, .units = units, .tile_size = 1}, 0, "scene");
   const std::string id = "deadbeefdeadbeef";
-  sound((*journal)->commit({server::JobAdded{.id = id, .request_id = "request", .spec = spec.SerializeAsString()},
-                            server::JobBound{.id = id, .isa = "avx2"}}));
+  sound((*journal)->commit(
+      {server::JobAdded{.id = id, .request_id = "request", .spec = spec.SerializeAsString()},
+       server::JobBound{.id = id, .isa = "avx2"}}));
   const std::string stats = stub_stats(std::chrono::seconds(10)).SerializeAsString();
   constexpr std::uint32_t kBatch = 4096;
   for (std::uint32_t first = 0; first + 1 < units; first += kBatch) {
@@ -116,8 +117,10 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
     if (entries.size() == kBatch) {
       // As a coordinator does now and then. Of the sum, only what tests look at.
       v1::JobCost sum;
-      sum.mutable_stats()->set_samples(std::uint64_t{first + kBatch} * stub_stats(std::chrono::seconds(10)).samples());
-      entries.push_back(server::JobStats{.id = id, .results = first + kBatch, .stats = sum.SerializeAsString()});
+      sum.mutable_stats()->set_samples(std::uint64_t{first + kBatch} *
+                                       stub_stats(std::chrono::seconds(10)).samples());
+      entries.push_back(
+          server::JobStats{.id = id, .results = first + kBatch, .stats = sum.SerializeAsString()});
     }
     sound((*journal)->commit(entries));
   }
@@ -132,12 +135,14 @@ FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string
   start("127.0.0.1:0");
   auto channel = wire::make_channel(address_);
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
-  client_ = std::make_unique<client::FarmClient>(*std::move(channel), client::FarmClientOptions{.address = address_});
+  client_ = std::make_unique<client::FarmClient>(*std::move(channel),
+                                                 client::FarmClientOptions{.address = address_});
 }
 
 void FarmUnderLoad::start(const std::string& listen) {
   std::vector<std::string> command = wrapper_;
-  command.insert(command.end(), {program_, "--listen", listen, "--data", (directory_.path() / "data").string()});
+  command.insert(command.end(),
+                 {program_, "--listen", listen, "--data", (directory_.path() / "data").string()});
   command.insert(command.end(), arguments_.begin(), arguments_.end());
   process_ = std::make_unique<support::Process>(std::move(command));
   const std::optional<std::string> address = process_->wait_for_line("listening on ", kPatience);
@@ -164,7 +169,8 @@ ProcessUse FarmUnderLoad::use() const {
           .peak_resident_bytes = status_bytes(process_->id(), "VmHWM")};
 }
 
-absl::StatusOr<std::vector<std::string>> FarmUnderLoad::submit(const JobsOptions& options, Progress& progress) {
+absl::StatusOr<std::vector<std::string>> FarmUnderLoad::submit(const JobsOptions& options,
+                                                               Progress& progress) {
   std::vector<std::string> ids;
   for (std::size_t i = 0; i < options.jobs; ++i) {
     // A coordinator looks into no scene.

@@ -62,14 +62,15 @@ class Progress {
   std::vector<std::uint64_t> shares_;
 };
 
-/// Writes a journal as a coordinator leaves it that was killed when all units of a job but one were done. The job's id.
-/// Throws where it cannot be written.
+/// Writes a journal as a coordinator leaves it that was killed when all units of a job but one were done. The
+/// job's id. Throws where it cannot be written.
 std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t units);
 
 class FarmUnderLoad {
  public:
-  /// Starts the coordinator's program with `arguments` besides where to listen and to keep its data; `prepare` fills
-  /// the data directory, `wrapper` is a command that runs the program's. Throws where it does not start.
+  /// Starts the coordinator's program with `arguments` besides where to listen and to keep its data;
+  /// `prepare` fills the data directory, `wrapper` is a command that runs the program's. Throws where it does
+  /// not start.
   explicit FarmUnderLoad(std::string server_program, std::vector<std::string> arguments = {},
                          const std::function<void(const std::filesystem::path&)>& prepare = {},
                          std::vector<std::string> wrapper = {});

@@ -1,5 +1,5 @@
-// A real coordinator and hundreds of workers over real connections: nothing is lost, and everybody has a share. How
-// fast that is says farm_load; here no time is asserted, for the machine may be busy.
+// A real coordinator and hundreds of workers over real connections: nothing is lost, and everybody has a
+// share. How fast that is says farm_load; here no time is asserted, for the machine may be busy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,8 @@ constexpr std::chrono::seconds kPatience{100};
 template <typename Condition>
 bool wait_for(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(milliseconds(10));
+  while (!condition() && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(milliseconds(10));
   return condition();
 }
 
@@ -48,7 +49,8 @@ class LoadTest : public testing::Test {
       client::FarmClient::WatchHandlers handlers;
       handlers.result = [&](const v1::UnitResult& result) {
         EXPECT_EQ(result.sequence(), seen.size() + 1);
-        EXPECT_TRUE(seen.insert(result.unit().index()).second) << "unit " << result.unit().index() << " came twice";
+        EXPECT_TRUE(seen.insert(result.unit().index()).second)
+            << "unit " << result.unit().index() << " came twice";
         EXPECT_EQ(result.payload(), stub_result(result.unit()));
         return absl::OkStatus();
       };
@@ -67,11 +69,13 @@ class LoadTest : public testing::Test {
 TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
   submit({.jobs = 10, .users = 5, .scenes = 1, .units = 400});
   const auto workers = fleet({.workers = 200, .threads = 1, .unit_time = milliseconds(100)});
-  ASSERT_TRUE(wait_for([&] { return progress_.all_done(); })) << progress_.done() << " of " << progress_.wanted();
+  ASSERT_TRUE(wait_for([&] { return progress_.all_done(); }))
+      << progress_.done() << " of " << progress_.wanted();
   EXPECT_EQ(workers->tally().refused, 0u);
-  // With --order fair: a user's jobs go together. A worker has 3 units at most in its hands, and all jobs nearly the same number of all that are out, at any time: 60
-  // of the 400. A unit takes 50 to 150 ms, so a job's rate fluctuates by less than a part in five, and what is out when
-  // the first job ends counts for none.
+  // With --order fair: a user's jobs go together. A worker has 3 units at most in its hands, and all jobs
+  // nearly the same number of all that are out, at any time: 60 of the 400. A unit takes 50 to 150 ms, so a
+  // job's rate fluctuates by less than a part in five, and what is out when the first job ends counts for
+  // none.
   const std::vector<std::uint64_t> shares = progress_.shares();
   const auto [least, most] = std::minmax_element(shares.begin(), shares.end());
   EXPECT_LE(static_cast<double>(*most), 1.5 * static_cast<double>(*least)) << *least << " to " << *most;
@@ -80,10 +84,12 @@ TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
 
 TEST_F(LoadTest, NothingIsLostWhenTheCoordinatorIsKilledUnderLoad) {
   submit({.jobs = 4, .users = 2, .scenes = 2, .units = long_form() ? 10'000u : 900u});
-  const auto workers = fleet({.workers = long_form() ? 1000u : 150u, .threads = 2, .unit_time = milliseconds(50)});
+  const auto workers =
+      fleet({.workers = long_form() ? 1000u : 150u, .threads = 2, .unit_time = milliseconds(50)});
   ASSERT_TRUE(wait_for([&] { return progress_.done() > progress_.wanted() / 4; }));
   farm_.kill_and_restart();
-  ASSERT_TRUE(wait_for([&] { return progress_.all_done(); })) << progress_.done() << " of " << progress_.wanted();
+  ASSERT_TRUE(wait_for([&] { return progress_.all_done(); }))
+      << progress_.done() << " of " << progress_.wanted();
   EXPECT_EQ(workers->tally().refused, 0u);
   expect_all_results();
 }
@@ -92,9 +98,9 @@ TEST_F(LoadTest, NothingIsLostWhenTheCoordinatorIsKilledUnderLoad) {
 TEST(Restart, KnowsWhatIsDone) {
   const std::uint32_t units = long_form() ? 1'000'000 : 40'000;
   std::string job;
-  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM, {"--log-level", "warning"}, [&](const std::filesystem::path& data) {
-                       job = write_journal(data, units);
-                     }};
+  FarmUnderLoad farm{TESSERA_SERVER_PROGRAM,
+                     {"--log-level", "warning"},
+                     [&](const std::filesystem::path& data) { job = write_journal(data, units); }};
   const milliseconds took = farm.kill_and_restart();
   const ProcessUse use = farm.use();
   std::printf("ready %.2f s after the start with %u results in the journal; %.2f s of CPU, %.0f MiB\n",

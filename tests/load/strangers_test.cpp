@@ -1,4 +1,5 @@
-// Connections that strangers open without end, beside those of thousands of workers: the coordinator goes on serving.
+// Connections that strangers open without end, beside those of thousands of workers: the coordinator goes on
+// serving.
 #include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
@@ -31,7 +32,8 @@ constexpr rlim_t kByHand = 1024;  // descriptors of a program that is started fr
 template <typename Condition>
 bool wait_for(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(milliseconds(10));
+  while (!condition() && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(milliseconds(10));
   return condition();
 }
 
@@ -65,16 +67,19 @@ TEST(Strangers, LeaveThousandsOfWorkersAndNewcomersBeServed) {
   std::optional<FarmUnderLoad> farm;
   {
     const SoftLimit by_hand{kByHand};
-    if (by_hand.most() < workers + 2 * kAtOnce) GTEST_SKIP() << "the limit of descriptors is " << by_hand.most();
+    if (by_hand.most() < workers + 2 * kAtOnce)
+      GTEST_SKIP() << "the limit of descriptors is " << by_hand.most();
     farm.emplace(TESSERA_SERVER_PROGRAM, std::vector<std::string>{"--log-level", "error"});
   }
   Progress progress;
   const auto jobs = farm->submit({.jobs = 4, .users = 2, .scenes = 2, .units = 100'000}, progress);
   ASSERT_TRUE(jobs.ok()) << jobs.status();
-  StubFleet fleet{
-      farm->address(),
-      {.workers = workers, .workers_per_connection = 1, .threads = 1, .unit_time = seconds{long_form() ? 20 : 2}},
-      [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); }};
+  StubFleet fleet{farm->address(),
+                  {.workers = workers,
+                   .workers_per_connection = 1,
+                   .threads = 1,
+                   .unit_time = seconds{long_form() ? 20 : 2}},
+                  [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); }};
   fleet.start();
   ASSERT_TRUE(wait_for([&] { return fleet.registered() >= workers; })) << fleet.registered();
 
@@ -88,8 +93,8 @@ TEST(Strangers, LeaveThousandsOfWorkersAndNewcomersBeServed) {
     idle.close_all();
   }
   const ProcessUse use = farm->use();
-  std::printf("%zu workers, %zu strangers: %llu units done, %llu calls tried again, %.0f MiB at most\n", workers,
-              strangers, static_cast<unsigned long long>(progress.done()),
+  std::printf("%zu workers, %zu strangers: %llu units done, %llu calls tried again, %.0f MiB at most\n",
+              workers, strangers, static_cast<unsigned long long>(progress.done()),
               static_cast<unsigned long long>(fleet.tally().retries),
               static_cast<double>(use.peak_resident_bytes) / (1 << 20));
 }
@@ -114,8 +119,9 @@ class HalfCalls {
   }
 
   bool all_cancelled() const {
-    return std::ranges::all_of(
-        calls_, [](const Call& call) { return call.ended.wait_for(seconds(0)) == std::future_status::ready; });
+    return std::ranges::all_of(calls_, [](const Call& call) {
+      return call.ended.wait_for(seconds(0)) == std::future_status::ready;
+    });
   }
 
  private:
@@ -132,8 +138,9 @@ TEST(Strangers, LargeRequestsThatNeverArriveWholeTakeBoundedMemory) {
   constexpr std::size_t kConnections = 8, kCalls = 16;
   constexpr std::size_t kRequestBytes = std::size_t{64} << 20;  // within wire::kMaxMessageBytes
   constexpr std::size_t kSent = kConnections * kCalls * kRequestBytes / 2;
-  // gRPC cancels calls beyond its quota of 280 MiB, one after the other, while more arrives at what loopback carries:
-  // 2.0 GiB at most were seen, of 4 without a quota. Then a quarter remains, for the quota and all else.
+  // gRPC cancels calls beyond its quota of 280 MiB, one after the other, while more arrives at what loopback
+  // carries: 2.0 GiB at most were seen, of 4 without a quota. Then a quarter remains, for the quota and all
+  // else.
   constexpr std::size_t kMostAtPeak = kSent / 4 * 3, kMostInTheEnd = kSent / 4;
   // With 1,024 descriptors: the quota grows with the connections that there may be.
   FarmUnderLoad farm{TESSERA_SERVER_PROGRAM,

@@ -62,7 +62,8 @@ v1::UnitStats stub_stats(std::chrono::milliseconds unit_time) {
   for (const char* part : {"surfaces", "materials", "light sampling", "paths"}) {
     (*stats.mutable_shading_part_ns())[part] = ns;
   }
-  for (const char* material : {"white wall", "red wall", "green wall"}) (*stats.mutable_material_ns())[material] = ns;
+  for (const char* material : {"white wall", "red wall", "green wall"})
+    (*stats.mutable_material_ns())[material] = ns;
   return stats;
 }
 
@@ -78,7 +79,8 @@ std::string stub_result(const v1::WorkUnit& unit) {
   result.values.resize(result.pixel_count() * channels.size());
   std::uint64_t state = unit.index() + 1;
   for (float& value : result.values) {
-    state = state * 6364136223846793005u + 1442695040888963407u;  // a linear congruential generator of [Knuth1997]
+    state = state * 6364136223846793005u +
+            1442695040888963407u;  // a linear congruential generator of [Knuth1997]
     value = static_cast<float>(state >> 40) * 0x1p-24f;
   }
   return wire::encode_tile_result(result);
@@ -106,8 +108,8 @@ class StubFleet::Worker {
     Clock::time_point start = Clock::now();
   };
   template <typename Request, typename Response>
-  using Method = void (v1::WorkService::StubInterface::async_interface::*)(grpc::ClientContext*, const Request*,
-                                                                           Response*,
+  using Method = void (v1::WorkService::StubInterface::async_interface::*)(grpc::ClientContext*,
+                                                                           const Request*, Response*,
                                                                            std::function<void(grpc::Status)>);
   using UnitKey = std::pair<std::string, std::uint32_t>;
 
@@ -176,24 +178,26 @@ void StubFleet::Worker::enroll() {
   call->request.set_name("stub" + std::to_string(number_));
   call->request.set_host(call->request.name());
   call->request.set_threads(fleet_.options_.threads);
-  begin(call, &v1::WorkService::StubInterface::async_interface::Register, [this, call](const grpc::Status& status) {
-    bool begin_beating = false;
-    {
-      const std::lock_guard lock(mutex_);
-      enrolling_ = false;
-      if (status.ok()) {
-        id_ = call->response.worker_id();
-        interval_ = std::chrono::milliseconds(TimeUtil::DurationToMilliseconds(call->response.heartbeat_interval()));
-        begin_beating = !std::exchange(beating_, true);
-        idle_since_ = Clock::now();
-      }
-    }
-    if (!status.ok()) return try_again([this] { enroll(); });
-    ++fleet_.registered_;
-    // Spread over the interval, as those of machines that start one after another are.
-    if (begin_beating) later(interval_ * (number_ % 97) / 97, [this] { beat(); });
-    ask();
-  });
+  begin(call, &v1::WorkService::StubInterface::async_interface::Register,
+        [this, call](const grpc::Status& status) {
+          bool begin_beating = false;
+          {
+            const std::lock_guard lock(mutex_);
+            enrolling_ = false;
+            if (status.ok()) {
+              id_ = call->response.worker_id();
+              interval_ = std::chrono::milliseconds(
+                  TimeUtil::DurationToMilliseconds(call->response.heartbeat_interval()));
+              begin_beating = !std::exchange(beating_, true);
+              idle_since_ = Clock::now();
+            }
+          }
+          if (!status.ok()) return try_again([this] { enroll(); });
+          ++fleet_.registered_;
+          // Spread over the interval, as those of machines that start one after another are.
+          if (begin_beating) later(interval_ * (number_ % 97) / 97, [this] { beat(); });
+          ask();
+        });
 }
 
 /// How many units to ask for; they are on their way then. With mutex_ held.
@@ -218,18 +222,19 @@ void StubFleet::Worker::ask() {
     call->request.set_worker_id(id_);
   }
   call->request.mutable_max_wait()->set_seconds(kLeaseWait.count());
-  begin(call, &v1::WorkService::StubInterface::async_interface::Lease, [this, call](const grpc::Status& status) {
-    {
-      const std::lock_guard lock(mutex_);
-      polling_ = nullptr;
-      asked_ -= call->request.max_units();
-    }
-    if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
-    if (!status.ok()) return try_again([this] { ask(); });
-    take(call->response);
-    render_next();
-    ask();
-  });
+  begin(call, &v1::WorkService::StubInterface::async_interface::Lease,
+        [this, call](const grpc::Status& status) {
+          {
+            const std::lock_guard lock(mutex_);
+            polling_ = nullptr;
+            asked_ -= call->request.max_units();
+          }
+          if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
+          if (!status.ok()) return try_again([this] { ask(); });
+          take(call->response);
+          render_next();
+          ask();
+        });
 }
 
 void StubFleet::Worker::take(const v1::LeaseResponse& response) {
@@ -301,7 +306,8 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
       asked_ -= call->request.more().max_units();
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) lost(call->request.worker_id());
-    if (status.error_code() == grpc::StatusCode::NOT_FOUND || wire::is_transient(wire::from_grpc(status, "Complete"))) {
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND ||
+        wire::is_transient(wire::from_grpc(status, "Complete"))) {
       return try_again([this, lease, payload] { deliver(lease, payload); });
     }
     if (status.ok()) {
@@ -361,14 +367,15 @@ void StubFleet::Worker::beat() {
     for (const auto& [unit, token] : held_) *call->request.add_leases() = token;
   }
   if (call->request.worker_id().empty()) return later(interval_, [this] { beat(); });
-  begin(call, &v1::WorkService::StubInterface::async_interface::Heartbeat, [this, call](const grpc::Status& status) {
-    later(interval_, [this] { beat(); });
-    if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
-    if (!status.ok()) return;
-    ++fleet_.tally_.heartbeats;
-    fleet_.tally_.heartbeat.add(since(call->start));
-    beaten(call->response);
-  });
+  begin(call, &v1::WorkService::StubInterface::async_interface::Heartbeat,
+        [this, call](const grpc::Status& status) {
+          later(interval_, [this] { beat(); });
+          if (status.error_code() == grpc::StatusCode::NOT_FOUND) return lost(call->request.worker_id());
+          if (!status.ok()) return;
+          ++fleet_.tally_.heartbeats;
+          fleet_.tally_.heartbeat.add(since(call->start));
+          beaten(call->response);
+        });
 }
 
 StubFleet::StubFleet(std::string address, const FleetOptions& options, Completed completed)

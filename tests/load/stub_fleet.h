@@ -1,4 +1,5 @@
-// Thousands of workers that render nothing: they speak to the coordinator as real ones do, over few connections.
+// Thousands of workers that render nothing: they speak to the coordinator as real ones do, over few
+// connections.
 #pragma once
 
 #include <atomic>
@@ -35,8 +36,8 @@ struct FleetTally {
   LatencyHistogram heartbeat;
 };
 
-/// The result of a unit: the same bytes whoever returns it. Its pixels are as random as rendered ones are, so that it
-/// compresses as badly.
+/// The result of a unit: the same bytes whoever returns it. Its pixels are as random as rendered ones are, so
+/// that it compresses as badly.
 std::string stub_result(const v1::WorkUnit& unit);
 
 /// What a unit cost; as large as what real workers say.

@@ -43,7 +43,8 @@ class Timers {
   void run(std::stop_token stop) {
     std::unique_lock lock(mutex_);
     while (!stop.stop_requested()) {
-      const Clock::time_point next = waiting_.empty() ? Clock::now() + std::chrono::hours(1) : waiting_.top().due;
+      const Clock::time_point next =
+          waiting_.empty() ? Clock::now() + std::chrono::hours(1) : waiting_.top().due;
       wake_.wait_until(lock, stop, next, [&] { return !waiting_.empty() && waiting_.top().due < next; });
       std::vector<std::function<void()>> due;
       while (!waiting_.empty() && waiting_.top().due <= Clock::now()) {

@@ -7,8 +7,8 @@
 namespace tessera::server {
 
 JobRecord* ModelJournal::find(const std::string& id) {
-  const auto found =
-      std::find_if(records_.begin(), records_.end(), [&](const JobRecord& record) { return record.added.id == id; });
+  const auto found = std::find_if(records_.begin(), records_.end(),
+                                  [&](const JobRecord& record) { return record.added.id == id; });
   return found == records_.end() ? nullptr : &*found;
 }
 
@@ -33,7 +33,8 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
     } else if (const auto* done = std::get_if<UnitDone>(&entry)) {
       JobRecord& record = *find(done->job);
       if (done->sequence != record.results.size() + 1) {
-        return absl::InternalError(absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
+        return absl::InternalError(
+            absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
       }
       ++record.result_count;
       record.results.push_back(
@@ -59,7 +60,8 @@ absl::StatusOr<std::string> ModelJournal::read_result(const std::string& job, st
   return absl::UnimplementedError("the model keeps no payloads");
 }
 
-absl::StatusOr<std::vector<CoveredUnits>> ModelJournal::read_units(const std::string&, std::uint64_t, std::uint32_t) {
+absl::StatusOr<std::vector<CoveredUnits>> ModelJournal::read_units(const std::string&, std::uint64_t,
+                                                                   std::uint32_t) {
   return absl::UnimplementedError("nobody fetches from the model");
 }
 

@@ -1,5 +1,6 @@
-// How long a job takes when workers differ, and what it costs in work done twice: the scheduler with workers that do
-// nothing but take their time, exactly. And what is known of workers that differ, when units differ too.
+// How long a job takes when workers differ, and what it costs in work done twice: the scheduler with workers
+// that do nothing but take their time, exactly. And what is known of workers that differ, when units differ
+// too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,8 +54,9 @@ Pace run_job(const std::vector<double>& slowness, std::uint32_t units, Time unit
   Time wasted{0}, useful{0};
   for (Time now{0};; now += kStep) {
     if (scheduler.job("a")->state == v1::DONE || now > 4000 * unit) {
-      return {.makespan_seconds = static_cast<double>(now.count()) / 1000,
-              .duplicated = static_cast<double>(wasted.count()) / static_cast<double>((useful + wasted).count())};
+      return {
+          .makespan_seconds = static_cast<double>(now.count()) / 1000,
+          .duplicated = static_cast<double>(wasted.count()) / static_cast<double>((useful + wasted).count())};
     }
     for (std::size_t i = 0; i < workers.size(); ++i) {
       Worker& worker = workers[i];
@@ -63,13 +65,16 @@ Pace run_job(const std::vector<double>& slowness, std::uint32_t units, Time unit
       const auto beat = scheduler.heartbeat(name(i), worker.held, now);
       for (const v1::LeaseToken& revoked : beat->revoked) {
         if (worker.held.front().attempt() == revoked.attempt()) {
-          wasted += Time(static_cast<std::int64_t>(static_cast<double>((now - worker.begun).count()) / slowness[i]));
+          wasted += Time(
+              static_cast<std::int64_t>(static_cast<double>((now - worker.begun).count()) / slowness[i]));
           worker.begun = now;
         }
-        std::erase_if(worker.held, [&](const v1::LeaseToken& held) { return held.attempt() == revoked.attempt(); });
+        std::erase_if(worker.held,
+                      [&](const v1::LeaseToken& held) { return held.attempt() == revoked.attempt(); });
       }
       if (!worker.held.empty() && now - worker.begun >= needs) {
-        EXPECT_TRUE(scheduler.complete(name(i), worker.held.front(), {.fingerprint = 1, .cost = needs}, now).ok());
+        EXPECT_TRUE(
+            scheduler.complete(name(i), worker.held.front(), {.fingerprint = 1, .cost = needs}, now).ok());
         worker.held.erase(worker.held.begin());
         worker.begun = now;
         useful += unit;
@@ -104,8 +109,8 @@ TEST(Pace, EqualWorkersDoNothingTwice) {
   EXPECT_EQ(pace.duplicated, 0.0);
 }
 
-/// Six machines of which the first one is as given, after so many units that differ by two decades in cost; workers say
-/// how many rays there were, and a ray's cost differs by a third.
+/// Six machines of which the first one is as given, after so many units that differ by two decades in cost;
+/// workers say how many rays there were, and a ray's cost differs by a third.
 SteadyFarm farm_with(SteadyFarmOptions::Machine first, std::uint32_t units) {
   std::vector<SteadyFarmOptions::Machine> machines(6);
   machines[0] = first;
@@ -118,8 +123,9 @@ SteadyFarm farm_with(SteadyFarmOptions::Machine first, std::uint32_t units) {
   return farm;
 }
 
-/// What is not proven is not said, so the pace that is known lies between the usual and the true one, closer to the
-/// latter: at 4.5 standard deviations of 0.1, a logarithm of 2.3 becomes 2.2. A third of a decade is left for noise.
+/// What is not proven is not said, so the pace that is known lies between the usual and the true one, closer
+/// to the latter: at 4.5 standard deviations of 0.1, a logarithm of 2.3 becomes 2.2. A third of a decade is
+/// left for noise.
 constexpr double kLeast = 5, kMost = 15;
 
 TEST(Pace, AHostThatIsTenTimesSlowIsKnownForIt) {

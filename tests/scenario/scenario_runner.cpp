@@ -48,8 +48,8 @@ std::string ScenarioRunner::journal(std::vector<JournalEntry> entries) {
         absl::StrAppend(&news, "(", event.job, " is bound to ", event.text, ")\n");
         break;
       case FarmEvent::Kind::kEnded:
-        absl::StrAppend(&news, "(", event.job, " is ", v1::JobState_Name(static_cast<v1::JobState>(event.value)),
-                        ")\n");
+        absl::StrAppend(&news, "(", event.job, " is ",
+                        v1::JobState_Name(static_cast<v1::JobState>(event.value)), ")\n");
         break;
       case FarmEvent::Kind::kRevoked:
         absl::StrAppend(&news, "(result ", event.value, " of ", event.job, " is revoked)\n");
@@ -119,7 +119,8 @@ std::string ScenarioRunner::run(const std::string& line) {
   }
   if (command == "trust") return changed(scheduler_->trust_host(first));
   if (command == "retry") return changed(scheduler_->retry_job(first));
-  if (command == "pause" || command == "resume") return changed(scheduler_->pause_job(first, command == "pause"));
+  if (command == "pause" || command == "resume")
+    return changed(scheduler_->pause_job(first, command == "pause"));
   if (command == "priority") {
     return changed(scheduler_->set_priority(first, std::stoi(arguments.positional.at(1))));
   }
@@ -151,9 +152,10 @@ std::string ScenarioRunner::submit(const Arguments& arguments) {
 std::string ScenarioRunner::show_job(const std::string& id) const {
   const auto view = scheduler_->job(id);
   if (!view.ok()) return outcome(view.status());
-  std::string out = absl::StrCat(v1::JobState_Name(view->state), " ", view->units_done, "/", view->units_total,
-                                 " done, ", view->units_leased, " leased", view->isa.empty() ? "" : ", " + view->isa,
-                                 view->paused ? ", paused" : "", view->error.empty() ? "" : ": " + view->error, "\n");
+  std::string out =
+      absl::StrCat(v1::JobState_Name(view->state), " ", view->units_done, "/", view->units_total, " done, ",
+                   view->units_leased, " leased", view->isa.empty() ? "" : ", " + view->isa,
+                   view->paused ? ", paused" : "", view->error.empty() ? "" : ": " + view->error, "\n");
   for (const SetAsideView& aside : view->set_aside) {
     absl::StrAppend(&out, "  set aside: ", aside.unit, ", failed on ",
                     absl::StrJoin(aside.failures, " ",
@@ -173,23 +175,24 @@ std::string ScenarioRunner::show_job(const std::string& id) const {
 }
 
 std::string ScenarioRunner::register_worker(const Arguments& arguments) {
-  const std::vector<std::string> classes = absl::StrSplit(arguments.get("classes", ""), ',', absl::SkipEmpty());
+  const std::vector<std::string> classes =
+      absl::StrSplit(arguments.get("classes", ""), ',', absl::SkipEmpty());
   std::vector<std::string> isas;
   for (const std::string& name : classes) isas.emplace_back(wire::isa_of(name));
   if (isas.empty()) isas.push_back(arguments.get("isa", "avx2"));
   if (const std::string also = arguments.get("also", ""); !also.empty()) isas.push_back(also);
   const std::string& id = arguments.positional.at(0);
-  return outcome(
-      scheduler_->register_worker({.id = id,
-                                   .name = id,
-                                   .build = "",
-                                   .isa = isas.front(),
-                                   .supported_isas = isas,
-                                   .threads = static_cast<std::uint32_t>(std::stoi(arguments.get("threads", "2"))),
-                                   .host = arguments.get("host", id),
-                                   .tags = absl::StrSplit(arguments.get("tags", ""), ',', absl::SkipEmpty()),
-                                   .classes = classes},
-                                  now_));
+  return outcome(scheduler_->register_worker(
+      {.id = id,
+       .name = id,
+       .build = "",
+       .isa = isas.front(),
+       .supported_isas = isas,
+       .threads = static_cast<std::uint32_t>(std::stoi(arguments.get("threads", "2"))),
+       .host = arguments.get("host", id),
+       .tags = absl::StrSplit(arguments.get("tags", ""), ',', absl::SkipEmpty()),
+       .classes = classes},
+      now_));
 }
 
 std::string ScenarioRunner::show_workers() const {
@@ -222,11 +225,13 @@ std::string ScenarioRunner::lease(const Arguments& arguments) {
 
 std::string ScenarioRunner::heartbeat(const Arguments& arguments) {
   std::vector<v1::LeaseToken> tokens;
-  for (std::size_t i = 1; i < arguments.positional.size(); ++i) tokens.push_back(token(arguments.positional[i]));
+  for (std::size_t i = 1; i < arguments.positional.size(); ++i)
+    tokens.push_back(token(arguments.positional[i]));
   const auto decision = scheduler_->heartbeat(arguments.positional.at(0), tokens, now_);
   if (!decision.ok()) return outcome(decision.status());
   std::string out;
-  for (const v1::LeaseToken& revoked : decision->revoked) absl::StrAppend(&out, "revoked ", text(revoked), "\n");
+  for (const v1::LeaseToken& revoked : decision->revoked)
+    absl::StrAppend(&out, "revoked ", text(revoked), "\n");
   if (decision->drain) out += "drain\n";
   return out.empty() ? "ok\n" : out;
 }
@@ -281,7 +286,8 @@ std::string ScenarioRunner::restart() {
 
 v1::LeaseToken ScenarioRunner::token(const std::string& text) const {
   const std::size_t slash = text.find('/'), hash = text.find('#'), at = text.find('@');
-  if (slash == std::string::npos || hash == std::string::npos) throw std::invalid_argument("no lease: " + text);
+  if (slash == std::string::npos || hash == std::string::npos)
+    throw std::invalid_argument("no lease: " + text);
   v1::LeaseToken token;
   token.set_job_id(text.substr(0, slash));
   token.set_generation(1);

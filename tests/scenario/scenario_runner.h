@@ -1,10 +1,11 @@
 // Drives the scheduler from text, in the manner of the interaction tests of etcd's raft.
 //
-// A scenario is a list of blocks: commands, a line of dashes, the expected output, an empty line. A line that begins
-// with # is for people. Commands (names are free, times are in seconds, a lease is JOB/UNIT#ATTEMPT, with @EPOCH when
-// it is not of the current epoch):
+// A scenario is a list of blocks: commands, a line of dashes, the expected output, an empty line. A line that
+// begins with # is for people. Commands (names are free, times are in seconds, a lease is JOB/UNIT#ATTEMPT,
+// with @EPOCH when it is not of the current epoch):
 //
-//   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N] [user=NAME] [require=TAG,TAG] [workers=N]
+//   submit JOB tiles=N [ranges=N] [scene=NAME] [isa=NAME] [priority=N] [user=NAME] [require=TAG,TAG]
+//   [workers=N]
 //          [bits=any]
 //   cancel JOB
 //   retry JOB
@@ -14,12 +15,9 @@
 //   job JOB                 with what it waits for, who is left out, what was set aside, and its notes
 //   order fair|first-come   among a user's jobs; only before the first job
 //   audit N                 from now on one result in N gets a second opinion; only before the first job
-//   settle SECONDS          from now on that is how long workers have to come together; only before the first job
-//   register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG] [classes=ISA/NAME,ISA/NAME]
-//   deregister WORKER
-//   drain WORKER
-//   workers
-//   lease WORKER COUNT [scenes=NAME,NAME]
+//   settle SECONDS          from now on that is how long workers have to come together; only before the first
+//   job register WORKER [isa=NAME] [also=NAME] [threads=N] [host=NAME] [tags=TAG,TAG]
+//   [classes=ISA/NAME,ISA/NAME] deregister WORKER drain WORKER workers lease WORKER COUNT [scenes=NAME,NAME]
 //   heartbeat WORKER LEASE...
 //   complete WORKER LEASE [result=N] [took=SECONDS]
 //   fail WORKER LEASE [scene]

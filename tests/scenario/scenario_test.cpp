@@ -1,5 +1,5 @@
-// Runs every file of tests/scenario/farm. With TESSERA_REWRITE=1 in the environment, writes the outputs into the files
-// instead, for a person to read through.
+// Runs every file of tests/scenario/farm. With TESSERA_REWRITE=1 in the environment, writes the outputs into
+// the files instead, for a person to read through.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +74,8 @@ TEST_P(Scenario, GoesAsWritten) {
 std::vector<std::filesystem::path> scenarios() {
   std::vector<std::filesystem::path> paths;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(kScenarios, error)) paths.push_back(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(kScenarios, error))
+    paths.push_back(entry.path());
   std::sort(paths.begin(), paths.end());
   return paths;
 }

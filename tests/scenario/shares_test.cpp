@@ -1,5 +1,5 @@
-// How evenly equal jobs share a farm, and how long threads wait, when answers take a while; who gets how much of it,
-// and when, where units are short and long.
+// How evenly equal jobs share a farm, and how long threads wait, when answers take a while; who gets how much
+// of it, and when, where units are short and long.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ struct Shares {
   double waited = 0;                  // part of the threads' time until then
 };
 
-/// Workers of one thread, and equal jobs of five users, each with a scene of its own; units take 5 s, by a third more
-/// or less, and answers half a second.
+/// Workers of one thread, and equal jobs of five users, each with a scene of its own; units take 5 s, by a
+/// third more or less, and answers half a second.
 Shares share_farm(std::size_t workers, std::size_t jobs, std::uint32_t units_of_job) {
   SteadyFarmOptions options{.spread = 0.3, .answer = Time{500}};
   options.scheduler.order = JobOrder::kFair;
@@ -42,15 +42,15 @@ Shares share_farm(std::size_t workers, std::size_t jobs, std::uint32_t units_of_
 }
 
 void expect_even(const Shares& shares, double least) {
-  std::printf("%u to %u units of each job; threads waited for %.1f %% of their time\n", shares.least, shares.most,
-              100 * shares.waited);
+  std::printf("%u to %u units of each job; threads waited for %.1f %% of their time\n", shares.least,
+              shares.most, 100 * shares.waited);
   EXPECT_GE(shares.least, least * shares.most);
   EXPECT_LE(shares.waited, 0.03);
 }
 
 TEST(Shares, ManyEqualJobsAdvanceTogetherAndThreadsHardlyWait) {
-  // The cost of 160 units differs by 0.31 / sqrt(160) = 2.4 %, the extremes of 50 jobs by 11 %; ten units of each job are
-  // out when the first one ends, 6 %. Seeds 1 to 12 give 0.83 to 0.90.
+  // The cost of 160 units differs by 0.31 / sqrt(160) = 2.4 %, the extremes of 50 jobs by 11 %; ten units of
+  // each job are out when the first one ends, 6 %. Seeds 1 to 12 give 0.83 to 0.90.
   expect_even(share_farm(/*workers=*/500, /*jobs=*/50, /*units_of_job=*/160), 0.8);
 }
 
@@ -69,8 +69,8 @@ TEST(Shares, AFewUnitsOfAnotherUserDoNotWaitForThousandsOfShortOnes) {
          .jobs = {{.user = "ann", .scene = "s", .units = 4096, .median_ms = 100},
                   {.user = "bob", .scene = "t", .units = 4, .median_ms = 2000, .submitted = Time{10'000}}}});
     farm.run([&] { return farm.done()[1] == 4; });
-    // Once 4 s of ann's work were given out over its head, bob's job has its turn: after 2 s of two threads, behind a
-    // unit or two in each hand. Its four units take 4 s.
+    // Once 4 s of ann's work were given out over its head, bob's job has its turn: after 2 s of two threads,
+    // behind a unit or two in each hand. Its four units take 4 s.
     EXPECT_LE(*farm.first_lease_after(1), Time{2500});
     EXPECT_LE(farm.now(), Time{10'000 + 8000});
   }
@@ -84,7 +84,8 @@ TEST(Shares, ShortUnitsAndLongOnesGetTheSame) {
   farm.run([&] { return farm.now() >= Time{120'000}; });
   const double anns = farm.done()[0] * 100.0, bobs = farm.done()[1] * 5000.0;
   std::printf("short units %.1f s, long ones %.1f s\n", anns / 1000, bobs / 1000);
-  // Of 360 s each: what a worker may be ahead (4 s), what it holds (two units of 5 s a thread, 6 threads) are 64.
+  // Of 360 s each: what a worker may be ahead (4 s), what it holds (two units of 5 s a thread, 6 threads)
+  // are 64.
   EXPECT_NEAR(anns / bobs, 1, 64.0 / 360);
 }
 
@@ -109,7 +110,8 @@ constexpr double kLongestRunMs = 10'000;
 TEST(Shares, EveryUsersFirstJobHasItsTurnInBoundedTime) {
   const Seeds seeds = seeds_from_environment(/*count=*/100);
   Time longest{0};
-  for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count && !testing::Test::HasFailure(); ++seed) {
+  for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count && !testing::Test::HasFailure();
+       ++seed) {
     std::mt19937_64 random(seed);
     SteadyFarmOptions options{.seed = seed, .spread = 0.3};
     if (random() % 2 == 0) options.scheduler.order = JobOrder::kFair;
@@ -131,10 +133,11 @@ TEST(Shares, EveryUsersFirstJobHasItsTurnInBoundedTime) {
     }
     SteadyFarm farm(options);
     farm.run();
-    // Each user that waits may be passed over for 4 s of work, on one thread, and has a lease or two given out before
-    // it; one is as long as the longest unit, e^(0.3 * 4) times its median, or run, and the first ones count as 1 s
-    // before that is known.
-    const Time bound(static_cast<std::int64_t>(static_cast<double>(users) * (4000 + 2 * 3.4 * unit_ms)) + 1000);
+    // Each user that waits may be passed over for 4 s of work, on one thread, and has a lease or two given
+    // out before it; one is as long as the longest unit, e^(0.3 * 4) times its median, or run, and the first
+    // ones count as 1 s before that is known.
+    const Time bound(static_cast<std::int64_t>(static_cast<double>(users) * (4000 + 2 * 3.4 * unit_ms)) +
+                     1000);
     for (std::size_t job = 0; job < users; ++job) {
       ASSERT_TRUE(farm.first_lease_after(job)) << "seed " << seed;
       EXPECT_LE(*farm.first_lease_after(job), bound) << "seed " << seed << ", job " << job;

@@ -77,7 +77,8 @@ bool SimulatedCoordinator::revokes(const std::string& job, std::uint64_t sequenc
 absl::Status SimulatedCoordinator::commit() {
   durable_ = std::exchange(waiting_, {});
   committed_.clear();
-  for (const Waiting& item : durable_) committed_.insert(committed_.end(), item.entries.begin(), item.entries.end());
+  for (const Waiting& item : durable_)
+    committed_.insert(committed_.end(), item.entries.begin(), item.entries.end());
   return committed_.empty() ? absl::OkStatus() : journal_.commit(committed_);
 }
 
@@ -89,7 +90,8 @@ void SimulatedCoordinator::answer() {
 
 void SimulatedCoordinator::submit(const JobRequest& job, const JobRequest* donor, Reply reply) {
   // Sent a second time, the answer is the same.
-  if (past(job.id) != v1::JOB_STATE_UNSPECIFIED || scheduler_.job(job.id).ok()) return push({}, std::move(reply));
+  if (past(job.id) != v1::JOB_STATE_UNSPECIFIED || scheduler_.job(job.id).ok())
+    return push({}, std::move(reply));
   if (absl::Status status = scheduler_.add_job(job); !status.ok()) return reply(status);
   std::vector<JournalEntry> entries;
   entries.push_back(JobAdded{.id = job.id,
@@ -144,7 +146,8 @@ void SimulatedCoordinator::lease(const LeaseRequest& request, Time now, LeaseRep
 }
 
 absl::StatusOr<HeartbeatDecision> SimulatedCoordinator::heartbeat(const std::string& worker,
-                                                                  const std::vector<v1::LeaseToken>& leases, Time now) {
+                                                                  const std::vector<v1::LeaseToken>& leases,
+                                                                  Time now) {
   absl::StatusOr<HeartbeatDecision> decision = scheduler_.heartbeat(worker, leases, now);
   push({}, nullptr);
   return decision;
@@ -173,9 +176,12 @@ void SimulatedCoordinator::complete(const std::string& worker, const v1::LeaseTo
        std::move(reply));
 }
 
-void SimulatedCoordinator::fail(const std::string& worker, const v1::LeaseToken& token, Time now, Reply reply) {
-  if (past(token.job_id()) != v1::JOB_STATE_UNSPECIFIED) return reply(absl::FailedPreconditionError("the job is over"));
-  if (absl::Status status = scheduler_.fail(worker, token, "out of memory", /*scene_fault=*/false, now); !status.ok()) {
+void SimulatedCoordinator::fail(const std::string& worker, const v1::LeaseToken& token, Time now,
+                                Reply reply) {
+  if (past(token.job_id()) != v1::JOB_STATE_UNSPECIFIED)
+    return reply(absl::FailedPreconditionError("the job is over"));
+  if (absl::Status status = scheduler_.fail(worker, token, "out of memory", /*scene_fault=*/false, now);
+      !status.ok()) {
     return reply(status);
   }
   push({}, std::move(reply));

@@ -1,5 +1,5 @@
-// The real scheduler and a journal, put together as the coordinator does it (server/service/farm.cpp), but on one
-// thread, one step at a time: so a test can let it die between any two of them.
+// The real scheduler and a journal, put together as the coordinator does it (server/service/farm.cpp), but on
+// one thread, one step at a time: so a test can let it die between any two of them.
 #pragma once
 
 #include <functional>
@@ -36,12 +36,13 @@ class SimulatedCoordinator {
   void retry(const std::string& job, Reply reply);
   void pause(const std::string& job, bool paused, Reply reply);
   /// The decision, and the kernels' ISA for each lease of it.
-  using LeaseReply = std::function<void(const absl::StatusOr<LeaseDecision>&, const std::vector<std::string>& isas)>;
+  using LeaseReply =
+      std::function<void(const absl::StatusOr<LeaseDecision>&, const std::vector<std::string>& isas)>;
   void lease(const LeaseRequest& request, Time now, LeaseReply reply);
-  absl::StatusOr<HeartbeatDecision> heartbeat(const std::string& worker, const std::vector<v1::LeaseToken>& leases,
-                                              Time now);
-  void complete(const std::string& worker, const v1::LeaseToken& token, const DeliveredResult& result, Time now,
-                Reply reply);
+  absl::StatusOr<HeartbeatDecision> heartbeat(const std::string& worker,
+                                              const std::vector<v1::LeaseToken>& leases, Time now);
+  void complete(const std::string& worker, const v1::LeaseToken& token, const DeliveredResult& result,
+                Time now, Reply reply);
   void fail(const std::string& worker, const v1::LeaseToken& token, Time now, Reply reply);
   void advance(Time now);
 

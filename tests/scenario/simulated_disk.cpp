@@ -50,7 +50,9 @@ struct VfsFile {
   std::shared_ptr<SimulatedDisk::Contents>* contents;
 };
 
-SimulatedDisk::Contents& contents_of(sqlite3_file* file) { return **reinterpret_cast<VfsFile*>(file)->contents; }
+SimulatedDisk::Contents& contents_of(sqlite3_file* file) {
+  return **reinterpret_cast<VfsFile*>(file)->contents;
+}
 
 int code_of(const absl::Status& status, int error) {
   if (status.ok()) return SQLITE_OK;
@@ -65,7 +67,8 @@ int vfs_close(sqlite3_file* file) {
 int vfs_read(sqlite3_file* file, void* out, int size, sqlite3_int64 offset) {
   const std::string& bytes = contents_of(file).bytes;
   const auto at = static_cast<std::size_t>(offset);
-  const std::size_t there = at >= bytes.size() ? 0 : std::min(bytes.size() - at, static_cast<std::size_t>(size));
+  const std::size_t there =
+      at >= bytes.size() ? 0 : std::min(bytes.size() - at, static_cast<std::size_t>(size));
   std::memcpy(out, bytes.data() + std::min(at, bytes.size()), there);
   if (there == static_cast<std::size_t>(size)) return SQLITE_OK;
   std::memset(static_cast<char*>(out) + there, 0, static_cast<std::size_t>(size) - there);
@@ -79,10 +82,13 @@ int vfs_write(sqlite3_file* file, const void* bytes, int size, sqlite3_int64 off
 }
 
 int vfs_truncate(sqlite3_file* file, sqlite3_int64 size) {
-  return code_of(the_disk->truncate(contents_of(file), static_cast<std::uint64_t>(size)), SQLITE_IOERR_TRUNCATE);
+  return code_of(the_disk->truncate(contents_of(file), static_cast<std::uint64_t>(size)),
+                 SQLITE_IOERR_TRUNCATE);
 }
 
-int vfs_sync(sqlite3_file* file, int) { return code_of(the_disk->sync(contents_of(file)), SQLITE_IOERR_FSYNC); }
+int vfs_sync(sqlite3_file* file, int) {
+  return code_of(the_disk->sync(contents_of(file)), SQLITE_IOERR_FSYNC);
+}
 
 int vfs_size(sqlite3_file* file, sqlite3_int64* size) {
   *size = static_cast<sqlite3_int64>(contents_of(file).bytes.size());
@@ -99,9 +105,11 @@ int vfs_open(sqlite3_vfs*, sqlite3_filename name, sqlite3_file* file, int flags,
   static const sqlite3_io_methods methods = [] {
     sqlite3_io_methods m{};
     m.iVersion = 1;  // no shared memory: the journal is this process's alone
-    m.xClose = vfs_close, m.xRead = vfs_read, m.xWrite = vfs_write, m.xTruncate = vfs_truncate, m.xSync = vfs_sync;
+    m.xClose = vfs_close, m.xRead = vfs_read, m.xWrite = vfs_write, m.xTruncate = vfs_truncate,
+    m.xSync = vfs_sync;
     m.xFileSize = vfs_size, m.xLock = vfs_lock, m.xUnlock = vfs_lock, m.xCheckReservedLock = vfs_check_lock;
-    m.xFileControl = vfs_control, m.xSectorSize = vfs_sector_size, m.xDeviceCharacteristics = vfs_characteristics;
+    m.xFileControl = vfs_control, m.xSectorSize = vfs_sector_size,
+    m.xDeviceCharacteristics = vfs_characteristics;
     return m;
   }();
   auto* const opened = reinterpret_cast<VfsFile*>(file);
@@ -114,7 +122,9 @@ int vfs_open(sqlite3_vfs*, sqlite3_filename name, sqlite3_file* file, int flags,
   return SQLITE_OK;
 }
 
-int vfs_delete(sqlite3_vfs*, const char* name, int) { return code_of(the_disk->remove(name), SQLITE_IOERR_DELETE); }
+int vfs_delete(sqlite3_vfs*, const char* name, int) {
+  return code_of(the_disk->remove(name), SQLITE_IOERR_DELETE);
+}
 
 int vfs_access(sqlite3_vfs*, const char* name, int, int* found) {
   return *found = the_disk->find(name, /*create=*/false) != nullptr, SQLITE_OK;
@@ -151,7 +161,8 @@ absl::Status SimulatedDisk::operate() {
 
 absl::Status SimulatedDisk::write(Contents& file, std::uint64_t offset, std::string_view bytes) {
   if (bytes.empty()) return absl::OkStatus();
-  const std::uint64_t grown = std::max<std::uint64_t>(file.bytes.size(), offset + bytes.size()) - file.bytes.size();
+  const std::uint64_t grown =
+      std::max<std::uint64_t>(file.bytes.size(), offset + bytes.size()) - file.bytes.size();
   if (powered_ && used_ + grown > capacity_) return absl::ResourceExhaustedError("the disk is full");
   const bool was_powered = powered_;
   const absl::Status status = operate();
@@ -203,7 +214,8 @@ std::shared_ptr<SimulatedDisk::Contents> SimulatedDisk::find(const std::string& 
   return create ? files_.emplace(path, std::make_shared<Contents>()).first->second : nullptr;
 }
 
-absl::StatusOr<std::unique_ptr<DiskFile>> SimulatedDisk::open(const std::filesystem::path& path, bool create) {
+absl::StatusOr<std::unique_ptr<DiskFile>> SimulatedDisk::open(const std::filesystem::path& path,
+                                                              bool create) {
   std::shared_ptr<Contents> contents = find(path.string(), create);
   if (contents == nullptr) return absl::NotFoundError(path.string());
   return std::make_unique<SimulatedFile>(*this, std::move(contents));

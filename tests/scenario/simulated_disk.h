@@ -12,9 +12,10 @@
 
 namespace tessera::server {
 
-/// Files in memory, for the journal's result files and for SQLite alike. What was written and not yet synced may be
-/// lost when the power fails: each such write survives whole, in part, or not at all, independently of the others, as
-/// on a drive with a cache. After a failure every operation is an error until `restore_power`. One at a time may exist.
+/// Files in memory, for the journal's result files and for SQLite alike. What was written and not yet synced
+/// may be lost when the power fails: each such write survives whole, in part, or not at all, independently of
+/// the others, as on a drive with a cache. After a failure every operation is an error until `restore_power`.
+/// One at a time may exist.
 class SimulatedDisk final : public Disk {
  public:
   explicit SimulatedDisk(std::uint64_t seed);
@@ -25,8 +26,8 @@ class SimulatedDisk final : public Disk {
   /// Bytes of all files together; beyond them writes are refused.
   void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
   bool powered() const { return powered_; }
-  /// Pulls the plug now, if it is not pulled already, and turns the machine on again: what had not been synced has been
-  /// decided upon. Files must have been closed.
+  /// Pulls the plug now, if it is not pulled already, and turns the machine on again: what had not been
+  /// synced has been decided upon. Files must have been closed.
   void restore_power();
 
   absl::StatusOr<std::unique_ptr<DiskFile>> open(const std::filesystem::path& path, bool create) override;

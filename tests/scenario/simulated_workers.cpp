@@ -37,8 +37,8 @@ UnitRun Simulation::units_of(const std::string& job, const CoveredUnits& covered
 
 Simulation::Effort Simulation::effort_of(const v1::LeaseToken& token) const {
   std::mt19937_64 random(truth_of(promises_.at(token.job_id()), covered_by(token), ""));
-  const double milliseconds =
-      covered_by(token).ranges * std::lognormal_distribution<double>(std::log(800.0), std::log(100.0) / 4)(random);
+  const double milliseconds = covered_by(token).ranges * std::lognormal_distribution<double>(
+                                                             std::log(800.0), std::log(100.0) / 4)(random);
   const double rays_per_ms = std::lognormal_distribution<double>(std::log(1000.0), 0.3)(random);
   return {.milliseconds = milliseconds, .rays = 1 + static_cast<std::uint64_t>(milliseconds * rays_per_ms)};
 }
@@ -122,16 +122,20 @@ void Simulation::ask_for_units(std::size_t index) {
   const auto wanted = static_cast<std::uint32_t>(2 * worker.threads - worker.held.size());
   to_coordinator([this, index, id = worker.id, wanted] {
     // Failures that are not committed yet are not known here.
-    const auto waited = coordinator_->waits_for_commit() ? std::map<std::string, std::uint32_t>() : waiting_units(id);
+    const auto waited =
+        coordinator_->waits_for_commit() ? std::map<std::string, std::uint32_t>() : waiting_units(id);
     coordinator_->lease({.worker = id, .max_units = wanted, .loaded_scenes = {"s0"}}, now_,
                         [this, index, id, wanted, waited](const absl::StatusOr<LeaseDecision>& decision,
                                                           const std::vector<std::string>& isas) {
                           if (!decision.ok()) return;
-                          if (decision->leases.size() > wanted) violate("a worker is given more than it asked for");
+                          if (decision->leases.size() > wanted)
+                            violate("a worker is given more than it asked for");
                           if (decision->leases.empty()) check_sent_away(workers_[index], id, waited);
                           check_order(workers_[index], *decision, waited);
-                          for (const v1::Lease& lease : decision->leases) check_grant(workers_[index], lease.token());
-                          to_worker(index, [this, index, decision, isas] { receive_units(index, *decision, isas); });
+                          for (const v1::Lease& lease : decision->leases)
+                            check_grant(workers_[index], lease.token());
+                          to_worker(index,
+                                    [this, index, decision, isas] { receive_units(index, *decision, isas); });
                         });
   });
 }
@@ -139,15 +143,17 @@ void Simulation::ask_for_units(std::size_t index) {
 void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) {
   Promise& promise = promises_.at(token.job_id());
   const std::string unit = absl::StrCat(token.job_id(), "/", token.unit_index());
-  if (promise.cancel_acknowledged) return violate(absl::StrCat(unit, " was given out after its job was cancelled"));
+  if (promise.cancel_acknowledged)
+    return violate(absl::StrCat(unit, " was given out after its job was cancelled"));
   for (const std::uint32_t one : units_of(token)) {
     const auto live = promise.live.find(one);
     if (live == promise.live.end() || coordinator_->revokes(token.job_id(), live->second + 1)) continue;
     Promise::Result& result = promise.journaled[live->second];
     if (!result.acknowledged) continue;
-    // A second opinion is asked for once, of another host and for the same units; more only to decide between two, of
-    // which is not known here what is not committed yet.
-    const bool second_opinion = (liars_ || audits_) && result.host != worker.host && result.units == covered_by(token);
+    // A second opinion is asked for once, of another host and for the same units; more only to decide between
+    // two, of which is not known here what is not committed yet.
+    const bool second_opinion =
+        (liars_ || audits_) && result.host != worker.host && result.units == covered_by(token);
     const bool again = one == token.unit_index() && ++result.second_leases > 1;
     if (!second_opinion || (again && !result.disputed && !coordinator_->waits_for_commit())) {
       return violate(absl::StrCat(unit, " was acknowledged and is given out again"));
@@ -167,21 +173,24 @@ std::map<std::string, std::uint32_t> Simulation::waiting_units(const std::string
   return waiting;
 }
 
-/// First come, first served within a user and priority: while an older job had units left, a younger one gets none.
+/// First come, first served within a user and priority: while an older job had units left, a younger one gets
+/// none.
 void Simulation::check_order(const Worker& worker, const LeaseDecision& decision,
                              const std::map<std::string, std::uint32_t>& waited) {
   // Slow workers may be of no use to the older one.
   // A job whose class is not chosen yet waits for that.
   if (job_order_ != JobOrder::kFirstCome || worker.slowness > 1 || settle_ > Time{0}) return;
   std::map<std::string, std::uint32_t> given;
-  for (const v1::Lease& lease : decision.leases) given[lease.token().job_id()] += covered_by(lease.token()).ranges;
+  for (const v1::Lease& lease : decision.leases)
+    given[lease.token().job_id()] += covered_by(lease.token()).ranges;
   for (const auto& [older, units] : waited) {
     const Promise& first = promises_.at(older);
     // Units that failed may be for others, and so may the whole job for a while.
     if (first.failed || first.request.max_workers > 0 || given[older] >= units) continue;
     for (const auto& [younger, count] : given) {
       const Promise& second = promises_.at(younger);
-      if (count == 0 || second.arrived <= first.arrived || first.request.user != second.request.user) continue;
+      if (count == 0 || second.arrived <= first.arrived || first.request.user != second.request.user)
+        continue;
       if (first.request.priority != second.request.priority || audits_ || liars_) continue;
       // Its units that were lost with several workers go before all others, to somebody alone.
       if (second.failed) continue;
@@ -190,8 +199,8 @@ void Simulation::check_order(const Worker& worker, const LeaseDecision& decision
   }
 }
 
-/// Whoever has nothing in hand gets a unit where one waits that it may take, unless it is slow. `waited`: those that
-/// waited when it asked, for others may have come back since.
+/// Whoever has nothing in hand gets a unit where one waits that it may take, unless it is slow. `waited`:
+/// those that waited when it asked, for others may have come back since.
 void Simulation::check_sent_away(const Worker& worker, const std::string& id,
                                  const std::map<std::string, std::uint32_t>& waited) {
   if (chaos_ || worker.slowness > 1 || !usual_pace_is_common_) return;
@@ -234,7 +243,8 @@ bool Simulation::is_usual_pace_common() const {
 
 /// Equal machines are held for equal, whatever their units cost.
 void Simulation::check_paces() {
-  if (std::any_of(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.slowness > 1; })) return;
+  if (std::any_of(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.slowness > 1; }))
+    return;
   for (const WorkerView& view : coordinator_->scheduler().workers()) {
     if (view.slowness > 1.2 || view.slowness < 1 / 1.2) {
       violate(absl::StrCat(view.info.host, " is taken for ", view.slowness, " times slow"));
@@ -250,21 +260,24 @@ bool Simulation::poisonous(const v1::LeaseToken& token) const {
   return false;
 }
 
-void Simulation::receive_units(std::size_t index, const LeaseDecision& decision, const std::vector<std::string>& isas) {
+void Simulation::receive_units(std::size_t index, const LeaseDecision& decision,
+                               const std::vector<std::string>& isas) {
   Worker& worker = workers_[index];
   for (std::size_t i = 0; i < isas.size(); ++i) {
     const v1::LeaseToken& token = decision.leases[i].token();
-    const auto known =
-        std::find_if(worker.held.begin(), worker.held.end(), [&](const Held& held) { return same(held.token, token); });
+    const auto known = std::find_if(worker.held.begin(), worker.held.end(),
+                                    [&](const Held& held) { return same(held.token, token); });
     if (known != worker.held.end()) continue;  // the reply came twice
     const Time cost(std::lround(1 + effort_of(token).milliseconds * worker.slowness));
-    worker.held.push_back(
-        {.token = token, .arithmetic_class = class_of(worker, isas[i]), .done_at = now_ + cost, .cost = cost});
+    worker.held.push_back({.token = token,
+                           .arithmetic_class = class_of(worker, isas[i]),
+                           .done_at = now_ + cost,
+                           .cost = cost});
     at(cost, [this, index, token, life = worker.life] {
       Worker& there = workers_[index];
       if (!there.alive || there.life != life) return;
-      const auto held =
-          std::find_if(there.held.begin(), there.held.end(), [&](const Held& h) { return same(h.token, token); });
+      const auto held = std::find_if(there.held.begin(), there.held.end(),
+                                     [&](const Held& h) { return same(h.token, token); });
       if (held == there.held.end()) return;
       if (poisonous(token)) return kill_worker(index);
       held->sent = true;
@@ -309,12 +322,13 @@ void Simulation::deliver(std::size_t index, const Held& held) {
   }
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
   const DeliveredResult result{
-      .fingerprint =
-          truth_of(promises_.at(token.job_id()), covered_by(token), held.arithmetic_class) + (lies ? 1 + index : 0),
+      .fingerprint = truth_of(promises_.at(token.job_id()), covered_by(token), held.arithmetic_class) +
+                     (lies ? 1 + index : 0),
       .cost = held.cost,
       .work = effort_of(token).rays};
-  to_coordinator(
-      [this, id = worker.id, token, result, settled] { coordinator_->complete(id, token, result, now_, settled); });
+  to_coordinator([this, id = worker.id, token, result, settled] {
+    coordinator_->complete(id, token, result, now_, settled);
+  });
 }
 
 void Simulation::forget(Worker& worker, const v1::LeaseToken& token) {

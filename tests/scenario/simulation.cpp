@@ -15,7 +15,8 @@ constexpr Time kLongest{4 * 3600'000};
 constexpr Time kTick{1000};
 constexpr std::size_t kMostJobs = 4;
 
-/// Two makers' processors, an old one and a new one of the first, and what they have in common is the old one's class.
+/// Two makers' processors, an old one and a new one of the first, and what they have in common is the old
+/// one's class.
 const std::vector<std::vector<std::string>> kMachines = {
     {"avx512/e3/a5", "avx2/e3/a2"}, {"avx2/e3/a2"}, {"avx512/e3/b5", "avx2/e3/b2"}};
 
@@ -105,7 +106,9 @@ std::string Simulation::run() {
   return violation_;
 }
 
-void Simulation::at(Time time, Step step) { events_.emplace(std::pair{now_ + time, ++order_}, std::move(step)); }
+void Simulation::at(Time time, Step step) {
+  events_.emplace(std::pair{now_ + time, ++order_}, std::move(step));
+}
 
 void Simulation::violate(const std::string& what) {
   if (violation_.empty())
@@ -127,9 +130,10 @@ void Simulation::to_coordinator(Step message) {
 void Simulation::to_worker(std::size_t worker, Step message) {
   if (chaos_ && chance(drop_)) return;
   const std::uint64_t life = workers_[worker].life;
-  at(Time(pick(chaos_ ? static_cast<std::uint64_t>(longest_delay_.count()) : 5)), [this, worker, life, message] {
-    if (workers_[worker].alive && workers_[worker].life == life) message();
-  });
+  at(Time(pick(chaos_ ? static_cast<std::uint64_t>(longest_delay_.count()) : 5)),
+     [this, worker, life, message] {
+       if (workers_[worker].alive && workers_[worker].life == life) message();
+     });
 }
 
 // ---------------------------------------------------------------- the coordinator
@@ -139,7 +143,8 @@ void Simulation::start_coordinator() {
   if (options_.real_journal) {
     auto opened = open_journal("/data", {}, *disk_);
     if (absl::IsResourceExhausted(opened.status())) {
-      // The power failed on a disk that was full. It says so and ends; somebody makes room and starts it again.
+      // The power failed on a disk that was full. It says so and ends; somebody makes room and starts it
+      // again.
       ++counts_.disk_full;
       disk_->set_capacity(std::uint64_t{1} << 40);
       return at(Time(pick(5000)), [this] { start_coordinator(); });
@@ -158,11 +163,12 @@ void Simulation::start_coordinator() {
   if (!read.ok()) return violate(read.ToString());
   resolve_doubt(records);
   check_recovery(records);
-  coordinator_ = std::make_unique<SimulatedCoordinator>(*journal, jobs_,
-                                                        SchedulerOptions{.short_run = runs_ ? Time{10'000} : Time{100},
-                                                                         .audit_one_in = liars_ || audits_ ? 3u : 0u,
-                                                                         .order = job_order_,
-                                                                         .settle = settle_});
+  coordinator_ =
+      std::make_unique<SimulatedCoordinator>(*journal, jobs_,
+                                             SchedulerOptions{.short_run = runs_ ? Time{10'000} : Time{100},
+                                                              .audit_one_in = liars_ || audits_ ? 3u : 0u,
+                                                              .order = job_order_,
+                                                              .settle = settle_});
   if (!coordinator_->recovery().ok()) violate(coordinator_->recovery().ToString());
   ++incarnation_;
   committing_ = false;
@@ -257,7 +263,8 @@ void Simulation::learn(const UnitDone& done) {
   if (promise.ended != v1::JOB_STATE_UNSPECIFIED) violate(absl::StrCat(done.job, ": merged after its end"));
   if (!done.from_job.empty()) {
     const Promise& donor = promises_.at(done.from_job);
-    if (donor.content != promise.content || done.from_sequence == 0 || done.from_sequence > donor.journaled.size() ||
+    if (donor.content != promise.content || done.from_sequence == 0 ||
+        done.from_sequence > donor.journaled.size() ||
         donor.journaled[done.from_sequence - 1].units != done.units ||
         donor.journaled[done.from_sequence - 1].digest != done.digest) {
       violate(absl::StrCat(done.job, "/", done.units.first, " is taken over from where there is nothing"));
@@ -297,8 +304,10 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
       Promise& promise = promises_.at(ended->id);
       promise.ended = static_cast<v1::JobState>(ended->state);
       const bool whole = promise.live.size() == promise.request.plan->unit_count();
-      if (promise.ended == v1::DONE && !whole) violate(absl::StrCat(ended->id, " is done without all of its units"));
-      if (promise.ended == v1::INCOMPLETE && whole) violate(absl::StrCat(ended->id, " is whole and called incomplete"));
+      if (promise.ended == v1::DONE && !whole)
+        violate(absl::StrCat(ended->id, " is done without all of its units"));
+      if (promise.ended == v1::INCOMPLETE && whole)
+        violate(absl::StrCat(ended->id, " is whole and called incomplete"));
     }
     const auto* event = std::get_if<SchedulerEvent>(&entry);
     if (event == nullptr) continue;
@@ -312,7 +321,8 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     if (kind == FarmEvent::Kind::kUnitFailed || kind == FarmEvent::Kind::kUnitLost)
       promises_.at(event->job).failed = true;
     if (kind == FarmEvent::Kind::kAudit) {
-      Promise::Result& result = promises_.at(event->job).journaled.at(static_cast<std::size_t>(event->value) - 1);
+      Promise::Result& result =
+          promises_.at(event->job).journaled.at(static_cast<std::size_t>(event->value) - 1);
       result.disputed |= !event->text.empty();
       if (event->text.empty() && ++result.audits > 1)
         violate(absl::StrCat(event->job, "/", event->unit, " is audited twice"));
@@ -322,7 +332,8 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
     ++counts_.revoked;
     Promise& promise = promises_.at(event->job);
     Promise::Result& result = promise.journaled.at(static_cast<std::size_t>(event->value) - 1);
-    if (result.units.first != event->unit || result.revoked) violate("a result is revoked that does not count");
+    if (result.units.first != event->unit || result.revoked)
+      violate("a result is revoked that does not count");
     result.revoked = true;
     for (const std::uint32_t unit : units_of(event->job, result.units)) promise.live.erase(unit);
   }
@@ -342,14 +353,16 @@ void Simulation::resolve_doubt(const std::map<std::string, JobRecord>& records) 
     } else if (const auto* event = std::get_if<SchedulerEvent>(&entry);
                event != nullptr && static_cast<FarmEvent::Kind>(event->kind) == FarmEvent::Kind::kRevoked) {
       const auto found = records.find(event->job);
-      ++decidable, there += found != records.end() &&
-                            std::any_of(found->second.events.begin(), found->second.events.end(), [&](const auto& e) {
-                              return e.kind == event->kind && e.value == event->value;
-                            });
+      ++decidable,
+          there += found != records.end() &&
+                   std::any_of(found->second.events.begin(), found->second.events.end(), [&](const auto& e) {
+                     return e.kind == event->kind && e.value == event->value;
+                   });
     }
   }
   if (there != 0 && there != decidable) violate("half a commit survived");
-  // Without any of these nothing was promised by it: what it told of is read from the journal, or happens again.
+  // Without any of these nothing was promised by it: what it told of is read from the journal, or happens
+  // again.
   if (there > 0) learn(in_doubt_);
   in_doubt_.clear();
 }
@@ -363,8 +376,8 @@ void Simulation::check_recovery(const std::map<std::string, JobRecord>& records)
     }
     const std::vector<JobRecord::Result>& results = found->second.results;
     if (results.size() != promise.journaled.size()) {
-      return violate(
-          absl::StrCat(id, ": ", promise.journaled.size(), " results were journaled, ", results.size(), " are there"));
+      return violate(absl::StrCat(id, ": ", promise.journaled.size(), " results were journaled, ",
+                                  results.size(), " are there"));
     }
     for (std::size_t i = 0; i < results.size(); ++i) {
       const Promise::Result& expected = promise.journaled[i];
@@ -427,7 +440,8 @@ void Simulation::meddle() {
     for (const auto& [job, paused] : promises_) {
       if (paused.acknowledged) coordinator_->pause(job, false, [](const absl::Status&) {});
     }
-    for (const Worker& worker : workers_) static_cast<void>(coordinator_->scheduler().trust_host(worker.host));
+    for (const Worker& worker : workers_)
+      static_cast<void>(coordinator_->scheduler().trust_host(worker.host));
     return;
   }
   switch (pick(8)) {
@@ -443,7 +457,8 @@ void Simulation::meddle() {
           Promise& cancelled = promises_.at(id);
           // One that was over stays as it was, and if it was incomplete it may be tried again.
           cancelled.cancel_acknowledged |= status.ok() && cancelled.ended == v1::CANCELLED;
-          if (status.ok() && open && cancelled.ended != v1::CANCELLED) violate("a cancellation is not durable");
+          if (status.ok() && open && cancelled.ended != v1::CANCELLED)
+            violate("a cancellation is not durable");
         });
       });
     case 2:
@@ -452,7 +467,8 @@ void Simulation::meddle() {
       return to_coordinator(
           [this, id, pause = pick(2) == 0] { coordinator_->pause(id, pause, [](const absl::Status&) {}); });
     case 4:
-      if (promise.acknowledged) to_coordinator([this, id] { coordinator_->retry(id, [](const absl::Status&) {}); });
+      if (promise.acknowledged)
+        to_coordinator([this, id] { coordinator_->retry(id, [](const absl::Status&) {}); });
       return;
     default:
       return;

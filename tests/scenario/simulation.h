@@ -1,6 +1,6 @@
-// A farm of many machines in one thread: the real scheduler and journal, a network that delays, drops, doubles and
-// reorders, workers that crash, hang, slow down, lie and return late, and a coordinator that dies between any two
-// steps. Everything follows from the seed.
+// A farm of many machines in one thread: the real scheduler and journal, a network that delays, drops,
+// doubles and reorders, workers that crash, hang, slow down, lie and return late, and a coordinator that dies
+// between any two steps. Everything follows from the seed.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,16 @@ namespace tessera::server {
 
 struct SimulationOptions {
   std::uint64_t seed = 0;
-  /// SQLite and result files on a disk whose power fails; else the model of it, which is a hundred times faster.
+  /// SQLite and result files on a disk whose power fails; else the model of it, which is a hundred times
+  /// faster.
   bool real_journal = false;
   std::size_t workers = 0;  // 0: as the seed says, up to ten
 };
 
 /// What happened, for tests that want to know that something did.
 struct SimulationCounts {
-  std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0, set_aside = 0,
-                quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0;
+  std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0,
+                set_aside = 0, quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0;
 };
 
 class Simulation {
@@ -37,8 +38,8 @@ class Simulation {
   explicit Simulation(const SimulationOptions& options);
   ~Simulation();
 
-  /// Chaos for some simulated minutes, then honest work until every job has ended. The first invariant that does not
-  /// hold, in words; empty when all do.
+  /// Chaos for some simulated minutes, then honest work until every job has ended. The first invariant that
+  /// does not hold, in words; empty when all do.
   std::string run();
   const SimulationCounts& counts() const { return counts_; }
 
@@ -64,9 +65,10 @@ class Simulation {
     std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
     v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
     bool journaled_job = false;
-    std::uint64_t arrived = 0;     // when that was, in the order of jobs
-    bool failed = false;           // a unit of it was not rendered, once
-    std::string arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
+    std::uint64_t arrived = 0;  // when that was, in the order of jobs
+    bool failed = false;        // a unit of it was not rendered, once
+    std::string
+        arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
   };
   struct Held {
     v1::LeaseToken token;
@@ -134,7 +136,8 @@ class Simulation {
   std::map<std::string, std::uint32_t> waiting_units(const std::string& worker) const;
   void check_order(const Worker& worker, const LeaseDecision& decision,
                    const std::map<std::string, std::uint32_t>& waited);
-  void check_sent_away(const Worker& worker, const std::string& id, const std::map<std::string, std::uint32_t>& waited);
+  void check_sent_away(const Worker& worker, const std::string& id,
+                       const std::map<std::string, std::uint32_t>& waited);
   bool is_usual_pace_common() const;
   void check_paces();
   /// What a unit takes on a usual thread: log-normal over two decades, and a
@@ -157,7 +160,8 @@ class Simulation {
   bool chaos_ = true;
   std::string violation_;
   SimulationCounts counts_;
-  std::map<std::pair<Time, std::uint64_t>, Step> events_;  // by time, then in the order in which they were made
+  std::map<std::pair<Time, std::uint64_t>, Step>
+      events_;  // by time, then in the order in which they were made
   std::uint64_t order_ = 0;
 
   // What this seed's world is like.

@@ -31,15 +31,18 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
   }
   testing::Test::RecordProperty("steps", absl::StrCat(total.steps));
   std::printf(
-      "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power failures, "
+      "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power "
+      "failures, "
       "%llu full disks; %llu quarantines, %llu results revoked, "
       "%llu taken over, %llu audits, %llu of runs\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
-      static_cast<unsigned long long>(total.results), static_cast<unsigned long long>(total.coordinator_deaths),
-      static_cast<unsigned long long>(total.worker_deaths), static_cast<unsigned long long>(total.power_failures),
-      static_cast<unsigned long long>(total.disk_full), static_cast<unsigned long long>(total.quarantines),
-      static_cast<unsigned long long>(total.revoked), static_cast<unsigned long long>(total.adopted),
-      static_cast<unsigned long long>(total.audits), static_cast<unsigned long long>(total.runs));
+      static_cast<unsigned long long>(total.results),
+      static_cast<unsigned long long>(total.coordinator_deaths),
+      static_cast<unsigned long long>(total.worker_deaths),
+      static_cast<unsigned long long>(total.power_failures), static_cast<unsigned long long>(total.disk_full),
+      static_cast<unsigned long long>(total.quarantines), static_cast<unsigned long long>(total.revoked),
+      static_cast<unsigned long long>(total.adopted), static_cast<unsigned long long>(total.audits),
+      static_cast<unsigned long long>(total.runs));
   return total;
 }
 

@@ -140,10 +140,12 @@ void SteadyFarm::step(const Event& event) {
       const std::size_t job = std::stoul(event.token.job_id());
       const UnitRun units = units_of(event.token);
       const auto rays = static_cast<std::uint64_t>(units.count * rays_[job][units.first]);
-      const auto decision = scheduler_.complete(
-          absl::StrCat(event.which), event.token,
-          {.fingerprint = 1, .cost = event.cost, .work = options_.ray_spread ? std::max<std::uint64_t>(1, rays) : 0},
-          now());
+      const auto decision =
+          scheduler_.complete(absl::StrCat(event.which), event.token,
+                              {.fingerprint = 1,
+                               .cost = event.cost,
+                               .work = options_.ray_spread ? std::max<std::uint64_t>(1, rays) : 0},
+                              now());
       EXPECT_TRUE(decision.ok()) << decision.status().ToString();
       if (decision.ok() && !decision->duplicate) {
         ++results_[job];
@@ -197,7 +199,8 @@ void SteadyFarm::ask(std::size_t machine) {
       waits_[job][unit] = false;
     }
     if (results_[job] >= 8) {
-      longest_lease_ = std::max(longest_lease_, Instant(std::llround(1000 * units.count * costs_[job][units.first])));
+      longest_lease_ =
+          std::max(longest_lease_, Instant(std::llround(1000 * units.count * costs_[job][units.first])));
     }
     if (!first_lease_[job]) first_lease_[job] = now() - options_.jobs[job].submitted;
     const std::string& scene = options_.jobs[job].scene;
@@ -218,7 +221,8 @@ void SteadyFarm::begin(std::size_t machine) {
     worker.queue.pop_front();
     ++worker.running;
     const UnitRun units = units_of(token);
-    const double milliseconds = units.count * costs_[std::stoul(token.job_id())][units.first] * slowness_now(machine);
+    const double milliseconds =
+        units.count * costs_[std::stoul(token.job_id())][units.first] * slowness_now(machine);
     const Instant cost(std::max<std::int64_t>(1, std::llround(1000 * milliseconds)));
     happen(cost, {.kind = Kind::kRendered, .which = machine, .token = token, .cost = cost});
   }

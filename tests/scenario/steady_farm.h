@@ -1,5 +1,5 @@
-// A farm on which nothing goes wrong: the real scheduler, machines that take their time, and answers that take theirs.
-// Workers ask for units ahead, as real ones do. For what a farm gets done, and who gets it.
+// A farm on which nothing goes wrong: the real scheduler, machines that take their time, and answers that
+// take theirs. Workers ask for units ahead, as real ones do. For what a farm gets done, and who gets it.
 #pragma once
 
 #include <cstdint>
@@ -81,7 +81,9 @@ class SteadyFarm {
     std::size_t which = 0;  // machine or job
     v1::LeaseToken token{};
     Instant cost{};
-    bool operator<(const Event& other) const { return std::pair{at, order} > std::pair{other.at, other.order}; }
+    bool operator<(const Event& other) const {
+      return std::pair{at, order} > std::pair{other.at, other.order};
+    }
   };
   struct Worker {
     bool joined = false;

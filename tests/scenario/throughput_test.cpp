@@ -1,5 +1,6 @@
-// What equal machines get done when units differ by two decades: nobody idles, nobody is called slow, two machines do
-// twice the work of one. Random farms and jobs; TESSERA_SCHEDULES=N and TESSERA_FIRST_SEED as in simulation_test.cpp.
+// What equal machines get done when units differ by two decades: nobody idles, nobody is called slow, two
+// machines do twice the work of one. Random farms and jobs; TESSERA_SCHEDULES=N and TESSERA_FIRST_SEED as in
+// simulation_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,12 +39,13 @@ void run_and_watch(SteadyFarm& farm, std::size_t machines, Worst& worst) {
 SteadyFarmOptions random_farm(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto pick = [&](std::uint64_t below) { return random() % below; };
-  SteadyFarmOptions options{.seed = seed, .spread = kTwoDecades, .correlation = 0.1 * static_cast<double>(pick(10))};
+  SteadyFarmOptions options{
+      .seed = seed, .spread = kTwoDecades, .correlation = 0.1 * static_cast<double>(pick(10))};
   // Most workers say how many rays there were, as real ones do; the cost of a ray differs less.
   if (pick(3) > 0) options.ray_spread = 0.1 + 0.1 * static_cast<double>(pick(4));
   for (std::uint64_t machines = 1 + pick(12); machines > 0; --machines) {
-    options.machines.push_back(
-        {.threads = static_cast<std::uint32_t>(1 + pick(4)), .joins = Time(pick(3) == 0 ? pick(100'000) : 0)});
+    options.machines.push_back({.threads = static_cast<std::uint32_t>(1 + pick(4)),
+                                .joins = Time(pick(3) == 0 ? pick(100'000) : 0)});
   }
   options.machines[0].joins = Time{0};
   for (std::uint64_t jobs = 1 + pick(4); jobs > 0; --jobs) {
@@ -77,8 +79,8 @@ void expect_busy_and_equal(SteadyFarmOptions (*random)(std::uint64_t seed)) {
     SteadyFarm farm(options);
     Worst here;
     run_and_watch(farm, options.machines.size(), here);
-    // Threads wait for answers of 5 ms, of 10 at most, where units take 300 and more in the mean; not for anything
-    // else.
+    // Threads wait for answers of 5 ms, of 10 at most, where units take 300 and more in the mean; not for
+    // anything else.
     EXPECT_LE(here.idle, 0.02) << "seed " << seed;
     EXPECT_LE(here.slow, 1.2) << "seed " << seed;
     worst = {.idle = std::max(worst.idle, here.idle), .slow = std::max(worst.slow, here.slow)};
@@ -106,17 +108,22 @@ TEST(Throughput, ThreeJobsOneAfterTheOtherKeepSixWorkersBusy) {
 TEST(Throughput, RunsTakeTenSecondsWhateverTheTileAndThreadsEndTogether) {
   constexpr std::uint32_t kTiles = 60, kRanges = 256, kThreads = 6;
   for (const double unit_ms : {6.0, 150.0, 4000.0}) {
-    SteadyFarm farm(
-        {.machines = std::vector<SteadyFarmOptions::Machine>(kThreads),
-         .jobs = {{.user = "ann", .scene = "s", .units = kTiles * kRanges, .ranges = kRanges, .median_ms = unit_ms}},
-         .spread = kTwoDecades,
-         .correlation = 0.8});
+    SteadyFarm farm({.machines = std::vector<SteadyFarmOptions::Machine>(kThreads),
+                     .jobs = {{.user = "ann",
+                               .scene = "s",
+                               .units = kTiles * kRanges,
+                               .ranges = kRanges,
+                               .median_ms = unit_ms}},
+                     .spread = kTwoDecades,
+                     .correlation = 0.8});
     farm.run();
     const double seconds = static_cast<double>(farm.now().count()) / 1000, idle = farm.idle() * seconds;
     const double longest = static_cast<double>(farm.longest_lease().count()) / 1000;
-    std::printf("units of %.0f ms: %u results in %.0f s, the longest lease %.2f s, threads idle for %.2f s each\n",
-                unit_ms, farm.results()[0], seconds, longest, idle);
-    // The most expensive of 60 tiles is three standard deviations from the median. Nothing is shorter than a unit.
+    std::printf(
+        "units of %.0f ms: %u results in %.0f s, the longest lease %.2f s, threads idle for %.2f s each\n",
+        unit_ms, farm.results()[0], seconds, longest, idle);
+    // The most expensive of 60 tiles is three standard deviations from the median. Nothing is shorter than a
+    // unit.
     const double unit = unit_ms * std::exp(3 * kTwoDecades) / 1000;
     EXPECT_LE(longest, std::max(10.0, unit));
     // The last leases take 100 ms, or are one unit.
@@ -139,8 +146,8 @@ double seconds_with(std::uint32_t machines, std::uint64_t seed) {
 }
 
 TEST(Throughput, TwoMachinesDoTwiceTheWorkOfOne) {
-  // The last units that are out end apart, by 20 s at most (a hundred times the median unit is 3.9 standard deviations,
-  // once in 10,000), of 2000 s: 1.98 on average. What is asked for is 1.95.
+  // The last units that are out end apart, by 20 s at most (a hundred times the median unit is 3.9 standard
+  // deviations, once in 10,000), of 2000 s: 1.98 on average. What is asked for is 1.95.
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const double gain = seconds_with(1, seed) / seconds_with(2, seed);
     std::printf("two machines: %.3f times one\n", gain);

@@ -98,12 +98,14 @@ class BsdfCase {
     scalars_.resize(render::kMaterialScalars);
     extended_.resize(render::kExtendedScalars);
     if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], 0, table_);
-    const bool beckmann = (flags & render::kBeckmann) != 0, separable = (flags & render::kSeparableMasking) != 0;
+    const bool beckmann = (flags & render::kBeckmann) != 0,
+               separable = (flags & render::kSeparableMasking) != 0;
     if (flags & render::kBalanced) {
       const bool textured = (flags & render::kHasTextures) != 0;
-      render::append_balance_table({textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann,
-                                    separable, kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
-                                   table_);
+      render::append_balance_table(
+          {textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann, separable,
+           kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
+          table_);
     }
     if (kind == render::BsdfKind::kPlastic) {
       const double alpha = scalars_[0] < 1e-3f ? 0 : scalars_[0];
@@ -128,7 +130,8 @@ class BsdfCase {
     for (kernel::Spectrum& tint : params.extended_spectra) {
       for (int c = 0; c < kernel::kSpectrumLanes; ++c) tint.c[c] = kTint[c % 3];
     }
-    for (int s = 0; s < render::kExtendedScalars; ++s) params.extended[s] = extended_[static_cast<std::size_t>(s)];
+    for (int s = 0; s < render::kExtendedScalars; ++s)
+      params.extended[s] = extended_[static_cast<std::size_t>(s)];
     params.coat_table = kernel::Int(0);
     params.coat_tables = table_.coat_tables.data();
     return params;
@@ -179,7 +182,8 @@ class BsdfCase {
     float x[16], y[16], z[16], weight[3][16], pdf[16], eta[16];
     store(s.wi.x, x), store(s.wi.y, y), store(s.wi.z, z), store(s.pdf, pdf), store(s.eta, eta);
     for (int c = 0; c < 3; ++c) store(s.weight.c[c], weight[c]);
-    const std::uint32_t valid = s.valid.bits(), specular = s.specular.bits(), transmission = s.transmission.bits();
+    const std::uint32_t valid = s.valid.bits(), specular = s.specular.bits(),
+                        transmission = s.transmission.bits();
     for (int i = 0; i < kernel::kWidth; ++i) {
       f(Sample{{x[i], y[i], z[i]},
                {weight[0][i], weight[1][i], weight[2][i]},
@@ -229,8 +233,8 @@ inline std::string names_of(std::int32_t flags) {
   return names;
 }
 
-inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta, BsdfCase::Color k = kCopperK,
-                          std::int32_t flags = 0) {
+inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta,
+                          BsdfCase::Color k = kCopperK, std::int32_t flags = 0) {
   return {"conductor " + number(alpha_x) + " " + number(alpha_y) + names_of(flags),
           render::BsdfKind::kConductor,
           eta,
@@ -246,14 +250,16 @@ inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta, std::int32_t
           {alpha_x, alpha_y, eta},
           flags};
 }
-inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
+inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta,
+                               BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
   return {"coated diffuse " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta),
           render::BsdfKind::kCoatedDiffuse,
           rho,
           {},
           {alpha_x, alpha_y, eta}};
 }
-inline BsdfCase plastic(float alpha, float eta, std::int32_t flags, BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
+inline BsdfCase plastic(float alpha, float eta, std::int32_t flags,
+                        BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
   return {"plastic " + number(alpha) + " eta " + number(eta) + names_of(flags),
           render::BsdfKind::kPlastic,
           rho,
@@ -284,23 +290,27 @@ inline BsdfCase principled(const std::string& what, const PrincipledParameters& 
           {},
           {p.roughness, p.anisotropic, p.eta},
           render::kSeparableMasking | (!thin && p.spec_trans > 0 ? render::kHasInside : 0),
-          {p.metallic, p.spec_trans, p.spec_tint, p.sheen, p.sheen_tint, p.flatness, p.clearcoat, p.clearcoat_gloss,
-           p.diff_trans}};
+          {p.metallic, p.spec_trans, p.spec_tint, p.sheen, p.sheen_tint, p.flatness, p.clearcoat,
+           p.clearcoat_gloss, p.diff_trans}};
 }
 inline BsdfCase thin_dielectric(float eta) {
   return {"thin dielectric eta " + number(eta), render::BsdfKind::kThinDielectric, {}, {}, {0, 0, eta}};
 }
-inline BsdfCase diffuse(BsdfCase::Color reflectance) { return {"diffuse", render::BsdfKind::kDiffuse, reflectance}; }
+inline BsdfCase diffuse(BsdfCase::Color reflectance) {
+  return {"diffuse", render::BsdfKind::kDiffuse, reflectance};
+}
 inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Color transmittance) {
   return {"diffuse transmission", render::BsdfKind::kDiffuseTransmission, reflectance, transmittance};
 }
 
 /// Every model with parameters from one end of their range to the other.
 inline std::vector<BsdfCase> all_cases() {
-  std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}), diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
+  std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}),
+                              diffuse_transmission({0.5f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.4f}),
                               diffuse_transmission({0, 0, 0}, {0.9f, 0.9f, 0.9f}), thin_dielectric(1.5f)};
-  constexpr std::array<float, 2> kAlphas[] = {{0, 0},        {1e-3f, 1e-3f}, {0.02f, 0.02f}, {0.2f, 0.2f}, {1, 1},
-                                              {0.05f, 0.5f}, {0.9f, 0.01f},  {1e-4f, 1e-4f}, {0.3f, 1e-4f}};
+  constexpr std::array<float, 2> kAlphas[] = {{0, 0},        {1e-3f, 1e-3f}, {0.02f, 0.02f},
+                                              {0.2f, 0.2f},  {1, 1},         {0.05f, 0.5f},
+                                              {0.9f, 0.01f}, {1e-4f, 1e-4f}, {0.3f, 1e-4f}};
   for (const auto& [x, y] : kAlphas) {
     cases.push_back(conductor(x, y));
     for (const float eta : {1.5f, 1 / 1.5f, 3.0f}) {
@@ -329,7 +339,8 @@ inline std::vector<BsdfCase> all_cases() {
     cases.push_back(conductor(x, y, kCopperEta, kCopperK, render::kBalanced));
     for (const float eta : {1 / 1.5f, 1.1f, 1.5f}) cases.push_back(dielectric(x, y, eta, render::kBalanced));
   }
-  cases.push_back(conductor(0.4f, 0.4f, kCopperEta, kCopperK, kMitsuba | render::kBalanced | render::kTinted));
+  cases.push_back(
+      conductor(0.4f, 0.4f, kCopperEta, kCopperK, kMitsuba | render::kBalanced | render::kTinted));
   cases.push_back(dielectric(0.4f, 0.4f, 1.5f, render::kBalanced | render::kHasTextures));
   cases.push_back(plastic(0, 1.5f, 0));
   cases.push_back(plastic(0, 1.9f, render::kNonlinear));

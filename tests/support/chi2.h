@@ -1,7 +1,9 @@
-// Pearson's chi-square test: does a sampler follow the density that it claims? [Pearson 1900; use for BSDFs after Nori]
+// Pearson's chi-square test: does a sampler follow the density that it claims? [Pearson 1900; use for BSDFs
+// after Nori]
 //
 //   SphereGrid grid(20, 40);
-//   std::vector<double> observed(grid.size() + 1), expected(grid.size() + 1);  // one more: samples without a direction
+//   std::vector<double> observed(grid.size() + 1), expected(grid.size() + 1);  // one more: samples without a
+//   direction
 //   ... ++observed[grid.cell(x, y, z)] ...
 //   expected[i] = n * integrate_cell(pdf, grid.bounds(i));
 //   EXPECT_GT(chi_square_test(observed, expected).p_value, sidak_level(0.01, kTestsInThisProgram));
@@ -15,8 +17,8 @@
 
 namespace tessera::test {
 
-/// Upper regularised incomplete gamma function Q(a, x) for a > 0, x >= 0: series below a + 1, continued fraction
-/// above [Abramowitz & Stegun 1964, 6.5.29 and 6.5.31, evaluated by Lentz's method].
+/// Upper regularised incomplete gamma function Q(a, x) for a > 0, x >= 0: series below a + 1, continued
+/// fraction above [Abramowitz & Stegun 1964, 6.5.29 and 6.5.31, evaluated by Lentz's method].
 inline double regularized_gamma_q(double a, double x) {
   constexpr double kPrecision = 1e-14;
   constexpr int kIterations = 100000;
@@ -45,8 +47,8 @@ inline double regularized_gamma_q(double a, double x) {
   return scale * fraction;
 }
 
-/// The level for each of `tests` independent tests so that all pass with probability 1 - `level` when nothing is
-/// wrong [Sidak 1967].
+/// The level for each of `tests` independent tests so that all pass with probability 1 - `level` when nothing
+/// is wrong [Sidak 1967].
 inline double sidak_level(double level, int tests) { return -std::expm1(std::log1p(-level) / tests); }
 
 struct ChiSquareResult {
@@ -55,10 +57,10 @@ struct ChiSquareResult {
   double p_value = 1;
 };
 
-/// Compares counts with expected counts, cell by cell. Cells that expect less than `min_expected` are pooled, each
-/// with the next such cell, so cells should be in an order where neighbours are close. The totals need not agree: a
-/// density that does not integrate to one is a finding. A single pool, as of mirrors, tests the total; where nothing is
-/// expected there is nothing to test, which no test may pass with: p = 0.
+/// Compares counts with expected counts, cell by cell. Cells that expect less than `min_expected` are pooled,
+/// each with the next such cell, so cells should be in an order where neighbours are close. The totals need
+/// not agree: a density that does not integrate to one is a finding. A single pool, as of mirrors, tests the
+/// total; where nothing is expected there is nothing to test, which no test may pass with: p = 0.
 inline ChiSquareResult chi_square_test(std::span<const double> observed, std::span<const double> expected,
                                        double min_expected = 10) {
   ChiSquareResult result;
@@ -160,7 +162,8 @@ double integrate_cell(const Pdf& pdf, const SphereCell& cell, double tolerance =
     }
     return sum * c.solid_angle();
   };
-  const auto refine = [&](const auto& self, const SphereCell& c, double coarse, double allowed, int left) -> double {
+  const auto refine = [&](const auto& self, const SphereCell& c, double coarse, double allowed,
+                          int left) -> double {
     SphereCell quarters[4];
     split(c, quarters);
     double parts[4], sum = 0;

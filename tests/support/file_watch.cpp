@@ -9,7 +9,8 @@
 
 namespace tessera::support {
 
-FileWatch::FileWatch(const std::filesystem::path& path) : descriptor_(::inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
+FileWatch::FileWatch(const std::filesystem::path& path)
+    : descriptor_(::inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
   if (descriptor_ >= 0 && ::inotify_add_watch(descriptor_, path.c_str(), IN_MODIFY) >= 0) return;
   const std::system_error error{errno, std::generic_category(), "watch " + path.string()};
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -11,7 +11,8 @@
 namespace tessera::support {
 
 IdleConnections::IdleConnections(const std::string& address)
-    : host_(address.substr(0, address.rfind(':'))), port_(std::stoi(address.substr(address.rfind(':') + 1))) {}
+    : host_(address.substr(0, address.rfind(':'))),
+      port_(std::stoi(address.substr(address.rfind(':') + 1))) {}
 
 void IdleConnections::open(std::size_t count) {
   sockaddr_in to{};

@@ -7,8 +7,8 @@
 
 namespace tessera::support {
 
-/// To one address (HOST:PORT, the host a number), from loopback. All are closed in the end, in a way that leaves
-/// nothing behind in the system.
+/// To one address (HOST:PORT, the host a number), from loopback. All are closed in the end, in a way that
+/// leaves nothing behind in the system.
 class IdleConnections {
  public:
   explicit IdleConnections(const std::string& address);
@@ -16,7 +16,8 @@ class IdleConnections {
   IdleConnections(const IdleConnections&) = delete;
   IdleConnections& operator=(const IdleConnections&) = delete;
 
-  /// Begins so many more; does not wait for them. Throws std::system_error where this process has no descriptors left.
+  /// Begins so many more; does not wait for them. Throws std::system_error where this process has no
+  /// descriptors left.
   void open(std::size_t count);
   void close_all();
   std::size_t size() const { return sockets_.size(); }

@@ -1,5 +1,5 @@
-// main() of test programs that are compiled for one kernel ISA: skipped where the processor lacks it. Compiled with
-// that ISA's flags like the rest, so nothing but this check may run first.
+// main() of test programs that are compiled for one kernel ISA: skipped where the processor lacks it.
+// Compiled with that ISA's flags like the rest, so nothing but this check may run first.
 #include <gtest/gtest.h>
 
 #include <cstdio>

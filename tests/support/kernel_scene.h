@@ -1,5 +1,5 @@
-// A scene as kernels see it, for tests that are compiled with them: what stands at a seam of the renderer can be tried
-// there without a kernel module.
+// A scene as kernels see it, for tests that are compiled with them: what stands at a seam of the renderer can
+// be tried there without a kernel module.
 #pragma once
 
 #include <google/protobuf/text_format.h>
@@ -25,11 +25,12 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// The content of a scene in protobuf's text form, of a film of `side` pixels squared; null, with a failure, where it
-/// cannot be built.
+/// The content of a scene in protobuf's text form, of a film of `side` pixels squared; null, with a failure,
+/// where it cannot be built.
 inline std::shared_ptr<const SceneContent> build_kernel_scene(const std::string& text, std::uint32_t side) {
   static constexpr EmbreeKernel kEmbree{
-      {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha}, &make_embree_query};
+      {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+      &make_embree_query};
   v1::Scene scene;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
   v1::JobSpec job;
@@ -44,7 +45,8 @@ inline std::shared_ptr<const SceneContent> build_kernel_scene(const std::string&
   return content.ok() ? *content : nullptr;
 }
 
-/// All samples of the whole film through an integrator that `make` makes of a context; sums over `samples` each.
+/// All samples of the whole film through an integrator that `make` makes of a context; sums over `samples`
+/// each.
 template <class Make>
 wire::TileResult render_kernel_scene(const SceneContent& content, std::uint32_t samples, Make&& make) {
   wire::TileResult result;

@@ -14,9 +14,10 @@ inline bool long_form() {
   return form != nullptr && std::string_view(form) == "long";
 }
 
-/// How often a test does what it does at random: as the environment variable says, for runs by hand, else one number
-/// for the short form and one for the long.
-inline std::uint64_t how_often(const char* variable, std::uint64_t in_short_form, std::uint64_t in_long_form) {
+/// How often a test does what it does at random: as the environment variable says, for runs by hand, else one
+/// number for the short form and one for the long.
+inline std::uint64_t how_often(const char* variable, std::uint64_t in_short_form,
+                               std::uint64_t in_long_form) {
   const char* number = std::getenv(variable);
   if (number != nullptr) return std::stoull(number);
   return long_form() ? in_long_form : in_short_form;

@@ -1,5 +1,5 @@
-// Why a test is skipped, where that is for want of something that `deploy/setup.sh --ci` installs or that lies beside
-// the clone in CI: `.ci/run` fails on such skips.
+// Why a test is skipped, where that is for want of something that `deploy/setup.sh --ci` installs or that
+// lies beside the clone in CI: `.ci/run` fails on such skips.
 #pragma once
 
 #include <string>

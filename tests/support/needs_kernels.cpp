@@ -1,5 +1,5 @@
-// Part of every test program that renders: without a kernel for this processor beside it, it says so and skips all of
-// its tests.
+// Part of every test program that renders: without a kernel for this processor beside it, it says so and
+// skips all of its tests.
 #include <gtest/gtest.h>
 
 #include "render/renderer.h"
@@ -14,7 +14,8 @@ class NeedsKernels : public testing::Environment {
   }
 };
 
-[[maybe_unused]] const testing::Environment* const kNeedsKernels = testing::AddGlobalTestEnvironment(new NeedsKernels);
+[[maybe_unused]] const testing::Environment* const kNeedsKernels =
+    testing::AddGlobalTestEnvironment(new NeedsKernels);
 
 }  // namespace
 }  // namespace tessera::test

@@ -56,13 +56,16 @@ NetworkNamespace::~NetworkNamespace() { remove(); }
 // The interfaces go with the namespace.
 void NetworkNamespace::remove() const { ip({"netns", "delete", name_}); }
 
-std::vector<std::string> NetworkNamespace::wrapper() const { return {"/usr/bin/env", "ip", "netns", "exec", name_}; }
+std::vector<std::string> NetworkNamespace::wrapper() const {
+  return {"/usr/bin/env", "ip", "netns", "exec", name_};
+}
 
 void NetworkNamespace::lose(bool going_in, bool coming_out) {
   const auto misdirect = [](std::vector<std::string> where, const std::string& to, const std::string& device,
                             bool lost) {
     where.insert(where.end(), {"neighbour", lost ? "replace" : "delete", to, "dev", device});
-    if (!lost) return static_cast<void>(ip(where));  // there may be none; the next packet asks for the true one
+    if (!lost)
+      return static_cast<void>(ip(where));  // there may be none; the next packet asks for the true one
     where.insert(where.end(), {"lladdr", kNobody, "nud", "permanent"});
     must(where);
   };

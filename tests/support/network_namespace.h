@@ -6,8 +6,8 @@
 
 namespace tessera::support {
 
-/// A network namespace of the kernel's, joined to the test's own by a pair of virtual interfaces; nobody else can reach
-/// either. Needs root and `ip`.
+/// A network namespace of the kernel's, joined to the test's own by a pair of virtual interfaces; nobody else
+/// can reach either. Needs root and `ip`.
 class NetworkNamespace {
  public:
   /// Throws std::runtime_error, with what `ip` said, when it cannot be made.
@@ -21,7 +21,8 @@ class NetworkNamespace {
   /// A command that runs another one inside.
   std::vector<std::string> wrapper() const;
 
-  /// Packets that go in, or come out, are lost from now on, or not any more. Both sides see a network that is up.
+  /// Packets that go in, or come out, are lost from now on, or not any more. Both sides see a network that is
+  /// up.
   void lose(bool going_in, bool coming_out);
 
  private:

@@ -98,8 +98,8 @@ void Process::collect(int descriptor, std::string& into) {
 }
 
 void Process::reap() {
-  // Waits without reaping first: between the end and the entry in `ended_` nobody may signal a number that is free
-  // again.
+  // Waits without reaping first: between the end and the entry in `ended_` nobody may signal a number that is
+  // free again.
   siginfo_t info{};
   while (::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
   }
@@ -116,7 +116,8 @@ std::optional<ExitStatus> Process::wait(std::chrono::milliseconds patience) {
   return ended_;
 }
 
-std::optional<std::string> Process::wait_for_line(const std::string& prefix, std::chrono::milliseconds patience) {
+std::optional<std::string> Process::wait_for_line(const std::string& prefix,
+                                                  std::chrono::milliseconds patience) {
   std::optional<std::string> rest;
   const auto find = [&] {
     for (std::size_t begin = 0, end; (end = out_.find('\n', begin)) != std::string::npos; begin = end + 1) {

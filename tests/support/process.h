@@ -20,11 +20,13 @@ struct ExitStatus {
   int signal = 0;  // that ended it
 };
 
-/// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor, and also
-/// when the test itself dies. When a sanitizer has reported something on its stderr the test fails. Thread-safe.
+/// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor,
+/// and also when the test itself dies. When a sanitizer has reported something on its stderr the test fails.
+/// Thread-safe.
 class Process {
  public:
-  /// Throws std::system_error when it cannot be started. `environment`, "NAME=VALUE", goes before the test's own.
+  /// Throws std::system_error when it cannot be started. `environment`, "NAME=VALUE", goes before the test's
+  /// own.
   explicit Process(std::vector<std::string> command, std::vector<std::string> environment = {});
   ~Process();
   Process(const Process&) = delete;
@@ -38,8 +40,8 @@ class Process {
   /// Waits for its end; nothing when it goes on for longer than `patience`.
   std::optional<ExitStatus> wait(std::chrono::milliseconds patience);
 
-  /// Waits for a line of stdout that begins with `prefix`, and returns the rest of it; nothing when none comes within
-  /// `patience` or the program ends without.
+  /// Waits for a line of stdout that begins with `prefix`, and returns the rest of it; nothing when none
+  /// comes within `patience` or the program ends without.
   std::optional<std::string> wait_for_line(const std::string& prefix, std::chrono::milliseconds patience);
 
   /// Waits until stderr holds `text`; false when it does not within `patience` or the program ends without.

@@ -40,8 +40,8 @@ client::Image render_image(const LoadedFile& file) {
     for (std::uint32_t i; (i = next.fetch_add(1)) < columns * rows;) {
       const std::uint32_t x = i % columns * tile, y = i / columns * tile;
       render::RenderStats stats;
-      auto result =
-          file.scene->render_tile({x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp}, {}, stats);
+      auto result = file.scene->render_tile(
+          {x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp}, {}, stats);
       const std::lock_guard lock(mutex);
       EXPECT_EQ(stats.dropped_samples, 0u);
       EXPECT_TRUE(result.ok()) << result.status();

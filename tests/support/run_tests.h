@@ -14,8 +14,8 @@ namespace tessera::test {
 /// CTest's SKIP_RETURN_CODE.
 inline constexpr int kSkipped = 77;
 
-/// Appends a line to the file that TESSERA_SKIPS names, if any; programs that run at once do not cut each other's
-/// lines.
+/// Appends a line to the file that TESSERA_SKIPS names, if any; programs that run at once do not cut each
+/// other's lines.
 inline void note_skip(std::string line) {
   const char* const path = std::getenv("TESSERA_SKIPS");
   if (path == nullptr) return;

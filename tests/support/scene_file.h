@@ -18,7 +18,8 @@ struct LoadedFile {
   std::unique_ptr<render::RenderScene> scene;
 };
 
-/// Where `job` leaves a field at zero, the scene's own settings hold. `edit` may change the imported scene first.
+/// Where `job` leaves a field at zero, the scene's own settings hold. `edit` may change the imported scene
+/// first.
 absl::StatusOr<LoadedFile> load_scene_file(const std::string& path, v1::JobSpec job, const std::string& isa,
                                            int threads, const std::function<void(v1::Scene&)>& edit = {});
 

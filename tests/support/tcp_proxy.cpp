@@ -35,7 +35,8 @@ TcpProxy::TcpProxy(int server_port)
   sockaddr_in address = loopback(0);
   socklen_t size = sizeof(address);
   if (listener_ < 0 || ::bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-      ::listen(listener_, 64) != 0 || ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+      ::listen(listener_, 64) != 0 ||
+      ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
     const std::system_error error{errno, std::generic_category(), "listen"};
     if (listener_ >= 0) ::close(listener_);
     throw error;
@@ -79,7 +80,8 @@ void TcpProxy::forward(int client, std::uint64_t number, std::stop_token stop) {
   bool open = ::connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   while (open && !stop.stop_requested() && fault_ != Fault::kRefusing) {
     const Fault fault = fault_;
-    const short from_client = fault == Fault::kSilence || fault == Fault::kDeaf || left_of_client == 0 ? 0 : POLLIN;
+    const short from_client =
+        fault == Fault::kSilence || fault == Fault::kDeaf || left_of_client == 0 ? 0 : POLLIN;
     const short from_server = fault == Fault::kSilence || fault == Fault::kMute ? 0 : POLLIN;
     pollfd ends[2]{{from_client ? client : -1, from_client, 0}, {from_server ? server : -1, from_server, 0}};
     if (::poll(ends, 2, kLookAroundMs) <= 0) continue;

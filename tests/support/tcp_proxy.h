@@ -38,7 +38,8 @@ class TcpProxy {
   void flip_a_bit_in(std::uint64_t bytes) { flip_every_ = bytes; }
   std::uint64_t flipped() const { return flipped_; }
 
-  /// Forwards at most so many bytes of what each client sends, and nothing more of it; to be said before they connect.
+  /// Forwards at most so many bytes of what each client sends, and nothing more of it; to be said before they
+  /// connect.
   void forward_at_most(std::uint64_t bytes_of_client) { most_of_client_ = bytes_of_client; }
   /// Bytes of clients that were forwarded, of all connections.
   std::uint64_t forwarded() const { return forwarded_; }

@@ -9,7 +9,8 @@ namespace tessera::support {
 
 TempDir::TempDir() {
   std::string name = (std::filesystem::temp_directory_path() / "tessera-test-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::system_error{errno, std::generic_category(), "mkdtemp " + name};
+  if (::mkdtemp(name.data()) == nullptr)
+    throw std::system_error{errno, std::generic_category(), "mkdtemp " + name};
   path_ = name;
 }
 

@@ -14,7 +14,8 @@ std::optional<CorpusFolder> find_corpus(const std::string& name) {
   auto folder = std::make_unique<support::TempDir>();
   const std::string command = "tar -xJf '" + archive + "' -C '" + folder->path().string() + "'";
   const std::filesystem::path unpacked = folder->path() / in_place.filename();
-  if (std::system(command.c_str()) != 0 || !std::filesystem::is_directory(unpacked, error)) return std::nullopt;
+  if (std::system(command.c_str()) != 0 || !std::filesystem::is_directory(unpacked, error))
+    return std::nullopt;
   return CorpusFolder(std::move(folder), unpacked);
 }
 

@@ -23,8 +23,8 @@ class CorpusFolder {
   std::filesystem::path path_;
 };
 
-/// "pbrt/classroom" or "mitsuba-suite", as it lies in ../shared/scenes or unpacked from the archive there; nothing
-/// where neither is there.
+/// "pbrt/classroom" or "mitsuba-suite", as it lies in ../shared/scenes or unpacked from the archive there;
+/// nothing where neither is there.
 std::optional<CorpusFolder> find_corpus(const std::string& name);
 
 }  // namespace tessera::test

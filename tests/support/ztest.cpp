@@ -17,7 +17,8 @@ std::vector<double> xyz_of(const std::vector<double>& rgb) {
   std::vector<double> xyz(rgb.size());
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
     for (int r = 0; r < 3; ++r) {
-      xyz[i + r] = kXyzFromRgb[r][0] * rgb[i] + kXyzFromRgb[r][1] * rgb[i + 1] + kXyzFromRgb[r][2] * rgb[i + 2];
+      xyz[i + r] =
+          kXyzFromRgb[r][0] * rgb[i] + kXyzFromRgb[r][1] * rgb[i + 1] + kXyzFromRgb[r][2] * rgb[i + 2];
     }
   }
   return xyz;
@@ -41,8 +42,9 @@ ZCheck check_values(const std::vector<double>& z, double level, double fraction)
 }
 
 /// Differences, references and variances summed over blocks of `block` pixels a side.
-ZCheck check_sums(const ZImage& size, const std::vector<double>& difference, const std::vector<double>& reference,
-                  const std::vector<double>& variance, std::size_t block, const ZOptions& options) {
+ZCheck check_sums(const ZImage& size, const std::vector<double>& difference,
+                  const std::vector<double>& reference, const std::vector<double>& variance,
+                  std::size_t block, const ZOptions& options) {
   std::vector<double> z;
   for (std::size_t y0 = 0; y0 < size.height; y0 += block) {
     for (std::size_t x0 = 0; x0 < size.width; x0 += block) {
@@ -72,14 +74,15 @@ std::string ZResult::report() const {
                 "mean bias %% R %+.3f G %+.3f B %+.3f, non-finite pixels %zu\n"
                 "suite   %s  accepted %.3f %%, max z %.2f\nown     %s  accepted %.3f %%, max z %.2f\n"
                 "block   %s  accepted %.3f %%, max z %.2f\nglobal  %s  accepted %.3f %%, max z %.2f",
-                bias_percent[0], bias_percent[1], bias_percent[2], bad_pixels, verdict(suite), 100 * suite.accepted,
-                suite.max_z, verdict(own), 100 * own.accepted, own.max_z, verdict(block), 100 * block.accepted,
-                block.max_z, verdict(global), 100 * global.accepted, global.max_z);
+                bias_percent[0], bias_percent[1], bias_percent[2], bad_pixels, verdict(suite),
+                100 * suite.accepted, suite.max_z, verdict(own), 100 * own.accepted, own.max_z,
+                verdict(block), 100 * block.accepted, block.max_z, verdict(global), 100 * global.accepted,
+                global.max_z);
   return text;
 }
 
-ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const ZImage& tested, const ZImage& variance,
-               const ZOptions& options) {
+ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const ZImage& tested,
+               const ZImage& variance, const ZOptions& options) {
   ZResult result;
   const std::size_t pixels = reference.width * reference.height, values = 3 * pixels;
   std::vector<double> test = tested.rgb;
@@ -114,8 +117,8 @@ ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const 
   }
   result.own = check_values(z, level, options.fraction);
   result.block = check_sums(reference, difference, reference.rgb, of_means, options.block, options);
-  result.global =
-      check_sums(reference, difference, reference.rgb, of_means, std::max(reference.width, reference.height), options);
+  result.global = check_sums(reference, difference, reference.rgb, of_means,
+                             std::max(reference.width, reference.height), options);
 
   for (std::size_t c = 0; c < 3; ++c) {
     double sum = 0, reference_sum = 0;
@@ -123,7 +126,8 @@ ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const 
       sum += difference[i];
       reference_sum += reference.rgb[i];
     }
-    result.bias_percent[c] = 100 * sum / std::max(std::abs(reference_sum), 1e-12 * static_cast<double>(pixels));
+    result.bias_percent[c] =
+        100 * sum / std::max(std::abs(reference_sum), 1e-12 * static_cast<double>(pixels));
   }
   return result;
 }

@@ -41,9 +41,9 @@ struct ZResult {
   std::string report() const;
 };
 
-/// `reference_variance` is of one sample, measured in XYZ and stored through the XYZ to RGB matrix; `variance` of one
-/// sample in RGB. All images have the same size.
-ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const ZImage& tested, const ZImage& variance,
-               const ZOptions& options);
+/// `reference_variance` is of one sample, measured in XYZ and stored through the XYZ to RGB matrix;
+/// `variance` of one sample in RGB. All images have the same size.
+ZResult z_test(const ZImage& reference, const ZImage& reference_variance, const ZImage& tested,
+               const ZImage& variance, const ZOptions& options);
 
 }  // namespace tessera::test

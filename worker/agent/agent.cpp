@@ -45,7 +45,8 @@ v1::RegisterRequest registration(const AgentOptions& options) {
 
 }  // namespace
 
-/// Everything that lives while the agent runs. Declared in the order in which it is built; torn down in reverse.
+/// Everything that lives while the agent runs. Declared in the order in which it is built; torn down in
+/// reverse.
 class Agent::Work {
  public:
   Work(std::shared_ptr<grpc::Channel> channel, AgentOptions options, std::unique_ptr<BlobCache> cache)
@@ -158,8 +159,8 @@ void Agent::Work::render_units(std::stop_token halt) {
       continue;
     }
     if (!outcome.failure.ok()) {
-      wire::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(), unit->job_id,
-                outcome.failure.ToString());
+      wire::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(),
+                unit->job_id, outcome.failure.ToString());
     }
     outbox_.push(std::move(outcome), halt);
   }
@@ -170,14 +171,18 @@ void Agent::Work::wind_down() {
   handed_back_ = given_back;
   const std::size_t begun = leases_.tokens().size();
   if (begun + given_back > 0) spdlog::info("stopping: {} units finish, {} are given back", begun, given_back);
-  if (!leases_.wait_until_empty(options_.grace)) spdlog::warn("units still at work after the grace period are stopped");
+  if (!leases_.wait_until_empty(options_.grace))
+    spdlog::warn("units still at work after the grace period are stopped");
 }
 
-absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::shared_ptr<grpc::Channel> channel, AgentOptions options) {
-  if (options.isas.empty()) return absl::FailedPreconditionError("this worker has no kernels for this machine");
+absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::shared_ptr<grpc::Channel> channel,
+                                                     AgentOptions options) {
+  if (options.isas.empty())
+    return absl::FailedPreconditionError("this worker has no kernels for this machine");
   std::unique_ptr<BlobCache> cache;
   if (!options.blobs) {
-    absl::StatusOr<std::unique_ptr<BlobCache>> opened = BlobCache::open(options.cache_dir, options.cache_cap_bytes);
+    absl::StatusOr<std::unique_ptr<BlobCache>> opened =
+        BlobCache::open(options.cache_dir, options.cache_cap_bytes);
     if (!opened.ok()) return opened.status();
     cache = *std::move(opened);
   }

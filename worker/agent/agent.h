@@ -40,8 +40,9 @@ struct AgentOptions {
   std::uint64_t cache_cap_bytes = std::uint64_t{64} << 30;
   // Scenes stay loaded for jobs to come, those used last.
   std::size_t scenes_kept = 16;
-  std::size_t scene_memory_cap_bytes = 0;   // beside the last; 0: half of the machine's memory
-  std::chrono::milliseconds unit_limit{0};  // longer than this no unit may take, its scene not counted; 0: any time
+  std::size_t scene_memory_cap_bytes = 0;  // beside the last; 0: half of the machine's memory
+  std::chrono::milliseconds unit_limit{
+      0};  // longer than this no unit may take, its scene not counted; 0: any time
   // After a request to stop: how long units may take to finish and results to arrive.
   std::chrono::milliseconds grace{10'000};
 };
@@ -50,10 +51,11 @@ struct AgentOptions {
 struct AgentReport {
   std::uint64_t units_rendered = 0;
   std::uint64_t units_failed = 0;
-  std::uint64_t units_stopped = 0;              // begun, and revoked or out of the grace period
-  std::uint64_t units_handed_back = 0;          // not begun when the agent stopped
-  double unit_seconds = 0;                      // of those rendered
-  std::vector<std::uint64_t> units_by_seconds;  // by bucket of wire::kUnitSecondsBuckets; the last is of all beyond
+  std::uint64_t units_stopped = 0;      // begun, and revoked or out of the grace period
+  std::uint64_t units_handed_back = 0;  // not begun when the agent stopped
+  double unit_seconds = 0;              // of those rendered
+  std::vector<std::uint64_t>
+      units_by_seconds;  // by bucket of wire::kUnitSecondsBuckets; the last is of all beyond
   std::uint64_t results_acknowledged = 0;
   std::uint64_t outbox_results = 0;  // on their way, or waiting for it
   std::uint64_t outbox_bytes = 0;
@@ -61,7 +63,8 @@ struct AgentReport {
   std::uint64_t cache_misses = 0;
   std::uint64_t cache_bytes = 0;
   std::uint64_t downloaded_bytes = 0;
-  std::uint64_t referenced_bytes = 0;  // blobs of all scenes loaded, those included that were there or were not needed
+  std::uint64_t referenced_bytes =
+      0;  // blobs of all scenes loaded, those included that were there or were not needed
   std::uint64_t scenes_loaded = 0;
   std::uint64_t scenes_shared = 0;  // of those: upon the geometry, the BVH and the textures of another
   double load_seconds = 0;          // fetching blobs and building scenes
@@ -74,12 +77,13 @@ struct AgentReport {
 class Agent {
  public:
   /// FailedPrecondition when there is no ISA to work with or the cache directory cannot be used.
-  static absl::StatusOr<std::unique_ptr<Agent>> create(std::shared_ptr<grpc::Channel> channel, AgentOptions options);
+  static absl::StatusOr<std::unique_ptr<Agent>> create(std::shared_ptr<grpc::Channel> channel,
+                                                       AgentOptions options);
   ~Agent();
 
-  /// Works until `stop` is requested or the coordinator asks this worker to drain: then finishes what it has begun
-  /// within the grace period, gives the rest back and returns OK. Outlives any restart of the coordinator. An error
-  /// means that the coordinator refuses this worker. Call it once.
+  /// Works until `stop` is requested or the coordinator asks this worker to drain: then finishes what it has
+  /// begun within the grace period, gives the rest back and returns OK. Outlives any restart of the
+  /// coordinator. An error means that the coordinator refuses this worker. Call it once.
   absl::Status run(std::stop_token stop);
 
   /// Thread-safe.

@@ -22,8 +22,8 @@ namespace {
 // A scene's blobs are asked for a few times while it loads: they are not read and digested each time.
 constexpr std::chrono::minutes kTrustInFiles{5};
 
-/// Opens the part of a download for this caller alone. The file may have been renamed or removed by whoever held the
-/// lock before: then the name is looked up again.
+/// Opens the part of a download for this caller alone. The file may have been renamed or removed by whoever
+/// held the lock before: then the name is looked up again.
 absl::StatusOr<OpenFile> open_locked(const fs::path& path) {
   while (true) {
     OpenFile file{::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)};
@@ -49,8 +49,10 @@ absl::Status append(const OpenFile& file, std::string_view bytes, const fs::path
   return absl::OkStatus();
 }
 
-/// Digests what an interrupted download left behind, and leaves the file position at its end. Returns its length.
-absl::StatusOr<std::uint64_t> digest_existing(const OpenFile& file, wire::Sha256& digest, const fs::path& path) {
+/// Digests what an interrupted download left behind, and leaves the file position at its end. Returns its
+/// length.
+absl::StatusOr<std::uint64_t> digest_existing(const OpenFile& file, wire::Sha256& digest,
+                                              const fs::path& path) {
   std::vector<char> buffer(std::size_t{1} << 18);
   std::uint64_t length = 0;
   while (true) {
@@ -83,7 +85,8 @@ fs::path BlobCache::blob_path(const std::string& digest) const { return dir_ / d
 fs::path BlobCache::partial_path(const std::string& digest) const { return dir_ / "partial" / digest; }
 
 absl::StatusOr<std::optional<render::BlobBytes>> BlobCache::find(const std::string& digest) {
-  if (!wire::is_digest(digest)) return absl::InvalidArgumentError(absl::StrCat("not a blob digest: '", digest, "'"));
+  if (!wire::is_digest(digest))
+    return absl::InvalidArgumentError(absl::StrCat("not a blob digest: '", digest, "'"));
   const fs::path path = blob_path(digest);
   const OpenFile file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
   if (!file.is_open()) {
@@ -103,7 +106,8 @@ absl::StatusOr<std::optional<render::BlobBytes>> BlobCache::find(const std::stri
   return std::optional{*std::move(bytes)};
 }
 
-/// Reads the file, not a mapping of it: an error of the disk is then an error, and not the end of the process.
+/// Reads the file, not a mapping of it: an error of the disk is then an error, and not the end of the
+/// process.
 absl::StatusOr<bool> BlobCache::is_intact(const OpenFile& file, const std::string& digest) {
   struct stat info {};
   {
@@ -162,7 +166,8 @@ absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, cons
   const fs::path path = blob_path(digest);
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
-  if (::fdatasync(file->get()) != 0 || ::rename(part.c_str(), path.c_str()) != 0) return file_error("store", path);
+  if (::fdatasync(file->get()) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
+    return file_error("store", path);
   note_checked(*file, digest);
   prune(digest);
   return map_file(*file, path);

@@ -19,24 +19,24 @@
 
 namespace tessera::agent {
 
-/// Whole blobs lie at `dir/ab/abcd...`, parts of a download at `dir/partial/abcd...`. A blob appears under its name
-/// only when its digest has been verified. Thread-safe, and safe between processes.
+/// Whole blobs lie at `dir/ab/abcd...`, parts of a download at `dir/partial/abcd...`. A blob appears under
+/// its name only when its digest has been verified. Thread-safe, and safe between processes.
 class BlobCache {
  public:
   /// Creates `dir` where needed. Blobs used longest ago are removed while there are more than `cap_bytes`.
   static absl::StatusOr<std::unique_ptr<BlobCache>> open(std::filesystem::path dir, std::uint64_t cap_bytes);
 
-  /// The blob, mapped into memory, when the cache has it. A file whose bytes have another digest by now is removed, and
-  /// is no blob.
+  /// The blob, mapped into memory, when the cache has it. A file whose bytes have another digest by now is
+  /// removed, and is no blob.
   absl::StatusOr<std::optional<render::BlobBytes>> find(const std::string& digest);
 
   using Sink = std::function<absl::Status(std::string_view chunk)>;
   /// Delivers the bytes from `offset` on.
   using Fetch = std::function<absl::Status(std::uint64_t offset, const Sink& sink)>;
 
-  /// The blob; what is missing of it is fetched first, from where an interrupted fetch ended. DataLoss when the fetched
-  /// bytes do not have this digest (the part is then thrown away). While another thread or process fetches the same
-  /// blob, waits for it.
+  /// The blob; what is missing of it is fetched first, from where an interrupted fetch ended. DataLoss when
+  /// the fetched bytes do not have this digest (the part is then thrown away). While another thread or
+  /// process fetches the same blob, waits for it.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, const Fetch& fetch);
 
   /// Bytes that it held after the last blob came, parts of downloads included.
@@ -64,7 +64,8 @@ class BlobCache {
   std::map<std::string, Checked> checked_;
 };
 
-/// $XDG_CACHE_HOME/tessera, or ~/.cache/tessera, or a directory for this user under the system's temporary one.
+/// $XDG_CACHE_HOME/tessera, or ~/.cache/tessera, or a directory for this user under the system's temporary
+/// one.
 std::filesystem::path default_cache_dir();
 
 }  // namespace tessera::agent

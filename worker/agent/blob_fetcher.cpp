@@ -40,7 +40,8 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
     }
     if (stop.stop_requested()) return absl::CancelledError("stopped while fetching a blob");
     const absl::Status& status = bytes.status();
-    const bool try_again = wire::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
+    const bool try_again =
+        wire::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
     if (!try_again) return status;
     spdlog::warn("blob {}: {}; trying again", digest, status.ToString());
     if (!link_.wait(backoff, stop)) return absl::CancelledError("stopped while fetching a blob");
@@ -62,7 +63,8 @@ void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
     }
   };
   std::vector<std::jthread> helpers;
-  for (int i = 1; i < std::min(kParallelDownloads, spec.blobs_size()); ++i) helpers.emplace_back(take_and_fetch);
+  for (int i = 1; i < std::min(kParallelDownloads, spec.blobs_size()); ++i)
+    helpers.emplace_back(take_and_fetch);
   take_and_fetch();
 }
 

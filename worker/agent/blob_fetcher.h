@@ -19,12 +19,13 @@ class BlobFetcher {
  public:
   BlobFetcher(CoordinatorLink& link, BlobCache& cache);
 
-  /// The blob's bytes. A download that breaks off goes on where it broke, for as long as the coordinator may come back;
-  /// a blob that comes with the wrong bytes three times is DataLoss. Cancelled when `stop` is requested.
+  /// The blob's bytes. A download that breaks off goes on where it broke, for as long as the coordinator may
+  /// come back; a blob that comes with the wrong bytes three times is DataLoss. Cancelled when `stop` is
+  /// requested.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, std::stop_token stop);
 
-  /// Brings everything that the job's scene refers to into the cache, in the order of use and several blobs at once.
-  /// Stops early, without a word, at the first failure: whoever needs that blob will meet it.
+  /// Brings everything that the job's scene refers to into the cache, in the order of use and several blobs
+  /// at once. Stops early, without a word, at the first failure: whoever needs that blob will meet it.
   void prefetch(const v1::JobSpec& spec, std::stop_token stop);
 
   void add_to(AgentReport& report) const;

@@ -31,22 +31,24 @@ struct CoordinatorLink::Stubs {
 
 CoordinatorLink::CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address)
     : channel_(std::move(channel)),
-      stubs_(std::make_unique<Stubs>(Stubs{v1::WorkService::NewStub(channel_), v1::BlobService::NewStub(channel_)})),
+      stubs_(std::make_unique<Stubs>(
+          Stubs{v1::WorkService::NewStub(channel_), v1::BlobService::NewStub(channel_)})),
       address_(std::move(address)) {}
 
 CoordinatorLink::~CoordinatorLink() = default;
 
 absl::StatusOr<v1::RegisterResponse> CoordinatorLink::register_worker(const v1::RegisterRequest& request,
                                                                       std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_, kCallTimeout,
-                          stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_,
+                          kCallTimeout, stop);
 }
 
-absl::StatusOr<v1::LeaseResponse> CoordinatorLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
+absl::StatusOr<v1::LeaseResponse> CoordinatorLink::lease(const v1::LeaseRequest& request,
+                                                         std::stop_token stop) {
   const milliseconds wait =
       seconds{request.max_wait().seconds()} + milliseconds{request.max_wait().nanos() / 1'000'000};
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_, wait + kLeaseMargin,
-                          stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_,
+                          wait + kLeaseMargin, stop);
 }
 
 absl::StatusOr<v1::HeartbeatResponse> CoordinatorLink::heartbeat(const v1::HeartbeatRequest& request,
@@ -57,12 +59,13 @@ absl::StatusOr<v1::HeartbeatResponse> CoordinatorLink::heartbeat(const v1::Heart
 
 absl::StatusOr<v1::CompleteResponse> CoordinatorLink::complete(const v1::CompleteRequest& request,
                                                                std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_, kCallTimeout,
-                          stop);
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_,
+                          kCallTimeout, stop);
 }
 
 absl::Status CoordinatorLink::fail(const v1::FailRequest& request, std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_, kCallTimeout, stop)
+  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_,
+                          kCallTimeout, stop)
       .status();
 }
 

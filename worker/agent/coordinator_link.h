@@ -19,15 +19,16 @@ class Channel;
 
 namespace tessera::agent {
 
-/// Thread-safe. Every call blocks until its reply, its deadline, or until `stop` is requested (then Cancelled).
-/// No call retries by itself.
+/// Thread-safe. Every call blocks until its reply, its deadline, or until `stop` is requested (then
+/// Cancelled). No call retries by itself.
 class CoordinatorLink {
  public:
   /// `address` is for messages only.
   CoordinatorLink(std::shared_ptr<grpc::Channel> channel, std::string address);
   ~CoordinatorLink();
 
-  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request, std::stop_token stop);
+  absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request,
+                                                       std::stop_token stop);
   /// The deadline is the request's `max_wait` and a margin.
   absl::StatusOr<v1::LeaseResponse> lease(const v1::LeaseRequest& request, std::stop_token stop);
   absl::StatusOr<v1::HeartbeatResponse> heartbeat(const v1::HeartbeatRequest& request, std::stop_token stop);
@@ -41,12 +42,12 @@ class CoordinatorLink {
     std::uint64_t offset = 0;
     bool doubted = false;  // it came with another digest before (blob.proto)
   };
-  /// Streams the blob's bytes from the offset on into `sink`, whose error ends the call. DeadlineExceeded when no chunk
-  /// has come for 30 s.
+  /// Streams the blob's bytes from the offset on into `sink`, whose error ends the call. DeadlineExceeded
+  /// when no chunk has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop);
 
-  /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected again. False
-  /// when `stop` was requested meanwhile.
+  /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected
+  /// again. False when `stop` was requested meanwhile.
   bool wait(wire::Backoff& backoff, std::stop_token stop);
 
   const std::string& address() const { return address_; }

@@ -49,7 +49,8 @@ bool Heart::ride(const HeldUnit& home, v1::HeartbeatRequest& request) {
   if (!session_.beat_early()) return false;
   for (v1::LeaseToken& token : leases_.tokens()) {
     const bool goes_home = token.job_id() == home.job_id && token.generation() == home.generation &&
-                           token.unit_index() == home.unit.index() && std::max(token.ranges(), 1u) == home.ranges;
+                           token.unit_index() == home.unit.index() &&
+                           std::max(token.ranges(), 1u) == home.ranges;
     if (!goes_home) *request.add_leases() = std::move(token);
   }
   return true;
@@ -63,7 +64,8 @@ void Heart::arrived(const v1::HeartbeatResponse* response) {
 void Heart::obey(const v1::HeartbeatResponse& response) {
   if (response.has_heartbeat_interval()) session_.set_heartbeat_interval(response.heartbeat_interval());
   const std::vector<v1::LeaseToken> revoked{response.revoked().begin(), response.revoked().end()};
-  if (const std::size_t stopped = leases_.revoke(revoked); stopped > 0) spdlog::info("{} leases revoked", stopped);
+  if (const std::size_t stopped = leases_.revoke(revoked); stopped > 0)
+    spdlog::info("{} leases revoked", stopped);
   if (response.drain()) drain_.request_stop();
 }
 

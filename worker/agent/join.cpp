@@ -26,7 +26,8 @@ constexpr std::chrono::seconds kFirstContact{5};  // for a coordinator that star
 
 /// One call over a connection of its own.
 template <class Request, class Response>
-absl::StatusOr<Response> call(const std::string& address, const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+absl::StatusOr<Response> call(const std::string& address,
+                              const std::shared_ptr<grpc::ChannelCredentials>& credentials,
                               grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                               const Request& request, const char* name) {
   const auto channel = grpc::CreateCustomChannel(address, credentials, wire::channel_arguments());
@@ -38,7 +39,8 @@ absl::StatusOr<Response> call(const std::string& address, const std::shared_ptr<
 /// The certificate of the token's authority, in PEM. Anybody may answer: what counts is its digest.
 absl::StatusOr<std::string> fetch_authority(const std::string& address, const wire::JoinToken& token) {
   const absl::StatusOr<v1::GetAuthorityResponse> response =
-      call(address, wire::unverified_credentials(), &Stub::GetAuthority, v1::GetAuthorityRequest{}, "GetAuthority");
+      call(address, wire::unverified_credentials(), &Stub::GetAuthority, v1::GetAuthorityRequest{},
+           "GetAuthority");
   if (!response.ok()) return response.status();
   const wire::Certificate certificate = wire::certificate_from_pem(response->certificate_pem());
   if (certificate == nullptr || wire::digest_of(certificate.get()) != token.authority_digest) {
@@ -71,7 +73,8 @@ absl::Status join_farm(const JoinRequest& request) {
       key == nullptr ? nullptr : wire::make_request(key.get(), request.name);
   if (certificate_request == nullptr) return absl::InternalError("no key can be made");
   if (auto s = wire::make_folder(request.folder); !s.ok()) return s;
-  if (auto s = wire::replace_file(request.folder / wire::kKeyFile, 0600, wire::to_pem(key.get())); !s.ok()) return s;
+  if (auto s = wire::replace_file(request.folder / wire::kKeyFile, 0600, wire::to_pem(key.get())); !s.ok())
+    return s;
   if (auto s = wire::replace_file(request.folder / wire::kTrustedFile, 0644, *authority); !s.ok()) return s;
 
   v1::JoinRequest join;
@@ -81,7 +84,8 @@ absl::Status join_farm(const JoinRequest& request) {
   const absl::StatusOr<v1::JoinResponse> joined =
       call(address, wire::trusting_credentials(*authority), &Stub::Join, join, "Join");
   if (!joined.ok()) return joined.status();
-  if (auto s = wire::replace_file(request.folder / wire::kCertificateFile, 0644, joined->certificate_pem()); !s.ok()) {
+  if (auto s = wire::replace_file(request.folder / wire::kCertificateFile, 0644, joined->certificate_pem());
+      !s.ok()) {
     return s;
   }
   if (auto s = wire::check_certificates(request.folder.string()); !s.ok()) return s;

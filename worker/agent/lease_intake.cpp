@@ -34,7 +34,8 @@ void LeaseIntake::answered(const Ask& ask, const v1::LeaseResponse* response) {
 void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
   const Specs& known = *ask.known;
   Specs sent;
-  for (const auto& [job_id, spec] : response.specs()) sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
+  for (const auto& [job_id, spec] : response.specs())
+    sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
   if (!sent.empty()) know(sent);
   for (const v1::Lease& lease : response.leases()) {
     const v1::LeaseToken& token = lease.token();
@@ -43,8 +44,9 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
     if (!is_known) spec = sent.find(token.job_id());
     if (!is_known && spec == sent.end()) {
       // The lease runs out.
-      wire::log(spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
-                "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
+      wire::log(
+          spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
+          "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
       continue;
     }
     leases_.add(lease, spec->second, ask.deliveries);

@@ -14,8 +14,8 @@ namespace tessera::agent {
 
 class UnitRenderer;
 
-/// Units are asked for with each result that is delivered, and by a call of their own when nothing is left to do.
-/// Thread-safe.
+/// Units are asked for with each result that is delivered, and by a call of their own when nothing is left to
+/// do. Thread-safe.
 class LeaseIntake {
  public:
   /// Keeps `full` units queued in `leases`. `address`: the coordinator's, for messages.
@@ -28,8 +28,8 @@ class LeaseIntake {
     std::uint64_t deliveries = 0;        // LeaseTable::deliveries
   };
 
-  /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing when none
-  /// is wanted. Each Ask is to be answered.
+  /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing
+  /// when none is wanted. Each Ask is to be answered.
   Ask ask(v1::LeaseRequest& request);
 
   /// `response` is null when the call brought none. Units that nobody asked for are taken, too.

@@ -19,7 +19,8 @@ LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) {
   return {unit.job_id, unit.generation, unit.unit.index(), unit.ranges};
 }
 
-void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at) {
+void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec,
+                     std::uint64_t asked_at) {
   auto held = std::make_shared<HeldUnit>();
   held->unit = lease.unit();
   held->job_id = lease.token().job_id();
@@ -31,7 +32,8 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   std::lock_guard lock{mutex_};
   if (closed_) return;
   Key key = key_of(*held);
-  if (const auto before = delivered_.find(key); before != delivered_.end() && before->second > asked_at) return;
+  if (const auto before = delivered_.find(key); before != delivered_.end() && before->second > asked_at)
+    return;
   if (const auto found = entries_.find(key); found != entries_.end()) {
     const bool on_its_way_out = found->second.given_up || found->second.held->stop.stop_requested();
     if (!on_its_way_out) {
@@ -119,7 +121,8 @@ std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
   std::lock_guard lock{mutex_};
   std::size_t revoked = 0;
   for (const v1::LeaseToken& token : tokens) {
-    const auto found = entries_.find(Key{token.job_id(), token.generation(), token.unit_index(), ranges_of(token)});
+    const auto found =
+        entries_.find(Key{token.job_id(), token.generation(), token.unit_index(), ranges_of(token)});
     if (found == entries_.end() || !same_token(found->second.token, token)) continue;
     found->second.held->stop.request_stop();
     forget_if_queued(found);

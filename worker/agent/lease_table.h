@@ -32,15 +32,15 @@ struct HeldUnit {
   wire::LogFields log_fields() const { return {.job = job_id, .unit = unit.index(), .attempt = attempt}; }
 };
 
-/// Thread-safe. Leases come in by add(), render threads take units with next(), and whoever has brought the unit's
-/// result home (or given it up) calls release().
+/// Thread-safe. Leases come in by add(), render threads take units with next(), and whoever has brought the
+/// unit's result home (or given it up) calls release().
 class LeaseTable {
  public:
-  /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart the
-  /// coordinator may grant what this worker never put down.
-  /// `asked_at`: deliveries() when the answer was asked for. A unit that was delivered since is left out: it was
-  /// granted before its result arrived.
-  void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec, std::uint64_t asked_at = ~std::uint64_t{0});
+  /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart
+  /// the coordinator may grant what this worker never put down. `asked_at`: deliveries() when the answer was
+  /// asked for. A unit that was delivered since is left out: it was granted before its result arrived.
+  void add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec,
+           std::uint64_t asked_at = ~std::uint64_t{0});
 
   /// The coordinator has the unit's result.
   void delivered(const HeldUnit& unit);
@@ -53,8 +53,8 @@ class LeaseTable {
   /// Waits until nothing is queued, and nothing asked for. With `stop` requested it returns at once.
   void wait_until_hungry(std::stop_token stop);
 
-  /// How many units to ask for, so that `full` are queued: none while more than half as many are queued or asked for
-  /// already. They count as asked for until answered().
+  /// How many units to ask for, so that `full` are queued: none while more than half as many are queued or
+  /// asked for already. They count as asked for until answered().
   std::size_t ask(std::size_t full);
   /// Notes that the answer to a request for so many has been added.
   void answered(std::size_t asked);
@@ -62,7 +62,8 @@ class LeaseTable {
   /// The current token of a held unit.
   v1::LeaseToken token(const HeldUnit& unit) const;
 
-  /// The unit was not rendered, which the coordinator is about to hear: a grant of it from now on is a fresh start.
+  /// The unit was not rendered, which the coordinator is about to hear: a grant of it from now on is a fresh
+  /// start.
   void give_up(const HeldUnit& unit);
 
   /// Tokens of everything held.
@@ -83,7 +84,8 @@ class LeaseTable {
   bool wait_until_empty(std::chrono::milliseconds timeout);
 
  private:
-  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t>;  // job, generation, unit, ranges
+  using Key =
+      std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t>;  // job, generation, unit, ranges
   struct Entry {
     std::shared_ptr<HeldUnit> held;
     v1::LeaseToken token;

@@ -57,7 +57,8 @@ void define_connection_options(options::Command& command, Options& options) {
                        .type_name("DIR")
                        .from_environment("TESSERA_TLS");
   command
-      .add("--join", options.join_token, "fill that folder, where it has no certificates, by a token (tessera token)")
+      .add("--join", options.join_token,
+           "fill that folder, where it has no certificates, by a token (tessera token)")
       .type_name("TOKEN")
       .from_environment("TESSERA_JOIN")
       .needs(tls);
@@ -83,7 +84,9 @@ void define_options(options::Command command, Options& options) {
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
-  command.add("--unit-limit", options.unit_limit_seconds, "seconds that rendering one lease may take; 0: any time")
+  command
+      .add("--unit-limit", options.unit_limit_seconds,
+           "seconds that rendering one lease may take; 0: any time")
       .type_name("SECONDS")
       .in_range(0, 30 * 24 * 3600)
       .with_default();
@@ -101,7 +104,8 @@ void define_options(options::Command command, Options& options) {
       .type_name("FORMAT")
       .one_of(wire::kLogFormats)
       .with_default();
-  command.add("--metrics", options.metrics, "where to serve Prometheus metrics, at /metrics").type_name("ADDR:PORT");
+  command.add("--metrics", options.metrics, "where to serve Prometheus metrics, at /metrics")
+      .type_name("ADDR:PORT");
   command.example("tessera-worker --server 127.0.0.1:7070");
   command.example("tessera-worker --server 10.0.0.1:7070 --tls ~/farm-tls/worker --threads 8");
 }
@@ -149,8 +153,8 @@ sigset_t stop_signals() {
   return signals;
 }
 
-/// Asks for a stop at the first signal, and ends the program at the second; the coordinator then notices by itself.
-/// Needs the signals blocked in every thread.
+/// Asks for a stop at the first signal, and ends the program at the second; the coordinator then notices by
+/// itself. Needs the signals blocked in every thread.
 void wait_for_signal(std::stop_token done, std::stop_source stop) {
   const sigset_t signals = stop_signals();
   const timespec patience{0, 200'000'000};
@@ -165,12 +169,15 @@ void wait_for_signal(std::stop_token done, std::stop_source stop) {
 
 absl::Status join_where_asked(const Options& options) {
   if (options.join_token.empty()) return absl::OkStatus();
-  return agent::join_farm(
-      {.server = options.server, .token = options.join_token, .name = host_name(), .folder = options.certificates});
+  return agent::join_farm({.server = options.server,
+                           .token = options.join_token,
+                           .name = host_name(),
+                           .folder = options.certificates});
 }
 
 /// Null when nobody asked for them.
-absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serve_metrics(const Options& options, const agent::Agent& agent) {
+absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serve_metrics(const Options& options,
+                                                                   const agent::Agent& agent) {
   if (options.metrics.empty()) return nullptr;
   auto server = wire::MetricsServer::start(options.metrics, {agent::agent_metrics(agent)});
   if (server.ok()) spdlog::info("metrics on port {}", (*server)->port());
@@ -206,12 +213,14 @@ int run_worker(const Options& options) {
   }
   std::stop_source stop;
   std::jthread signals{wait_for_signal, stop};
-  spdlog::info("tessera-worker {} ({}): {} threads, {}, cache {}, coordinator {}", wire::build_version(), worker.name,
-               worker.threads, absl::StrJoin(worker.arithmetic_classes, " "), options.cache, options.server);
+  spdlog::info("tessera-worker {} ({}): {} threads, {}, cache {}, coordinator {}", wire::build_version(),
+               worker.name, worker.threads, absl::StrJoin(worker.arithmetic_classes, " "), options.cache,
+               options.server);
   const absl::Status status = (*agent)->run(stop.get_token());
   const agent::AgentReport report = (*agent)->report();
   spdlog::info(
-      "{} units rendered, {} stopped, {} results delivered; {} scenes loaded, {} of them upon another's geometry; {} "
+      "{} units rendered, {} stopped, {} results delivered; {} scenes loaded, {} of them upon another's "
+      "geometry; {} "
       "of {} "
       "bytes downloaded",
       report.units_rendered, report.units_stopped, report.results_acknowledged, report.scenes_loaded,

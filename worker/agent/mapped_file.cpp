@@ -46,7 +46,8 @@ absl::StatusOr<render::BlobBytes> map_file(const OpenFile& file, const std::file
   if (size == 0) return render::BlobBytes{};
   void* const address = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
   if (address == MAP_FAILED) return file_error("map", path);
-  std::shared_ptr<const void> owner{address, [size](const void* mapped) { ::munmap(const_cast<void*>(mapped), size); }};
+  std::shared_ptr<const void> owner{
+      address, [size](const void* mapped) { ::munmap(const_cast<void*>(mapped), size); }};
   return render::BlobBytes{std::string_view{static_cast<const char*>(address), size}, std::move(owner)};
 }
 

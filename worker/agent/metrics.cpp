@@ -25,8 +25,8 @@ prometheus::MetricFamily unit_seconds(const AgentReport& report) {
   for (std::size_t i = 0; i < report.units_by_seconds.size(); ++i) {
     const bool last = i == wire::kUnitSecondsBuckets.size();
     histogram.sample_count += report.units_by_seconds[i];
-    histogram.bucket.push_back(
-        {histogram.sample_count, last ? std::numeric_limits<double>::infinity() : wire::kUnitSecondsBuckets[i]});
+    histogram.bucket.push_back({histogram.sample_count, last ? std::numeric_limits<double>::infinity()
+                                                             : wire::kUnitSecondsBuckets[i]});
   }
   return family;
 }
@@ -50,15 +50,16 @@ class AgentMetrics final : public prometheus::Collectable {
          {"failed", number(report.units_failed)},
          {"stopped", number(report.units_stopped)},
          {"handed_back", number(report.units_handed_back)}});
-    add(MetricType::Counter, "tessera_worker_results_total", "Results that the coordinator has acknowledged", "",
-        {{"", number(report.results_acknowledged)}});
+    add(MetricType::Counter, "tessera_worker_results_total", "Results that the coordinator has acknowledged",
+        "", {{"", number(report.results_acknowledged)}});
     add(MetricType::Gauge, "tessera_worker_outbox_results", "Results that are not acknowledged yet", "",
         {{"", number(report.outbox_results)}});
-    add(MetricType::Gauge, "tessera_worker_outbox_bytes", "Their bytes", "", {{"", number(report.outbox_bytes)}});
+    add(MetricType::Gauge, "tessera_worker_outbox_bytes", "Their bytes", "",
+        {{"", number(report.outbox_bytes)}});
     add(MetricType::Counter, "tessera_worker_cache_lookups_total", "Blobs asked of the cache", "result",
         {{"hit", number(report.cache_hits)}, {"miss", number(report.cache_misses)}});
-    add(MetricType::Gauge, "tessera_worker_cache_bytes", "Bytes of the cache, parts of downloads included", "",
-        {{"", number(report.cache_bytes)}});
+    add(MetricType::Gauge, "tessera_worker_cache_bytes", "Bytes of the cache, parts of downloads included",
+        "", {{"", number(report.cache_bytes)}});
     add(MetricType::Counter, "tessera_worker_fetched_bytes_total", "Bytes of blobs from the coordinator", "",
         {{"", number(report.downloaded_bytes)}});
     add(MetricType::Counter, "tessera_worker_scenes_loaded_total", "Scenes built", "",

@@ -1,5 +1,5 @@
-// Results on their way home. A result is kept until the coordinator has acknowledged it, through any number of
-// restarts.
+// Results on their way home. A result is kept until the coordinator has acknowledged it, through any number
+// of restarts.
 #pragma once
 
 #include <condition_variable>
@@ -30,7 +30,8 @@ struct Outcome {
   bool scene_fault = false;  // another worker would fail alike
 };
 
-/// Thread-safe. Sends from threads of its own; the destructor waits for the call in flight, not for what is queued.
+/// Thread-safe. Sends from threads of its own; the destructor waits for the call in flight, not for what is
+/// queued.
 class Outbox {
  public:
   /// At most `capacity` results wait; `senders` calls run at once.

@@ -36,15 +36,16 @@ struct SceneStore::Slot {
 SceneStore::SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes)
     : loader_(std::move(loader)), keep_(keep), cap_bytes_(cap_bytes) {}
 
-absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec, std::stop_token stop) {
+absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec,
+                                                                   std::stop_token stop) {
   std::unique_lock lock{mutex_};
   const std::shared_ptr<Slot> slot = slot_for(spec);
   if (slot->result) return *slot->result;
 
   ++slot->waiting;
   lock.unlock();
-  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be held
-  // where this object begins or ends.
+  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be
+  // held where this object begins or ends.
   std::stop_callback lost_interest{stop, [this, slot] {
                                      std::lock_guard guard{mutex_};
                                      if (--slot->waiting == 0) slot->abandoned.request_stop();

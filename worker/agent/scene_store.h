@@ -36,8 +36,9 @@ class SceneStore {
   /// Keeps the scenes used last: at most `keep`, and no more than `cap_bytes` beside the very last.
   SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
 
-  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose callers
-  /// have all been stopped is stopped too. A failed load is not remembered: whoever comes next tries again.
+  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose
+  /// callers have all been stopped is stopped too. A failed load is not remembered: whoever comes next tries
+  /// again.
   absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
 
   struct Held {
@@ -53,7 +54,8 @@ class SceneStore {
   struct Slot;
   std::shared_ptr<Slot> slot_for(const v1::JobSpec& spec);
   absl::StatusOr<std::shared_ptr<const LoadedScene>> load_or_wait(const std::shared_ptr<Slot>& slot,
-                                                                  const v1::JobSpec& spec, std::stop_token stop);
+                                                                  const v1::JobSpec& spec,
+                                                                  std::stop_token stop);
   void forget_oldest();
   std::size_t bytes_held() const;
 

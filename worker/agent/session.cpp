@@ -50,7 +50,8 @@ absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
   registered_before_ = true;
   worker_id_ = response->worker_id();
   heartbeat_interval_ = interval_of(response->heartbeat_interval());
-  spdlog::info("registered with {} as {} (coordinator start {})", link_.address(), worker_id_, response->epoch());
+  spdlog::info("registered with {} as {} (coordinator start {})", link_.address(), worker_id_,
+               response->epoch());
   return worker_id_;
 }
 
@@ -59,7 +60,8 @@ void Session::set_heartbeat_interval(const google::protobuf::Duration& interval)
   heartbeat_interval_ = interval_of(interval);
 }
 
-absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before, std::stop_token stop) {
+absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before,
+                                                                   std::stop_token stop) {
   wire::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
   std::string last_message;
   while (true) {
@@ -67,7 +69,8 @@ absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool register
     if (response.ok()) return response;
     if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
     // What once took this worker is a coordinator, whatever else may be answered since.
-    const bool final = registered_before ? wire::is_refusal(response.status()) : !wire::is_transient(response.status());
+    const bool final =
+        registered_before ? wire::is_refusal(response.status()) : !wire::is_transient(response.status());
     if (final) return response.status();
     // The same reason again is worth no second line.
     if (std::string message = response.status().ToString(); message != last_message) {
@@ -96,7 +99,8 @@ absl::StatusOr<std::string> Session::wait_for_beat(const std::string& known, std
     std::unique_lock lock{mutex_};
     const auto due = [&] { return worker_id_ != known || last_beat_ + heartbeat_interval_ <= Clock::now(); };
     // Again where a heartbeat went out early meanwhile.
-    while (!due() && !stop.stop_requested()) changed_.wait_until(lock, stop, last_beat_ + heartbeat_interval_, due);
+    while (!due() && !stop.stop_requested())
+      changed_.wait_until(lock, stop, last_beat_ + heartbeat_interval_, due);
     last_beat_ = Clock::now();
   }
   return worker_id(stop);

@@ -21,9 +21,9 @@ class Session {
 
   Session(CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce);
 
-  /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be reached.
-  /// Cancelled when `stop` is requested; any other error is final: the coordinator refuses this worker, or the address
-  /// is none of a coordinator.
+  /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be
+  /// reached. Cancelled when `stop` is requested; any other error is final: the coordinator refuses this
+  /// worker, or the address is none of a coordinator.
   absl::StatusOr<std::string> worker_id(std::stop_token stop);
 
   /// The coordinator does not know `worker_id`: the next caller of worker_id() registers again.
@@ -32,11 +32,11 @@ class Session {
   /// The id, or empty when there is none now.
   std::string current() const;
 
-  /// The worker's id, when it is time for a heartbeat: as often as the coordinator wants to hear from the worker, and
-  /// at once for an id other than `known`. Otherwise as worker_id().
+  /// The worker's id, when it is time for a heartbeat: as often as the coordinator wants to hear from the
+  /// worker, and at once for an id other than `known`. Otherwise as worker_id().
   absl::StatusOr<std::string> wait_for_beat(const std::string& known, std::stop_token stop);
-  /// Whether a heartbeat may go out with another call now, for half of the interval is over; the next one is due an
-  /// interval later.
+  /// Whether a heartbeat may go out with another call now, for half of the interval is over; the next one is
+  /// due an interval later.
   bool beat_early();
   /// That heartbeat did not arrive.
   void beat_at_once();

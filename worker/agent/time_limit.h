@@ -26,8 +26,8 @@ class TimeLimit {
   /// Work that goes on for as long as this lives. Must not outlive the limit.
   class Watch {
    public:
-    /// `stop`: why the work may have to end besides. The limit does not request it: whoever sees that it was requested
-    /// knows that it was not for the time.
+    /// `stop`: why the work may have to end besides. The limit does not request it: whoever sees that it was
+    /// requested knows that it was not for the time.
     Watch(TimeLimit& limit, std::stop_token stop);
     ~Watch();
     Watch(const Watch&) = delete;

@@ -25,7 +25,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kMaxWarningsPerUnit = 8;  // job.proto
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration& message) {
   message.set_seconds(duration.count() / 1'000'000'000);
@@ -34,12 +36,13 @@ void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration&
 
 std::size_t half_of_memory() {
   const long pages = ::sysconf(_SC_PHYS_PAGES), page_bytes = ::sysconf(_SC_PAGESIZE);
-  return pages > 0 && page_bytes > 0 ? static_cast<std::size_t>(pages) * static_cast<std::size_t>(page_bytes) / 2
-                                     : SIZE_MAX;
+  return pages > 0 && page_bytes > 0
+             ? static_cast<std::size_t>(pages) * static_cast<std::size_t>(page_bytes) / 2
+             : SIZE_MAX;
 }
 
-/// Blobs as the builder asks for them. The first that it asks for starts the fetching of all others, beside the
-/// building.
+/// Blobs as the builder asks for them. The first that it asks for starts the fetching of all others, beside
+/// the building.
 class BlobsOnDemand {
  public:
   BlobsOnDemand(BlobFetcher& fetcher, const v1::JobSpec& spec, std::stop_token stop)
@@ -68,7 +71,8 @@ std::uint64_t count_of(std::chrono::nanoseconds time) {
   return static_cast<std::uint64_t>(std::max(time.count(), std::chrono::nanoseconds::rep{0}));
 }
 
-void add_times(const render::StageTimes& times, const std::vector<std::string>& materials, v1::UnitStats& stats) {
+void add_times(const render::StageTimes& times, const std::vector<std::string>& materials,
+               v1::UnitStats& stats) {
   for (std::size_t i = 0; i < times.stages.size(); ++i) {
     (*stats.mutable_stage_ns())[render::kStageNames[i]] = times.stages[i];
   }
@@ -92,7 +96,8 @@ void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats
 UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
-      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); }, options.scenes_kept,
+      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); },
+              options.scenes_kept,
               options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
       time_limit_(options.unit_limit) {
   report_.units_by_seconds.resize(wire::kUnitSecondsBuckets.size() + 1);
@@ -132,15 +137,18 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   const std::chrono::nanoseconds cpu_start = wire::thread_cpu_time();
   // A pass covers the whole crop.
   const v1::PixelRect& pixels = unit.unit.has_pass() ? unit.spec->crop() : unit.unit.tile().pixels();
-  const v1::SampleRange& samples = unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
-  const render::TileRequest request{pixels.x0(), pixels.y0(), pixels.x1(), pixels.y1(), samples.begin(), samples.end()};
+  const v1::SampleRange& samples =
+      unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
+  const render::TileRequest request{pixels.x0(), pixels.y0(),     pixels.x1(),
+                                    pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;
   const TimeLimit::Watch watch(time_limit_, stop);
-  const absl::StatusOr<wire::TileResult> result = (*loaded)->scene->render_tile(request, watch.token(), counts);
+  const absl::StatusOr<wire::TileResult> result =
+      (*loaded)->scene->render_tile(request, watch.token(), counts);
   if (!result.ok() && watch.expired()) {
-    return absl::DeadlineExceededError(
-        absl::StrCat("the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),
-                     " s, the worker's --unit-limit"));
+    return absl::DeadlineExceededError(absl::StrCat(
+        "the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),
+        " s, the worker's --unit-limit"));
   }
   if (!result.ok()) return result.status();
   const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
@@ -163,13 +171,15 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
   const Clock::duration taken = Clock::now() - start;
   set_duration(taken, *outcome.stats.mutable_wall_time());
 
-  wire::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(), unit.job_id);
+  wire::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(),
+            unit.job_id);
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
   const double seconds = std::chrono::duration<double>(taken).count();
   report_.unit_seconds += seconds;
-  const auto bucket = std::lower_bound(wire::kUnitSecondsBuckets.begin(), wire::kUnitSecondsBuckets.end(), seconds);
+  const auto bucket =
+      std::lower_bound(wire::kUnitSecondsBuckets.begin(), wire::kUnitSecondsBuckets.end(), seconds);
   ++report_.units_by_seconds[static_cast<std::size_t>(bucket - wire::kUnitSecondsBuckets.begin())];
   if (const auto cost = untold_costs_.extract((*loaded)->scene.get())) {
     (*outcome.stats.mutable_stage_ns())["fetch"] = count_of(cost.mapped().fetch_cpu);
@@ -196,7 +206,8 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
     return found;
   };
   // Not through `on_demand`: whether anything else is needed is known once the scene has been read.
-  const absl::StatusOr<render::BlobBytes> bytes = fetcher_ != nullptr ? fetcher_->get(digest, stop) : blobs(digest);
+  const absl::StatusOr<render::BlobBytes> bytes =
+      fetcher_ != nullptr ? fetcher_->get(digest, stop) : blobs(digest);
   if (!bytes.ok()) return bytes.status();
   if (fetcher_ != nullptr) *blob_bytes += bytes->bytes.size();
   v1::Scene scene;
@@ -212,21 +223,21 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
     return absl::FailedPreconditionError(
         absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
   }
-  absl::StatusOr<std::unique_ptr<render::RenderScene>> built =
-      options_.load_scene(scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_});
+  absl::StatusOr<std::unique_ptr<render::RenderScene>> built = options_.load_scene(
+      scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_});
   if (!built.ok()) return built.status();
 
   LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};
   loaded.bytes = loaded.scene->memory_bytes();
   loaded.content = loaded.scene->content();
-  spdlog::info("scene {} ({}): loaded in {:.2f} s, {:.1f} MB", digest.substr(0, 12), scene.name(), loaded.load_seconds,
-               static_cast<double>(loaded.bytes) * 1e-6);
+  spdlog::info("scene {} ({}): loaded in {:.2f} s, {:.1f} MB", digest.substr(0, 12), scene.name(),
+               loaded.load_seconds, static_cast<double>(loaded.bytes) * 1e-6);
   for (const std::string& warning : loaded.scene->warnings()) {
     spdlog::warn("scene {}: {}", digest.substr(0, 12), warning);
   }
   std::lock_guard lock{mutex_};
-  untold_costs_[loaded.scene.get()] = {cpu_build_start - cpu_start, wire::process_cpu_time() - cpu_build_start,
-                                       *blob_bytes};
+  untold_costs_[loaded.scene.get()] = {cpu_build_start - cpu_start,
+                                       wire::process_cpu_time() - cpu_build_start, *blob_bytes};
   report_.load_seconds += loaded.load_seconds;
   report_.build_seconds += loaded.build_seconds;
   report_.scene_bytes = std::max(report_.scene_bytes, loaded.bytes);

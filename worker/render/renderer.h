@@ -1,4 +1,5 @@
-// The renderer as the worker's agent sees it. No gRPC and no protobuf here; scenes are made by build/load_scene.h.
+// The renderer as the worker's agent sees it. No gRPC and no protobuf here; scenes are made by
+// build/load_scene.h.
 #pragma once
 
 #include <stop_token>
@@ -13,20 +14,22 @@ namespace tessera::render {
 
 /// Kernel ISAs that this machine can run and this build contains, best first: "avx512", "avx2", "neon".
 std::vector<std::string> supported_isas();
-/// Where there are none: which modules this machine could use, where they were looked for, and what is wrong with them.
+/// Where there are none: which modules this machine could use, where they were looked for, and what is wrong
+/// with them.
 std::string why_no_kernels();
 
-/// How this machine rounds with the kernels of each ISA, in the same order: names of proto/wire/arithmetic_class.h. The
-/// ISA alone where there are no such kernels.
+/// How this machine rounds with the kernels of each ISA, in the same order: names of
+/// proto/wire/arithmetic_class.h. The ISA alone where there are no such kernels.
 std::vector<std::string> arithmetic_classes(const std::vector<std::string>& isas);
 
-/// A scene ready to render: geometry, acceleration structure, lights, materials. Immutable, and safe to use from any
-/// number of threads at once.
+/// A scene ready to render: geometry, acceleration structure, lights, materials. Immutable, and safe to use
+/// from any number of threads at once.
 class RenderScene {
  public:
   virtual ~RenderScene() = default;
 
-  /// Renders one tile on the calling thread. Cancelled when `stop` is requested (looked at every few milliseconds).
+  /// Renders one tile on the calling thread. Cancelled when `stop` is requested (looked at every few
+  /// milliseconds).
   virtual absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
                                                        RenderStats& stats) const = 0;
 

@@ -36,7 +36,8 @@ Vector3 Transform::apply_to_point(const Vector3& p) const {
 
 double Transform::determinant3() const {
   const Transform& t = *this;
-  return t(0, 0) * (t(1, 1) * t(2, 2) - t(1, 2) * t(2, 1)) - t(0, 1) * (t(1, 0) * t(2, 2) - t(1, 2) * t(2, 0)) +
+  return t(0, 0) * (t(1, 1) * t(2, 2) - t(1, 2) * t(2, 1)) -
+         t(0, 1) * (t(1, 0) * t(2, 2) - t(1, 2) * t(2, 0)) +
          t(0, 2) * (t(1, 0) * t(2, 1) - t(1, 1) * t(2, 0));
 }
 

@@ -13,7 +13,9 @@ Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-double angle_between(const Vector3& a, const Vector3& b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
+double angle_between(const Vector3& a, const Vector3& b) {
+  return std::atan2(length(cross(a, b)), dot(a, b));
+}
 
 }  // namespace
 

@@ -10,7 +10,8 @@ namespace tessera::client {
 
 absl::StatusOr<v1::BlobRef> digest_file(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(concat(path.string(), ": no such file"));
+  if (!std::filesystem::exists(path, error))
+    return absl::NotFoundError(concat(path.string(), ": no such file"));
   if (!std::filesystem::is_regular_file(path, error)) {
     return absl::InvalidArgumentError(concat(path.string(), ": not a regular file"));
   }
@@ -46,7 +47,8 @@ v1::BlobRef BlobCollector::add_bytes(std::string bytes) {
   return add_bytes(std::move(bytes), std::move(digest));
 }
 
-absl::StatusOr<v1::BlobRef> BlobCollector::add_file(const std::filesystem::path& path, const std::string& hint) {
+absl::StatusOr<v1::BlobRef> BlobCollector::add_file(const std::filesystem::path& path,
+                                                    const std::string& hint) {
   const auto known = ref_of_file_.find(path.string());
   if (known != ref_of_file_.end()) return known->second;
   absl::StatusOr<v1::BlobRef> ref = digest_file(path);

@@ -20,7 +20,8 @@ class BlobCollector {
   v1::BlobRef add_bytes(std::string bytes, std::string digest);
   v1::BlobRef add_bytes(std::string bytes);
 
-  /// Takes a file by reference. `hint` becomes BlobRef.path. The file is digested once however often it is named.
+  /// Takes a file by reference. `hint` becomes BlobRef.path. The file is digested once however often it is
+  /// named.
   absl::StatusOr<v1::BlobRef> add_file(const std::filesystem::path& path, const std::string& hint);
 
   /// The blob of a digest, or null.

@@ -9,7 +9,8 @@
 
 namespace tessera::client {
 
-/// absl::StrCat for std::string_view too: Abseil may have been built with a string_view of its own, as in Debian 12.
+/// absl::StrCat for std::string_view too: Abseil may have been built with a string_view of its own, as in
+/// Debian 12.
 template <typename... Parts>
 std::string concat(const Parts&... parts) {
   const auto accepted = []<typename T>(const T& part) -> decltype(auto) {

@@ -9,7 +9,8 @@
 
 namespace tessera::client {
 
-/// The bytes behind one digest. Meshes are held in memory; textures stay in their files, to be read when needed.
+/// The bytes behind one digest. Meshes are held in memory; textures stay in their files, to be read when
+/// needed.
 struct SceneBlob {
   v1::BlobRef ref;    // digest and size always set
   std::string bytes;  // owned, when `file` is empty

@@ -52,7 +52,8 @@ absl::StatusOr<std::string> inflate_gzip(std::string_view compressed, const std:
     const int state = inflate(&stream, Z_NO_FLUSH);
     result.append(chunk, 0, chunk.size() - stream.avail_out);
     if (result.size() > kMaxInflatedBytes) {
-      return absl::InvalidArgumentError(concat(name, ": inflates to more than ", kMaxInflatedBytes, " bytes"));
+      return absl::InvalidArgumentError(
+          concat(name, ": inflates to more than ", kMaxInflatedBytes, " bytes"));
     }
     const bool input_used_up = stream.avail_in == 0 && compressed.empty();
     if (state == Z_STREAM_END) {
@@ -93,7 +94,8 @@ absl::StatusOr<InputFile> InputFile::map(const std::filesystem::path& path) {
   }
   InputFile file;
   if (S_ISREG(info.st_mode) && info.st_size > 0) {
-    void* address = mmap(nullptr, static_cast<std::size_t>(info.st_size), PROT_READ, MAP_PRIVATE, descriptor, 0);
+    void* address =
+        mmap(nullptr, static_cast<std::size_t>(info.st_size), PROT_READ, MAP_PRIVATE, descriptor, 0);
     if (address == MAP_FAILED) {
       const int error = errno;
       ::close(descriptor);
@@ -103,7 +105,8 @@ absl::StatusOr<InputFile> InputFile::map(const std::filesystem::path& path) {
     file.mapped_size_ = static_cast<std::size_t>(info.st_size);
   }
   ::close(descriptor);
-  if (!S_ISREG(info.st_mode)) return absl::InvalidArgumentError(concat(path.string(), ": not a regular file"));
+  if (!S_ISREG(info.st_mode))
+    return absl::InvalidArgumentError(concat(path.string(), ": not a regular file"));
   return file;
 }
 

@@ -37,10 +37,12 @@ absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path) {
   LightImage image{pixels->size.width, pixels->size.height, std::vector<float>(3 * count)};
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const float value = encoded ? linear_from_srgb(static_cast<float>(pixels->bytes[i] >> (8 * c) & 255) / 255)
-                                  : pixels->floats[4 * i + c];
+      const float value = encoded
+                              ? linear_from_srgb(static_cast<float>(pixels->bytes[i] >> (8 * c) & 255) / 255)
+                              : pixels->floats[4 * i + c];
       if (!std::isfinite(value)) {
-        return absl::InvalidArgumentError(concat(path.string(), ": a pixel of an image on a light is not finite"));
+        return absl::InvalidArgumentError(
+            concat(path.string(), ": a pixel of an image on a light is not finite"));
       }
       image.rgb[3 * i + c] = value;
     }

@@ -10,8 +10,8 @@
 
 namespace tessera::client {
 
-/// Decoded pixels: linear RGB, rows from the top. Files of 8 bits a channel are taken as sRGB; a grey image has three
-/// equal components.
+/// Decoded pixels: linear RGB, rows from the top. Files of 8 bits a channel are taken as sRGB; a grey image
+/// has three equal components.
 struct LightImage {
   int width = 0, height = 0;
   std::vector<float> rgb;

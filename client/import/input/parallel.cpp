@@ -8,7 +8,8 @@
 namespace tessera::client {
 
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
-  const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  const std::size_t wanted =
+      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
   const std::size_t used = std::max<std::size_t>(1, std::min(wanted, count));
   std::atomic<std::size_t> next{0};
   const auto run = [&] {

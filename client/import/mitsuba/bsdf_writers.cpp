@@ -12,7 +12,8 @@ namespace tessera::client::mitsuba {
 namespace {
 
 /// A colour that only matters when it is given.
-void write_tint(PropertyReader& reader, TextureTable& textures, std::string_view name, v1::SpectrumValue* tint) {
+void write_tint(PropertyReader& reader, TextureTable& textures, std::string_view name,
+                v1::SpectrumValue* tint) {
   *tint = textures.color(reader, name, 1, ColorUse::kReflectance);
 }
 
@@ -25,7 +26,8 @@ void write_distribution(PropertyReader& reader, v1::Roughness& roughness) {
   } else if (distribution == "ggx") {
     roughness.set_distribution(v1::Roughness::GGX);
   } else {
-    reader.error(*reader.find("distribution"), concat("expected beckmann or ggx, found \"", distribution, "\""));
+    reader.error(*reader.find("distribution"),
+                 concat("expected beckmann or ggx, found \"", distribution, "\""));
   }
   // How samples are drawn does not change what they converge to.
   reader.ignore({"sample_visible"});
@@ -102,8 +104,9 @@ void write_conductor(PropertyReader& reader, TextureTable& textures, v1::Materia
     } else {
       std::string names = "Ag, Al, Au, Cu, CuZn, MgO, TiO2";
       for (const std::string& name : metal_color_names()) names += concat(", ", name);
-      reader.error(*reader.find("material"), concat("there are no measurements of \"", metal, "\" here: expected ",
-                                                    names, " or none, or \"eta\" and \"k\""));
+      reader.error(*reader.find("material"),
+                   concat("there are no measurements of \"", metal, "\" here: expected ", names,
+                          " or none, or \"eta\" and \"k\""));
     }
   }
   if (reader.has("specular_reflectance")) {
@@ -148,8 +151,9 @@ void write_burley(PropertyReader& reader, TextureTable& textures, v1::Principled
   write("sheen", 0, principled.mutable_sheen());
   write("sheen_tint", 0, principled.mutable_sheen_tint());
   write("flatness", 0, principled.mutable_flatness());
-  reader.ignore({"main_specular_sampling_rate", "clearcoat_sampling_rate", "diffuse_reflectance_sampling_rate",
-                 "spec_reflect_sampling_rate", "spec_trans_sampling_rate", "diff_trans_sampling_rate"});
+  reader.ignore({"main_specular_sampling_rate", "clearcoat_sampling_rate",
+                 "diffuse_reflectance_sampling_rate", "spec_reflect_sampling_rate",
+                 "spec_trans_sampling_rate", "diff_trans_sampling_rate"});
 }
 
 void write_principled(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
@@ -168,7 +172,8 @@ void write_principled(PropertyReader& reader, TextureTable& textures, v1::Materi
     principled.set_eta(static_cast<float>(transmits && eta == 1 ? 1.001 : eta));
   } else {
     const double specular = reader.number("specular", 0.5);
-    principled.mutable_specular()->set_constant(static_cast<float>(transmits && specular == 0 ? 1e-3 : specular));
+    principled.mutable_specular()->set_constant(
+        static_cast<float>(transmits && specular == 0 ? 1e-3 : specular));
   }
 }
 

@@ -31,7 +31,8 @@ Color clamped(PropertyReader& reader, const Property& property, Color color, Col
 
 Color color_of(const SpectrumData& spectrum, ColorUse use) {
   if (!spectrum.is_uniform()) {
-    return linear_rgb(spectrum.samples, use == ColorUse::kEmission ? SeenUnder::kEqualEnergy : SeenUnder::kD65);
+    return linear_rgb(spectrum.samples,
+                      use == ColorUse::kEmission ? SeenUnder::kEqualEnergy : SeenUnder::kD65);
   }
   const double value = spectrum.uniform;
   if (use != ColorUse::kEmission) return {value, value, value};
@@ -86,7 +87,8 @@ std::optional<Color> read_constant_color(PropertyReader& reader, const Property&
     color = rgb->value;
   } else if (const SpectrumData* spectrum = std::get_if<SpectrumData>(&property.value)) {
     color = color_of(*spectrum, use);
-  } else if (Object* const* object = std::get_if<Object*>(&property.value); object && (*object)->tag == "texture") {
+  } else if (Object* const* object = std::get_if<Object*>(&property.value);
+             object && (*object)->tag == "texture") {
     color = color_of_texture(reader, **object, use);
   }
   return color ? std::optional(clamped(reader, property, *color, use)) : std::nullopt;

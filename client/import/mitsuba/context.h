@@ -16,12 +16,13 @@ struct Context {
   BlobCollector blobs;
   v1::Scene scene;
   Document document;
-  int threads = 0;  // 0: one a core
+  int threads = 0;            // 0: one a core
   double emitter_weight = 0;  // "sampling_weight" of all emitters so far
 
   /// The object's id, else `kind` and a number; not in `taken`, which it joins.
   static std::string unique_name(const Object& object, const std::string& kind, std::set<std::string>& taken);
-  /// For messages of whoever reads the scene later: "lamp, scene.xml:12"; the plugin's name where there is no id.
+  /// For messages of whoever reads the scene later: "lamp, scene.xml:12"; the plugin's name where there is no
+  /// id.
   std::string name_with_place(const Object& object) const;
 };
 

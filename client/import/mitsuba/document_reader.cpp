@@ -45,7 +45,8 @@ class DocumentReader {
     read_file(path, SourceLocation{}, nullptr, "", 0);
     if (!diagnostics_.full()) resolve_references(references_, ids_, document_, diagnostics_);
     for (const std::string& name : parameters_.unused()) {
-      diagnostics_.warning({}, concat("the scene has no parameter \"", name, "\": its definition has no effect"));
+      diagnostics_.warning({},
+                           concat("the scene has no parameter \"", name, "\": its definition has no effect"));
     }
     return std::move(document_);
   }
@@ -69,7 +70,8 @@ class DocumentReader {
   std::string spectrum_value(const FileScope& scope, const Node& node, Value& value);
   std::string transform_value(const FileScope& scope, const Node& node, Value& value);
   bool substitute(const FileScope& scope, Node node);
-  bool check_attributes(const FileScope& scope, const Node& node, std::initializer_list<std::string_view> required,
+  bool check_attributes(const FileScope& scope, const Node& node,
+                        std::initializer_list<std::string_view> required,
                         std::initializer_list<std::string_view> optional = {});
   void add_property(const FileScope& scope, const Node& node, Object& object, std::string name, Value value);
   std::optional<bool> is_before_version_2(const FileScope& scope, const Node& root);
@@ -86,7 +88,8 @@ bool DocumentReader::substitute(const FileScope& scope, Node node) {
     std::string text = attribute.value();
     const std::string missing = parameters_.substitute(text);
     if (!missing.empty()) {
-      fail(scope, node, concat("there is no parameter ", missing, ": expected a <default> or a definition for it"));
+      fail(scope, node,
+           concat("there is no parameter ", missing, ": expected a <default> or a definition for it"));
       return false;
     }
     attribute.set_value(text.c_str());
@@ -142,8 +145,8 @@ std::optional<bool> DocumentReader::is_before_version_2(const FileScope& scope, 
   return *major < 2;
 }
 
-void DocumentReader::read_file(const std::filesystem::path& path, SourceLocation included_from, Object* parent,
-                               const std::string& name, int include_depth) {
+void DocumentReader::read_file(const std::filesystem::path& path, SourceLocation included_from,
+                               Object* parent, const std::string& name, int include_depth) {
   XmlFile file;
   if (!file.load(path, included_from, diagnostics_)) return;
   FileScope scope{file, path.parent_path(), false, include_depth};
@@ -222,8 +225,10 @@ void DocumentReader::read_object(const FileScope& scope, Node node, Object* pare
   object.where = scope.file.locate(node);
   if (!object.id.empty() && !ids_.try_emplace(object.id, &object).second) {
     const Object& other = *ids_[object.id];
-    const Diagnostic place = {diagnostics_.file_name(other.where.file), other.where.line, other.where.column, ""};
-    fail(scope, node, concat("the id \"", object.id, "\" is taken: it was given at ", place.file, ":", place.line));
+    const Diagnostic place = {diagnostics_.file_name(other.where.file), other.where.line, other.where.column,
+                              ""};
+    fail(scope, node,
+         concat("the id \"", object.id, "\" is taken: it was given at ", place.file, ":", place.line));
   }
   if (parent == nullptr) {
     document_.root = &object;
@@ -270,7 +275,8 @@ void DocumentReader::read_alias(const FileScope& scope, const Node& node) {
   if (!check_attributes(scope, node, {"id", "as"})) return;
   const std::string id = node.attribute("id").value(), as = node.attribute("as").value();
   const auto known = ids_.find(id);
-  if (known == ids_.end()) return fail(scope, node, concat("there is no object with the id \"", id, "\" yet"));
+  if (known == ids_.end())
+    return fail(scope, node, concat("there is no object with the id \"", id, "\" yet"));
   if (!ids_.try_emplace(as, known->second).second) fail(scope, node, concat("the id \"", as, "\" is taken"));
 }
 
@@ -299,7 +305,8 @@ std::string DocumentReader::transform_value(const FileScope& scope, const Node& 
   for (const Node& operation : node.children()) {
     if (operation.type() != pugi::node_element) continue;
     if (!substitute(scope, operation)) continue;
-    if (std::string problem = apply_operation(operation, transform); !problem.empty()) fail(scope, operation, problem);
+    if (std::string problem = apply_operation(operation, transform); !problem.empty())
+      fail(scope, operation, problem);
   }
   value = transform;
   return transform.is_finite() ? "" : "the transformation is not finite";
@@ -313,8 +320,9 @@ void DocumentReader::read_value(const FileScope& scope, const Node& node, Object
   if (!is_vector && tag != "spectrum" && tag != "transform" && !plain.contains(tag)) {
     return fail(scope, node, concat("<", tag, "> is not an element of the scene language"));
   }
-  const bool attributes_fit = is_vector            ? check_attributes(scope, node, {"name"}, {"x", "y", "z", "value"})
-                              : tag == "spectrum"  ? check_attributes(scope, node, {"name"}, {"value", "filename"})
+  const bool attributes_fit = is_vector ? check_attributes(scope, node, {"name"}, {"x", "y", "z", "value"})
+                              : tag == "spectrum"
+                                  ? check_attributes(scope, node, {"name"}, {"value", "filename"})
                               : tag == "transform" ? check_attributes(scope, node, {"name"})
                                                    : check_attributes(scope, node, {"name", "value"});
   if (!attributes_fit) return;

@@ -10,9 +10,9 @@
 
 namespace tessera::client::mitsuba {
 
-/// Reads a scene with all that it includes. Errors go to `diagnostics`, several of them where possible; with errors the
-/// document is as complete as it could be made. `defines` take the place of <default>s; one that no file asks for is
-/// a warning.
+/// Reads a scene with all that it includes. Errors go to `diagnostics`, several of them where possible; with
+/// errors the document is as complete as it could be made. `defines` take the place of <default>s; one that
+/// no file asks for is a warning.
 Document read_document(const std::filesystem::path& path, const std::map<std::string, std::string>& defines,
                        Diagnostics& diagnostics);
 

@@ -42,8 +42,8 @@ void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light
   *spot.mutable_intensity() = emission(reader, "intensity");
   const double cutoff = reader.number("cutoff_angle", 20), beam = reader.number("beam_width", 0.75 * cutoff);
   if (!(cutoff > 0 && cutoff <= 180) || !(beam >= 0 && beam <= cutoff)) {
-    reader.error(
-        concat("emitter \"spot\": expected 0 <= beam_width <= cutoff_angle <= 180, found ", beam, " and ", cutoff));
+    reader.error(concat("emitter \"spot\": expected 0 <= beam_width <= cutoff_angle <= 180, found ", beam,
+                        " and ", cutoff));
   }
   spot.set_cone_angle_degrees(static_cast<float>(cutoff));
   spot.set_cone_delta_degrees(static_cast<float>(cutoff - beam));
@@ -130,11 +130,12 @@ void write_projector(PropertyReader& reader, TextureTable& textures, v1::Light& 
   if (aspect != 1) projector.set_aspect(static_cast<float>(aspect));
 }
 
-/// The emitter's weight in Mitsuba's choice among emitters. It only changes what the image converges to where vertex
-/// normals stand in for true ones (AreaLight.interpolated_normal_pick).
+/// The emitter's weight in Mitsuba's choice among emitters. It only changes what the image converges to where
+/// vertex normals stand in for true ones (AreaLight.interpolated_normal_pick).
 double read_sampling_weight(PropertyReader& reader) {
   const double weight = reader.number("sampling_weight", 1);
-  if (!(weight >= 0)) reader.error(*reader.find("sampling_weight"), concat("expected 0 or more, found ", weight));
+  if (!(weight >= 0))
+    reader.error(*reader.find("sampling_weight"), concat("expected 0 or more, found ", weight));
   return weight;
 }
 
@@ -154,14 +155,16 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
   const auto type = std::find_if(std::begin(kTypes), std::end(kTypes),
                                  [&](const LightType& known) { return known.name == emitter.type; });
   if (type == std::end(kTypes)) {
-    reader.error(emitter.type == "area" ? std::string("an emitter \"area\" must stand inside a shape")
-                                        : concat("emitter \"", emitter.type,
-                                                 "\" is not supported: expected point, spot, directional, constant, "
-                                                 "envmap, area or projector"));
+    reader.error(emitter.type == "area"
+                     ? std::string("an emitter \"area\" must stand inside a shape")
+                     : concat("emitter \"", emitter.type,
+                              "\" is not supported: expected point, spot, directional, constant, "
+                              "envmap, area or projector"));
     return;
   }
   context.emitter_weight += read_sampling_weight(reader);
-  if (reader.child("medium") != nullptr) reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
+  if (reader.child("medium") != nullptr)
+    reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
   v1::Light light;
   light.set_name(context.name_with_place(emitter));
   type->write(reader, textures, light);

@@ -23,8 +23,10 @@ double read_half_width(PropertyReader& reader, double aspect) {
     std::string length = reader.text("focal_length", "50mm");
     if (length.ends_with("mm")) length.resize(length.size() - 2);
     const std::optional<double> millimetres = parse_float(length);
-    if (millimetres && *millimetres > 0) return half_width_of_half_diagonal(kHalfFilmDiagonal / *millimetres, aspect);
-    reader.error(*reader.find("focal_length"), concat("expected a length like \"50mm\", found \"", length, "\""));
+    if (millimetres && *millimetres > 0)
+      return half_width_of_half_diagonal(kHalfFilmDiagonal / *millimetres, aspect);
+    reader.error(*reader.find("focal_length"),
+                 concat("expected a length like \"50mm\", found \"", length, "\""));
     return 1;
   }
   if (reader.has("focal_length")) {
@@ -41,7 +43,8 @@ double read_half_width(PropertyReader& reader, double aspect) {
   if (axis == "x" || (axis == "smaller" && aspect <= 1) || (axis == "larger" && aspect > 1)) return tangent;
   if (axis == "y" || axis == "smaller" || axis == "larger") return tangent * aspect;
   if (axis == "diagonal") return half_width_of_half_diagonal(tangent, aspect);
-  reader.error(*reader.find("fov_axis"), concat("expected x, y, diagonal, smaller or larger, found \"", axis, "\""));
+  reader.error(*reader.find("fov_axis"),
+               concat("expected x, y, diagonal, smaller or larger, found \"", axis, "\""));
   return tangent;
 }
 

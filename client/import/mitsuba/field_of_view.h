@@ -5,8 +5,8 @@
 
 namespace tessera::client::mitsuba {
 
-/// Half the width of the picture at distance 1, from `fov` and `fov_axis`, or `focal_length` (50mm where nothing is
-/// given). `aspect` is width over height.
+/// Half the width of the picture at distance 1, from `fov` and `fov_axis`, or `focal_length` (50mm where
+/// nothing is given). `aspect` is width over height.
 double read_half_width(PropertyReader& reader, double aspect);
 
 }  // namespace tessera::client::mitsuba

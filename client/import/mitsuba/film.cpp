@@ -44,17 +44,20 @@ void write_filter(Context& context, Object* rfilter) {
     set(v1::PixelFilter::LANCZOS, lobes);
     filter.set_tau(static_cast<float>(lobes));
   } else {
-    reader.error(concat("rfilter \"", type,
-                        "\" is not supported: expected box, tent, gaussian, mitchell, catmullrom or lanczos"));
+    reader.error(
+        concat("rfilter \"", type,
+               "\" is not supported: expected box, tent, gaussian, mitchell, catmullrom or lanczos"));
     return;
   }
   if (!(filter.radius_x() > 0)) reader.error(concat(rfilter->title(), ": its radius is not above 0"));
 }
 
 /// A size in pixels, as an integer parameter.
-double read_pixels(PropertyReader& reader, std::string_view name, double fallback, double least, double most) {
+double read_pixels(PropertyReader& reader, std::string_view name, double fallback, double least,
+                   double most) {
   const std::int64_t value = reader.integer(name, static_cast<std::int64_t>(fallback));
-  if (static_cast<double>(value) >= least && static_cast<double>(value) <= most) return static_cast<double>(value);
+  if (static_cast<double>(value) >= least && static_cast<double>(value) <= most)
+    return static_cast<double>(value);
   reader.error(*reader.find(name), concat("expected ", least, " to ", most, " pixels, found ", value));
   return fallback;
 }
@@ -68,7 +71,8 @@ FilmWindow write_film(Context& context, Object* film) {
   } else {
     PropertyReader reader(context, *film);
     if (film->type != "hdrfilm") {
-      reader.warn(concat("film \"", film->type, "\" is not supported: an RGB image is made, as with hdrfilm"));
+      reader.warn(
+          concat("film \"", film->type, "\" is not supported: an RGB image is made, as with hdrfilm"));
     }
     window.width = read_pixels(reader, "width", window.width, 1, kMaxPixels);
     window.height = read_pixels(reader, "height", window.height, 1, kMaxPixels);

@@ -10,8 +10,8 @@
 
 namespace tessera::client::mitsuba {
 
-/// Imports a Mitsuba 3 scene (.xml) as Mitsuba's RGB modes render it. `defines` override the file's <default>s;
-/// `threads` read meshes (0: one a core). Statuses as of import_scene.
+/// Imports a Mitsuba 3 scene (.xml) as Mitsuba's RGB modes render it. `defines` override the file's
+/// <default>s; `threads` read meshes (0: one a core). Statuses as of import_scene.
 absl::StatusOr<ImportedScene> import_mitsuba(const std::filesystem::path& path,
                                              const std::map<std::string, std::string>& defines, int threads);
 

@@ -52,13 +52,16 @@ void write_integrator(Context& context, Object* integrator) {
     settings.set_integrator(type == "path" ? "path" : type == "ptracer" ? "light" : "volpath");
     settings.set_max_depth(read_max_depth(reader));
   } else {
-    reader.error(concat("integrator \"", type,
-                        "\" is not supported: expected path, direct, volpath, volpathmis, ptracer, moment or aov"));
+    reader.error(
+        concat("integrator \"", type,
+               "\" is not supported: expected path, direct, volpath, volpathmis, ptracer, moment or aov"));
     return;
   }
-  if (reader.boolean("hide_emitters", false)) reader.warn("hide_emitters is not supported: lights are seen directly");
+  if (reader.boolean("hide_emitters", false))
+    reader.warn("hide_emitters is not supported: lights are seen directly");
   // These steer how samples are spent.
-  reader.ignore({"rr_depth", "samples_per_pass", "samples_per_wavefront", "block_size", "timeout", "use_spectral_mis"});
+  reader.ignore(
+      {"rr_depth", "samples_per_pass", "samples_per_wavefront", "block_size", "timeout", "use_spectral_mis"});
 }
 
 }  // namespace tessera::client::mitsuba

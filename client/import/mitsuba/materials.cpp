@@ -104,7 +104,8 @@ std::string MaterialTable::write_two_sided(PropertyReader& reader, Wrapping wrap
 std::string MaterialTable::write_mask(PropertyReader& reader, Wrapping wrapping) {
   const v1::FloatValue opacity = textures_.scalar(reader, "opacity", 0.5);
   if (wrapping.fields.has_opacity()) {
-    const std::string product = textures_.add_product(as_spectrum(wrapping.fields.opacity()), as_spectrum(opacity));
+    const std::string product =
+        textures_.add_product(as_spectrum(wrapping.fields.opacity()), as_spectrum(opacity));
     wrapping.fields.mutable_opacity()->set_texture(product);
   } else {
     *wrapping.fields.mutable_opacity() = opacity;

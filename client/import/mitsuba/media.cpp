@@ -17,12 +17,14 @@ v1::VolumeValue constant_volume(const std::array<double, 3>& color) {
   return value;
 }
 
-/// The box along the axes of the world about the unit cube, placed. Nothing for the cube of a grid that is such a box.
+/// The box along the axes of the world about the unit cube, placed. Nothing for the cube of a grid that is
+/// such a box.
 std::optional<Transform> bounds_beyond(const Transform& world_from_volume, bool is_grid) {
   Vector3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3 p = world_from_volume.apply_to_point(
-        {static_cast<double>(corner & 1), static_cast<double>(corner >> 1 & 1), static_cast<double>(corner >> 2)});
+    const Vector3 p = world_from_volume.apply_to_point({static_cast<double>(corner & 1),
+                                                        static_cast<double>(corner >> 1 & 1),
+                                                        static_cast<double>(corner >> 2)});
     for (int a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], p[a]);
       high[a] = std::max(high[a], p[a]);
@@ -32,7 +34,8 @@ std::optional<Transform> bounds_beyond(const Transform& world_from_volume, bool 
   bool keeps_axes = true;
   for (int r = 0; r < 3; ++r) {
     int elements = 0;
-    for (int c = 0; c < 3; ++c) elements += std::abs(world_from_volume(r, c)) > 1e-9 * (high[r] - low[r]) ? 1 : 0;
+    for (int c = 0; c < 3; ++c)
+      elements += std::abs(world_from_volume(r, c)) > 1e-9 * (high[r] - low[r]) ? 1 : 0;
     keeps_axes = keeps_axes && elements == 1;
   }
   if (is_grid && keeps_axes) return std::nullopt;
@@ -48,7 +51,8 @@ std::string MediumTable::use(Object& medium) {
   names_[&medium] = name;
   PropertyReader reader(context_, medium);
   if (medium.type != "homogeneous" && medium.type != "heterogeneous") {
-    reader.error(concat("medium \"", medium.type, "\" is not supported: expected homogeneous or heterogeneous"));
+    reader.error(
+        concat("medium \"", medium.type, "\" is not supported: expected homogeneous or heterogeneous"));
     return name;
   }
   v1::Medium message;
@@ -61,7 +65,8 @@ std::string MediumTable::use(Object& medium) {
   if (medium.type == "homogeneous" && (message.extinction().has_grid() || message.albedo().has_grid())) {
     reader.error("medium \"homogeneous\": sigma_t and albedo must be constant");
   } else if (medium.type == "heterogeneous") {
-    // In Mitsuba it ends at the box about the volume of its extinction, whatever is constant: a colour is a volume too.
+    // In Mitsuba it ends at the box about the volume of its extinction, whatever is constant: a colour is a
+    // volume too.
     if (const auto bounds = bounds_beyond(world_from_extinction, message.extinction().has_grid())) {
       if (!inverse(*bounds)) reader.error("medium \"heterogeneous\": the volume of its sigma_t is flat");
       write_all_elements(*bounds, *message.mutable_world_from_bounds());
@@ -69,13 +74,14 @@ std::string MediumTable::use(Object& medium) {
   }
   write_phase(reader, message);
   // These choose between ways to sample.
-  reader.ignore({"sample_emitters", "has_spectral_extinction", "majorant_resolution_factor", "majorant_factor"});
+  reader.ignore(
+      {"sample_emitters", "has_spectral_extinction", "majorant_resolution_factor", "majorant_factor"});
   *context_.scene.add_media() = std::move(message);
   return name;
 }
 
-v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view name, double fallback, ColorUse use,
-                                    Transform& world_from_volume) {
+v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view name, double fallback,
+                                    ColorUse use, Transform& world_from_volume) {
   const Property* property = reader.find(name);
   if (property == nullptr) return constant_volume({fallback, fallback, fallback});
   if (const auto color = read_constant_color(reader, *property, use)) return constant_volume(*color);
@@ -91,8 +97,8 @@ v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view nam
   } else if ((*object)->type == "gridvolume") {
     return grid(**object, world_from_volume);
   } else {
-    reader.error(*property,
-                 concat("volume \"", (*object)->type, "\" is not supported: expected constvolume or gridvolume"));
+    reader.error(*property, concat("volume \"", (*object)->type,
+                                   "\" is not supported: expected constvolume or gridvolume"));
   }
   return constant_volume({fallback, fallback, fallback});
 }
@@ -106,11 +112,13 @@ v1::VolumeValue MediumTable::grid(Object& volume, Transform& world_from_grid) {
   absl::StatusOr<InputFile> input = InputFile::open(*path);
   absl::StatusOr<VolumeFile> file = input.ok() ? read_volume_file(input->bytes()) : input.status();
   if (!file.ok()) {
-    reader.error(*reader.find("filename"), concat(path->string(), ": ", std::string(file.status().message())));
+    reader.error(*reader.find("filename"),
+                 concat(path->string(), ": ", std::string(file.status().message())));
     return value;
   }
   if (file->channels != 1 && file->channels != 3) {
-    reader.error(*reader.find("filename"), concat("the volume has ", file->channels, " channels: expected 1 or 3"));
+    reader.error(*reader.find("filename"),
+                 concat("the volume has ", file->channels, " channels: expected 1 or 3"));
   }
   *message.mutable_blob() = context_.blobs.add_bytes(std::move(file->blob));
   message.mutable_blob()->set_path(reader.text("filename", ""));

@@ -33,7 +33,8 @@ void MeshTable::add_file(PropertyReader& reader, const Transform& world_from_obj
   const Key key = {path->string(), job.index, job.flip_v, job.face_normals, job.placement.m};
   const auto [entry, is_new] = job_of_key_.try_emplace(key, jobs_.size());
   if (is_new) jobs_.push_back(std::move(job));
-  uses_.push_back({&shape, entry->second, world_from_object.determinant3() < 0, reader.find("filename")->where});
+  uses_.push_back(
+      {&shape, entry->second, world_from_object.determinant3() < 0, reader.find("filename")->where});
 }
 
 void MeshTable::add(const wire::MeshData& mesh, v1::Shape& shape) {
@@ -95,8 +96,8 @@ void MeshTable::complete(const Use& use, const Job& job, const v1::TriangleMesh&
   v1::Shape& shape = *use.shape;
   *shape.mutable_mesh() = mesh;
   if (!use.mirrored) return;
-  // Mitsuba takes the geometric normal from the vertices in the world, where mirroring has turned it over; here it is
-  // that of the mesh, or on the side of the mesh's own normals.
+  // Mitsuba takes the geometric normal from the vertices in the world, where mirroring has turned it over;
+  // here it is that of the mesh, or on the side of the mesh's own normals.
   if (job.has_own_normals) {
     shape.mutable_interior_medium()->swap(*shape.mutable_exterior_medium());
   } else {
@@ -112,7 +113,8 @@ void MeshTable::load() {
     if (!job.status.ok()) continue;
     *meshes[i].mutable_blob() = context_.blobs.add_bytes(std::move(job.bytes), job.digest);
     for (Job::Attribute& attribute : job.attributes) {
-      *attribute.message.mutable_blob() = context_.blobs.add_bytes(std::move(attribute.bytes), attribute.digest);
+      *attribute.message.mutable_blob() =
+          context_.blobs.add_bytes(std::move(attribute.bytes), attribute.digest);
       *meshes[i].add_attributes() = attribute.message;
     }
   }

@@ -17,7 +17,8 @@ std::optional<double> take_number(Object& object, std::string_view name) {
   if (found == object.properties.end()) return std::nullopt;
   std::optional<double> number;
   if (const double* value = std::get_if<double>(&found->value)) number = *value;
-  if (const std::int64_t* value = std::get_if<std::int64_t>(&found->value)) number = static_cast<double>(*value);
+  if (const std::int64_t* value = std::get_if<std::int64_t>(&found->value))
+    number = static_cast<double>(*value);
   if (number) object.properties.erase(found);
   return number;
 }
@@ -49,8 +50,8 @@ void upgrade_from_version_1(Object& object) {
   Property to_uv;
   to_uv.name = "to_uv";
   to_uv.where = object.where;
-  to_uv.value =
-      scaling(u_scale.value_or(1), v_scale.value_or(1), 1) * translation(u_offset.value_or(0), v_offset.value_or(0), 0);
+  to_uv.value = scaling(u_scale.value_or(1), v_scale.value_or(1), 1) *
+                translation(u_offset.value_or(0), v_offset.value_or(0), 0);
   object.properties.push_back(std::move(to_uv));
 }
 

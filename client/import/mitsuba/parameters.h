@@ -15,8 +15,8 @@ class Parameters {
   /// A <default>: counts only where nothing has that name yet.
   void add_default(const std::string& name, const std::string& value);
 
-  /// Replaces every $name by its value (the longest name that fits) and every \$ by $. The name of a parameter that
-  /// does not exist, or nothing.
+  /// Replaces every $name by its value (the longest name that fits) and every \$ by $. The name of a
+  /// parameter that does not exist, or nothing.
   std::string substitute(std::string& text);
 
   /// Names from the command line that no file has a <default> for or uses.

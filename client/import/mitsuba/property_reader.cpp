@@ -7,15 +7,18 @@
 
 namespace tessera::client::mitsuba {
 
-std::string Context::unique_name(const Object& object, const std::string& kind, std::set<std::string>& taken) {
+std::string Context::unique_name(const Object& object, const std::string& kind,
+                                 std::set<std::string>& taken) {
   std::string name = object.id.empty() ? kind : object.id;
-  for (int i = 2; !taken.insert(name).second; ++i) name = concat(object.id.empty() ? kind : object.id, "-", i);
+  for (int i = 2; !taken.insert(name).second; ++i)
+    name = concat(object.id.empty() ? kind : object.id, "-", i);
   return name;
 }
 
 std::string Context::name_with_place(const Object& object) const {
   const std::filesystem::path file = diagnostics.file_name(object.where.file);
-  return concat(object.id.empty() ? object.type : object.id, ", ", file.filename().string(), ":", object.where.line);
+  return concat(object.id.empty() ? object.type : object.id, ", ", file.filename().string(), ":",
+                object.where.line);
 }
 
 bool PropertyReader::has(std::string_view name) const {
@@ -35,7 +38,8 @@ Property* PropertyReader::find(std::string_view name) {
 }
 
 void PropertyReader::error(const Property& property, std::string_view what) {
-  diagnostics().error(property.where, concat("parameter \"", property.name, "\" of ", object_.title(), ": ", what));
+  diagnostics().error(property.where,
+                      concat("parameter \"", property.name, "\" of ", object_.title(), ": ", what));
 }
 
 double PropertyReader::number(std::string_view name, double fallback) {
@@ -49,7 +53,8 @@ double PropertyReader::number(std::string_view name, double fallback) {
   } else {
     error(*property, "expected a number");
   }
-  if (value <= std::numeric_limits<float>::max() && value >= std::numeric_limits<float>::lowest()) return value;
+  if (value <= std::numeric_limits<float>::max() && value >= std::numeric_limits<float>::lowest())
+    return value;
   error(*property, "the number is beyond the range of a float");
   return fallback;
 }
@@ -114,7 +119,8 @@ std::vector<Property*> PropertyReader::children(std::string_view tag) {
 Object* PropertyReader::child(std::string_view tag) {
   const std::vector<Property*> found = children(tag);
   if (found.size() > 1) {
-    diagnostics().error(found[1]->where, concat("a second ", tag, " in the ", object_.title(), ": expected one"));
+    diagnostics().error(found[1]->where,
+                        concat("a second ", tag, " in the ", object_.title(), ": expected one"));
   }
   return found.empty() ? nullptr : std::get<Object*>(found.front()->value);
 }
@@ -151,10 +157,11 @@ void warn_of_unused(Context& context) {
     for (const Property& property : object.properties) {
       if (property.used) continue;
       Object* const* child = std::get_if<Object*>(&property.value);
-      const std::string what = child != nullptr && property.name.empty() ? concat("the ", (*child)->title())
-                                                                         : concat("parameter \"", property.name, "\"");
-      context.diagnostics.warning(property.where,
-                                  concat(what, " of ", object.title(), " is not known here: it has no effect"));
+      const std::string what = child != nullptr && property.name.empty()
+                                   ? concat("the ", (*child)->title())
+                                   : concat("parameter \"", property.name, "\"");
+      context.diagnostics.warning(
+          property.where, concat(what, " of ", object.title(), " is not known here: it has no effect"));
     }
   }
 }

@@ -11,11 +11,13 @@
 
 namespace tessera::client::mitsuba {
 
-/// A property of another type than asked for is an error at its place, and the fallback is given. What nobody asked for
-/// is a warning once all is read (`warn_of_unused`).
+/// A property of another type than asked for is an error at its place, and the fallback is given. What nobody
+/// asked for is a warning once all is read (`warn_of_unused`).
 class PropertyReader {
  public:
-  PropertyReader(Context& context, Object& object) : context_(context), object_(object) { object.is_read = true; }
+  PropertyReader(Context& context, Object& object) : context_(context), object_(object) {
+    object.is_read = true;
+  }
 
   Context& context() { return context_; }
   Diagnostics& diagnostics() { return context_.diagnostics; }
@@ -41,7 +43,8 @@ class PropertyReader {
   /// The one with this name and tag.
   Object* named_child(std::string_view name, std::string_view tag);
 
-  /// The file that a property names; nothing, with an error, when the property is missing or the file does not exist.
+  /// The file that a property names; nothing, with an error, when the property is missing or the file does
+  /// not exist.
   std::optional<std::filesystem::path> file(std::string_view name);
 
   void error(std::string message) { diagnostics().error(object_.where, std::move(message)); }
@@ -57,8 +60,8 @@ class PropertyReader {
   Object& object_;
 };
 
-/// One warning for each property of the objects that were read which nobody asked for. Objects that nobody read, such as
-/// materials of no shape, are not looked at.
+/// One warning for each property of the objects that were read which nobody asked for. Objects that nobody
+/// read, such as materials of no shape, are not looked at.
 void warn_of_unused(Context& context);
 
 }  // namespace tessera::client::mitsuba

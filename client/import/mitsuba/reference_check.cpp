@@ -80,8 +80,8 @@ void resolve_references(const std::vector<Reference>& references, const std::map
                         Document& document, Diagnostics& diagnostics) {
   for (const Reference& reference : references) {
     // The place in the file tells properties without a name apart.
-    const auto property =
-        std::find_if(reference.owner->properties.begin(), reference.owner->properties.end(), [&](const Property& p) {
+    const auto property = std::find_if(
+        reference.owner->properties.begin(), reference.owner->properties.end(), [&](const Property& p) {
           const Object* const* object = std::get_if<Object*>(&p.value);
           return object != nullptr && *object == nullptr && p.name == reference.name &&
                  p.where.file == reference.where.file && p.where.line == reference.where.line &&

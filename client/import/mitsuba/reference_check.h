@@ -18,8 +18,8 @@ struct Reference {
   SourceLocation where;
 };
 
-/// Puts the objects in the references' places. Errors, and properties left out: an unknown id, objects that contain
-/// themselves, objects nested so deep that nothing real needs it.
+/// Puts the objects in the references' places. Errors, and properties left out: an unknown id, objects that
+/// contain themselves, objects nested so deep that nothing real needs it.
 void resolve_references(const std::vector<Reference>& references, const std::map<std::string, Object*>& ids,
                         Document& document, Diagnostics& diagnostics);
 

@@ -16,7 +16,9 @@ namespace {
 /// Mitsuba's camera has x to the left of the picture.
 Transform with_x_right(const Transform& to_world) { return to_world * scaling(-1, 1, 1); }
 
-double column_length(const Transform& t, int column) { return std::hypot(t(0, column), t(1, column), t(2, column)); }
+double column_length(const Transform& t, int column) {
+  return std::hypot(t(0, column), t(1, column), t(2, column));
+}
 
 /// The lengths of the axes, taken out of the transformation.
 Vector3 take_scale(Transform& t) {
@@ -29,20 +31,21 @@ Vector3 take_scale(Transform& t) {
 }
 
 /// The part of the screen that the crop window shows. The film spans [-half_width, half_width] across.
-void write_screen_window(PropertyReader& reader, const FilmWindow& film, double half_width, double half_height,
-                         v1::Camera& camera) {
+void write_screen_window(PropertyReader& reader, const FilmWindow& film, double half_width,
+                         double half_height, v1::Camera& camera) {
   // Fractions of the film, to the right and down.
   const double shift_x = reader.number("principal_point_offset_x", 0);
   const double shift_y = reader.number("principal_point_offset_y", 0);
   const double left = film.crop_x / film.width + shift_x, right = left + film.crop_width / film.width;
   const double top = film.crop_y / film.height + shift_y, bottom = top + film.crop_height / film.height;
-  for (const double edge : {(2 * left - 1) * half_width, (2 * right - 1) * half_width, (1 - 2 * bottom) * half_height,
-                            (1 - 2 * top) * half_height}) {
+  for (const double edge : {(2 * left - 1) * half_width, (2 * right - 1) * half_width,
+                            (1 - 2 * bottom) * half_height, (1 - 2 * top) * half_height}) {
     camera.add_screen_window(static_cast<float>(edge));
   }
 }
 
-void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform to_world, v1::Camera& camera) {
+void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform to_world,
+                       v1::Camera& camera) {
   const double aspect = film.width / film.height;
   const double half_width = read_half_width(reader, aspect);
   const double shorter = std::min(half_width, half_width / aspect);
@@ -67,7 +70,8 @@ void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform
   }
 }
 
-void write_orthographic(PropertyReader& reader, const FilmWindow& film, Transform to_world, v1::Camera& camera) {
+void write_orthographic(PropertyReader& reader, const FilmWindow& film, Transform to_world,
+                        v1::Camera& camera) {
   // Before it is transformed, the film is two units wide.
   const Vector3 scale = take_scale(to_world);
   camera.mutable_orthographic();
@@ -107,8 +111,8 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   PropertyReader reader(context, sensor);
   const bool is_perspective = sensor.type == "perspective" || sensor.type == "thinlens";
   if (!is_perspective && sensor.type != "orthographic") {
-    reader.error(
-        concat("sensor \"", sensor.type, "\" is not supported: expected perspective, thinlens or orthographic"));
+    reader.error(concat("sensor \"", sensor.type,
+                        "\" is not supported: expected perspective, thinlens or orthographic"));
     return;
   }
   write_sampler(context, reader.child("sampler"));

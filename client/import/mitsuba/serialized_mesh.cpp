@@ -39,7 +39,9 @@ absl::Status fail(std::string message) { return absl::InvalidArgumentError(std::
 /// The values of one mesh, inflated piece by piece as they are asked for.
 class Inflater {
  public:
-  explicit Inflater(std::string_view compressed) : rest_(compressed) { ready_ = inflateInit(&stream_) == Z_OK; }
+  explicit Inflater(std::string_view compressed) : rest_(compressed) {
+    ready_ = inflateInit(&stream_) == Z_OK;
+  }
   ~Inflater() {
     if (ready_) inflateEnd(&stream_);
   }
@@ -116,13 +118,15 @@ absl::StatusOr<std::size_t> find_mesh(std::string_view bytes, int version, std::
   if (index == 0) return 0;
   if (bytes.size() < sizeof(std::uint32_t)) return fail("the file is cut off");
   const std::uint32_t count = load<std::uint32_t>(bytes, bytes.size() - sizeof(std::uint32_t));
-  if (index < 0 || index >= count) return fail(concat("there is no mesh ", index, ": the file holds ", count));
+  if (index < 0 || index >= count)
+    return fail(concat("there is no mesh ", index, ": the file holds ", count));
   const std::size_t entry = version == 4 ? sizeof(std::uint64_t) : sizeof(std::uint32_t);
   const std::size_t from_end = sizeof(std::uint32_t) + entry * (count - static_cast<std::size_t>(index));
   if (from_end > bytes.size()) return fail("the table of meshes is cut off");
   const std::size_t at = bytes.size() - from_end;
   const std::uint64_t offset = version == 4 ? load<std::uint64_t>(bytes, at) : load<std::uint32_t>(bytes, at);
-  if (offset > bytes.size() - sizeof(std::uint32_t)) return fail("the table of meshes points outside of the file");
+  if (offset > bytes.size() - sizeof(std::uint32_t))
+    return fail("the table of meshes points outside of the file");
   return static_cast<std::size_t>(offset);
 }
 

@@ -65,12 +65,14 @@ std::string ShapeWriter::use_group(Object& group) {
   for (const Property* property : reader.children("shape")) {
     Object& child = *std::get<Object*>(property->value);
     if (child.type == "shapegroup" || child.type == "instance") {
-      context_.diagnostics.error(property->where, concat("a ", child.title(), " cannot stand inside a shapegroup"));
+      context_.diagnostics.error(property->where,
+                                 concat("a ", child.title(), " cannot stand inside a shapegroup"));
     } else if (!write_shape(child, true, *message.add_shapes())) {
       message.mutable_shapes()->RemoveLast();
     }
   }
-  if (reader.has("to_world")) reader.warn("the transformation of a shapegroup is left out: its instances have theirs");
+  if (reader.has("to_world"))
+    reader.warn("the transformation of a shapegroup is left out: its instances have theirs");
   reader.ignore({"to_world"});
   return name;
 }
@@ -79,8 +81,10 @@ bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
   PropertyReader reader(context_, object);
   shape.set_name(context_.name_with_place(object));
   // Media first: a mesh may have to swap them.
-  if (Object* medium = reader.named_child("interior", "medium")) shape.set_interior_medium(media_.use(*medium));
-  if (Object* medium = reader.named_child("exterior", "medium")) shape.set_exterior_medium(media_.use(*medium));
+  if (Object* medium = reader.named_child("interior", "medium"))
+    shape.set_interior_medium(media_.use(*medium));
+  if (Object* medium = reader.named_child("exterior", "medium"))
+    shape.set_exterior_medium(media_.use(*medium));
   if (reader.boolean("flip_normals", false)) shape.set_reverse_orientation(true);
   if (!write_geometry(reader, shape)) return false;
 
@@ -103,7 +107,8 @@ bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
 bool ShapeWriter::write_geometry(PropertyReader& reader, v1::Shape& shape) {
   const std::string& type = reader.object().type;
   const Transform world_from_object = reader.transform("to_world");
-  if (!inverse(world_from_object)) reader.error(concat(reader.object().title(), ": its transformation is singular"));
+  if (!inverse(world_from_object))
+    reader.error(concat(reader.object().title(), ": its transformation is singular"));
   write_matrix(world_from_object, *shape.mutable_world_from_object());
   if (type == "obj" || type == "ply" || type == "serialized") {
     meshes_.add_file(reader, world_from_object, shape);
@@ -121,9 +126,10 @@ bool ShapeWriter::write_geometry(PropertyReader& reader, v1::Shape& shape) {
   } else if (type == "sdfgrid") {
     return write_sdf_grid(reader, shape);
   } else {
-    reader.error(concat("shape \"", type,
-                        "\" is not supported: expected obj, ply, serialized, rectangle, cube, sphere, cylinder, disk, "
-                        "sdfgrid, shapegroup or instance"));
+    reader.error(
+        concat("shape \"", type,
+               "\" is not supported: expected obj, ply, serialized, rectangle, cube, sphere, cylinder, disk, "
+               "sdfgrid, shapegroup or instance"));
     return false;
   }
   return true;
@@ -180,12 +186,14 @@ bool ShapeWriter::write_sdf_grid(PropertyReader& reader, v1::Shape& shape) {
   absl::StatusOr<InputFile> input = InputFile::open(*path);
   absl::StatusOr<VolumeFile> file = input.ok() ? read_volume_file(input->bytes()) : input.status();
   if (!file.ok()) {
-    reader.error(*reader.find("filename"), concat(path->string(), ": ", std::string(file.status().message())));
+    reader.error(*reader.find("filename"),
+                 concat(path->string(), ": ", std::string(file.status().message())));
     return false;
   }
   for (const std::uint32_t side : file->size) {
     if (side >= 2 && file->channels == 1) continue;
-    reader.error(*reader.find("filename"), "a signed distance needs one channel and two samples along each axis");
+    reader.error(*reader.find("filename"),
+                 "a signed distance needs one channel and two samples along each axis");
     return false;
   }
   v1::SdfGrid& grid = *shape.mutable_sdf_grid();

@@ -8,8 +8,8 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-/// (u, v) -> to_uv * (u, v), with what stands in a UvMapping when it is that. Then (u', v') -> (u', flipped) where
-/// images want v to grow upwards.
+/// (u, v) -> to_uv * (u, v), with what stands in a UvMapping when it is that. Then (u', v') -> (u', flipped)
+/// where images want v to grow upwards.
 void write_mapping(const Transform& to_uv, bool flip_v, v1::UvMapping& mapping) {
   const double sign = flip_v ? -1 : 1;
   const auto set = [](double value, double absent) { return value != absent; };
@@ -40,10 +40,12 @@ v1::SpectrumValue constant_value(const v1::Spectrum& spectrum) {
 
 }  // namespace
 
-v1::SpectrumValue TextureTable::color(PropertyReader& reader, std::string_view name, double fallback, ColorUse use) {
+v1::SpectrumValue TextureTable::color(PropertyReader& reader, std::string_view name, double fallback,
+                                      ColorUse use) {
   const Property* property = reader.find(name);
   if (property == nullptr) return constant_value(rgb_spectrum({fallback, fallback, fallback}));
-  if (const auto color = read_constant_color(reader, *property, use)) return constant_value(rgb_spectrum(*color));
+  if (const auto color = read_constant_color(reader, *property, use))
+    return constant_value(rgb_spectrum(*color));
   Object* const* object = std::get_if<Object*>(&property->value);
   if (object == nullptr || (*object)->tag != "texture") {
     reader.error(*property, "expected a colour or a texture");
@@ -125,15 +127,17 @@ void TextureTable::write(PropertyReader& reader, TextureRole role, v1::Texture& 
   } else if (type == "mesh_attribute") {
     const std::string name = reader.text("name", "");
     if (!name.starts_with("vertex_") && !name.starts_with("face_")) {
-      reader.error(concat("a mesh attribute's name begins with \"vertex_\" or \"face_\", but this is \"", name, "\""));
+      reader.error(
+          concat("a mesh attribute's name begins with \"vertex_\" or \"face_\", but this is \"", name, "\""));
     }
     message.mutable_mesh_attribute()->set_attribute(name);
     const double scale = reader.number("scale", 1);
     if (scale != 1) message.mutable_mesh_attribute()->set_scale(static_cast<float>(scale));
   } else {
-    reader.error(concat("texture \"", type,
-                        "\" is not supported: expected bitmap, checkerboard, mesh_attribute, uniform, srgb, d65 or "
-                        "rawconstant"));
+    reader.error(
+        concat("texture \"", type,
+               "\" is not supported: expected bitmap, checkerboard, mesh_attribute, uniform, srgb, d65 or "
+               "rawconstant"));
   }
 }
 
@@ -172,7 +176,8 @@ void TextureTable::write_image(PropertyReader& reader, v1::ImageTexture& image) 
 v1::SpectrumValue TextureTable::value_of_role(PropertyReader& reader, std::string_view name, double fallback,
                                               TextureRole role) {
   if (role != TextureRole::kScalar) {
-    return color(reader, name, fallback, role == TextureRole::kColor ? ColorUse::kReflectance : ColorUse::kUnbounded);
+    return color(reader, name, fallback,
+                 role == TextureRole::kColor ? ColorUse::kReflectance : ColorUse::kUnbounded);
   }
   const v1::FloatValue number = scalar(reader, name, fallback);
   v1::SpectrumValue value;
@@ -184,11 +189,12 @@ v1::SpectrumValue TextureTable::value_of_role(PropertyReader& reader, std::strin
   return value;
 }
 
-void TextureTable::write_checkerboard(PropertyReader& reader, TextureRole role, v1::CheckerboardTexture& board) {
+void TextureTable::write_checkerboard(PropertyReader& reader, TextureRole role,
+                                      v1::CheckerboardTexture& board) {
   const v1::SpectrumValue color0 = value_of_role(reader, "color0", 0.4, role);
   const v1::SpectrumValue color1 = value_of_role(reader, "color1", 0.2, role);
-  // Asked for a colour, Mitsuba gives color0 where both coordinates are in the same half of their cell; asked for a
-  // number, it gives color1 there.
+  // Asked for a colour, Mitsuba gives color0 where both coordinates are in the same half of their cell; asked
+  // for a number, it gives color1 there.
   *board.mutable_even() = role == TextureRole::kScalar ? color1 : color0;
   *board.mutable_odd() = role == TextureRole::kScalar ? color0 : color1;
   // Mitsuba's cells are half a unit wide.

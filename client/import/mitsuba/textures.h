@@ -33,7 +33,8 @@ class TextureTable {
   void write(PropertyReader& reader, TextureRole role, v1::Texture& message);
   void write_image(PropertyReader& reader, v1::ImageTexture& image);
   void write_checkerboard(PropertyReader& reader, TextureRole role, v1::CheckerboardTexture& board);
-  v1::SpectrumValue value_of_role(PropertyReader& reader, std::string_view name, double fallback, TextureRole role);
+  v1::SpectrumValue value_of_role(PropertyReader& reader, std::string_view name, double fallback,
+                                  TextureRole role);
 
   Context& context_;
   std::map<std::pair<const Object*, TextureRole>, std::string> names_;

@@ -29,7 +29,8 @@ std::string read_three(const pugi::xml_node& node, const char* name, Vector3& ve
 }
 
 std::string translate(const pugi::xml_node& node, Transform& transform) {
-  if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty()) return problem;
+  if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty())
+    return problem;
   Vector3 v;
   if (std::string problem = read_vector(node, 0, v); !problem.empty()) return problem;
   transform = translation(v[0], v[1], v[2]) * transform;
@@ -37,7 +38,8 @@ std::string translate(const pugi::xml_node& node, Transform& transform) {
 }
 
 std::string scale(const pugi::xml_node& node, Transform& transform) {
-  if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty()) return problem;
+  if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty())
+    return problem;
   Vector3 v;
   if (std::string problem = read_vector(node, 1, v); !problem.empty()) return problem;
   transform = scaling(v[0], v[1], v[2]) * transform;
@@ -45,11 +47,13 @@ std::string scale(const pugi::xml_node& node, Transform& transform) {
 }
 
 std::string rotate(const pugi::xml_node& node, Transform& transform) {
-  if (std::string problem = check_attributes(node, {"x", "y", "z", "value", "angle"}); !problem.empty()) return problem;
+  if (std::string problem = check_attributes(node, {"x", "y", "z", "value", "angle"}); !problem.empty())
+    return problem;
   Vector3 axis;
   if (std::string problem = read_vector(node, 0, axis); !problem.empty()) return problem;
   const std::optional<double> angle = parse_float(node.attribute("angle").value());
-  if (!angle) return concat("expected a number as \"angle\", found \"", node.attribute("angle").value(), "\"");
+  if (!angle)
+    return concat("expected a number as \"angle\", found \"", node.attribute("angle").value(), "\"");
   if (!(std::hypot(axis[0], axis[1], axis[2]) > 0)) return "the axis of the rotation is zero";
   transform = rotation(*angle, axis) * transform;
   return "";
@@ -63,7 +67,8 @@ Vector3 some_direction_across(const Vector3& n) {
 }
 
 std::string lookat(const pugi::xml_node& node, Transform& transform) {
-  if (std::string problem = check_attributes(node, {"origin", "target", "up"}); !problem.empty()) return problem;
+  if (std::string problem = check_attributes(node, {"origin", "target", "up"}); !problem.empty())
+    return problem;
   Vector3 origin, target, up = {0, 0, 0};
   if (std::string problem = read_three(node, "origin", origin); !problem.empty()) return problem;
   if (std::string problem = read_three(node, "target", target); !problem.empty()) return problem;
@@ -73,9 +78,11 @@ std::string lookat(const pugi::xml_node& node, Transform& transform) {
   const Vector3 view = {target[0] - origin[0], target[1] - origin[1], target[2] - origin[2]};
   const double distance = std::hypot(view[0], view[1], view[2]);
   if (!(distance > 0)) return "lookat: origin and target coincide";
-  if (up == Vector3{0, 0, 0}) up = some_direction_across({view[0] / distance, view[1] / distance, view[2] / distance});
+  if (up == Vector3{0, 0, 0})
+    up = some_direction_across({view[0] / distance, view[1] / distance, view[2] / distance});
   const std::optional<Transform> local_from_parent = look_at(origin, target, up);
-  const std::optional<Transform> parent_from_local = local_from_parent ? inverse(*local_from_parent) : std::nullopt;
+  const std::optional<Transform> parent_from_local =
+      local_from_parent ? inverse(*local_from_parent) : std::nullopt;
   if (!parent_from_local) return "lookat: \"up\" is parallel to the view";
   transform = *parent_from_local * transform;
   return "";

@@ -8,8 +8,8 @@
 
 namespace tessera::client::mitsuba {
 
-/// One of <translate>, <rotate>, <scale>, <lookat>, <matrix>, whose parameters have been substituted, applied behind
-/// `transform`. The message of what is wrong, or nothing.
+/// One of <translate>, <rotate>, <scale>, <lookat>, <matrix>, whose parameters have been substituted, applied
+/// behind `transform`. The message of what is wrong, or nothing.
 std::string apply_operation(const pugi::xml_node& operation, Transform& transform);
 
 /// x, y and z, or `value` with one or three numbers; the message of what is wrong, or nothing.

@@ -32,7 +32,8 @@ std::vector<std::string_view> split_at(std::string_view text, std::string_view s
 std::string add_sample(double wavelength_nm, double value, SpectrumTable& table) {
   const float nm = static_cast<float>(wavelength_nm);
   if (!table.wavelengths_nm.empty() && !(nm > table.wavelengths_nm.back())) {
-    return concat("wavelengths must ascend, but ", wavelength_nm, " nm follows ", table.wavelengths_nm.back(), " nm");
+    return concat("wavelengths must ascend, but ", wavelength_nm, " nm follows ", table.wavelengths_nm.back(),
+                  " nm");
   }
   table.wavelengths_nm.push_back(nm);
   table.values.push_back(static_cast<float>(value));
@@ -52,8 +53,9 @@ std::optional<double> parse_float(std::string_view text) {
   if (result.ptr != end || text.empty()) return std::nullopt;
   // Too small for a double is zero; too large is an error.
   if (result.ec == std::errc::result_out_of_range) {
-    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos ? std::optional(0.0)
-                                                                                                  : std::nullopt;
+    return text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos
+               ? std::optional(0.0)
+               : std::nullopt;
   }
   if (result.ec != std::errc{} || !wire::is_scene_number(value)) return std::nullopt;
   return value;
@@ -71,7 +73,8 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 std::optional<bool> parse_boolean(std::string_view text) {
   std::string lower;
-  for (const char c : trimmed(text)) lower.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  for (const char c : trimmed(text))
+    lower.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
   if (lower == "true") return true;
   if (lower == "false") return false;
   return std::nullopt;
@@ -102,7 +105,8 @@ std::string parse_spectrum(std::string_view text, SpectrumData& spectrum) {
     if (!nm || !value) return concat("expected wavelength:value, found \"", word, "\"");
     if (std::string problem = add_sample(*nm, *value, spectrum.samples); !problem.empty()) return problem;
   }
-  return spectrum.samples.values.size() < 2 ? "expected one number or at least two pairs wavelength:value" : "";
+  return spectrum.samples.values.size() < 2 ? "expected one number or at least two pairs wavelength:value"
+                                            : "";
 }
 
 std::string parse_spectrum_file(std::string_view bytes, SpectrumData& spectrum) {
@@ -115,7 +119,8 @@ std::string parse_spectrum_file(std::string_view bytes, SpectrumData& spectrum) 
     line = line.substr(0, line.find('#'));
     const std::optional<std::vector<double>> numbers = parse_floats(line);
     if (numbers && numbers->empty()) continue;
-    if (!numbers || numbers->size() != 2) return concat("line ", line_number, ": expected a wavelength and a value");
+    if (!numbers || numbers->size() != 2)
+      return concat("line ", line_number, ": expected a wavelength and a value");
     std::string problem = add_sample((*numbers)[0], (*numbers)[1], spectrum.samples);
     if (!problem.empty()) return concat("line ", line_number, ": ", problem);
   }

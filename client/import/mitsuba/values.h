@@ -35,7 +35,8 @@ struct String {
   std::string text;
 };
 
-using Value = std::variant<bool, std::int64_t, double, String, Vector3, Rgb, SpectrumData, Transform, Object*>;
+using Value =
+    std::variant<bool, std::int64_t, double, String, Vector3, Rgb, SpectrumData, Transform, Object*>;
 
 struct Property {
   std::string name;  // empty for an object without a name

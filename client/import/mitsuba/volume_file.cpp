@@ -39,7 +39,8 @@ absl::StatusOr<VolumeFile> read_volume_file(std::string_view bytes) {
   std::uint64_t count = 1;
   for (int a = 0; a < 3; ++a) {
     file.size[a] = load<std::uint32_t>(bytes, 8 + 4 * a);
-    if (file.size[a] < 1 || file.size[a] > kMaxSize) return fail(concat("a side of ", file.size[a], " samples"));
+    if (file.size[a] < 1 || file.size[a] > kMaxSize)
+      return fail(concat("a side of ", file.size[a], " samples"));
     count *= file.size[a];
   }
   file.channels = load<std::uint32_t>(bytes, 20);

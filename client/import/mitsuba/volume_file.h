@@ -17,8 +17,8 @@ struct VolumeFile {
   std::string blob;  // proto/wire/volume_blob.h
 };
 
-/// Format version 3 with float samples. InvalidArgument for anything else: damaged or cut off, sizes that the file
-/// cannot hold, samples that are not finite.
+/// Format version 3 with float samples. InvalidArgument for anything else: damaged or cut off, sizes that the
+/// file cannot hold, samples that are not finite.
 absl::StatusOr<VolumeFile> read_volume_file(std::string_view bytes);
 
 }  // namespace tessera::client::mitsuba

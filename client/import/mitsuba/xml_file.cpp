@@ -7,7 +7,8 @@
 
 namespace tessera::client::mitsuba {
 
-bool XmlFile::load(const std::filesystem::path& path, SourceLocation included_from, Diagnostics& diagnostics) {
+bool XmlFile::load(const std::filesystem::path& path, SourceLocation included_from,
+                   Diagnostics& diagnostics) {
   absl::StatusOr<InputFile> file = InputFile::open(path);
   if (!file.ok()) {
     diagnostics.error(included_from, std::string(file.status().message()));

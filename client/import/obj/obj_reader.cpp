@@ -100,7 +100,8 @@ class ObjReader {
     return "";
   }
 
-  static std::string read_floats(std::string_view text, int count, std::vector<float>& array, std::string_view what) {
+  static std::string read_floats(std::string_view text, int count, std::vector<float>& array,
+                                 std::string_view what) {
     LineCursor cursor(text);
     for (int i = 0; i < count; ++i) {
       float value = 0;
@@ -117,7 +118,8 @@ class ObjReader {
   }
 
   /// From the file's index, which counts from 1 or, when negative, from the end.
-  static std::string resolve(std::int64_t index, std::size_t count, std::string_view what, std::uint32_t& resolved) {
+  static std::string resolve(std::int64_t index, std::size_t count, std::string_view what,
+                             std::uint32_t& resolved) {
     const std::int64_t from_zero = index > 0 ? index - 1 : static_cast<std::int64_t>(count) + index;
     if (index == 0 || from_zero < 0 || static_cast<std::size_t>(from_zero) >= count) {
       return concat(what, " index ", index, " is out of range: there are ", count, " so far");
@@ -167,7 +169,8 @@ class ObjReader {
 
   /// The vertex of these indices: corners of one position are chained, so that the same ones are found again.
   std::uint32_t vertex_of(const Corner& corner) {
-    if (first_of_position_.size() < positions_.size() / 3) first_of_position_.resize(positions_.size() / 3, kNone);
+    if (first_of_position_.size() < positions_.size() / 3)
+      first_of_position_.resize(positions_.size() / 3, kNone);
     std::uint32_t* link = &first_of_position_[corner[0]];
     while (*link != kNone) {
       if (corners_[*link] == corner) return *link;
@@ -203,11 +206,13 @@ class ObjReader {
       result_.warnings.push_back(concat(without_normal, " corners have no normal: all normals are left out"));
     }
     if (degenerate_faces_ > 0) {
-      result_.warnings.push_back(concat(degenerate_faces_, " faces have fewer than three vertices: left out"));
+      result_.warnings.push_back(
+          concat(degenerate_faces_, " faces have fewer than three vertices: left out"));
     }
   }
 
-  static void append(const std::vector<float>& from, std::uint32_t index, std::size_t stride, std::vector<float>& to) {
+  static void append(const std::vector<float>& from, std::uint32_t index, std::size_t stride,
+                     std::vector<float>& to) {
     if (index == kNone) {
       to.insert(to.end(), stride, 0.0f);
       return;

@@ -15,13 +15,13 @@ struct ObjMesh {
   std::vector<std::string> warnings;  // what was approximated or not read
 };
 
-/// Reads v, vt, vn and f; groups, objects and materials all become one mesh, other lines are skipped. Polygons are cut
-/// into a fan of triangles. Indices may be negative (counted from the end so far). Corners with the same indices
-/// become one vertex. Where only some corners have a texture coordinate, the others get (0, 0); normals are kept only
-/// when all corners have one.
+/// Reads v, vt, vn and f; groups, objects and materials all become one mesh, other lines are skipped.
+/// Polygons are cut into a fan of triangles. Indices may be negative (counted from the end so far). Corners
+/// with the same indices become one vertex. Where only some corners have a texture coordinate, the others get
+/// (0, 0); normals are kept only when all corners have one.
 ///
-/// InvalidArgument with "line N: ..." for what cannot be read: a number that is none, an index out of range, a
-/// coordinate that is not finite.
+/// InvalidArgument with "line N: ..." for what cannot be read: a number that is none, an index out of range,
+/// a coordinate that is not finite.
 absl::StatusOr<ObjMesh> read_obj(std::string_view bytes);
 
 }  // namespace tessera::client

@@ -40,8 +40,8 @@ void write_subsurface(ValueReader& values, const UseMaterial&, v1::Material& mat
     *reflectance.mutable_constant() = constant_spectrum(0.5);
   } else {
     // Albedo of a half-space that scatters and absorbs [van de Hulst 1980].
-    const std::array<double, 3> absorbed =
-        rgb_of(values, "sigma_a", SpectrumUse::kUnbounded).value_or(std::array<double, 3>{.0011, .0024, .014});
+    const std::array<double, 3> absorbed = rgb_of(values, "sigma_a", SpectrumUse::kUnbounded)
+                                               .value_or(std::array<double, 3>{.0011, .0024, .014});
     const std::array<double, 3> scattered =
         rgb_of(values, "sigma_s", SpectrumUse::kUnbounded).value_or(std::array<double, 3>{2.55, 3.21, 3.77});
     std::array<double, 3> albedo;

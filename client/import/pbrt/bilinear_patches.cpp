@@ -25,7 +25,8 @@ struct Patch {
   }
 
   /// One number an array entry `stride` apart, bilinear between the corners.
-  double blend(const std::vector<float>& values, std::size_t stride, std::size_t component, double u, double v) const {
+  double blend(const std::vector<float>& values, std::size_t stride, std::size_t component, double u,
+               double v) const {
     const auto at = [&](int k) { return double{values[stride * index[k] + component]}; };
     // Along an edge only its own two corners count, so that neighbours compute the same points.
     return std::lerp(std::lerp(at(0), at(1), u), std::lerp(at(2), at(3), u), v);
@@ -69,10 +70,10 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
         mesh.positions.push_back(static_cast<float>(patch.blend(corners.positions, 3, a, u, v)));
       }
       if (with_normals) {
-        const Vec n = corners.normals.empty()
-                          ? patch.normal(u, v)
-                          : Vec{patch.blend(corners.normals, 3, 0, u, v), patch.blend(corners.normals, 3, 1, u, v),
-                                patch.blend(corners.normals, 3, 2, u, v)};
+        const Vec n = corners.normals.empty() ? patch.normal(u, v)
+                                              : Vec{patch.blend(corners.normals, 3, 0, u, v),
+                                                    patch.blend(corners.normals, 3, 1, u, v),
+                                                    patch.blend(corners.normals, 3, 2, u, v)};
         for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
       }
       const bool has_uvs = !corners.uvs.empty();
@@ -91,8 +92,9 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
 
 }  // namespace
 
-BilinearTessellation tessellate_patches(const wire::MeshData& corners, const std::vector<std::uint32_t>& indices) {
-  constexpr double kFlat = 1e-3;         // of a patch's size: what exporters' roundings make of a parallelogram
+BilinearTessellation tessellate_patches(const wire::MeshData& corners,
+                                        const std::vector<std::uint32_t>& indices) {
+  constexpr double kFlat = 1e-3;  // of a patch's size: what exporters' roundings make of a parallelogram
   constexpr double kTolerance = 2.5e-4;  // likewise
   constexpr double kMostCells = 4e6;     // of all patches
   Warp warp;
@@ -105,7 +107,8 @@ BilinearTessellation tessellate_patches(const wire::MeshData& corners, const std
   result.curved = warp.height > kFlat;
   if (warp.twist > kFlat) {
     // A cell of n x n leaves the surface by a quarter of the twist over n^2.
-    const double affordable = std::sqrt(kMostCells / std::max<double>(1, static_cast<double>(indices.size()) / 4));
+    const double affordable =
+        std::sqrt(kMostCells / std::max<double>(1, static_cast<double>(indices.size()) / 4));
     const double wanted = std::ceil(std::sqrt(warp.twist / (4 * kTolerance)));
     result.steps = static_cast<int>(std::clamp(std::min(wanted, affordable), 1.0, 64.0));
   }

@@ -11,8 +11,9 @@ struct BilinearTessellation {
   int steps = 1;        // cells along each side of each patch
 };
 
-/// `indices` are four corners a patch: p00, p10, p01, p11. All patches of a mesh are cut alike, so that neighbours
-/// meet. Without uvs a patch spans the unit square.
-BilinearTessellation tessellate_patches(const wire::MeshData& corners, const std::vector<std::uint32_t>& indices);
+/// `indices` are four corners a patch: p00, p10, p01, p11. All patches of a mesh are cut alike, so that
+/// neighbours meet. Without uvs a patch spans the unit square.
+BilinearTessellation tessellate_patches(const wire::MeshData& corners,
+                                        const std::vector<std::uint32_t>& indices);
 
 }  // namespace tessera::client::pbrt

@@ -39,7 +39,8 @@ double read_exposure(Context& context, ParameterList& parameters, double shutter
                                 concat("film sensor \"", sensor, "\" is not supported yet: cie1931 is used"));
   }
   if (parameters.get_float("whitebalance", 0, context.diagnostics) != 0) {
-    context.diagnostics.warning(parameters.where(), "\"whitebalance\" of the film is not supported yet: none is done");
+    context.diagnostics.warning(parameters.where(),
+                                "\"whitebalance\" of the film is not supported yet: none is done");
   }
   if (std::isfinite(parameters.get_float("maxcomponentvalue", HUGE_VAL, context.diagnostics))) {
     context.diagnostics.warning(parameters.where(),
@@ -96,7 +97,8 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   const std::int64_t width = parameters.get_integer("xresolution", 1280, diagnostics);
   const std::int64_t height = parameters.get_integer("yresolution", 720, diagnostics);
   if (std::min(width, height) < 1 || std::max(width, height) > kMaxPixels) {
-    diagnostics.error(parameters.where(), concat("film: a resolution of ", width, "x", height, " is not possible"));
+    diagnostics.error(parameters.where(),
+                      concat("film: a resolution of ", width, "x", height, " is not possible"));
     return;
   }
   context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(width));
@@ -104,7 +106,8 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   const double exposure = read_exposure(context, parameters, shutter_seconds);
   if (exposure != 1) context.scene.mutable_film()->set_exposure(static_cast<float>(exposure));
   if (parameters.color_space() != ColorSpace::kSrgb) {
-    diagnostics.warning(parameters.where(), "the image is written in Rec.709 whatever the colour space of the film");
+    diagnostics.warning(parameters.where(),
+                        "the image is written in Rec.709 whatever the colour space of the film");
   }
   warn_of_crop(context, parameters);
   // Names and formats of files are the command line's; "diagonal" serves cameras with real lenses.
@@ -132,7 +135,8 @@ void write_screen_window(Context& context, ParameterList& parameters, v1::Camera
   } else if (parameters.has("frameaspectratio")) {
     const double frame = parameters.get_float("frameaspectratio", 1, diagnostics);
     if (!(frame > 0)) diagnostics.error(parameters.where(), "frameaspectratio is not above 0");
-    const float x = static_cast<float>(std::max(frame, 1.0)), y = static_cast<float>(std::max(1 / frame, 1.0));
+    const float x = static_cast<float>(std::max(frame, 1.0)),
+                y = static_cast<float>(std::max(1 / frame, 1.0));
     for (const float edge : {-x, x, -y, y}) message.add_screen_window(edge);
   }
   parameters.ignore({"frameaspectratio"});
@@ -142,7 +146,8 @@ void write_screen_window(Context& context, ParameterList& parameters, v1::Camera
 template <typename Lens>
 void write_lens(Context& context, ParameterList& parameters, Lens& lens) {
   lens.set_lens_radius(static_cast<float>(parameters.get_float("lensradius", 0, context.diagnostics)));
-  lens.set_focal_distance(static_cast<float>(parameters.get_float("focaldistance", 1e6, context.diagnostics)));
+  lens.set_focal_distance(
+      static_cast<float>(parameters.get_float("focaldistance", 1e6, context.diagnostics)));
 }
 
 void write_perspective(Context& context, ParameterList& parameters, v1::Camera& message) {
@@ -191,9 +196,11 @@ void write_camera(Context& context, Directive& camera) {
     context.diagnostics.error(
         camera.parameters.where(),
         camera.type == "realistic"
-            ? std::string("camera \"realistic\" is not supported: a perspective camera with \"lensradius\" and "
-                          "\"focaldistance\" comes near")
-            : concat("unknown camera \"", camera.type, "\": expected perspective, orthographic or spherical"));
+            ? std::string(
+                  "camera \"realistic\" is not supported: a perspective camera with \"lensradius\" and "
+                  "\"focaldistance\" comes near")
+            : concat("unknown camera \"", camera.type,
+                     "\": expected perspective, orthographic or spherical"));
     return;
   }
 }

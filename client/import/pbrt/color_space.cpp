@@ -5,8 +5,8 @@ namespace {
 
 using Matrix3 = double[3][3];
 
-// Derived from the primaries (DCI-P3 with the D65 white, as pbrt-v4 has it; BT.2020; AP0) and the white points of the
-// spaces: M = Rec709_from_XYZ * Bradford(white to D65) * XYZ_from_space, each row summing to 1.
+// Derived from the primaries (DCI-P3 with the D65 white, as pbrt-v4 has it; BT.2020; AP0) and the white
+// points of the spaces: M = Rec709_from_XYZ * Bradford(white to D65) * XYZ_from_space, each row summing to 1.
 constexpr Matrix3 kFromDciP3 = {{1.2249401763, -0.2249401763, 0.0},
                                 {-0.0420569547, 1.0420569547, 0.0},
                                 {-0.0196375546, -0.0786360456, 1.0982736001}};

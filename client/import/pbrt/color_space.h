@@ -12,8 +12,8 @@ enum class ColorSpace : unsigned char { kSrgb, kDciP3, kRec2020, kAces2065 };
 /// "srgb", "dci-p3", "rec2020", "aces2065-1".
 std::optional<ColorSpace> color_space_of(std::string_view name);
 
-/// Linear RGB of `from` in linear Rec.709, white on white (Bradford-adapted where the whites differ). Colours outside
-/// the gamut of Rec.709 come out with negative components.
+/// Linear RGB of `from` in linear Rec.709, white on white (Bradford-adapted where the whites differ). Colours
+/// outside the gamut of Rec.709 come out with negative components.
 std::array<double, 3> rec709_from(ColorSpace from, const std::array<double, 3>& rgb);
 
 }  // namespace tessera::client::pbrt

@@ -35,8 +35,8 @@ void add_elevated(const Vector3& a, const Vector3& b, const Vector3& c, Points& 
   out.insert(out.end(), {a, mix(a, b, 2.0 / 3), mix(b, c, 1.0 / 3), c});
 }
 
-/// Segment `s` of uniform B-splines and of Bezier splines, as four Bezier points each. Polar forms of a uniform
-/// B-spline [Ramshaw 1989].
+/// Segment `s` of uniform B-splines and of Bezier splines, as four Bezier points each. Polar forms of a
+/// uniform B-spline [Ramshaw 1989].
 void add_segment(const Points& p, std::size_t s, bool bspline, int degree, Points& out) {
   if (!bspline && degree == 3) {
     out.insert(out.end(), p.begin() + static_cast<std::ptrdiff_t>(3 * s),
@@ -71,8 +71,8 @@ Vector3 turned(const Vector3& a, const Vector3& b, double t) {
 bool read_normals(ValueReader& values, std::size_t segments, Points& normals) {
   normals = read_points(values, "N", ParameterType::kNormal);
   if (normals.size() != segments + 1) {
-    return fail(values, concat("a ribbon of ", segments, " segments takes ", segments + 1, " normals \"N\", found ",
-                               normals.size()));
+    return fail(values, concat("a ribbon of ", segments, " segments takes ", segments + 1,
+                               " normals \"N\", found ", normals.size()));
   }
   for (Vector3& n : normals) {
     const double length = std::hypot(n[0], n[1], n[2]);
@@ -116,7 +116,8 @@ bool append_curve(ValueReader& values, CurveBatch& batch) {
   const bool bspline = basis == "bspline";
   const std::size_t segments = count_segments(control.size(), bspline, static_cast<std::size_t>(degree));
   if (segments == 0) {
-    return fail(values, concat(control.size(), " control points \"P\" do not fit a ", basis, " of degree ", degree));
+    return fail(values,
+                concat(control.size(), " control points \"P\" do not fit a ", basis, " of degree ", degree));
   }
   Points normals;
   if (batch.kind == v1::Curves::RIBBON && !read_normals(values, segments, normals)) return false;

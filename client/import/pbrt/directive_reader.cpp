@@ -68,8 +68,9 @@ const DirectiveReader::DirectiveSyntax* DirectiveReader::find_syntax(std::string
       {"Translate", &R::translate},
       {"WorldBegin", &R::world_begin},
   };
-  const auto found = std::lower_bound(std::begin(kSyntax), std::end(kSyntax), name,
-                                      [](const DirectiveSyntax& s, std::string_view n) { return s.name < n; });
+  const auto found =
+      std::lower_bound(std::begin(kSyntax), std::end(kSyntax), name,
+                       [](const DirectiveSyntax& s, std::string_view n) { return s.name < n; });
   return found != std::end(kSyntax) && found->name == name ? &*found : nullptr;
 }
 
@@ -84,8 +85,8 @@ void DirectiveReader::read_file(const std::filesystem::path& path, SourceLocatio
     return;
   }
   if (open_files_.size() >= kMaxDepth || ++file_count_ > kMaxFiles) {
-    diagnostics.error(named_at, concat("too many included files: at most ", kMaxDepth, " inside one another and ",
-                                       kMaxFiles, " altogether"));
+    diagnostics.error(named_at, concat("too many included files: at most ", kMaxDepth,
+                                       " inside one another and ", kMaxFiles, " altogether"));
     return;
   }
   absl::StatusOr<InputFile> file = InputFile::open(path);
@@ -184,7 +185,8 @@ bool DirectiveReader::read_string(std::string_view what, std::string& value) {
 bool DirectiveReader::read_numbers(std::span<double> values) {
   for (double& value : values) {
     const Token token = peek();
-    const std::optional<double> number = token.kind == TokenKind::kWord ? parse_number(token.text) : std::nullopt;
+    const std::optional<double> number =
+        token.kind == TokenKind::kWord ? parse_number(token.text) : std::nullopt;
     if (!number) {
       fail(token, "a finite number");
       return false;
@@ -237,10 +239,12 @@ void DirectiveReader::rotate(const Token& directive) {
 void DirectiveReader::look_at_directive(const Token& directive) {
   double v[9];
   if (!read_numbers(v)) return;
-  if (const std::optional<Transform> t = look_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]})) {
+  if (const std::optional<Transform> t =
+          look_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]})) {
     builder_.concatenate(*t);
   } else {
-    context_.diagnostics.error(directive.where, "LookAt: the direction of view is zero, or \"up\" lies along it");
+    context_.diagnostics.error(directive.where,
+                               "LookAt: the direction of view is zero, or \"up\" lies along it");
   }
 }
 
@@ -275,8 +279,12 @@ void DirectiveReader::transform_times(const Token& directive) {
 }
 
 void DirectiveReader::world_begin(const Token& directive) { builder_.world_begin(directive.where); }
-void DirectiveReader::begin_block(const Token& directive) { builder_.begin_block(directive.text, directive.where); }
-void DirectiveReader::end_block(const Token& directive) { builder_.end_block(directive.text, directive.where); }
+void DirectiveReader::begin_block(const Token& directive) {
+  builder_.begin_block(directive.text, directive.where);
+}
+void DirectiveReader::end_block(const Token& directive) {
+  builder_.end_block(directive.text, directive.where);
+}
 void DirectiveReader::object_end(const Token& directive) { builder_.object_end(directive.where); }
 void DirectiveReader::reverse_orientation(const Token&) { builder_.reverse_orientation(); }
 

@@ -17,7 +17,8 @@ class DirectiveReader {
  public:
   DirectiveReader(Context& context, SceneBuilder& builder) : context_(context), builder_(builder) {}
 
-  /// Reads a file and all that it includes. `named_at` is where it is named, for a message when it cannot be read.
+  /// Reads a file and all that it includes. `named_at` is where it is named, for a message when it cannot be
+  /// read.
   void read_file(const std::filesystem::path& path, SourceLocation named_at);
 
  private:

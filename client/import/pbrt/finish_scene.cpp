@@ -121,8 +121,10 @@ void SceneBuilder::load_meshes() {
   std::vector<MeshJob> jobs;
   std::map<std::string, std::size_t> job_of_file;
   for (const PendingShape& shape : pending_shapes_) {
-    if (shape.needs.ply_file.empty() || !job_of_file.try_emplace(shape.needs.ply_file, jobs.size()).second) continue;
-    jobs.push_back({shape.needs.ply_file, context_.resolve(shape.needs.ply_file), absl::OkStatus(), "", "", {}, {}});
+    if (shape.needs.ply_file.empty() || !job_of_file.try_emplace(shape.needs.ply_file, jobs.size()).second)
+      continue;
+    jobs.push_back(
+        {shape.needs.ply_file, context_.resolve(shape.needs.ply_file), absl::OkStatus(), "", "", {}, {}});
   }
   parallel_for(jobs.size(), context_.threads, [&](std::size_t i) { run(jobs[i]); });
   for (MeshJob& job : jobs) {
@@ -150,8 +152,8 @@ void SceneBuilder::resolve_materials_and_textures() {
     }
     if (pending.shape->has_area_light() && materials_.is_interface(pending.material)) {
       pending.shape->clear_area_light();
-      context_.diagnostics.warning(pending.where,
-                                   "an area light on a shape of interface material is ignored, as in pbrt-v4");
+      context_.diagnostics.warning(
+          pending.where, "an area light on a shape of interface material is ignored, as in pbrt-v4");
     }
   }
 }
@@ -161,7 +163,8 @@ void SceneBuilder::resolve_powers() {
     if (pending.power <= 0 || !pending.shape->has_area_light()) continue;
     const SurfaceArea area = world_area(*pending.shape, pending.world_from_object.start, context_.blobs);
     // pbrt-v4 gives the power to each of the lights that it makes of a mesh.
-    const double lights = static_cast<double>(area.triangles) / static_cast<double>(pending.needs.triangles_per_light);
+    const double lights =
+        static_cast<double>(area.triangles) / static_cast<double>(pending.needs.triangles_per_light);
     v1::AreaLight& light = *pending.shape->mutable_area_light();
     // A diffuse emitter of radiance L emits pi L for each unit of area and side.
     const double sides = light.two_sided() ? 2 : 1;
@@ -174,9 +177,10 @@ void SceneBuilder::resolve_powers() {
     const double scale = light.has_scale() ? light.scale() : 1;
     light.set_scale(static_cast<float>(scale * pending.power * lights / emitted));
     if (!area.equal_triangles) {
-      context_.diagnostics.warning(pending.where,
-                                   "\"power\" is spread evenly over the mesh; pbrt-v4 gives the same to each triangle, "
-                                   "whatever its size");
+      context_.diagnostics.warning(
+          pending.where,
+          "\"power\" is spread evenly over the mesh; pbrt-v4 gives the same to each triangle, "
+          "whatever its size");
     }
   }
 }

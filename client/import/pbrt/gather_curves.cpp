@@ -1,4 +1,5 @@
-// The part of SceneBuilder that makes few shapes of many curves: hair has hundreds of thousands of directives.
+// The part of SceneBuilder that makes few shapes of many curves: hair has hundreds of thousands of
+// directives.
 #include "import/input/concat.h"
 #include "import/pbrt/scene_builder.h"
 
@@ -15,10 +16,13 @@ void SceneBuilder::curve(ValueReader& values, SourceLocation where) {
 
   const auto fits = [&](const OpenCurves& open) {
     const PendingShape &a = open.pending, &b = next.pending;
-    const auto alpha = [](const v1::Shape& shape) { return shape.has_alpha() ? shape.alpha().constant() : 1.0f; };
-    return open.batch.kind == next.batch.kind && a.object == b.object && a.material.anonymous == b.material.anonymous &&
-           a.material.name == b.material.name && a.world_from_object == b.world_from_object &&
-           a.needs.alpha_texture == b.needs.alpha_texture && alpha(open.looks) == alpha(next.looks) &&
+    const auto alpha = [](const v1::Shape& shape) {
+      return shape.has_alpha() ? shape.alpha().constant() : 1.0f;
+    };
+    return open.batch.kind == next.batch.kind && a.object == b.object &&
+           a.material.anonymous == b.material.anonymous && a.material.name == b.material.name &&
+           a.world_from_object == b.world_from_object && a.needs.alpha_texture == b.needs.alpha_texture &&
+           alpha(open.looks) == alpha(next.looks) &&
            open.looks.reverse_orientation() == next.looks.reverse_orientation() &&
            open.looks.interior_medium() == next.looks.interior_medium() &&
            open.looks.exterior_medium() == next.looks.exterior_medium() && !next.looks.has_area_light() &&

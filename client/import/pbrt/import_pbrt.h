@@ -8,9 +8,9 @@
 
 namespace tessera::client::pbrt {
 
-/// Reads a .pbrt or .pbrt.gz file with everything it names. PLY files are read on `threads` threads (0: one a core).
-/// InvalidArgument with up to 20 located errors, one a line; what is not supported becomes a warning that says what is
-/// done instead.
+/// Reads a .pbrt or .pbrt.gz file with everything it names. PLY files are read on `threads` threads (0: one a
+/// core). InvalidArgument with up to 20 located errors, one a line; what is not supported becomes a warning
+/// that says what is done instead.
 absl::StatusOr<ImportedScene> import_pbrt(const std::filesystem::path& path, int threads);
 
 }  // namespace tessera::client::pbrt

@@ -55,8 +55,8 @@ std::optional<LightImage> decode(Context& context, ParameterList& parameters, co
 }
 
 /// The texture of an image on a light; `filter` is pbrt-v4's for its kind. Its name, or "" after an error.
-std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters, const std::string& file,
-                          v1::ImageTexture::Filter filter) {
+std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters,
+                          const std::string& file, v1::ImageTexture::Filter filter) {
   absl::StatusOr<v1::BlobRef> blob = context.blobs.add_file(context.resolve(file), file);
   if (!blob.ok()) {
     context.diagnostics.error(parameters.where(),
@@ -93,21 +93,25 @@ void write_projection(LightInput& in, v1::Light& light) {
   }
   const double fov = in.get_float("fov", 90), power = in.get_float("power", -1);
   if (!(fov > 0) || fov >= 180) {
-    in.diagnostics().error(in.parameters.where(), concat("projection light: fov ", fov, " is not in (0, 180)"));
+    in.diagnostics().error(in.parameters.where(),
+                           concat("projection light: fov ", fov, " is not in (0, 180)"));
     return;
   }
   const std::optional<LightImage> image = decode(in.context, in.parameters, file);
   if (!image) return;
   const double aspect = static_cast<double>(image->width) / image->height;
   const double shorter = std::tan(fov * std::numbers::pi / 360);
-  const double half_width = shorter * std::max(aspect, 1.0), half_height = shorter * std::max(1 / aspect, 1.0);
+  const double half_width = shorter * std::max(aspect, 1.0),
+               half_height = shorter * std::max(1 / aspect, 1.0);
   *projection.mutable_intensity() = rgb_spectrum({1, 1, 1});
   projection.set_fov_degrees(static_cast<float>(fov));
   if (aspect != 1) projection.set_aspect(static_cast<float>(aspect));
-  projection.set_texture(light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
+  projection.set_texture(
+      light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   // pbrt's image has its left upper corner at smallest x and largest y, ours at the opposite.
   write_matrix(in.world_from_light * scaling(-1, -1, 1), *projection.mutable_world_from_light());
-  if (power > 0) in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
+  if (power > 0)
+    in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
 }
 
 void write_goniometric(LightInput& in, v1::Light& light) {
@@ -129,7 +133,8 @@ void write_goniometric(LightInput& in, v1::Light& light) {
       for (int x = 0; x < image->width; ++x) sum += image->mean_of_channels(x, y);
     }
     mean = sum / (static_cast<double>(image->width) * image->height);
-    goniometric.set_texture(light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
+    goniometric.set_texture(
+        light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   }
   // Its map has y and z the other way round.
   Transform swap_yz;
@@ -143,7 +148,8 @@ void write_spot(LightInput& in, v1::Light& light) {
   *spot.mutable_intensity() = in.spectrum("I");
   const Vector3 from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
   const Vector3 to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
-  if (from == to) in.diagnostics().error(in.parameters.where(), "spot light: \"from\" and \"to\" are the same point");
+  if (from == to)
+    in.diagnostics().error(in.parameters.where(), "spot light: \"from\" and \"to\" are the same point");
   write_point(in.world_from_light.apply_to_point(from), *spot.mutable_position());
   write_point(in.world_from_light.apply_to_point(to), *spot.mutable_target());
   const double cone = in.get_float("coneangle", 30), delta = in.get_float("conedeltaangle", 5);
@@ -163,19 +169,21 @@ void write_distant(LightInput& in, v1::Light& light) {
   const Vector3 from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
   const Vector3 to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
   // pbrt: the light lies towards from - to, and so it travels along to - from.
-  const Vector3 along = in.world_from_light.apply_to_vector({to[0] - from[0], to[1] - from[1], to[2] - from[2]});
+  const Vector3 along =
+      in.world_from_light.apply_to_vector({to[0] - from[0], to[1] - from[1], to[2] - from[2]});
   const double length = std::hypot(along[0], along[1], along[2]);
   if (!(length > 0)) {
     in.diagnostics().error(in.parameters.where(), "distant light: \"from\" and \"to\" are the same point");
     return;
   }
-  write_point({along[0] / length, along[1] / length, along[2] / length}, *light.mutable_distant()->mutable_direction());
+  write_point({along[0] / length, along[1] / length, along[2] / length},
+              *light.mutable_distant()->mutable_direction());
   const double illuminance = in.get_float("illuminance", -1);
   if (illuminance > 0) in.scale *= illuminance;
 }
 
-/// Illuminance of an upward patch under an equal-area map, as pbrt-v4 reckons it: with the weight of a hemisphere
-/// spread over all pixels.
+/// Illuminance of an upward patch under an equal-area map, as pbrt-v4 reckons it: with the weight of a
+/// hemisphere spread over all pixels.
 double illuminance_of_map(const LightImage& image) {
   double sum = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -195,8 +203,8 @@ void read_portal(LightInput& in, v1::InfiniteLight& infinite) {
   const Parameter* portal = in.parameters.find("portal", {ParameterType::kPoint3}, in.diagnostics());
   if (portal == nullptr) return;
   if (portal->numbers.size() != 12) {
-    in.diagnostics().error(
-        portal->where, concat("portal of an infinite light: expected 4 points, found ", portal->numbers.size() / 3));
+    in.diagnostics().error(portal->where, concat("portal of an infinite light: expected 4 points, found ",
+                                                 portal->numbers.size() / 3));
     return;
   }
   // In world space whatever the transformation.
@@ -221,7 +229,8 @@ void write_infinite(LightInput& in, v1::Light& light) {
   }
   absl::StatusOr<v1::BlobRef> blob = in.context.blobs.add_file(in.context.resolve(file), file);
   if (!blob.ok()) {
-    in.diagnostics().error(in.parameters.where(), concat("image of the infinite light: ", blob.status().message()));
+    in.diagnostics().error(in.parameters.where(),
+                           concat("image of the infinite light: ", blob.status().message()));
     return;
   }
   if (illuminance > 0) {
@@ -264,15 +273,16 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
     *context.scene.add_lights() = std::move(light);
     return;
   }
-  context.diagnostics.error(
-      parameters.where(),
-      concat("unknown light type \"", type, "\": expected point, spot, distant, infinite, goniometric or projection"));
+  context.diagnostics.error(parameters.where(),
+                            concat("unknown light type \"", type,
+                                   "\": expected point, spot, distant, infinite, goniometric or projection"));
 }
 
-std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures, const std::string& type,
-                                              ParameterList& parameters) {
+std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures,
+                                              const std::string& type, ParameterList& parameters) {
   if (type != "diffuse") {
-    context.diagnostics.error(parameters.where(), concat("unknown area light type \"", type, "\": expected diffuse"));
+    context.diagnostics.error(parameters.where(),
+                              concat("unknown area light type \"", type, "\": expected diffuse"));
     return std::nullopt;
   }
   AreaLightInput result;

@@ -20,7 +20,7 @@ struct AreaLightInput {
 };
 
 /// Nothing after an error.
-std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures, const std::string& type,
-                                              ParameterList& parameters);
+std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures,
+                                              const std::string& type, ParameterList& parameters);
 
 }  // namespace tessera::client::pbrt

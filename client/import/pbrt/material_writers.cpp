@@ -6,17 +6,20 @@ namespace tessera::client::pbrt {
 namespace {
 
 void write_diffuse(ValueReader& values, const UseMaterial&, v1::Material& material) {
-  *material.mutable_diffuse()->mutable_reflectance() = values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
+  *material.mutable_diffuse()->mutable_reflectance() =
+      values.spectrum("reflectance", 0.5, SpectrumUse::kReflectance);
 }
 
 /// Reflectance, or eta and k behind `index_prefix`.
-void write_conductor_color(ValueReader& values, std::string_view index_prefix, v1::ConductorMaterial& conductor) {
+void write_conductor_color(ValueReader& values, std::string_view index_prefix,
+                           v1::ConductorMaterial& conductor) {
   ParameterList& parameters = values.parameters();
   if (!parameters.has("reflectance")) return write_conductor_index(values, index_prefix, conductor);
   const std::string eta = concat(index_prefix, "eta"), k = concat(index_prefix, "k");
   if (parameters.has(eta) || parameters.has(k)) {
-    values.diagnostics().error(parameters.where(), concat(parameters.owner(), ": expected either \"reflectance\" or \"",
-                                                          eta, "\" and \"", k, "\""));
+    values.diagnostics().error(
+        parameters.where(),
+        concat(parameters.owner(), ": expected either \"reflectance\" or \"", eta, "\" and \"", k, "\""));
   }
   *conductor.mutable_reflectance() = values.spectrum("reflectance", 1, SpectrumUse::kReflectance);
 }
@@ -32,7 +35,8 @@ void write_dielectric(ValueReader& values, const UseMaterial&, v1::Material& mat
 }
 
 void write_thin_dielectric(ValueReader& values, const UseMaterial&, v1::Material& material) {
-  *material.mutable_thin_dielectric()->mutable_eta() = values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
+  *material.mutable_thin_dielectric()->mutable_eta() =
+      values.plain_spectrum("eta", 1.5, SpectrumUse::kUnbounded);
 }
 
 /// The medium between coat and base, of either kind of coat.
@@ -85,7 +89,8 @@ void write_hair(ValueReader& values, const UseMaterial&, v1::Material& material)
     const bool has_pigment = parameters.has("eumelanin") || parameters.has("pheomelanin");
     const double eumelanin = constant_of(values, "eumelanin", has_pigment ? 0 : 1.3);
     const double pheomelanin = constant_of(values, "pheomelanin", 0);
-    *hair.mutable_sigma_a()->mutable_constant() = rgb_spectrum(absorption_of_pigments(eumelanin, pheomelanin));
+    *hair.mutable_sigma_a()->mutable_constant() =
+        rgb_spectrum(absorption_of_pigments(eumelanin, pheomelanin));
   }
   hair.set_eta(constant_of(values, "eta", 1.55));
   *hair.mutable_beta_m() = values.number("beta_m", 0.3);
@@ -102,10 +107,12 @@ void write_diffuse_transmission(ValueReader& values, const UseMaterial&, v1::Mat
 }
 
 void write_mix(ValueReader& values, const UseMaterial& use, v1::Material& material) {
-  const Parameter* names = values.parameters().find("materials", {ParameterType::kString}, values.diagnostics());
+  const Parameter* names =
+      values.parameters().find("materials", {ParameterType::kString}, values.diagnostics());
   if (names == nullptr || names->strings.size() != 2) {
-    values.diagnostics().error(values.parameters().where(),
-                               concat(values.parameters().owner(), ": expected \"string materials\" with two names"));
+    values.diagnostics().error(
+        values.parameters().where(),
+        concat(values.parameters().owner(), ": expected \"string materials\" with two names"));
     return;
   }
   v1::MixMaterial& mix = *material.mutable_mix();
@@ -114,7 +121,9 @@ void write_mix(ValueReader& values, const UseMaterial& use, v1::Material& materi
   *mix.mutable_amount() = values.number("amount", 0.5);
 }
 
-void write_interface(ValueReader&, const UseMaterial&, v1::Material& material) { material.mutable_interface(); }
+void write_interface(ValueReader&, const UseMaterial&, v1::Material& material) {
+  material.mutable_interface();
+}
 
 struct MaterialType {
   std::string_view name;

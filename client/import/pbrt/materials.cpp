@@ -7,8 +7,8 @@ namespace tessera::client::pbrt {
 
 int MaterialTable::add(std::string name, const std::string& type, ParameterList parameters) {
   if (find_material_writer(type) == nullptr) {
-    context_.diagnostics.error(parameters.where(),
-                               concat("unknown material type \"", type, "\": expected ", names_of_material_types()));
+    context_.diagnostics.error(parameters.where(), concat("unknown material type \"", type, "\": expected ",
+                                                          names_of_material_types()));
   }
   entries_.push_back({std::move(name), type, std::move(parameters), State::kDefined});
   return static_cast<int>(entries_.size()) - 1;
@@ -34,7 +34,8 @@ int MaterialTable::define_anonymous(const std::string& type, ParameterList param
 
 bool MaterialTable::is_interface(const MaterialRef& ref) const {
   int index = ref.anonymous;
-  if (const auto named = named_.find(ref.name); !ref.name.empty() && named != named_.end()) index = named->second;
+  if (const auto named = named_.find(ref.name); !ref.name.empty() && named != named_.end())
+    index = named->second;
   if (index < 0) return false;
   const std::string& type = entries_[index].type;
   return type.empty() || type == "interface" || type == "none";
@@ -73,7 +74,8 @@ void MaterialTable::convert(Entry& entry) {
         return use({-1, name}, where);
       },
       material);
-  if (entry.parameters.has("displacement")) *material.mutable_displacement() = values.number("displacement", 0);
+  if (entry.parameters.has("displacement"))
+    *material.mutable_displacement() = values.number("displacement", 0);
   // pbrt takes files only.
   if (std::optional<std::string> texture = values.texture("normalmap")) {
     material.set_normal_texture(*std::move(texture));

@@ -1,6 +1,6 @@
-// Measured scattering of everyday materials. The first twelve: Jensen, Marschner, Levoy & Hanrahan, "A Practical Model for
-// Subsurface Light Transport" (2001); the others: Narasimhan et al., "Acquiring Scattering Properties of Participating
-// Media by Dilution" (2006).
+// Measured scattering of everyday materials. The first twelve: Jensen, Marschner, Levoy & Hanrahan, "A
+// Practical Model for Subsurface Light Transport" (2001); the others: Narasimhan et al., "Acquiring
+// Scattering Properties of Participating Media by Dilution" (2006).
 #include "import/pbrt/media.h"
 
 namespace tessera::client::pbrt {

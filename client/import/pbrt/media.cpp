@@ -80,8 +80,8 @@ bool touches_the_border(const Grid& grid) {
   return false;
 }
 
-/// pbrt-v4 fades a grid to nothing over the outer half of its outermost cells, while a VolumeGrid stays constant there:
-/// a layer of empty cells about it gives the same inside of its bounds.
+/// pbrt-v4 fades a grid to nothing over the outer half of its outermost cells, while a VolumeGrid stays
+/// constant there: a layer of empty cells about it gives the same inside of its bounds.
 Grid padded(const Grid& grid) {
   Grid result = grid;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -94,7 +94,8 @@ Grid padded(const Grid& grid) {
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       const auto row = grid.samples.begin() + static_cast<std::ptrdiff_t>(grid.at(0, y, z));
-      std::copy(row, row + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(grid.size[0]) * grid.channels),
+      std::copy(row,
+                row + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(grid.size[0]) * grid.channels),
                 result.samples.begin() + static_cast<std::ptrdiff_t>(result.at(1, y + 1, z + 1)));
     }
   }
@@ -104,7 +105,9 @@ Grid padded(const Grid& grid) {
 void write_grid(ValueReader& values, const Grid& grid, bool pad, const Transform& world_from_medium,
                 v1::VolumeGrid& message) {
   const Grid out = pad ? padded(grid) : grid;
-  const auto count = [&](int axis) { return static_cast<std::uint32_t>(out.size[static_cast<std::size_t>(axis)]); };
+  const auto count = [&](int axis) {
+    return static_cast<std::uint32_t>(out.size[static_cast<std::size_t>(axis)]);
+  };
   *message.mutable_blob() = values.context().blobs.add_bytes(wire::encode_volume(
       {count(0), count(1), count(2), static_cast<std::uint32_t>(out.channels), std::span(out.samples)}));
   const Transform box = translation(out.p0[0], out.p0[1], out.p0[2]) *
@@ -140,8 +143,8 @@ bool read_layout(ValueReader& values, Grid& grid) {
   return read_bounds(values, grid);
 }
 
-/// The numbers of a parameter, one or three a cell; nothing where it is absent or, with an error, where they do not
-/// fit.
+/// The numbers of a parameter, one or three a cell; nothing where it is absent or, with an error, where they
+/// do not fit.
 std::optional<std::vector<float>> read_samples(ValueReader& values, const Grid& grid, std::string_view name,
                                                ParameterType type) {
   const Parameter* parameter = values.parameters().find(name, {type}, values.diagnostics());
@@ -153,7 +156,8 @@ std::optional<std::vector<float>> read_samples(ValueReader& values, const Grid& 
   }
   std::vector<float> samples(parameter->numbers.begin(), parameter->numbers.end());
   for (const float x : samples) {
-    if (!(x >= 0) || !std::isfinite(x)) return fail(values, concat("\"", name, "\": ", x, " is not 0 or above"));
+    if (!(x >= 0) || !std::isfinite(x))
+      return fail(values, concat("\"", name, "\": ", x, " is not 0 or above"));
   }
   if (per_cell == 3 && parameter->color_space != ColorSpace::kSrgb) {
     for (std::size_t i = 0; i < samples.size(); i += 3) {
@@ -215,7 +219,8 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform
   const double scale = values.get_float("scale", 1);
   if (!(scale >= 0)) return fail(values, "scale is below 0");
   std::optional<std::vector<float>> density = read_samples(values, grid, "density", ParameterType::kFloat);
-  if (!density) return values.diagnostics().has_errors() ? std::nullopt : fail(values, "expected \"float density\"");
+  if (!density)
+    return values.diagnostics().has_errors() ? std::nullopt : fail(values, "expected \"float density\"");
   grid.samples = *std::move(density);
   write_density(values, grid, sigma, {scale, true}, world_from_medium, medium);
   if (values.parameters().has("temperature")) {
@@ -223,7 +228,8 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform
     values.parameters().ignore({"temperature", "temperatureoffset", "temperaturecutoff", "temperaturescale"});
   }
   const std::optional<v1::Spectrum> emission = read_emission(values);
-  const std::optional<std::vector<float>> where = read_samples(values, grid, "Lescale", ParameterType::kFloat);
+  const std::optional<std::vector<float>> where =
+      read_samples(values, grid, "Lescale", ParameterType::kFloat);
   if (!emission) return medium;
   if (!where) {
     *medium.mutable_emission()->mutable_constant() = *emission;
@@ -236,7 +242,8 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform
   for (const float x : *where) {
     for (const double c : rgb) glow.samples.push_back(static_cast<float>(c * x));
   }
-  write_grid(values, glow, touches_the_border(glow), world_from_medium, *medium.mutable_emission()->mutable_grid());
+  write_grid(values, glow, touches_the_border(glow), world_from_medium,
+             *medium.mutable_emission()->mutable_grid());
   return medium;
 }
 
@@ -296,11 +303,13 @@ std::optional<v1::Medium> read_cloud(ValueReader& values, const Transform& world
     const auto z = static_cast<std::int64_t>(slab);
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       for (std::int64_t x = 0; x < grid.size[0]; ++x) {
-        grid.samples[grid.at(x, y, z)] = static_cast<float>(cloud.at({centre(0, x), centre(1, y), centre(2, z)}));
+        grid.samples[grid.at(x, y, z)] =
+            static_cast<float>(cloud.at({centre(0, x), centre(1, y), centre(2, z)}));
       }
     }
   });
-  values.warn(concat("a cloud is sampled on a grid of ", grid.size[0], " x ", grid.size[1], " x ", grid.size[2]));
+  values.warn(
+      concat("a cloud is sampled on a grid of ", grid.size[0], " x ", grid.size[1], " x ", grid.size[2]));
   // pbrt's clouds end sharply: no fade at the border.
   write_density(values, grid, sigma, {1, false}, world_from_medium, medium);
   return medium;
@@ -329,8 +338,10 @@ std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& valu
     medium->set_g(static_cast<float>(g));
     return medium;
   }
-  if (type == "nanovdb") return fail(values, "NanoVDB files are not supported: convert the grid to a \"uniformgrid\"");
-  return fail(values, concat("unknown type \"", type, "\": expected homogeneous, uniformgrid, rgbgrid or cloud"));
+  if (type == "nanovdb")
+    return fail(values, "NanoVDB files are not supported: convert the grid to a \"uniformgrid\"");
+  return fail(values,
+              concat("unknown type \"", type, "\": expected homogeneous, uniformgrid, rgbgrid or cloud"));
 }
 
 }  // namespace tessera::client::pbrt

@@ -9,8 +9,10 @@
 
 namespace tessera::client::pbrt {
 
-/// The medium of `type` ("homogeneous", "uniformgrid", "rgbgrid", "cloud"), without its name; nothing after an error.
-std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& values, const Transform& world_from_medium);
+/// The medium of `type` ("homogeneous", "uniformgrid", "rgbgrid", "cloud"), without its name; nothing after
+/// an error.
+std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& values,
+                                      const Transform& world_from_medium);
 
 /// Reduced scattering and absorption, 1/mm.
 struct MeasuredMedium {

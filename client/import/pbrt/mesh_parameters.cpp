@@ -11,14 +11,16 @@ namespace tessera::client::pbrt {
 namespace {
 
 /// The floats of a parameter; empty where it is absent. Errors for values beyond the range of a float.
-std::vector<float> read_array(ValueReader& values, std::string_view name, std::initializer_list<ParameterType> types) {
+std::vector<float> read_array(ValueReader& values, std::string_view name,
+                              std::initializer_list<ParameterType> types) {
   const Parameter* parameter = values.parameters().find(name, types, values.diagnostics());
   if (parameter == nullptr) return {};
   std::vector<float> array(parameter->numbers.begin(), parameter->numbers.end());
   const auto bad = std::find_if(array.begin(), array.end(), [](float v) { return !std::isfinite(v); });
   if (bad != array.end()) {
-    values.diagnostics().error(parameter->where, concat("parameter \"", name, "\" of ", values.parameters().owner(),
-                                                        ": value ", bad - array.begin(), " does not fit a float"));
+    values.diagnostics().error(parameter->where,
+                               concat("parameter \"", name, "\" of ", values.parameters().owner(), ": value ",
+                                      bad - array.begin(), " does not fit a float"));
   }
   return array;
 }
@@ -36,7 +38,8 @@ bool read_vertices(ValueReader& values, wire::MeshData& mesh) {
   const std::size_t vertices = mesh.positions.size() / 3;
   if (vertices == 0) return fail(values, "expected vertex positions \"point3 P\"");
   if (!mesh.normals.empty() && mesh.normals.size() != 3 * vertices) {
-    return fail(values, concat("there are ", mesh.normals.size() / 3, " normals for ", vertices, " vertices"));
+    return fail(values,
+                concat("there are ", mesh.normals.size() / 3, " normals for ", vertices, " vertices"));
   }
   if (!mesh.uvs.empty() && mesh.uvs.size() != 2 * vertices) {
     return fail(values, concat("there are ", mesh.uvs.size() / 2, " \"uv\" for ", vertices, " vertices"));
@@ -45,8 +48,10 @@ bool read_vertices(ValueReader& values, wire::MeshData& mesh) {
 }
 
 /// "indices" in groups of `group`; without them, the vertices in order when they are just one group.
-std::optional<std::vector<std::uint32_t>> read_indices(ValueReader& values, std::size_t vertices, std::size_t group) {
-  const Parameter* parameter = values.parameters().find("indices", {ParameterType::kInteger}, values.diagnostics());
+std::optional<std::vector<std::uint32_t>> read_indices(ValueReader& values, std::size_t vertices,
+                                                       std::size_t group) {
+  const Parameter* parameter =
+      values.parameters().find("indices", {ParameterType::kInteger}, values.diagnostics());
   std::vector<std::uint32_t> indices;
   if (parameter == nullptr) {
     for (std::size_t i = 0; i < group; ++i) indices.push_back(static_cast<std::uint32_t>(i));
@@ -55,16 +60,17 @@ std::optional<std::vector<std::uint32_t>> read_indices(ValueReader& values, std:
     return std::nullopt;
   }
   if (parameter->numbers.size() % group != 0) {
-    values.diagnostics().error(parameter->where,
-                               concat("expected a multiple of ", group, " indices, found ", parameter->numbers.size()));
+    values.diagnostics().error(parameter->where, concat("expected a multiple of ", group, " indices, found ",
+                                                        parameter->numbers.size()));
     return std::nullopt;
   }
   indices.reserve(parameter->numbers.size());
   for (std::size_t i = 0; i < parameter->numbers.size(); ++i) {
     const double index = parameter->numbers[i];
     if (!(index >= 0) || index >= static_cast<double>(vertices)) {
-      values.diagnostics().error(parameter->where, concat("index ", index, " (number ", i,
-                                                          ") is out of range: there are ", vertices, " vertices"));
+      values.diagnostics().error(
+          parameter->where,
+          concat("index ", index, " (number ", i, ") is out of range: there are ", vertices, " vertices"));
       return std::nullopt;
     }
     indices.push_back(static_cast<std::uint32_t>(index));
@@ -81,7 +87,8 @@ std::optional<wire::MeshData> read_triangle_mesh(ValueReader& values) {
   if (!indices) return std::nullopt;
   mesh.indices = *std::move(indices);
   // Tangents only orient anisotropic materials, which take theirs from (u, v); face indices serve ptex.
-  if (values.parameters().has("S")) values.warn("\"S\" of a trianglemesh is ignored: tangents follow from (u, v)");
+  if (values.parameters().has("S"))
+    values.warn("\"S\" of a trianglemesh is ignored: tangents follow from (u, v)");
   values.parameters().ignore({"S", "faceIndices"});
   return mesh;
 }
@@ -97,8 +104,8 @@ std::optional<BilinearTessellation> read_bilinear_mesh(ValueReader& values) {
   values.parameters().ignore({"faceIndices", "emissionfilename"});
   BilinearTessellation triangles = tessellate_patches(corners, *indices);
   if (triangles.curved) {
-    values.warn(
-        concat("curved bilinear patches are cut into ", triangles.steps, " x ", triangles.steps, " cells each"));
+    values.warn(concat("curved bilinear patches are cut into ", triangles.steps, " x ", triangles.steps,
+                       " cells each"));
   }
   return triangles;
 }

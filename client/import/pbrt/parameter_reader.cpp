@@ -18,7 +18,8 @@ std::vector<Parameter> DirectiveReader::read_parameters() {
     check_values(parameter);
     for (const Parameter& other : parameters) {
       if (other.name == parameter.name) {
-        context_.diagnostics.error(parameter.where, concat("parameter \"", parameter.name, "\" is given twice"));
+        context_.diagnostics.error(parameter.where,
+                                   concat("parameter \"", parameter.name, "\" is given twice"));
       }
     }
     parameters.push_back(std::move(parameter));
@@ -46,9 +47,10 @@ bool DirectiveReader::read_declaration(const Token& token, Parameter& parameter)
   parameter.name = text.substr(name_begin, name_end - name_begin);
   const std::optional<ParameterType> known = parameter_type_of(type);
   if (!known) {
-    context_.diagnostics.error(token.where, concat("unknown parameter type \"", type,
-                                                   "\": expected integer, float, point2, vector2, point3, vector3, ",
-                                                   "normal, spectrum, rgb, blackbody, bool, string or texture"));
+    context_.diagnostics.error(token.where,
+                               concat("unknown parameter type \"", type,
+                                      "\": expected integer, float, point2, vector2, point3, vector3, ",
+                                      "normal, spectrum, rgb, blackbody, bool, string or texture"));
     return false;
   }
   parameter.type = *known;
@@ -86,7 +88,8 @@ void DirectiveReader::read_values(Parameter& parameter) {
     if (!read_value(take(), parameter)) break;
   }
   // One error for an array is enough.
-  while (peek().kind == TokenKind::kString || (peek().kind == TokenKind::kWord && find_syntax(peek().text) == nullptr))
+  while (peek().kind == TokenKind::kString ||
+         (peek().kind == TokenKind::kWord && find_syntax(peek().text) == nullptr))
     take();
   if (peek().kind == TokenKind::kClose) take();
 }
@@ -101,7 +104,8 @@ bool DirectiveReader::read_value(const Token& token, Parameter& parameter) {
     fail(token, "true or false");
     return false;
   }
-  const bool takes_strings = parameter.type == ParameterType::kString || parameter.type == ParameterType::kTexture ||
+  const bool takes_strings = parameter.type == ParameterType::kString ||
+                             parameter.type == ParameterType::kTexture ||
                              parameter.type == ParameterType::kSpectrum;
   if (is_string && takes_strings) {
     std::optional<std::string> text = unescape(token.text);
@@ -129,16 +133,16 @@ bool DirectiveReader::read_value(const Token& token, Parameter& parameter) {
 void DirectiveReader::check_values(Parameter& parameter) {
   const int group = numbers_per_value(parameter.type);
   if (group > 0 && parameter.type != ParameterType::kSpectrum && parameter.numbers.size() % group != 0) {
-    context_.diagnostics.error(parameter.where,
-                               concat("parameter \"", parameter.name, "\": ", name_of(parameter.type), " takes ", group,
-                                      " numbers a value, found ", parameter.numbers.size()));
+    context_.diagnostics.error(
+        parameter.where, concat("parameter \"", parameter.name, "\": ", name_of(parameter.type), " takes ",
+                                group, " numbers a value, found ", parameter.numbers.size()));
     parameter.numbers.resize(parameter.numbers.size() / group * group);
   }
   if (parameter.type != ParameterType::kInteger) return;
   for (const double value : parameter.numbers) {
     if (value != std::floor(value) || std::abs(value) > 2147483648.0) {
-      context_.diagnostics.error(parameter.where,
-                                 concat("parameter \"", parameter.name, "\": expected 32-bit integers, found ", value));
+      context_.diagnostics.error(parameter.where, concat("parameter \"", parameter.name,
+                                                         "\": expected 32-bit integers, found ", value));
       return;
     }
   }

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include "import/geometry/transform.h"
 #include "import/input/diagnostics.h"
 #include "import/pbrt/color_space.h"
-#include "import/geometry/transform.h"
 
 namespace tessera::client::pbrt {
 
@@ -48,13 +48,15 @@ struct Parameter {
   bool used = false;
 };
 
-/// The parameters of one directive, with the defaults of `Attribute` behind them. Wrong types and counts are reported
-/// where the parameter stands. Copies count together what was asked for: when the last of them ends, every parameter that
-/// nobody asked for is a warning, unless nobody looked at the list at all (a material of no shape).
+/// The parameters of one directive, with the defaults of `Attribute` behind them. Wrong types and counts are
+/// reported where the parameter stands. Copies count together what was asked for: when the last of them ends,
+/// every parameter that nobody asked for is a warning, unless nobody looked at the list at all (a material of
+/// no shape).
 class ParameterList {
  public:
   ParameterList() = default;
-  /// `owner` is what the parameters belong to, for messages: shape "sphere". `diagnostics` must outlive all copies.
+  /// `owner` is what the parameters belong to, for messages: shape "sphere". `diagnostics` must outlive all
+  /// copies.
   ParameterList(std::vector<Parameter> parameters, const std::vector<Parameter>& defaults, std::string owner,
                 SourceLocation where, ColorSpace color_space, Diagnostics& diagnostics);
 
@@ -64,7 +66,8 @@ class ParameterList {
   ColorSpace color_space() const { return color_space_; }
 
   /// The parameter of that name, marked as used. A type that is not accepted is an error and gives null.
-  const Parameter* find(std::string_view name, std::initializer_list<ParameterType> accepted, Diagnostics& diagnostics);
+  const Parameter* find(std::string_view name, std::initializer_list<ParameterType> accepted,
+                        Diagnostics& diagnostics);
   bool has(std::string_view name) const;
 
   double get_float(std::string_view name, double fallback, Diagnostics& diagnostics);
@@ -73,7 +76,8 @@ class ParameterList {
   std::string get_string(std::string_view name, const std::string& fallback, Diagnostics& diagnostics);
   Vector3 get_point(std::string_view name, const Vector3& fallback, Diagnostics& diagnostics);
 
-  /// Marks parameters that have no effect on the image, or whose effect has been warned of, so that they are not warned of.
+  /// Marks parameters that have no effect on the image, or whose effect has been warned of, so that they are
+  /// not warned of.
   void ignore(std::initializer_list<std::string_view> names);
 
  private:

@@ -42,14 +42,16 @@ void write_integrator(Context& context, Directive& integrator) {
   const auto known = std::find_if(std::begin(kIntegrators), std::end(kIntegrators),
                                   [&](const IntegratorType& type) { return type.name == integrator.type; });
   if (known == std::end(kIntegrators)) {
-    diagnostics.error(parameters.where(), concat("unknown integrator \"", integrator.type,
-                                                 "\": expected path, volpath, simplepath, simplevolpath, bdpt, mlt, "
-                                                 "sppm, lightpath, ao or randomwalk"));
+    diagnostics.error(parameters.where(),
+                      concat("unknown integrator \"", integrator.type,
+                             "\": expected path, volpath, simplepath, simplevolpath, bdpt, mlt, "
+                             "sppm, lightpath, ao or randomwalk"));
     return;
   }
   if (!known->same_image) {
-    diagnostics.warning(parameters.where(), concat("integrator \"", integrator.type,
-                                                   "\" is not supported: \"volpath\" shows the scene's light instead"));
+    diagnostics.warning(parameters.where(),
+                        concat("integrator \"", integrator.type,
+                               "\" is not supported: \"volpath\" shows the scene's light instead"));
   }
   v1::RenderSettings& settings = *context.scene.mutable_settings();
   settings.set_integrator(known->ours);
@@ -59,7 +61,8 @@ void write_integrator(Context& context, Directive& integrator) {
     diagnostics.warning(parameters.where(),
                         "\"regularize\" of the integrator is not applied: the image stays unbiased");
   }
-  // How samples are spent, not what the image shows; and what belongs to the algorithms that "volpath" stands in for.
+  // How samples are spent, not what the image shows; and what belongs to the algorithms that "volpath" stands
+  // in for.
   parameters.ignore({"lightsampler",
                      "lightsampling",
                      "bsdfsampling",
@@ -94,12 +97,14 @@ void write_sampler(Context& context, Directive& sampler) {
   }
   // Which sequence pbrt would take says nothing about the picture: Tessera takes its own.
   v1::RenderSettings& settings = *context.scene.mutable_settings();
-  std::int64_t spp = parameters.get_integer("pixelsamples", sampler.type == "independent" ? 4 : 16, diagnostics);
+  std::int64_t spp =
+      parameters.get_integer("pixelsamples", sampler.type == "independent" ? 4 : 16, diagnostics);
   if (sampler.type == "stratified") {
     spp = std::clamp<std::int64_t>(parameters.get_integer("xsamples", 4, diagnostics), 1, 1 << 15) *
           std::clamp<std::int64_t>(parameters.get_integer("ysamples", 4, diagnostics), 1, 1 << 15);
   }
-  if (spp < 1) diagnostics.error(parameters.where(), concat("sampler: ", spp, " samples a pixel are too few"));
+  if (spp < 1)
+    diagnostics.error(parameters.where(), concat("sampler: ", spp, " samples a pixel are too few"));
   settings.set_spp(static_cast<std::uint32_t>(std::clamp<std::int64_t>(spp, 1, kLargest)));
   const std::int64_t seed = parameters.get_integer("seed", 0, diagnostics);
   if (seed > 0) settings.set_seed(static_cast<std::uint64_t>(seed));
@@ -117,9 +122,9 @@ void write_option(Context& context, const std::string& name, std::string_view va
     return;
   }
   // These do not change what the image shows.
-  constexpr std::string_view kWithoutEffect[] = {"rendercoordsys",       "pixelstats",      "wavefront",
-                                                 "msereferenceimage",    "msereferenceout", "disabletexturefiltering",
-                                                 "displacementedgescale"};
+  constexpr std::string_view kWithoutEffect[] = {
+      "rendercoordsys",          "pixelstats",           "wavefront", "msereferenceimage", "msereferenceout",
+      "disabletexturefiltering", "displacementedgescale"};
   if (contains(kWithoutEffect, name) || value == "false") return;
   context.diagnostics.warning(where, concat("option \"", name, "\" is not supported: it is ignored"));
 }

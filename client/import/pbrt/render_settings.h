@@ -5,7 +5,8 @@
 
 namespace tessera::client::pbrt {
 
-/// "path", "volpath" or "light"; what else pbrt has becomes "volpath", which converges to the same image or says so.
+/// "path", "volpath" or "light"; what else pbrt has becomes "volpath", which converges to the same image or
+/// says so.
 void write_integrator(Context& context, Directive& integrator);
 
 void write_sampler(Context& context, Directive& sampler);

@@ -8,10 +8,12 @@
 
 namespace tessera::client::pbrt {
 
-SceneBuilder::SceneBuilder(Context& context) : context_(context), textures_(context), materials_(context, textures_) {}
+SceneBuilder::SceneBuilder(Context& context)
+    : context_(context), textures_(context), materials_(context, textures_) {}
 
-ParameterList SceneBuilder::list(std::string_view what, const std::string& type, std::vector<Parameter> parameters,
-                                 SourceLocation where, const std::string& attribute_target) {
+ParameterList SceneBuilder::list(std::string_view what, const std::string& type,
+                                 std::vector<Parameter> parameters, SourceLocation where,
+                                 const std::string& attribute_target) {
   static const std::vector<Parameter> kNone;
   const auto defaults = state_.attributes.find(attribute_target);
   return ParameterList(std::move(parameters), defaults == state_.attributes.end() ? kNone : defaults->second,
@@ -88,7 +90,8 @@ void SceneBuilder::begin_block(std::string_view directive, SourceLocation where)
 void SceneBuilder::end_block(std::string_view directive, SourceLocation where) {
   if (blocks_.empty() || blocks_.back().kind != Block::Kind::kAttribute) {
     std::string problem = concat(directive, " without its beginning");
-    if (!blocks_.empty()) problem += concat(": the block that is open began on line ", blocks_.back().where.line);
+    if (!blocks_.empty())
+      problem += concat(": the block that is open began on line ", blocks_.back().where.line);
     context_.diagnostics.error(where, std::move(problem));
     return;
   }
@@ -143,10 +146,13 @@ void SceneBuilder::set_color_space(const std::string& name, SourceLocation where
   }
 }
 
-void SceneBuilder::set_attributes(const std::string& target, std::vector<Parameter> parameters, SourceLocation where) {
-  if (target != "shape" && target != "light" && target != "material" && target != "medium" && target != "texture") {
-    context_.diagnostics.error(where, concat("unknown target \"", target,
-                                             "\" of Attribute: expected shape, light, material, medium or texture"));
+void SceneBuilder::set_attributes(const std::string& target, std::vector<Parameter> parameters,
+                                  SourceLocation where) {
+  if (target != "shape" && target != "light" && target != "material" && target != "medium" &&
+      target != "texture") {
+    context_.diagnostics.error(where,
+                               concat("unknown target \"", target,
+                                      "\" of Attribute: expected shape, light, material, medium or texture"));
     return;
   }
   std::vector<Parameter>& defaults = state_.attributes[target];
@@ -173,15 +179,19 @@ void SceneBuilder::film(const std::string& type, std::vector<Parameter> paramete
   if (require_options("Film", where)) film_ = {type, list("film", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::pixel_filter(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
-  if (require_options("PixelFilter", where)) filter_ = {type, list("filter", type, std::move(parameters), where)};
+void SceneBuilder::pixel_filter(const std::string& type, std::vector<Parameter> parameters,
+                                SourceLocation where) {
+  if (require_options("PixelFilter", where))
+    filter_ = {type, list("filter", type, std::move(parameters), where)};
 }
 
 void SceneBuilder::sampler(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
-  if (require_options("Sampler", where)) sampler_ = {type, list("sampler", type, std::move(parameters), where)};
+  if (require_options("Sampler", where))
+    sampler_ = {type, list("sampler", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::integrator(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void SceneBuilder::integrator(const std::string& type, std::vector<Parameter> parameters,
+                              SourceLocation where) {
   if (require_options("Integrator", where))
     integrator_ = {type, list("integrator", type, std::move(parameters), where)};
 }
@@ -192,7 +202,8 @@ void SceneBuilder::accelerator(const std::string&, std::vector<Parameter>, Sourc
 
 // ---------------------------------------------------------------- materials, media, lights, shapes
 
-void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters, SourceLocation where) {
+void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters,
+                                     SourceLocation where) {
   ParameterList all = list("medium", name, std::move(parameters), where, "medium");
   ValueReader values(context_, textures_, all);
   const std::string type = values.get_string("type", "");
@@ -204,7 +215,8 @@ void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parame
   }
 }
 
-void SceneBuilder::medium_interface(const std::string& inside, const std::string& outside, SourceLocation where) {
+void SceneBuilder::medium_interface(const std::string& inside, const std::string& outside,
+                                    SourceLocation where) {
   for (const std::string& name : {inside, outside}) {
     if (!name.empty() && !media_.contains(name)) {
       context_.diagnostics.error(where, concat("there is no medium \"", name, "\""));
@@ -220,7 +232,8 @@ void SceneBuilder::make_named_material(const std::string& name, std::vector<Para
   materials_.define_named(name, list("material", name, std::move(parameters), where, "material"));
 }
 
-void SceneBuilder::material(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void SceneBuilder::material(const std::string& type, std::vector<Parameter> parameters,
+                            SourceLocation where) {
   if (!require_world("Material", where)) return;
   ParameterList all = list("material", type, std::move(parameters), where, "material");
   state_.material = {materials_.define_anonymous(type, std::move(all)), ""};
@@ -238,7 +251,8 @@ void SceneBuilder::texture(const std::string& name, const std::string& value_typ
                    list("texture", type, std::move(parameters), where, "texture"), state_.ctm.start);
 }
 
-void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> parameters,
+                                SourceLocation where) {
   if (!require_world("LightSource", where)) return;
   ParameterList all = list("light", type, std::move(parameters), where, "light");
   if (state_.ctm.moves()) {
@@ -247,7 +261,8 @@ void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> 
   add_light(context_, textures_, type, all, state_.ctm.start);
 }
 
-void SceneBuilder::area_light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void SceneBuilder::area_light_source(const std::string& type, std::vector<Parameter> parameters,
+                                     SourceLocation where) {
   if (!require_world("AreaLightSource", where)) return;
   state_.has_area_light = true;
   state_.area_light_type = type;
@@ -257,7 +272,8 @@ void SceneBuilder::area_light_source(const std::string& type, std::vector<Parame
 void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
   if (!state_.has_area_light) return;
   if (current_object_ >= 0) {
-    context_.diagnostics.warning(pending.where, "area lights on the shapes of an object are ignored, as in pbrt-v4");
+    context_.diagnostics.warning(pending.where,
+                                 "area lights on the shapes of an object are ignored, as in pbrt-v4");
     return;
   }
   if (std::optional<AreaLightInput> light =
@@ -294,7 +310,8 @@ void SceneBuilder::shape(const std::string& type, std::vector<Parameter> paramet
   ValueReader values(context_, textures_, all);
   for (const Transform& t : {state_.ctm.start, state_.ctm.end}) {
     if (t.determinant3() != 0 && t.is_finite()) continue;
-    context_.diagnostics.warning(where, concat(all.owner(), ": its transformation is singular: it is left out"));
+    context_.diagnostics.warning(where,
+                                 concat(all.owner(), ": its transformation is singular: it is left out"));
     return;
   }
   if (type == "curve") return curve(values, where);

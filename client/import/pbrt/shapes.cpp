@@ -42,7 +42,8 @@ ShapeResult write_ply_mesh(ValueReader& values, v1::Shape&) {
   ShapeResult result;
   result.ply_file = values.get_string("filename", "");
   if (result.ply_file.empty()) {
-    values.diagnostics().error(values.parameters().where(), "shape \"plymesh\": expected \"string filename\"");
+    values.diagnostics().error(values.parameters().where(),
+                               "shape \"plymesh\": expected \"string filename\"");
     return {};
   }
   if (values.parameters().has("displacement")) {
@@ -78,7 +79,8 @@ ShapeResult write_disk(ValueReader& values, v1::Shape& shape) {
   const double phi_max = values.get_float("phimax", 360);
   if (phi_max < 360) disk.set_phi_max_degrees(static_cast<float>(std::max(phi_max, 0.0)));
   if (!(disk.radius() > disk.inner_radius()) || disk.inner_radius() < 0) {
-    values.diagnostics().error(values.parameters().where(), "shape \"disk\": expected 0 <= innerradius < radius");
+    values.diagnostics().error(values.parameters().where(),
+                               "shape \"disk\": expected 0 <= innerradius < radius");
   }
   return {true, "", ""};
 }
@@ -92,7 +94,8 @@ ShapeResult write_cylinder(ValueReader& values, v1::Shape& shape) {
   const double phi_max = values.get_float("phimax", 360);
   if (phi_max < 360) cylinder.set_phi_max_degrees(static_cast<float>(std::max(phi_max, 0.0)));
   if (!(cylinder.radius() > 0) || !(cylinder.z_min() < cylinder.z_max())) {
-    values.diagnostics().error(values.parameters().where(), "shape \"cylinder\": expected radius > 0 and zmin < zmax");
+    values.diagnostics().error(values.parameters().where(),
+                               "shape \"cylinder\": expected radius > 0 and zmin < zmax");
   }
   return {true, "", ""};
 }
@@ -119,23 +122,26 @@ SurfaceArea mesh_area(const wire::MeshView& mesh, const Transform& world_from_ob
     return world_from_object.apply_to_point({p[0], p[1], p[2]});
   };
   for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
-    const Vector3 a = vertex(mesh.indices[t]), b = vertex(mesh.indices[t + 1]), c = vertex(mesh.indices[t + 2]);
+    const Vector3 a = vertex(mesh.indices[t]), b = vertex(mesh.indices[t + 1]),
+                  c = vertex(mesh.indices[t + 2]);
     const double u[] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    const double one = std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+    const double one =
+        std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
     area.total += one;
     smallest = std::min(smallest, one);
     largest = std::max(largest, one);
   }
   area.triangles = mesh.indices.size() / 3;
-  area.equal_triangles = largest - smallest <= 1e-4 * largest;  // the roundings of vertices given with five digits
+  area.equal_triangles =
+      largest - smallest <= 1e-4 * largest;  // the roundings of vertices given with five digits
   return area;
 }
 
 }  // namespace
 
 void finish_shape(ValueReader& values, v1::Shape& shape, ShapeResult& result) {
-  const Parameter* alpha =
-      values.parameters().find("alpha", {ParameterType::kFloat, ParameterType::kTexture}, values.diagnostics());
+  const Parameter* alpha = values.parameters().find("alpha", {ParameterType::kFloat, ParameterType::kTexture},
+                                                    values.diagnostics());
   if (alpha != nullptr && alpha->type == ParameterType::kTexture && !alpha->strings.empty()) {
     result.alpha_texture = alpha->strings.front();
   } else if (alpha != nullptr) {
@@ -157,9 +163,12 @@ ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape&
   return {};
 }
 
-SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object, const BlobCollector& blobs) {
+SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object,
+                       const BlobCollector& blobs) {
   const double uniform_scale_squared = std::pow(std::abs(world_from_object.determinant3()), 2.0 / 3.0);
-  const auto radians = [](bool given, float degrees) { return (given ? degrees : 360) * std::numbers::pi / 180; };
+  const auto radians = [](bool given, float degrees) {
+    return (given ? degrees : 360) * std::numbers::pi / 180;
+  };
   switch (shape.kind_case()) {
     case v1::Shape::kMesh: {
       const SceneBlob* blob = blobs.find(shape.mesh().blob().digest());
@@ -169,8 +178,10 @@ SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_objec
     }
     case v1::Shape::kSphere: {
       const v1::Sphere& s = shape.sphere();
-      const double height = (s.has_z_max() ? s.z_max() : s.radius()) - (s.has_z_min() ? s.z_min() : -s.radius());
-      return {uniform_scale_squared * radians(s.has_phi_max_degrees(), s.phi_max_degrees()) * s.radius() * height};
+      const double height =
+          (s.has_z_max() ? s.z_max() : s.radius()) - (s.has_z_min() ? s.z_min() : -s.radius());
+      return {uniform_scale_squared * radians(s.has_phi_max_degrees(), s.phi_max_degrees()) * s.radius() *
+              height};
     }
     case v1::Shape::kDisk: {
       const v1::Disk& d = shape.disk();

@@ -10,10 +10,11 @@ namespace tessera::client::pbrt {
 
 /// Parts that a shape still needs when its message is written.
 struct ShapeResult {
-  bool kept = false;                    // false: left out, with a warning, or after an error
-  std::string ply_file;                 // of a plymesh, as the scene names it
-  std::string alpha_texture;            // which may be defined further on in the file
-  std::size_t triangles_per_light = 1;  // of a mesh that emits: pbrt-v4 makes a light of each triangle or patch
+  bool kept = false;          // false: left out, with a warning, or after an error
+  std::string ply_file;       // of a plymesh, as the scene names it
+  std::string alpha_texture;  // which may be defined further on in the file
+  std::size_t triangles_per_light =
+      1;  // of a mesh that emits: pbrt-v4 makes a light of each triangle or patch
 };
 
 /// Fills in the geometry of a shape of `type` (any but "curve"), and its alpha where that is constant.
@@ -29,10 +30,11 @@ struct SurfaceArea {
 };
 
 /// Meshes are looked up in the blobs. Exact for spheres, disks and cylinders under uniform scaling.
-SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object, const BlobCollector& blobs);
+SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object,
+                       const BlobCollector& blobs);
 
-/// Geometric normals of triangles that have vertex normals are on their side in pbrt-v4, whatever the winding: turns
-/// the triangles that disagree.
+/// Geometric normals of triangles that have vertex normals are on their side in pbrt-v4, whatever the
+/// winding: turns the triangles that disagree.
 void turn_faces_to_normals(wire::MeshData& mesh);
 
 }  // namespace tessera::client::pbrt

@@ -60,7 +60,8 @@ std::string fill_table(const std::vector<double>& numbers, SpectrumTable& table)
   for (std::size_t i = 0; i < numbers.size(); i += 2) {
     const float nm = static_cast<float>(numbers[i]);
     if (!table.wavelengths_nm.empty() && !(nm > table.wavelengths_nm.back())) {
-      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.wavelengths_nm.back(), " nm");
+      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.wavelengths_nm.back(),
+                    " nm");
     }
     table.wavelengths_nm.push_back(nm);
     table.values.push_back(static_cast<float>(numbers[i + 1]));
@@ -90,26 +91,30 @@ absl::StatusOr<SpectrumTable> read_spectrum_file(const std::filesystem::path& pa
   tokenizer.read_numbers([&](double value) { numbers.push_back(value); });
   const Token rest = tokenizer.next();
   SpectrumTable table;
-  const std::string problem = rest.kind == TokenKind::kEnd
-                                  ? fill_table(numbers, table)
-                                  : concat("line ", rest.where.line, ": expected a number, found \"", rest.text, "\"");
+  const std::string problem =
+      rest.kind == TokenKind::kEnd
+          ? fill_table(numbers, table)
+          : concat("line ", rest.where.line, ": expected a number, found \"", rest.text, "\"");
   if (!problem.empty()) return absl::InvalidArgumentError(concat(path.string(), ": ", problem));
   return table;
 }
 
 std::optional<v1::Spectrum> fail(Context& context, const Parameter& parameter, std::string_view owner,
                                  std::string_view what) {
-  context.diagnostics.error(parameter.where, concat("parameter \"", parameter.name, "\" of ", owner, ": ", what));
+  context.diagnostics.error(parameter.where,
+                            concat("parameter \"", parameter.name, "\" of ", owner, ": ", what));
   return std::nullopt;
 }
 
 std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& parameter, std::string_view owner,
                                      SpectrumUse use) {
   if (parameter.numbers.size() != 3) {
-    return fail(context, parameter, owner, concat("expected one RGB, found ", parameter.numbers.size() / 3.0));
+    return fail(context, parameter, owner,
+                concat("expected one RGB, found ", parameter.numbers.size() / 3.0));
   }
   std::array<double, 3> rgb = {parameter.numbers[0], parameter.numbers[1], parameter.numbers[2]};
-  if (*std::min_element(rgb.begin(), rgb.end()) < 0) return fail(context, parameter, owner, "an RGB value is negative");
+  if (*std::min_element(rgb.begin(), rgb.end()) < 0)
+    return fail(context, parameter, owner, "an RGB value is negative");
   rgb = rec709_from(parameter.color_space, rgb);
   const double highest = use == SpectrumUse::kReflectance ? 1 : HUGE_VAL;
   bool clamped = false;
@@ -215,8 +220,8 @@ std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum) {
   return rgb;
 }
 
-std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter, std::string_view owner,
-                                          SpectrumUse use) {
+std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter,
+                                          std::string_view owner, SpectrumUse use) {
   switch (parameter.type) {
     case ParameterType::kRgb:
       return read_rgb(context, parameter, owner, use);

@@ -23,11 +23,11 @@ v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b);
 /// Linear Rec.709 of a spectrum of matter, for places that hold nothing else; no component is below 0.
 std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum);
 
-/// The value of a parameter of one of kSpectrumTypes; nothing after an error. RGB comes out in linear Rec.709. Sampled
-/// reflectances and illuminants are zero outside the wavelengths given, as in pbrt; indices of refraction are
-/// constant there.
-std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter, std::string_view owner,
-                                          SpectrumUse use);
+/// The value of a parameter of one of kSpectrumTypes; nothing after an error. RGB comes out in linear
+/// Rec.709. Sampled reflectances and illuminants are zero outside the wavelengths given, as in pbrt; indices
+/// of refraction are constant there.
+std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter,
+                                          std::string_view owner, SpectrumUse use);
 
 /// A spectrum of a light, and the factor that brings it to what pbrt-v4 renders.
 struct LightSpectrum {
@@ -37,10 +37,10 @@ struct LightSpectrum {
 
 /// Parameter `name` of a light; white where it is absent.
 ///
-/// pbrt-v4 divides every light spectrum by its integral against the CIE function y (for RGB: that of the colour space's
-/// illuminant) and integrates the image against the same y without normalising. So in the image `rgb L` arrives as
-/// exactly that RGB, and any other spectrum as its own chromaticity with luminance 1, whatever its magnitude.
-/// Here spectra keep their values and `scale` is 1 over their luminance.
+/// pbrt-v4 divides every light spectrum by its integral against the CIE function y (for RGB: that of the
+/// colour space's illuminant) and integrates the image against the same y without normalising. So in the
+/// image `rgb L` arrives as exactly that RGB, and any other spectrum as its own chromaticity with luminance
+/// 1, whatever its magnitude. Here spectra keep their values and `scale` is 1 over their luminance.
 LightSpectrum read_light_spectrum(Context& context, ParameterList& parameters, std::string_view name);
 
 }  // namespace tessera::client::pbrt

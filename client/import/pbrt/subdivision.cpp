@@ -53,8 +53,8 @@ class LoopMesh {
       const Face& face = faces_[f];
       std::array<int, 3> middle;
       for (int k = 0; k < 3; ++k) {
-        const auto [entry, fresh] =
-            vertex_of_edge.try_emplace(undirected(face.v[k], face.v[next(k)]), static_cast<int>(positions.size()));
+        const auto [entry, fresh] = vertex_of_edge.try_emplace(undirected(face.v[k], face.v[next(k)]),
+                                                               static_cast<int>(positions.size()));
         if (fresh) positions.push_back(edge_vertex(face, k));
         middle[k] = entry->second;
       }
@@ -145,7 +145,8 @@ class LoopMesh {
     return p;
   }
   Vec weighted_border(int vertex, const std::vector<Vec>& ring, double weight) const {
-    return (1 - 2 * weight) * positions_[static_cast<std::size_t>(vertex)] + weight * (ring.front() + ring.back());
+    return (1 - 2 * weight) * positions_[static_cast<std::size_t>(vertex)] +
+           weight * (ring.front() + ring.back());
   }
   static double beta(std::size_t valence) {
     return valence == 3 ? 3.0 / 16 : 3.0 / (8.0 * static_cast<double>(valence));

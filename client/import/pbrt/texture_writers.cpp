@@ -9,7 +9,8 @@ namespace tessera::client::pbrt {
 namespace {
 
 /// A value of the texture's own kind: a float texture's values are floats (or float textures), as spectra.
-v1::SpectrumValue value_of_kind(TextureKind kind, ValueReader& values, std::string_view name, double fallback) {
+v1::SpectrumValue value_of_kind(TextureKind kind, ValueReader& values, std::string_view name,
+                                double fallback) {
   if (kind == TextureKind::kSpectrum) return values.spectrum(name, fallback, SpectrumUse::kUnbounded);
   const v1::FloatValue number = values.number(name, fallback);
   v1::SpectrumValue value;
@@ -22,7 +23,8 @@ v1::SpectrumValue value_of_kind(TextureKind kind, ValueReader& values, std::stri
 }
 
 Vector3 read_vector(ValueReader& values, std::string_view name, const Vector3& fallback) {
-  const Parameter* parameter = values.parameters().find(name, {ParameterType::kVector3}, values.diagnostics());
+  const Parameter* parameter =
+      values.parameters().find(name, {ParameterType::kVector3}, values.diagnostics());
   if (parameter == nullptr || parameter->numbers.size() != 3) return fallback;
   return {parameter->numbers[0], parameter->numbers[1], parameter->numbers[2]};
 }
@@ -83,12 +85,14 @@ void write_encoding(ValueReader& values, v1::ImageTexture& image) {
     image.set_encoding(v1::ImageTexture::LINEAR);
   } else if (encoding == "sRGB") {
     image.set_encoding(v1::ImageTexture::SRGB);
-  } else if (const auto gamma = encoding.starts_with("gamma ") ? parse_number(encoding.substr(6)) : std::nullopt) {
+  } else if (const auto gamma =
+                 encoding.starts_with("gamma ") ? parse_number(encoding.substr(6)) : std::nullopt) {
     image.set_encoding(v1::ImageTexture::GAMMA);
     image.set_gamma(static_cast<float>(*gamma));
   } else {
-    values.diagnostics().error(values.parameters().where(),
-                               concat("unknown encoding \"", encoding, "\": expected sRGB, linear or \"gamma N\""));
+    values.diagnostics().error(
+        values.parameters().where(),
+        concat("unknown encoding \"", encoding, "\": expected sRGB, linear or \"gamma N\""));
   }
 }
 
@@ -108,8 +112,8 @@ void write_imagemap(const TextureInput& in, v1::Texture& texture) {
   else
     values.warn(concat("texture wrap mode \"", wrap, "\" is not supported: the image is repeated"));
 
-  // Every sample looks the image up at full resolution: what pbrt's "trilinear" and "EWA" filter beforehand is
-  // averaged by the pixel's own samples.
+  // Every sample looks the image up at full resolution: what pbrt's "trilinear" and "EWA" filter beforehand
+  // is averaged by the pixel's own samples.
   const std::string filter = values.get_string("filter", "bilinear");
   if (filter == "point") {
     image.set_filter(v1::ImageTexture::NEAREST);
@@ -211,7 +215,8 @@ void write_noise(const TextureInput& in, v1::Texture& texture) {
   if (kKind == v1::NoiseTexture::WINDY) return;
   const std::int64_t octaves = in.values.get_integer("octaves", 8);
   if (octaves < 0 || octaves > 64) {
-    in.values.diagnostics().error(in.values.parameters().where(), concat(octaves, " octaves: expected 0 to 64"));
+    in.values.diagnostics().error(in.values.parameters().where(),
+                                  concat(octaves, " octaves: expected 0 to 64"));
     return;
   }
   if (octaves != 8) noise.set_octaves(static_cast<std::uint32_t>(octaves));

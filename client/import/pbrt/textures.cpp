@@ -5,8 +5,8 @@
 
 namespace tessera::client::pbrt {
 
-void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters,
-                          const Transform& world_from_texture) {
+void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type,
+                          ParameterList parameters, const Transform& world_from_texture) {
   Diagnostics& diagnostics = context_.diagnostics;
   if (find_texture_writer(type) == nullptr) {
     diagnostics.error(parameters.where(),
@@ -24,7 +24,9 @@ void TextureTable::define(TextureKind kind, const std::string& name, const std::
     }
   }
   const SourceLocation where = parameters.where();
-  if (!entries_.try_emplace({kind, name}, Entry{type, std::move(parameters), world_from_texture, State::kDefined, ""})
+  if (!entries_
+           .try_emplace({kind, name},
+                        Entry{type, std::move(parameters), world_from_texture, State::kDefined, ""})
            .second) {
     diagnostics.error(where, concat("texture \"", name, "\" is defined a second time"));
   }
@@ -41,7 +43,8 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
   const auto found = entries_.find({kind, name});
   if (found == entries_.end()) {
     context_.diagnostics.error(
-        where, concat("there is no ", kind == TextureKind::kFloat ? "float" : "spectrum", " texture \"", name, "\""));
+        where, concat("there is no ", kind == TextureKind::kFloat ? "float" : "spectrum", " texture \"", name,
+                      "\""));
     return "";
   }
   Entry& entry = found->second;
@@ -74,8 +77,8 @@ v1::SpectrumValue ValueReader::spectrum(std::string_view name, double fallback, 
   v1::SpectrumValue value;
   const Parameter* parameter =
       parameters_.find(name,
-                       {ParameterType::kRgb, ParameterType::kSpectrum, ParameterType::kBlackbody, ParameterType::kFloat,
-                        ParameterType::kTexture},
+                       {ParameterType::kRgb, ParameterType::kSpectrum, ParameterType::kBlackbody,
+                        ParameterType::kFloat, ParameterType::kTexture},
                        diagnostics());
   if (parameter != nullptr && parameter->type == ParameterType::kTexture) {
     const std::string texture =
@@ -93,7 +96,8 @@ v1::SpectrumValue ValueReader::spectrum(std::string_view name, double fallback, 
 
 v1::FloatValue ValueReader::number(std::string_view name, double fallback) {
   v1::FloatValue value;
-  const Parameter* parameter = parameters_.find(name, {ParameterType::kFloat, ParameterType::kTexture}, diagnostics());
+  const Parameter* parameter =
+      parameters_.find(name, {ParameterType::kFloat, ParameterType::kTexture}, diagnostics());
   if (parameter != nullptr && parameter->type == ParameterType::kTexture) {
     value.set_texture(parameter->strings.empty()
                           ? ""
@@ -112,7 +116,8 @@ v1::Spectrum ValueReader::plain_spectrum(std::string_view name, double fallback,
 }
 
 std::optional<std::string> ValueReader::texture(std::string_view name) {
-  const Parameter* parameter = parameters_.find(name, {ParameterType::kTexture, ParameterType::kString}, diagnostics());
+  const Parameter* parameter =
+      parameters_.find(name, {ParameterType::kTexture, ParameterType::kString}, diagnostics());
   if (parameter == nullptr || parameter->type != ParameterType::kTexture || parameter->strings.empty()) {
     return std::nullopt;
   }
@@ -124,7 +129,8 @@ std::optional<v1::BlobRef> ValueReader::image(std::string_view name) {
   if (file.empty()) return std::nullopt;
   absl::StatusOr<v1::BlobRef> blob = context_.blobs.add_file(context_.resolve(file), file);
   if (blob.ok()) return *std::move(blob);
-  diagnostics().error(parameters_.where(), concat("image of ", parameters_.owner(), ": ", blob.status().message()));
+  diagnostics().error(parameters_.where(),
+                      concat("image of ", parameters_.owner(), ": ", blob.status().message()));
   return std::nullopt;
 }
 

@@ -13,20 +13,22 @@ namespace tessera::client::pbrt {
 
 enum class TextureKind { kFloat, kSpectrum };  // pbrt keeps a name space for each
 
-/// All textures of the file by name. A texture is converted when something refers to it, so that what is unused does
-/// not burden the scene.
+/// All textures of the file by name. A texture is converted when something refers to it, so that what is
+/// unused does not burden the scene.
 class TextureTable {
  public:
   explicit TextureTable(Context& context) : context_(context) {}
 
-  /// `type` is "imagemap", "checkerboard", ... Errors: an unknown type, a name that is taken, an image that is missing.
+  /// `type` is "imagemap", "checkerboard", ... Errors: an unknown type, a name that is taken, an image that
+  /// is missing.
   void define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters,
               const Transform& world_from_texture);
 
   /// The name in the scene of a texture; empty after an error at `where`.
   std::string use(TextureKind kind, const std::string& name, SourceLocation where);
 
-  /// Takes a texture that no directive names; equal ones become one. Its name in the scene begins with `hint`.
+  /// Takes a texture that no directive names; equal ones become one. Its name in the scene begins with
+  /// `hint`.
   std::string add(const std::string& hint, v1::Texture texture);
 
  private:
@@ -62,7 +64,8 @@ class ValueReader {
   v1::FloatValue number(std::string_view name, double fallback);
   /// A constant.
   v1::Spectrum plain_spectrum(std::string_view name, double fallback, SpectrumUse use);
-  /// The name in the scene of a spectrum texture, empty after an error; nothing where the parameter is something else.
+  /// The name in the scene of a spectrum texture, empty after an error; nothing where the parameter is
+  /// something else.
   std::optional<std::string> texture(std::string_view name);
   /// An image file that must exist, as a blob; nothing after an error.
   std::optional<v1::BlobRef> image(std::string_view name);
@@ -73,7 +76,9 @@ class ValueReader {
   std::int64_t get_integer(std::string_view name, std::int64_t fallback) {
     return parameters_.get_integer(name, fallback, diagnostics());
   }
-  bool get_bool(std::string_view name, bool fallback) { return parameters_.get_bool(name, fallback, diagnostics()); }
+  bool get_bool(std::string_view name, bool fallback) {
+    return parameters_.get_bool(name, fallback, diagnostics());
+  }
   std::string get_string(std::string_view name, const std::string& fallback) {
     return parameters_.get_string(name, fallback, diagnostics());
   }

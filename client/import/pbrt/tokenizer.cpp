@@ -17,7 +17,8 @@ const char* read_finite(const char* p, const char* end, double& value) {
   if (error == std::errc::result_out_of_range) {
     // Too small for a double is zero; too large is not a number that anything can use.
     const std::string_view digits(p, static_cast<std::size_t>(rest - p));
-    if (digits.find("e-") == std::string_view::npos && digits.find("E-") == std::string_view::npos) return nullptr;
+    if (digits.find("e-") == std::string_view::npos && digits.find("E-") == std::string_view::npos)
+      return nullptr;
     value = 0;
     return rest;
   }
@@ -31,7 +32,9 @@ Tokenizer::Tokenizer(std::string_view text, std::uint32_t file)
   if (text.starts_with("\xEF\xBB\xBF")) p_ += 3;  // a byte order mark of UTF-8
 }
 
-SourceLocation Tokenizer::where() const { return {file_, line_, static_cast<std::uint32_t>(p_ - line_begin_) + 1}; }
+SourceLocation Tokenizer::where() const {
+  return {file_, line_, static_cast<std::uint32_t>(p_ - line_begin_) + 1};
+}
 
 void Tokenizer::skip_space_and_comments() {
   while (p_ < end_) {

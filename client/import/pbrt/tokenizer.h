@@ -32,8 +32,8 @@ class Tokenizer {
 
   Token next();
 
-  /// Reads numbers as long as there are any and calls `take(double)` for each: the fast way through long arrays.
-  /// Stops before the first token that is not a finite number in full.
+  /// Reads numbers as long as there are any and calls `take(double)` for each: the fast way through long
+  /// arrays. Stops before the first token that is not a finite number in full.
   template <typename Take>
   void read_numbers(const Take& take) {
     double value = 0;

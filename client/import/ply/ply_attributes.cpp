@@ -20,8 +20,9 @@ double linear_from_srgb(double value) {
 }
 
 bool is_geometry(std::string_view name) {
-  static const std::set<std::string_view> names = {"x", "y", "z", "nx",        "ny",        "nz",        "u",
-                                                   "v", "s", "t", "texture_u", "texture_v", "texture_s", "texture_t"};
+  static const std::set<std::string_view> names = {"x",         "y",         "z",         "nx",       "ny",
+                                                   "nz",        "u",         "v",         "s",        "t",
+                                                   "texture_u", "texture_v", "texture_s", "texture_t"};
   return names.contains(name);
 }
 
@@ -41,7 +42,8 @@ class Planner {
  private:
   void add(const std::string& name, std::vector<int> properties) {
     const std::string full_name = concat(per_face_ ? "face_" : "vertex_", name);
-    const bool taken = std::any_of(result_.begin(), result_.end(), [&](const auto& a) { return a.name == full_name; });
+    const bool taken =
+        std::any_of(result_.begin(), result_.end(), [&](const auto& a) { return a.name == full_name; });
     if (taken) {
       warnings_.push_back(concat("the attribute \"", full_name, "\" is there twice: the second is left out"));
       return;
@@ -84,12 +86,14 @@ class Planner {
     std::size_t end = first;
     for (; end < element_.properties.size() && properties.size() < 4; ++end) {
       const PlyProperty& next = element_.properties[end];
-      if (next.is_list || next.name != concat(prefix, "_", kSchemes[scheme].substr(properties.size(), 1))) break;
+      if (next.is_list || next.name != concat(prefix, "_", kSchemes[scheme].substr(properties.size(), 1)))
+        break;
       properties.push_back(static_cast<int>(end));
     }
     if (properties.size() == 4) properties.pop_back();
     if (properties.size() == 2) {
-      warnings_.push_back(concat("the attribute \"", prefix, "\" has two channels, not one or three: left out"));
+      warnings_.push_back(
+          concat("the attribute \"", prefix, "\" has two channels, not one or three: left out"));
     } else {
       add(concat(prefix, scheme == kColorScheme ? "_color" : ""), std::move(properties));
     }
@@ -118,8 +122,9 @@ absl::Status PlyAttribute::finish() {
   }
   const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); });
   if (bad == values.end()) return absl::OkStatus();
-  return absl::InvalidArgumentError(concat(per_face ? "triangle " : "vertex ", (bad - values.begin()) / channels,
-                                           ": its attribute \"", name, "\" is not finite"));
+  return absl::InvalidArgumentError(concat(per_face ? "triangle " : "vertex ",
+                                           (bad - values.begin()) / channels, ": its attribute \"", name,
+                                           "\" is not finite"));
 }
 
 std::vector<PlyAttribute> plan_attributes(const PlyElement& element, bool per_face,

@@ -27,9 +27,10 @@ struct PlyAttribute {
 };
 
 /// Groups the scalar properties of `element` that are not geometry. "r g b" and "red green blue" are "color";
-/// neighbours "p_x p_y p_z", "p_0 p_1 p_2" or "p_1 p_2 p_3" are "p", "p_r p_g p_b" are "p_color", and a single "p_0"
-/// (or p_x, p_r, p_1) is "p" with one channel. A fourth channel is left out. What fits nothing is left out with a
-/// warning when its name has the form of an attribute's.
-std::vector<PlyAttribute> plan_attributes(const PlyElement& element, bool per_face, std::vector<std::string>& warnings);
+/// neighbours "p_x p_y p_z", "p_0 p_1 p_2" or "p_1 p_2 p_3" are "p", "p_r p_g p_b" are "p_color", and a
+/// single "p_0" (or p_x, p_r, p_1) is "p" with one channel. A fourth channel is left out. What fits nothing
+/// is left out with a warning when its name has the form of an attribute's.
+std::vector<PlyAttribute> plan_attributes(const PlyElement& element, bool per_face,
+                                          std::vector<std::string>& warnings);
 
 }  // namespace tessera::client

@@ -150,7 +150,8 @@ absl::StatusOr<PlyHeader> read_ply_header(std::string_view bytes) {
     } else {
       problem = concat("expected format, element, property, comment or end_header, found \"", words[0], "\"");
     }
-    if (!problem.empty()) return absl::InvalidArgumentError(concat("line ", header.line_count, ": ", problem));
+    if (!problem.empty())
+      return absl::InvalidArgumentError(concat("line ", header.line_count, ": ", problem));
   }
 }
 

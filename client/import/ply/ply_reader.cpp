@@ -155,7 +155,8 @@ class PlyMeshReader {
   absl::Status skip_property(const PlyElement& element, const PlyProperty& property, std::uint64_t index) {
     double value = 0;
     if (!property.is_list) {
-      return cursor_.read(property.type, value) ? absl::OkStatus() : fail_element(element, index, "the data end here");
+      return cursor_.read(property.type, value) ? absl::OkStatus()
+                                                : fail_element(element, index, "the data end here");
     }
     if (!cursor_.read(property.count_type, value) || !(value >= 0)) {
       return fail_element(element, index, "expected the length of a list");
@@ -213,13 +214,15 @@ absl::StatusOr<std::vector<VertexTarget>> PlyMeshReader::vertex_targets(const Pl
       if (index < 0 || element.properties[index].is_list) return false;
     }
     std::size_t component = 0;
-    for (const std::string_view name : names) targets[element.find(name)] = {&array, names.size(), component++};
+    for (const std::string_view name : names)
+      targets[element.find(name)] = {&array, names.size(), component++};
     array.resize(element.count * names.size());
     return true;
   };
   if (!assign({"x", "y", "z"}, mesh.positions)) return fail("vertices have no properties x, y, z");
   assign({"nx", "ny", "nz"}, mesh.normals);
-  for (const auto& [u, v] : {std::pair{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}) {
+  for (const auto& [u, v] :
+       {std::pair{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}) {
     if (assign({u, v}, mesh.uvs)) break;
   }
   if (with_attributes_) {
@@ -248,11 +251,13 @@ absl::Status PlyMeshReader::read_vertices(const PlyElement& element) {
       for (std::size_t p = 0; p < element.properties.size(); ++p) {
         const VertexTarget& target = (*targets)[p];
         if (target.array == nullptr) {
-          if (absl::Status status = skip_property(element, element.properties[p], i); !status.ok()) return status;
+          if (absl::Status status = skip_property(element, element.properties[p], i); !status.ok())
+            return status;
           continue;
         }
         double value = 0;
-        if (!cursor_.read(element.properties[p].type, value)) return fail_element(element, i, "expected a number");
+        if (!cursor_.read(element.properties[p].type, value))
+          return fail_element(element, i, "expected a number");
         (*target.array)[i * target.stride + target.component] = static_cast<float>(value);
       }
     }
@@ -261,7 +266,8 @@ absl::Status PlyMeshReader::read_vertices(const PlyElement& element) {
   const std::size_t strides[] = {3, 3, 2};
   const std::string_view names[] = {"position", "normal", "texture coordinate"};
   for (int a = 0; a < 3; ++a) {
-    const auto bad = std::find_if(arrays[a]->begin(), arrays[a]->end(), [](float v) { return !std::isfinite(v); });
+    const auto bad =
+        std::find_if(arrays[a]->begin(), arrays[a]->end(), [](float v) { return !std::isfinite(v); });
     if (bad == arrays[a]->end()) continue;
     const std::size_t vertex = static_cast<std::size_t>(bad - arrays[a]->begin()) / strides[a];
     return absl::InvalidArgumentError(concat("vertex ", vertex, ": its ", names[a], " is not finite"));
@@ -331,8 +337,10 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
       polygon_.clear();
       for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(length); ++k) {
         double value = 0;
-        if (!cursor_.read(property.type, value)) return fail_element(element, i, "the data end in its vertex list");
-        if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max() || value != std::floor(value)) {
+        if (!cursor_.read(property.type, value))
+          return fail_element(element, i, "the data end in its vertex list");
+        if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max() ||
+            value != std::floor(value)) {
           return fail_element(element, i, concat("vertex index ", value, " is out of range"));
         }
         polygon_.push_back(static_cast<std::uint32_t>(value));
@@ -345,7 +353,8 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
   return absl::OkStatus();
 }
 
-/// The common case in one sweep: binary, this machine's byte order, one list of 32-bit indices, only triangles.
+/// The common case in one sweep: binary, this machine's byte order, one list of 32-bit indices, only
+/// triangles.
 bool PlyMeshReader::read_packed_triangles(const PlyElement& element, const PlyProperty& list) {
   constexpr std::size_t kRecord = 1 + 3 * sizeof(std::uint32_t);
   const bool packed = header_.format == PlyFormat::kBinaryLittleEndian && element.properties.size() == 1 &&
@@ -357,7 +366,8 @@ bool PlyMeshReader::read_packed_triangles(const PlyElement& element, const PlyPr
   }
   std::vector<std::uint32_t>& indices = result_.mesh.indices;
   indices.resize(3 * element.count);
-  for (std::uint64_t i = 0; i < element.count; ++i, in += kRecord) std::memcpy(&indices[3 * i], in + 1, kRecord - 1);
+  for (std::uint64_t i = 0; i < element.count; ++i, in += kRecord)
+    std::memcpy(&indices[3 * i], in + 1, kRecord - 1);
   cursor_.skip(element.count * kRecord);
   return true;
 }
@@ -383,10 +393,11 @@ absl::Status PlyMeshReader::finish() {
   if (!has_faces_) return absl::InvalidArgumentError("the file has no face element");
   const std::vector<std::uint32_t>& indices = result_.mesh.indices;
   const std::size_t vertices = result_.mesh.positions.size() / 3;
-  const auto bad = std::find_if(indices.begin(), indices.end(), [&](std::uint32_t i) { return i >= vertices; });
+  const auto bad =
+      std::find_if(indices.begin(), indices.end(), [&](std::uint32_t i) { return i >= vertices; });
   if (bad != indices.end()) {
-    return absl::InvalidArgumentError(concat("triangle ", (bad - indices.begin()) / 3, ": vertex index ", *bad,
-                                             " is out of range: there are ", vertices, " vertices"));
+    return absl::InvalidArgumentError(concat("triangle ", (bad - indices.begin()) / 3, ": vertex index ",
+                                             *bad, " is out of range: there are ", vertices, " vertices"));
   }
   for (std::vector<PlyAttribute>* attributes : {&vertex_attributes_, &face_attributes_}) {
     for (PlyAttribute& attribute : *attributes) {
@@ -396,10 +407,12 @@ absl::Status PlyMeshReader::finish() {
   }
   warn_of_warped_quads();
   if (larger_polygons_ > 0) {
-    result_.warnings.push_back(concat(larger_polygons_, " faces have more than four vertices: cut into fans"));
+    result_.warnings.push_back(
+        concat(larger_polygons_, " faces have more than four vertices: cut into fans"));
   }
   if (degenerate_polygons_ > 0) {
-    result_.warnings.push_back(concat(degenerate_polygons_, " faces have fewer than three vertices: left out"));
+    result_.warnings.push_back(
+        concat(degenerate_polygons_, " faces have fewer than three vertices: left out"));
   }
   return absl::OkStatus();
 }
@@ -416,8 +429,8 @@ void PlyMeshReader::warn_of_warped_quads() {
     double size_squared = 0;
     for (int k = 0; k < 3; ++k) {
       for (int a = 0; a < 3; ++a) {
-        e[k][a] =
-            double{mesh.positions[3 * std::size_t{corner[k + 1]} + a]} - mesh.positions[3 * std::size_t{corner[0]} + a];
+        e[k][a] = double{mesh.positions[3 * std::size_t{corner[k + 1]} + a]} -
+                  mesh.positions[3 * std::size_t{corner[0]} + a];
       }
       size_squared = std::max(size_squared, e[k][0] * e[k][0] + e[k][1] * e[k][1] + e[k][2] * e[k][2]);
     }

@@ -17,7 +17,8 @@ std::array<double, 3> rec709_from_xyz(const std::array<double, 3>& xyz) {
   constexpr double kMatrix[3][3] = {
       {3.240479, -1.537150, -0.498535}, {-0.969256, 1.875991, 0.041556}, {0.055648, -0.204043, 1.057311}};
   std::array<double, 3> rgb;
-  for (int r = 0; r < 3; ++r) rgb[r] = kMatrix[r][0] * xyz[0] + kMatrix[r][1] * xyz[1] + kMatrix[r][2] * xyz[2];
+  for (int r = 0; r < 3; ++r)
+    rgb[r] = kMatrix[r][0] * xyz[0] + kMatrix[r][1] * xyz[1] + kMatrix[r][2] * xyz[2];
   return rgb;
 }
 

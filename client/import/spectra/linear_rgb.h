@@ -12,8 +12,8 @@ enum class SeenUnder {
   kD65,          // a reflectance in daylight: a constant one is grey
 };
 
-/// The colour of a spectrum that is zero outside its samples, integrated in 1000 steps over 360..830 nm as Mitsuba 3's
-/// RGB modes do. Components may be negative or above 1. Needs at least two samples.
+/// The colour of a spectrum that is zero outside its samples, integrated in 1000 steps over 360..830 nm as
+/// Mitsuba 3's RGB modes do. Components may be negative or above 1. Needs at least two samples.
 std::array<double, 3> linear_rgb(const SpectrumTable& spectrum, SeenUnder light);
 
 /// Linear Rec.709 of CIE XYZ.

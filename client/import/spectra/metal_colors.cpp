@@ -11,10 +11,10 @@ struct Entry {
   float eta[3], k[3];
 };
 
-// Linear Rec.709 under a light of equal energy. The measurements are those that Luxpop collected (mostly of [Palik
-// 1985]) and Mitsuba carries; the colours are the ones that Tungsten's table of complex indices has, which were
-// integrated as linear_rgb() does it (spectra_test.cpp holds the metals that are here as spectra, and tungsten, against
-// it).
+// Linear Rec.709 under a light of equal energy. The measurements are those that Luxpop collected (mostly of
+// [Palik 1985]) and Mitsuba carries; the colours are the ones that Tungsten's table of complex indices has,
+// which were integrated as linear_rgb() does it (spectra_test.cpp holds the metals that are here as spectra,
+// and tungsten, against it).
 constexpr Entry kEntries[] = {
     {"a-C", {2.9441f, 2.2272f, 1.9682f}, {0.88743f, 0.79932f, 0.81529f}},
     {"AlAs", {3.6051f, 3.2329f, 2.2176f}, {0.00066702f, -0.00049994f, 0.0074261f}},

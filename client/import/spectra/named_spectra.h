@@ -13,9 +13,10 @@ struct SpectrumTable {
   std::vector<float> values;
 };
 
-/// pbrt-v4's names: "metal-Ag-eta", "metal-Ag-k" (also Al, Au, Cu, CuZn, MgO, TiO2), "glass-BK7" (also BAF10, FK51A,
-/// LASF9, F5, F10, F11 and their maker's names SF5, SF10, SF11), "stdillum-A", "stdillum-D50", "stdillum-D65",
-/// "stdillum-F1" to "stdillum-F12", "illum-acesD60". Illuminants are scaled to a luminance of 1 (see photometry.h).
+/// pbrt-v4's names: "metal-Ag-eta", "metal-Ag-k" (also Al, Au, Cu, CuZn, MgO, TiO2), "glass-BK7" (also BAF10,
+/// FK51A, LASF9, F5, F10, F11 and their maker's names SF5, SF10, SF11), "stdillum-A", "stdillum-D50",
+/// "stdillum-D65", "stdillum-F1" to "stdillum-F12", "illum-acesD60". Illuminants are scaled to a luminance of
+/// 1 (see photometry.h).
 std::optional<SpectrumTable> find_named_spectrum(std::string_view name);
 
 }  // namespace tessera::client

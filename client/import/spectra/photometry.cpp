@@ -24,7 +24,8 @@ double luminance(const SpectrumTable& spectrum) {
 double evaluate(const SpectrumTable& spectrum, double wavelength_nm) {
   const auto& nm = spectrum.wavelengths_nm;
   if (nm.empty()) return 0;
-  const std::size_t above = std::upper_bound(nm.begin(), nm.end(), static_cast<float>(wavelength_nm)) - nm.begin();
+  const std::size_t above =
+      std::upper_bound(nm.begin(), nm.end(), static_cast<float>(wavelength_nm)) - nm.begin();
   if (above == 0) return spectrum.values.front();
   if (above == nm.size()) return spectrum.values.back();
   const double t = (wavelength_nm - nm[above - 1]) / (nm[above] - nm[above - 1]);

@@ -7,8 +7,8 @@
 
 namespace tessera::client {
 
-/// The integral of y(l) s(l) dl over 360..830 nm, divided by that of y: 1 for a constant spectrum of 1. `s` maps
-/// nanometres to values.
+/// The integral of y(l) s(l) dl over 360..830 nm, divided by that of y: 1 for a constant spectrum of 1. `s`
+/// maps nanometres to values.
 double luminance(const std::function<double(double)>& spectrum);
 double luminance(const SpectrumTable& spectrum);
 

@@ -55,15 +55,18 @@ class SceneCheck {
 
  private:
   /// The place of a field, or else of what it stands in.
-  SourceLocation locate(Locations* locations, const FieldDescriptor* field, int index, SourceLocation outer) const {
+  SourceLocation locate(Locations* locations, const FieldDescriptor* field, int index,
+                        SourceLocation outer) const {
     if (locations == nullptr) return outer;
     const auto location = locations->GetLocation(field, index);
     if (location.line < 0) return outer;
-    return {file_, static_cast<std::uint32_t>(location.line + 1), static_cast<std::uint32_t>(location.column + 1)};
+    return {file_, static_cast<std::uint32_t>(location.line + 1),
+            static_cast<std::uint32_t>(location.column + 1)};
   }
 
   template <typename Elements>
-  void collect(const std::string& kind, const Elements& elements, const char* field_name, Locations* locations) {
+  void collect(const std::string& kind, const Elements& elements, const char* field_name,
+               Locations* locations) {
     const FieldDescriptor* field = v1::Scene::descriptor()->FindFieldByName(field_name);
     std::set<std::string>& names = names_[kind];
     for (int i = 0; i < elements.size(); ++i) {
@@ -109,7 +112,8 @@ class SceneCheck {
       if (light->kind_case() == v1::Light::KIND_NOT_SET) missing("light");
     } else if (const auto* matrix = google::protobuf::DynamicCastToGenerated<v1::Matrix>(&message)) {
       const int size = matrix->elements_size();
-      if (size != 0 && size != 16) diagnostics_.error(where, concat("a matrix of ", size, " elements: expected 16"));
+      if (size != 0 && size != 16)
+        diagnostics_.error(where, concat("a matrix of ", size, " elements: expected 16"));
     }
   }
 
@@ -133,7 +137,8 @@ class SceneCheck {
       const v1::Spectrum& spectrum = value->constant();
       double largest = 0;
       if (spectrum.kind_case() == v1::Spectrum::kConstant) largest = spectrum.constant();
-      if (spectrum.has_rgb()) largest = std::max({spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()});
+      if (spectrum.has_rgb())
+        largest = std::max({spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()});
       if (largest <= 1) return;
       diagnostics_.warning(where, concat("a ", name, " of ", largest, " gives back more light than it gets"));
     }

@@ -56,8 +56,8 @@ class BlobResolver {
       if (absl::Status status = check_mesh(path); !status.ok()) return status;
     }
     if (!ref.digest().empty() && ref.digest() != found->digest()) {
-      return absl::InvalidArgumentError(
-          concat(path.string(), ": its digest is ", found->digest(), ", not ", ref.digest(), " as the scene says"));
+      return absl::InvalidArgumentError(concat(path.string(), ": its digest is ", found->digest(), ", not ",
+                                               ref.digest(), " as the scene says"));
     }
     ref.set_digest(found->digest());
     ref.set_size_bytes(found->size_bytes());
@@ -102,8 +102,9 @@ SourceLocation place_of(const wire::BadNumber& number, std::uint32_t file, Locat
   return {file, static_cast<std::uint32_t>(place.line + 1), static_cast<std::uint32_t>(place.column + 1)};
 }
 
-absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path, std::uint32_t file,
-                                          Locations* locations, Diagnostics& diagnostics) {
+absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path,
+                                          std::uint32_t file, Locations* locations,
+                                          Diagnostics& diagnostics) {
   for (const wire::BadNumber& bad : wire::find_bad_numbers(scene, Diagnostics::kMaxErrors)) {
     diagnostics.error(place_of(bad, file, locations), bad.to_string());
   }

@@ -51,13 +51,14 @@ absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path
     // The ending tells the format of an image, as it did before.
     const std::string ending = is_mesh ? ".tsr" : std::filesystem::path(ref.path()).extension().string();
     ref.set_path(concat(folder, "/", ref.digest(), ending));
-    if (written.insert(ref.path()).second) status = write_blob(*found->second, path.parent_path() / ref.path());
+    if (written.insert(ref.path()).second)
+      status = write_blob(*found->second, path.parent_path() / ref.path());
   });
   if (!status.ok()) return status;
 
   std::string bytes;
-  const bool printed =
-      as_text ? google::protobuf::TextFormat::PrintToString(message, &bytes) : message.SerializeToString(&bytes);
+  const bool printed = as_text ? google::protobuf::TextFormat::PrintToString(message, &bytes)
+                               : message.SerializeToString(&bytes);
   if (!printed) return absl::InternalError("the scene cannot be printed");
   return write_file(path, bytes);
 }

@@ -5,7 +5,8 @@
 
 namespace tessera::wire {
 
-bool allot(std::int64_t width, std::int64_t height, bool floats, std::uint64_t max_pixels, ImagePixels& pixels) {
+bool allot(std::int64_t width, std::int64_t height, bool floats, std::uint64_t max_pixels,
+           ImagePixels& pixels) {
   constexpr std::int64_t kMostAlongASide = std::numeric_limits<std::int32_t>::max();
   if (width <= 0 || height <= 0 || width > kMostAlongASide || height > kMostAlongASide) return false;
   const std::uint64_t count = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);

@@ -54,8 +54,9 @@ bool is_preview(std::string_view value) {
              (value.size() - kSides) / kPixel;
 }
 
-/// Whether a value takes the bytes that its attribute says. OpenEXR reads values of these types without a look at that,
-/// and goes on behind what it read: it would take other bytes for the next attribute than we do.
+/// Whether a value takes the bytes that its attribute says. OpenEXR reads values of these types without a
+/// look at that, and goes on behind what it read: it would take other bytes for the next attribute than we
+/// do.
 bool has_its_size(std::string_view type, std::string_view value) {
   struct Fixed {
     std::string_view type;
@@ -110,7 +111,8 @@ class Part {
       channels_ = std::max(channels_, static_cast<double>(count_channels(value)));
     } else if (name == "compression" && value.size() == 1) {
       constexpr int kLines[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};  // that are compressed together
-      lines_ = std::max(lines_, kLines[std::min<std::size_t>(read_at<std::uint8_t>(value, 0), std::size(kLines) - 1)]);
+      lines_ = std::max(
+          lines_, kLines[std::min<std::size_t>(read_at<std::uint8_t>(value, 0), std::size(kLines) - 1)]);
     }
   }
   bool empty() const { return attributes_ == 0; }

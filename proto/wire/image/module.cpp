@@ -21,7 +21,8 @@ std::string reason_of(const OIIO::ImageInput& input, const char* otherwise) {
 }
 
 /// A file in memory, opened. Null, with a message, when that fails.
-Input open(OIIO::Filesystem::IOMemReader& memory, const char* format, OIIO::ImageSpec& spec, std::string& message) {
+Input open(OIIO::Filesystem::IOMemReader& memory, const char* format, OIIO::ImageSpec& spec,
+           std::string& message) {
   Input input = OIIO::ImageInput::create(format);
   if (!input) {
     message = std::string("this build of OpenImageIO does not read ") + format;
@@ -51,7 +52,8 @@ Input open(OIIO::Filesystem::IOMemReader& memory, const char* format, OIIO::Imag
 
 /// Reads all pixels into `values`, four channels each, `opaque` where there is no alpha.
 template <class T>
-bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, T opaque, T* values) {
+bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, T opaque,
+                 T* values) {
   const std::size_t pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   const bool grey = spec.nchannels < 3;
   const bool with_alpha = grey ? spec.nchannels == 2 && spec.alpha_channel == 1 : spec.nchannels > 3;
@@ -67,16 +69,17 @@ bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, OIIO::Typ
   return true;
 }
 
-ImageFault decode_file(std::string_view blob, const char* format, std::uint64_t max_pixels, ImagePixels& pixels,
-                       std::string& message) {
+ImageFault decode_file(std::string_view blob, const char* format, std::uint64_t max_pixels,
+                       ImagePixels& pixels, std::string& message) {
   OIIO::Filesystem::IOMemReader memory(blob.data(), blob.size());
   OIIO::ImageSpec spec;
   const Input input = open(memory, format, spec, message);
   if (!input) return ImageFault::kInvalid;
-  const std::uint64_t count = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+  const std::uint64_t count =
+      static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   if (count > max_pixels) {
-    message = std::to_string(spec.width) + " x " + std::to_string(spec.height) + " texels are more than the limit of " +
-              std::to_string(max_pixels);
+    message = std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+              " texels are more than the limit of " + std::to_string(max_pixels);
     return ImageFault::kTooLarge;
   }
   pixels.size = {spec.width, spec.height};
@@ -118,7 +121,8 @@ ImageFault guarded(std::string& message, const Work& work) {
 }
 
 constexpr ImageModule kModule = {
-    [](std::string_view blob, const char* format, std::uint64_t max_pixels, ImagePixels& pixels, std::string& message) {
+    [](std::string_view blob, const char* format, std::uint64_t max_pixels, ImagePixels& pixels,
+       std::string& message) {
       return guarded(message, [&] { return decode_file(blob, format, max_pixels, pixels, message); });
     },
     [](std::string_view blob, const char* format, ImageSize& size, std::string& message) {

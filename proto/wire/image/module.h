@@ -13,8 +13,8 @@ enum class ImageFault : std::int32_t { kNone, kInvalid, kTooLarge };
 
 struct ImageModule {
   /// `format`: OpenImageIO's name of it. With a fault `message` says what is wrong, without the file's name.
-  ImageFault (*decode)(std::string_view blob, const char* format, std::uint64_t max_pixels, ImagePixels& pixels,
-                       std::string& message);
+  ImageFault (*decode)(std::string_view blob, const char* format, std::uint64_t max_pixels,
+                       ImagePixels& pixels, std::string& message);
   ImageFault (*size)(std::string_view blob, const char* format, ImageSize& size, std::string& message);
 };
 

@@ -47,8 +47,8 @@ bool plain(const Imf::ChannelList& channels) {
     if (channel.xSampling != 1 || channel.ySampling != 1 || channel.type == Imf::UINT) return false;
     names.insert(c.name());
   }
-  return names == std::set<std::string>{"R", "G", "B"} || names == std::set<std::string>{"R", "G", "B", "A"} ||
-         names == std::set<std::string>{"Y"};
+  return names == std::set<std::string>{"R", "G", "B"} ||
+         names == std::set<std::string>{"R", "G", "B", "A"} || names == std::set<std::string>{"Y"};
 }
 
 bool read(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels) {
@@ -56,7 +56,8 @@ bool read(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels) 
   Imf::MultiPartInputFile file(memory);
   if (file.parts() != 1) return false;
   const Imf::Header& header = file.header(0);
-  if (header.hasType() && header.type() != Imf::SCANLINEIMAGE && header.type() != Imf::TILEDIMAGE) return false;
+  if (header.hasType() && header.type() != Imf::SCANLINEIMAGE && header.type() != Imf::TILEDIMAGE)
+    return false;
   if (!plain(header.channels())) return false;
   const Imath::Box2i window = header.dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;

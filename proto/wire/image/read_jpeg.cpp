@@ -13,7 +13,9 @@ struct ErrorHandler {
   std::jmp_buf escape;
 };
 
-[[noreturn]] void escape(j_common_ptr info) { std::longjmp(reinterpret_cast<ErrorHandler*>(info->err)->escape, 1); }
+[[noreturn]] void escape(j_common_ptr info) {
+  std::longjmp(reinterpret_cast<ErrorHandler*>(info->err)->escape, 1);
+}
 void ignore(j_common_ptr) {}
 
 /// Everything between setjmp and the last call that may jump there: no object with a destructor lives here.
@@ -27,8 +29,8 @@ bool read(jpeg_decompress_struct& info, ErrorHandler& errors, std::string_view b
   info.out_color_space = JCS_EXT_RGBA;
   jpeg_start_decompress(&info);
   while (info.output_scanline < info.output_height) {
-    JSAMPROW row = reinterpret_cast<JSAMPROW>(pixels.bytes.data() +
-                                              std::size_t{info.output_scanline} * std::size_t{info.output_width});
+    JSAMPROW row = reinterpret_cast<JSAMPROW>(pixels.bytes.data() + std::size_t{info.output_scanline} *
+                                                                        std::size_t{info.output_width});
     jpeg_read_scanlines(&info, &row, 1);
   }
   jpeg_finish_decompress(&info);

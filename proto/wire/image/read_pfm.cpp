@@ -31,7 +31,8 @@ bool read_pfm(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixe
   std::int32_t width = 0, height = 0;
   double scale = 0;
   if (kind != "PF" && kind != "Pf") return false;
-  if (!parse(take_word(blob), width) || !parse(take_word(blob), height) || !parse(take_word(blob), scale)) return false;
+  if (!parse(take_word(blob), width) || !parse(take_word(blob), height) || !parse(take_word(blob), scale))
+    return false;
   if (scale != -1 || !allot(width, height, true, max_pixels, pixels)) return false;  // below 0: little-endian
 
   const std::size_t channels = kind == "PF" ? 3 : 1;

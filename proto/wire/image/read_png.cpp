@@ -30,7 +30,8 @@ bool read(png_structp png, png_infop info, Source& source, std::uint64_t max_pix
   png_set_read_fn(png, &source, take);
   png_read_info(png, info);
   if (png_get_bit_depth(png, info) > 8) return false;
-  if (!allot(png_get_image_width(png, info), png_get_image_height(png, info), false, max_pixels, pixels)) return false;
+  if (!allot(png_get_image_width(png, info), png_get_image_height(png, info), false, max_pixels, pixels))
+    return false;
   png_set_expand(png);
   png_set_gray_to_rgb(png);
   png_set_filler(png, 0xff, PNG_FILLER_AFTER);
@@ -39,7 +40,8 @@ bool read(png_structp png, png_infop info, Source& source, std::uint64_t max_pix
   if (png_get_rowbytes(png, info) != 4 * static_cast<std::size_t>(pixels.size.width)) return false;
   for (int pass = 0; pass < passes; ++pass) {
     png_bytep row = reinterpret_cast<png_bytep>(pixels.bytes.data());
-    for (std::int32_t y = 0; y < pixels.size.height; ++y, row += 4 * static_cast<std::size_t>(pixels.size.width)) {
+    for (std::int32_t y = 0; y < pixels.size.height;
+         ++y, row += 4 * static_cast<std::size_t>(pixels.size.width)) {
       png_read_row(png, row, nullptr);
     }
   }

@@ -23,7 +23,8 @@ class Pixels {
     }
     if (data_.size() < size_) return false;
     const auto channel = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(data_[i])}; };
-    rgba = 0xff000000u | (size_ == 1 ? channel(0) * 0x010101u : channel(2) | channel(1) << 8 | channel(0) << 16);
+    rgba =
+        0xff000000u | (size_ == 1 ? channel(0) * 0x010101u : channel(2) | channel(1) << 8 | channel(0) << 16);
     if (runs_) --left_;
     if (!repeats_ || left_ == 0) data_.remove_prefix(size_);
     return true;

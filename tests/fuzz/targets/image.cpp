@@ -14,7 +14,8 @@ bool accepts(std::string_view bytes) {
     require(!image.status().message().empty(), "an error without a message");
     return false;
   }
-  const auto pixels = static_cast<std::size_t>(image->size.width) * static_cast<std::size_t>(image->size.height);
+  const auto pixels =
+      static_cast<std::size_t>(image->size.width) * static_cast<std::size_t>(image->size.height);
   require(pixels > 0 && pixels <= kMaxPixels, "an image of a size that was not allowed");
   require(image->bytes.size() == pixels || image->floats.size() == 4 * pixels, "an image of the wrong size");
   return true;

@@ -8,7 +8,8 @@
 namespace tessera::fuzz {
 
 bool accepts_file(std::string_view bytes, const std::string& ending) {
-  const auto scene = client::import_scene(scratch_file(ending + "." + ending, bytes), {.threads = 1, .defines = {}});
+  const auto scene =
+      client::import_scene(scratch_file(ending + "." + ending, bytes), {.threads = 1, .defines = {}});
   if (!scene.ok()) {
     require(!scene.status().message().empty(), "an error without a message");
     return false;

@@ -1,5 +1,5 @@
-// What a coordinator finds when it starts: the parts are the database, the file of every job's results, and changes of
-// single rows, each a byte for the column and its new value.
+// What a coordinator finds when it starts: the parts are the database, the file of every job's results, and
+// changes of single rows, each a byte for the column and its new value.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <spdlog/spdlog.h>
 
@@ -36,8 +36,9 @@ constexpr std::array kUpdates = {
     ColumnUpdate{"INSERT INTO events (job, kind, unit, value, host, text) "
                  "SELECT id, ?1 & 31, (?1 >> 5) & 63, (?1 >> 11), 'a', 'b' FROM jobs",
                  ColumnUpdate::kNumber},
-    ColumnUpdate{"INSERT INTO events (job, kind, unit, value, host, text) VALUES ('', ?1 & 31, 0, ?1 >> 5, 'a', 'b')",
-                 ColumnUpdate::kNumber},
+    ColumnUpdate{
+        "INSERT INTO events (job, kind, unit, value, host, text) VALUES ('', ?1 & 31, 0, ?1 >> 5, 'a', 'b')",
+        ColumnUpdate::kNumber},
     ColumnUpdate{"UPDATE events SET host = ?1", ColumnUpdate::kText},
     ColumnUpdate{"UPDATE events SET text = ?1", ColumnUpdate::kText},
     ColumnUpdate{"UPDATE events SET value = ?1", ColumnUpdate::kNumber},
@@ -70,7 +71,8 @@ void fill_disk(server::Disk& disk, std::vector<std::string> parts) {
   parts.resize(std::max<std::size_t>(parts.size(), 2));
   write("/farm/journal.sqlite", parts[0]);
   try {
-    SQLite::Database database(std::string("/farm/journal.sqlite"), SQLite::OPEN_READWRITE, 0, disk.sqlite_vfs());
+    SQLite::Database database(std::string("/farm/journal.sqlite"), SQLite::OPEN_READWRITE, 0,
+                              disk.sqlite_vfs());
     database.exec("PRAGMA locking_mode = EXCLUSIVE");
     for (std::size_t i = 2; i < parts.size(); ++i) update(database, parts[i]);
     SQLite::Statement jobs(database, "SELECT id FROM jobs");
@@ -109,7 +111,8 @@ void use(server::Farm& farm) {
   lease.set_max_units(8);
   farm.lease(
       lease, {}, [] { return false; }, [](const absl::StatusOr<v1::LeaseResponse>&) {});
-  for (const v1::JobStatus& job : jobs.jobs()) farm.cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
+  for (const v1::JobStatus& job : jobs.jobs())
+    farm.cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
 }
 
 bool accepts(std::string_view bytes) {
@@ -157,7 +160,8 @@ std::string mutate(std::string bytes, std::mt19937& random) {
     } else if (kUpdates[column].kind == ColumnUpdate::kBlob) {
       v1::JobSpec spec;
       v1::UnitStats stats;
-      google::protobuf::Message& message = column == 0 ? static_cast<google::protobuf::Message&>(spec) : stats;
+      google::protobuf::Message& message =
+          column == 0 ? static_cast<google::protobuf::Message&>(spec) : stats;
       mutate_message(message, random);
       value += message.SerializeAsString();
     } else {

@@ -13,8 +13,10 @@ bool accepts(std::string_view bytes) {
     accepted = is_sound_mesh(ply);
     if (!accepted) continue;
     for (const client::PlyAttribute& attribute : ply->attributes) {
-      const std::size_t elements = attribute.per_face ? ply->mesh.indices.size() / 3 : ply->mesh.positions.size() / 3;
-      require(attribute.values.size() == elements * attribute.channels, "the PLY reader made an unsound attribute");
+      const std::size_t elements =
+          attribute.per_face ? ply->mesh.indices.size() / 3 : ply->mesh.positions.size() / 3;
+      require(attribute.values.size() == elements * attribute.channels,
+              "the PLY reader made an unsound attribute");
     }
   }
   return accepted;

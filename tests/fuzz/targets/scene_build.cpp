@@ -1,5 +1,6 @@
-// What a worker is sent: the parts are a JobSpec that a coordinator lets through, a Scene, and the blobs "0", "1", ...
-// that it may refer to. The scene is built, and a corner of it is rendered where this machine has kernels.
+// What a worker is sent: the parts are a JobSpec that a coordinator lets through, a Scene, and the blobs "0",
+// "1", ... that it may refer to. The scene is built, and a corner of it is rendered where this machine has
+// kernels.
 #include <algorithm>
 #include <memory>
 

@@ -3,6 +3,7 @@
 
 namespace tessera::fuzz {
 
-const Target kTextScene = {"text_scene", [](std::string_view bytes) { return accepts_file(bytes, "textproto"); }};
+const Target kTextScene = {"text_scene",
+                           [](std::string_view bytes) { return accepts_file(bytes, "textproto"); }};
 
 }  // namespace tessera::fuzz

@@ -1,5 +1,5 @@
-// An upload stream: each part is one chunk. Digests of one letter stand for what they would be if the client told the
-// truth, so that uploads can succeed.
+// An upload stream: each part is one chunk. Digests of one letter stand for what they would be if the client
+// told the truth, so that uploads can succeed.
 #include "fuzz/mutate_message.h"
 #include "fuzz/target.h"
 #include "service/blob_upload.h"
@@ -26,7 +26,8 @@ bool accepts(std::string_view bytes) {
   // The stream breaks after half of the chunks, and another goes on; then the whole comes once more.
   for (const std::size_t end : {chunks.size() / 2, chunks.size()}) {
     server::BlobUpload upload(*blobs);
-    for (std::size_t i = 0; i < end && status.ok() && upload.wants_more(); ++i) status = upload.take(chunks[i]);
+    for (std::size_t i = 0; i < end && status.ok() && upload.wants_more(); ++i)
+      status = upload.take(chunks[i]);
     status.Update(upload.finish());
     require(status.ok() || !status.message().empty(), "an error without a message");
     if (end < chunks.size()) status = absl::OkStatus();

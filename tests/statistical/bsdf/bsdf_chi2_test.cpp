@@ -11,7 +11,8 @@ namespace {
 /// A new model cannot be left out.
 TEST(BsdfCases, HaveEveryModel) {
   using enum render::BsdfKind;
-  // Nothing there; parts are asked instead; a walk, whose density is not that of its samples (coated_conductor_test.cpp).
+  // Nothing there; parts are asked instead; a walk, whose density is not that of its samples
+  // (coated_conductor_test.cpp).
   std::set<render::BsdfKind> kinds{kInterface, kMix, kCoatedConductor};
   for (const BsdfCase& bsdf : all_cases()) {
     EXPECT_FALSE(bsdf.kind == kInterface || bsdf.kind == kMix || bsdf.kind == kCoatedConductor);

@@ -6,7 +6,8 @@
 namespace tessera::test {
 namespace {
 
-/// Energy scattered along wo's light, per component: the mean weight, refraction's radiance factor taken back.
+/// Energy scattered along wo's light, per component: the mean weight, refraction's radiance factor taken
+/// back.
 std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
   std::array<double, 3> sum{};
   bsdf.for_each_even_sample(wo, samples, [&](const Sample& s) {
@@ -19,7 +20,8 @@ std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samp
 
 // 2^14 evenly spread points integrate weights between 0 and about 1 with an error of about n^-2/3 = 1.6e-3.
 constexpr double kEvenTolerance = 2e-3;
-// Multiple scattering keeps the mean over diffuse light; single directions lie between the nodes of its table.
+// Multiple scattering keeps the mean over diffuse light; single directions lie between the nodes of its
+// table.
 constexpr double kBalancedTolerance = 2e-2;
 
 TEST(BsdfEnergy, NothingIsCreated) {
@@ -109,7 +111,8 @@ TEST(BsdfEnergy, MultipleScatteringLosesNothing) {
   }
   for (const float alpha : {0.05f, 0.37f, 0.71f}) {
     const std::int32_t textured = render::kBalanced | render::kHasTextures;
-    EXPECT_NEAR(mean_albedo(conductor(alpha, alpha, {0, 0, 0}, {3, 3, 3}, textured), false), 1, 2e-3) << alpha;
+    EXPECT_NEAR(mean_albedo(conductor(alpha, alpha, {0, 0, 0}, {3, 3, 3}, textured), false), 1, 2e-3)
+        << alpha;
     EXPECT_NEAR(mean_albedo(dielectric(alpha, alpha, 1.5f, textured), false), 1, 2e-3) << alpha;
     EXPECT_NEAR(mean_albedo(dielectric(alpha, alpha, 1.5f, textured), true), 1, 4e-3) << alpha;
   }
@@ -120,7 +123,8 @@ TEST(BsdfEnergy, RoughMirrorLosesWhatSingleScatteringLoses) {
   // D cos(theta_m) dm = dv dphi / (2 pi): f cos over wi is G2 dot(wo, m) / (zo zm) dv dphi / (2 pi).
   constexpr int kSteps = 400;
   for (const double alpha : {0.1, 0.5, 1.0}) {
-    const BsdfCase bsdf = conductor(static_cast<float>(alpha), static_cast<float>(alpha), {0, 0, 0}, {3, 3, 3});
+    const BsdfCase bsdf =
+        conductor(static_cast<float>(alpha), static_cast<float>(alpha), {0, 0, 0}, {3, 3, 3});
     const RoughBoundary boundary(alpha, alpha, 1.5);
     for (const double theta : {0.0, 45.0, 75.0}) {
       SCOPED_TRACE(bsdf.name + ", theta_o = " + std::to_string(theta));

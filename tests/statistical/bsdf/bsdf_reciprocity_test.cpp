@@ -1,4 +1,5 @@
-// Reciprocity over a million pairs of directions: f(wo, wi) / eta_i^2 = f(wi, wo) / eta_o^2 [Veach 1997, eq. 5.14].
+// Reciprocity over a million pairs of directions: f(wo, wi) / eta_i^2 = f(wi, wo) / eta_o^2 [Veach 1997,
+// eq. 5.14].
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -9,8 +10,9 @@
 namespace tessera::test {
 namespace {
 
-/// Models that are not reciprocal by the definition of their format: hair tilts the light of one side only; Disney's
-/// glass divides nothing by eta^2, and its thin sheet scales one direction; the walks of coated conductors are noise.
+/// Models that are not reciprocal by the definition of their format: hair tilts the light of one side only;
+/// Disney's glass divides nothing by eta^2, and its thin sheet scales one direction; the walks of coated
+/// conductors are noise.
 bool is_reciprocal(const BsdfCase& bsdf) {
   return bsdf.kind != render::BsdfKind::kHair && bsdf.kind != render::BsdfKind::kPrincipledThin &&
          (bsdf.flags & render::kHasInside) == 0;
@@ -32,8 +34,9 @@ Pairs random_pairs(const BsdfCase& bsdf, bool sampled, std::mt19937_64& random) 
   }
   if (!sampled) return pairs;
   int i = 0;
-  kernel::BsdfSample s = bsdf.sample(wide(pairs.there), kernel::Float(static_cast<float>(uniform(random))),
-                                     {static_cast<float>(uniform(random)), static_cast<float>(uniform(random))});
+  kernel::BsdfSample s =
+      bsdf.sample(wide(pairs.there), kernel::Float(static_cast<float>(uniform(random))),
+                  {static_cast<float>(uniform(random)), static_cast<float>(uniform(random))});
   BsdfCase::for_each_lane(s, [&](const Sample& sample) {
     if (sample.valid) pairs.back[i] = sample.wi;
     ++i;
@@ -41,9 +44,10 @@ Pairs random_pairs(const BsdfCase& bsdf, bool sampled, std::mt19937_64& random) 
   return pairs;
 }
 
-/// By how much a value may be off where direction vectors of single precision, wrong by 1e-7, are all that both ways
-/// have in common: they move the normal of the microfacet by about 1e-7 / cos, which changes ln D by at most 2 / alpha
-/// a radian. Infinite near the critical angle: there eta^2 - sin^2 is a difference of nearly equal numbers.
+/// By how much a value may be off where direction vectors of single precision, wrong by 1e-7, are all that
+/// both ways have in common: they move the normal of the microfacet by about 1e-7 / cos, which changes ln D
+/// by at most 2 / alpha a radian. Infinite near the critical angle: there eta^2 - sin^2 is a difference of
+/// nearly equal numbers.
 double rounding(const BsdfCase& bsdf, const Direction& a, const Direction& b) {
   const double alpha = std::max<double>(std::min(bsdf.scalar(0), bsdf.scalar(1)), 1e-4);
   const double cosine = std::min(std::abs(a[2]), std::abs(b[2]));
@@ -56,7 +60,8 @@ double rounding(const BsdfCase& bsdf, const Direction& a, const Direction& b) {
     if (std::abs(g2) < kNearlyCritical) return std::numeric_limits<double>::infinity();
   } else {
     Direction h{a[0] + eta * b[0], a[1] + eta * b[1], a[2] + eta * b[2]};
-    const double length = std::sqrt(dot(h, h)), across = std::min(std::abs(dot(a, h)), std::abs(dot(b, h))) / length;
+    const double length = std::sqrt(dot(h, h)),
+                 across = std::min(std::abs(dot(a, h)), std::abs(dot(b, h))) / length;
     if (across * across < kNearlyCritical) return std::numeric_limits<double>::infinity();
     spread = std::min(1.0, std::abs(eta - 1)) * std::min(1.0, length) * across * across;
   }

@@ -1,5 +1,5 @@
-// The walks of coated_conductor.h: their estimates of the same light from two sides must agree, and closed forms where
-// there are some.
+// The walks of coated_conductor.h: their estimates of the same light from two sides must agree, and closed
+// forms where there are some.
 #include <gtest/gtest.h>
 
 #include "support/bsdf_cases.h"
@@ -27,8 +27,8 @@ struct Mean {
   double error() const { return std::sqrt(std::max(squares / n - value() * value(), 0.0) / n); }
 };
 
-/// How much of the light from a cap of directions around the mirror direction reaches wo: by samples, and by eval() at
-/// directions spread evenly over the cap.
+/// How much of the light from a cap of directions around the mirror direction reaches wo: by samples, and by
+/// eval() at directions spread evenly over the cap.
 void expect_agreement(const BsdfCase& bsdf, const Direction& wo, double cap_cosine) {
   const Direction axis{-wo[0], -wo[1], wo[2]};
   Mean sampled, evaluated;
@@ -42,15 +42,18 @@ void expect_agreement(const BsdfCase& bsdf, const Direction& wo, double cap_cosi
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> uniform;
   for (int i = 0; i < 1 << 15; ++i) {
-    const double c = 1 - (1 - cap_cosine) * uniform(random), s = std::sqrt(1 - c * c), phi = 2 * M_PI * uniform(random);
+    const double c = 1 - (1 - cap_cosine) * uniform(random), s = std::sqrt(1 - c * c),
+                 phi = 2 * M_PI * uniform(random);
     Direction wi;
-    const Direction third{axis[1] * across[2] - axis[2] * across[1], axis[2] * across[0] - axis[0] * across[2],
+    const Direction third{axis[1] * across[2] - axis[2] * across[1],
+                          axis[2] * across[0] - axis[0] * across[2],
                           axis[0] * across[1] - axis[1] * across[0]};
     for (int k = 0; k < 3; ++k)
       wi[k] = axis[k] * c + s * (across[k] * std::cos(phi) + third[k] * std::sin(phi)) / length;
     evaluated.add(wi[2] > 0 ? bsdf.eval(wo, wi).f_cos[0] * area : 0);
   }
-  // Four standard errors of both: with 18 comparisons, all pass with probability 0.999. Walks are cut off at 1e-3.
+  // Four standard errors of both: with 18 comparisons, all pass with probability 0.999. Walks are cut off at
+  // 1e-3.
   EXPECT_NEAR(sampled.value(), evaluated.value(),
               4 * std::hypot(sampled.error(), evaluated.error()) + 1e-3 * sampled.value());
 }
@@ -68,7 +71,8 @@ TEST(CoatedConductor, SamplesAndValuesAgree) {
 }
 
 TEST(CoatedConductor, SmoothLayersAreAGeometricSeries) {
-  // R + T^2 C / (1 - R C), C being the conductor's reflectance from inside the coat; 2^16 walks with weights up to 1.
+  // R + T^2 C / (1 - R C), C being the conductor's reflectance from inside the coat; 2^16 walks with weights
+  // up to 1.
   const BsdfCase bsdf = coated_conductor(0, 0), coat = dielectric(0, 0, 1.5f);
   BsdfCase::Color eta = kCopperEta, k = kCopperK;
   for (int c = 0; c < 3; ++c) eta[c] /= 1.5f, k[c] /= 1.5f;
@@ -84,7 +88,8 @@ TEST(CoatedConductor, SmoothLayersAreAGeometricSeries) {
     });
     for (int c = 0; c < 3; ++c) {
       const double metal = base.sample(inside, 0.5f, 0.5f, 0.5f).weight[c];
-      EXPECT_NEAR(mean[c].value(), r + (1 - r) * (1 - r) * metal / (1 - r * metal), 4 * mean[c].error() + 1e-5);
+      EXPECT_NEAR(mean[c].value(), r + (1 - r) * (1 - r) * metal / (1 - r * metal),
+                  4 * mean[c].error() + 1e-5);
     }
   }
 }

@@ -1,6 +1,6 @@
-// A change of variables that spreads the lobes of microfacets, however narrow, over the sphere: integrals of densities
-// and histograms of samples are taken there. Directions wi correspond to normals of microfacets one to one (half
-// vectors of reflection and of refraction), and those to slopes in units of roughness.
+// A change of variables that spreads the lobes of microfacets, however narrow, over the sphere: integrals of
+// densities and histograms of samples are taken there. Directions wi correspond to normals of microfacets one
+// to one (half vectors of reflection and of refraction), and those to slopes in units of roughness.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,11 @@ class HalfVectorMap {
 
   /// `eta` is the index below the surface over that above.
   HalfVectorMap(double alpha_x, double alpha_y, double eta, Transmission transmission, const Direction& wo)
-      : ax_(alpha_x), ay_(alpha_y), eta_(wo[2] < 0 ? 1 / eta : eta), transmission_(transmission), below_(wo[2] < 0) {
+      : ax_(alpha_x),
+        ay_(alpha_y),
+        eta_(wo[2] < 0 ? 1 / eta : eta),
+        transmission_(transmission),
+        below_(wo[2] < 0) {
     wo_ = mirrored(wo, below_);
   }
 

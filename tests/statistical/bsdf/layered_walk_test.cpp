@@ -1,5 +1,5 @@
-// The closed form of coated_diffuse.h against what it stands for: a random walk between a rough boundary and a
-// Lambertian base.
+// The closed form of coated_diffuse.h against what it stands for: a random walk between a rough boundary and
+// a Lambertian base.
 #include <gtest/gtest.h>
 
 #include "statistical/bsdf/rough_boundary.h"
@@ -11,8 +11,8 @@ struct Estimate {
   double mean, standard_error;
 };
 
-/// f(wo, wi) of the light that visits the base, by walks from wo. At each visit of the base, light from wi is brought
-/// in by scattering it once at the coat.
+/// f(wo, wi) of the light that visits the base, by walks from wo. At each visit of the base, light from wi is
+/// brought in by scattering it once at the coat.
 Estimate walk(const RoughBoundary& from_above, const RoughBoundary& from_below, double eta, double rho,
               const Direction& wo, const Direction& wi, int walks, std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -64,9 +64,12 @@ void expect_like_walk(double alpha_x, double alpha_y, double eta, double rho, do
   }
 }
 
-// 4 standard errors: with 54 comparisons, all pass with probability 0.997. The tables add 1e-3 of each transmittance,
-// 2e-3 of the product, and 1e-3 to R_int, about 1 - 1 / eta^2, which interreflection magnifies.
-double table_tolerance(double eta, double rho) { return 2e-3 + 1e-3 * rho / (1 - rho * (1 - 1 / (eta * eta))); }
+// 4 standard errors: with 54 comparisons, all pass with probability 0.997. The tables add 1e-3 of each
+// transmittance, 2e-3 of the product, and 1e-3 to R_int, about 1 - 1 / eta^2, which interreflection
+// magnifies.
+double table_tolerance(double eta, double rho) {
+  return 2e-3 + 1e-3 * rho / (1 - rho * (1 - 1 / (eta * eta)));
+}
 
 TEST(CoatedDiffuse, AgreesWithALayeredRandomWalk) {
   for (const double alpha : {0.05, 0.3, 0.8}) {

@@ -14,19 +14,21 @@ namespace tessera::test {
 /// across the longer side.
 class Partition {
  public:
-  /// `density(directions, values)` gives the density at sixteen directions. Cells around the directions `peaks` are cut
-  /// until they are smaller than `peak_radius` (radians), so that no narrow lobe is overlooked, and all cells are cut
-  /// `least_depth` times, so that no part of an edge is.
+  /// `density(directions, values)` gives the density at sixteen directions. Cells around the directions
+  /// `peaks` are cut until they are smaller than `peak_radius` (radians), so that no narrow lobe is
+  /// overlooked, and all cells are cut `least_depth` times, so that no part of an edge is.
   template <class Density>
   Partition(const Density& density, std::vector<Direction> peaks, double peak_radius, int least_depth = 0)
       : peaks_(std::move(peaks)), peak_radius_(peak_radius), least_depth_(least_depth) {
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
-        const SphereCell cell = SphereGrid(kRows, kColumns).bounds(static_cast<std::size_t>(row * kColumns + column));
+        const SphereCell cell =
+            SphereGrid(kRows, kColumns).bounds(static_cast<std::size_t>(row * kColumns + column));
         nodes_.push_back({cell, -1, -1});
       }
     }
-    for (int root = 0; root < kRows * kColumns; ++root) refine(density, root, gauss(density, nodes_[root].cell), 0);
+    for (int root = 0; root < kRows * kColumns; ++root)
+      refine(density, root, gauss(density, nodes_[root].cell), 0);
   }
 
   /// Integral over each cell; neighbours are mostly close in the order.
@@ -86,8 +88,8 @@ class Partition {
     return sum * c.solid_angle();
   }
 
-  /// Whether the density vanishes on part of the cell's border only: Gauss points, which all lie within, may not see
-  /// it.
+  /// Whether the density vanishes on part of the cell's border only: Gauss points, which all lie within, may
+  /// not see it.
   template <class Density>
   static bool has_edge(const Density& density, const SphereCell& c) {
     Direction w[16];
@@ -108,7 +110,8 @@ class Partition {
 
   static bool cuts_z(const SphereCell& c) {
     const double nearest_equator = c.z0 * c.z1 < 0 ? 0 : std::min(std::abs(c.z0), std::abs(c.z1));
-    return std::acos(c.z0) - std::acos(c.z1) > (c.phi1 - c.phi0) * std::sqrt(1 - nearest_equator * nearest_equator);
+    return std::acos(c.z0) - std::acos(c.z1) >
+           (c.phi1 - c.phi0) * std::sqrt(1 - nearest_equator * nearest_equator);
   }
 
   static std::array<SphereCell, 2> halves(const SphereCell& c) {

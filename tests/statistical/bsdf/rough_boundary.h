@@ -1,5 +1,6 @@
-// A rough dielectric boundary in scalar double precision, written apart from the kernels, as the reference of their
-// tests: GGX normals by the method of [Heitz 2018], masking by Lambda functions of the tangent as in [Heitz 2014].
+// A rough dielectric boundary in scalar double precision, written apart from the kernels, as the reference of
+// their tests: GGX normals by the method of [Heitz 2018], masking by Lambda functions of the tangent as in
+// [Heitz 2014].
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,8 @@ inline double fresnel_reflectance(double cos_i, double eta) {
   const double sin2_t = (1 - cos_i * cos_i) / (eta * eta);
   if (sin2_t >= 1) return 1;
   const double cos_t = std::sqrt(1 - sin2_t);
-  const double s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t), p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const double s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t),
+               p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
   return 0.5 * (s * s + p * p);
 }
 
@@ -27,7 +29,8 @@ class RoughBoundary {
 
   double lambda(const Direction& w) const {
     const double z2 = w[2] * w[2];
-    return z2 == 0 ? 1e30 : 0.5 * (std::sqrt(1 + (ax_ * ax_ * w[0] * w[0] + ay_ * ay_ * w[1] * w[1]) / z2) - 1);
+    return z2 == 0 ? 1e30
+                   : 0.5 * (std::sqrt(1 + (ax_ * ax_ * w[0] * w[0] + ay_ * ay_ * w[1] * w[1]) / z2) - 1);
   }
 
   double density(const Direction& m) const {
@@ -40,7 +43,8 @@ class RoughBoundary {
     Direction m{wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2]};
     const double length = std::sqrt(dot(m, m));
     for (double& x : m) x /= length;
-    return fresnel_reflectance(dot(wo, m), eta_) * density(m) / (1 + lambda(wo) + lambda(wi)) / (4 * wo[2] * wi[2]);
+    return fresnel_reflectance(dot(wo, m), eta_) * density(m) / (1 + lambda(wo) + lambda(wi)) /
+           (4 * wo[2] * wi[2]);
   }
 
   struct Scattered {

@@ -1,4 +1,5 @@
-// Cameras: rays against the density that a film implies, and the importance that light tracing uses against rays.
+// Cameras: rays against the density that a film implies, and the importance that light tracing uses against
+// rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,8 +30,8 @@ CameraRecord camera(CameraKind kind, float lens_radius, float scale) {
   return c;
 }
 
-/// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform density
-/// over what the film covers there. In focus only: elsewhere a lens blurs the border.
+/// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform
+/// density over what the film covers there. In focus only: elsewhere a lens blurs the border.
 TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
   constexpr int kSamples = 1 << 19, kTests = 8;
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
@@ -64,8 +65,8 @@ TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
   }
 }
 
-/// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1 over the
-/// film.
+/// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1
+/// over the film.
 TEST(CameraChi2, DirectionsOfAPinhole) {
   constexpr int kSamples = 1 << 20;
   const CameraRecord c = camera(CameraKind::kPerspective, 0, 1);
@@ -92,16 +93,16 @@ TEST(CameraChi2, DirectionsOfAPinhole) {
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, 0.01);
 }
 
-/// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1 gives a
-/// pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
+/// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1
+/// gives a pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
 TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
   constexpr int kSamples = 1 << 21;
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
     for (const float lens : {0.0f, 0.4f}) {
       for (const float scale : {1.0f, 2.5f}) {
         const CameraRecord c = camera(kind, lens, scale);
-        // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds all that
-        // is seen.
+        // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds
+        // all that is seen.
         const float half = kind == CameraKind::kPerspective ? 18.0f : 4.0f;
         const double tilt = std::sqrt(1 + 0.15 * 0.15 + 0.1 * 0.1);
         std::vector<double> sum(800), squares(800);
@@ -110,11 +111,13 @@ TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
           const Float right = numbers(-half, half), up = numbers(-half, half);
           const Float depth = fma(right, Float(0.15f), fma(up, Float(-0.1f), Float(5.0f)));
           const Vec3 p = Vec3{depth, right, up} * scale;
-          const CameraConnection seen = connect_to_camera(c, p, {numbers(), numbers()}, Float(0.0f), Mask::all());
+          const CameraConnection seen =
+              connect_to_camera(c, p, {numbers(), numbers()}, Float(0.0f), Mask::all());
           const Vec3 w = normalize(seen.lens - p);
           for (int l = 0; l < kWidth; ++l) {
             const double column = std::floor(seen.film.x.lane(l)), row = std::floor(seen.film.y.lane(l));
-            if (!(seen.valid.bits() >> l & 1) || !(column >= 0 && column < 40 && row >= 0 && row < 20)) continue;
+            if (!(seen.valid.bits() >> l & 1) || !(column >= 0 && column < 40 && row >= 0 && row < 20))
+              continue;
             const double cosine = std::abs(w.x.lane(l) - 0.15 * w.y.lane(l) + 0.1 * w.z.lane(l)) / tilt;
             const double value = seen.importance.lane(l) * cosine * 4.0 * half * half * scale * scale * tilt;
             const auto pixel = static_cast<std::size_t>(row * 40 + column);
@@ -122,8 +125,8 @@ TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
             squares[pixel] += value * value;
           }
         }
-        // Each pixel's z is close to normal (hundreds of hits a pixel); 800 of them: the sum of squares has mean 800,
-        // deviation 40; five of those. And all together to a part in a thousand.
+        // Each pixel's z is close to normal (hundreds of hits a pixel); 800 of them: the sum of squares has
+        // mean 800, deviation 40; five of those. And all together to a part in a thousand.
         double chi2 = 0, all = 0;
         for (std::size_t i = 0; i < 800; ++i) {
           const double mean = sum[i] / kSamples, variance = (squares[i] / kSamples - mean * mean) / kSamples;

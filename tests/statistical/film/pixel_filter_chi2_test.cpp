@@ -1,4 +1,5 @@
-// Pixel filters: samples against the density, weights against the filter itself, and the table against the formula.
+// Pixel filters: samples against the density, weights against the filter itself, and the table against the
+// formula.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,11 +27,13 @@ std::vector<Filter> filters() {
     s.radius_y = ry;
     return s;
   };
-  std::vector<Filter> all = {
-      {"box", spec(FilterKind::kBox, 0.5f, 0.5f)},           {"wide box", spec(FilterKind::kBox, 1.5f, 0.7f)},
-      {"triangle", spec(FilterKind::kTriangle, 2, 1)},       {"gaussian", spec(FilterKind::kGaussian, 1.5f, 2)},
-      {"mitchell", spec(FilterKind::kMitchell, 2, 2)},       {"lanczos", spec(FilterKind::kLanczos, 4, 3)},
-      {"narrow gaussian", spec(FilterKind::kGaussian, 3, 3)}};
+  std::vector<Filter> all = {{"box", spec(FilterKind::kBox, 0.5f, 0.5f)},
+                             {"wide box", spec(FilterKind::kBox, 1.5f, 0.7f)},
+                             {"triangle", spec(FilterKind::kTriangle, 2, 1)},
+                             {"gaussian", spec(FilterKind::kGaussian, 1.5f, 2)},
+                             {"mitchell", spec(FilterKind::kMitchell, 2, 2)},
+                             {"lanczos", spec(FilterKind::kLanczos, 4, 3)},
+                             {"narrow gaussian", spec(FilterKind::kGaussian, 3, 3)}};
   all.back().spec.sigma = 0.1f;
   return all;
 }
@@ -38,7 +41,8 @@ std::vector<Filter> filters() {
 double formula_integral(const FilterSpec& spec, double radius) {
   constexpr int kSteps = 100000;
   double sum = 0;
-  for (int i = 0; i < kSteps; ++i) sum += evaluate_filter(spec, radius * (2 * (i + 0.5) / kSteps - 1), radius);
+  for (int i = 0; i < kSteps; ++i)
+    sum += evaluate_filter(spec, radius * (2 * (i + 0.5) / kSteps - 1), radius);
   return sum * 2 * radius / kSteps;
 }
 
@@ -54,7 +58,8 @@ TEST(PixelFilterChi2, SamplesFollowTheFiltersMagnitude) {
     for (int i = 0; i < kSamples; i += kWidth) {
       alignas(64) float u[kWidth], v[kWidth];
       for (int l = 0; l < kWidth; ++l)
-        u[l] = static_cast<float>(random() >> 8) * 0x1p-24f, v[l] = static_cast<float>(random() >> 8) * 0x1p-24f;
+        u[l] = static_cast<float>(random() >> 8) * 0x1p-24f,
+        v[l] = static_cast<float>(random() >> 8) * 0x1p-24f;
       const FilterSample s = sample_filter(record, {Float::load(u), Float::load(v)});
       for (int l = 0; l < kWidth; ++l) {
         const double a = s.offset.x.lane(l) / record.x.radius, b = s.offset.y.lane(l) / record.y.radius;
@@ -75,7 +80,8 @@ TEST(PixelFilterChi2, SamplesFollowTheFiltersMagnitude) {
         for (int k = 0; k < 64; ++k) {
           share[c] += std::abs(evaluate_filter(
               filter.spec,
-              radius * (2 * (static_cast<double>(c) + (k + 0.5) / 64) / static_cast<double>(share.size()) - 1),
+              radius *
+                  (2 * (static_cast<double>(c) + (k + 0.5) / 64) / static_cast<double>(share.size()) - 1),
               radius));
         }
         total += share[c];
@@ -114,15 +120,15 @@ TEST(PixelFilterChi2, ValuesIntegrateToOneAndAreTheFormula) {
         worst = std::max(worst, std::abs(value - exact));
       }
       EXPECT_NEAR(sum * 2 * axis->radius / kSteps, 1, 1e-3) << filter.name;
-      // Steps of a 256th of the width: half a step times the steepest slope. Sigma 0.1 in a radius of 3 rises to its
-      // peak within 6 steps; the others within 30 or more.
+      // Steps of a 256th of the width: half a step times the steepest slope. Sigma 0.1 in a radius of 3 rises
+      // to its peak within 6 steps; the others within 30 or more.
       EXPECT_LT(worst / peak, filter.spec.sigma < 0.2f ? 0.09 : 0.025) << filter.name;
     }
   }
 }
 
-/// What light tracing splats (the value) and what camera samples weigh (weight times density) are the same function:
-/// between two numbers u lies the integral of value over weight.
+/// What light tracing splats (the value) and what camera samples weigh (weight times density) are the same
+/// function: between two numbers u lies the integral of value over weight.
 TEST(PixelFilterChi2, WeightTimesDensityIsTheValue) {
   for (const Filter& filter : filters()) {
     const PixelFilterRecord record = PixelFilterRecord::build(filter.spec);
@@ -131,8 +137,8 @@ TEST(PixelFilterChi2, WeightTimesDensityIsTheValue) {
     const float weight_y = sample_filter(record, {Float(0.5f), Float(0.5f)}).weight.lane(0) /
                            (table ? axis.weight[axis.weight.size() / 2] : 1.0f);
     for (std::size_t bin = 0; bin < 256; ++bin) {
-      // Within one bin of the table, where the value is constant; closed forms are constant or linear, so that the
-      // midpoint is exact as well.
+      // Within one bin of the table, where the value is constant; closed forms are constant or linear, so
+      // that the midpoint is exact as well.
       const float begin = table ? axis.cdf[bin] : static_cast<float>(bin) / 256,
                   end = table ? axis.cdf[bin + 1] : static_cast<float>(bin + 1) / 256;
       if (end - begin < 1e-3f) continue;  // too few digits
@@ -142,7 +148,8 @@ TEST(PixelFilterChi2, WeightTimesDensityIsTheValue) {
       const FilterSample low = sample(0.25f), high = sample(0.75f);
       const double x0 = low.offset.x.lane(0), x1 = high.offset.x.lane(0);
       const double value = filter_value(record.kind, axis, static_cast<float>((x0 + x1) / 2));
-      // u and offsets are floats near 1, and half of a bin is 5e-4 of u or more: 2^-24 / 5e-4 = 1.2e-4, twice.
+      // u and offsets are floats near 1, and half of a bin is 5e-4 of u or more: 2^-24 / 5e-4 = 1.2e-4,
+      // twice.
       EXPECT_NEAR(value * (x1 - x0) / (low.weight.lane(0) / weight_y), 0.5 * (double{end} - begin),
                   2.5e-4 * (end - begin))
           << filter.name << ", bin " << bin;

@@ -20,7 +20,9 @@ namespace tessera::render::TESSERA_ISA {
 using test::Point;
 using test::unit;
 
-inline Vec3 wide(Point p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
+inline Vec3 wide(Point p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 /// A point a lane.
 inline Vec3 wide_lanes(const std::array<Point, kWidth>& points) {
   alignas(64) float x[kWidth], y[kWidth], z[kWidth];
@@ -55,8 +57,8 @@ struct Lamp {
 inline constexpr std::array<float, 3> kLampRadiance = {2.0f, 3.0f, 4.0f};
 
 /// A triangle mesh with the front where cross(p1 - p0, p2 - p0) points.
-inline Lamp mesh_lamp(std::string name, const std::vector<Point>& vertices, const std::vector<std::uint32_t>& indices,
-                      bool two_sided) {
+inline Lamp mesh_lamp(std::string name, const std::vector<Point>& vertices,
+                      const std::vector<std::uint32_t>& indices, bool two_sided) {
   Lamp lamp;
   lamp.name = std::move(name);
   // A shape before it, so that first_vertex and first_triangle are not zero.
@@ -69,7 +71,8 @@ inline Lamp mesh_lamp(std::string name, const std::vector<Point>& vertices, cons
   shape.triangle_count = static_cast<std::int32_t>(indices.size() / 3);
   lamp.shapes->shapes = {ShapeRecord{}, shape};
   for (const Point& v : vertices) {
-    lamp.shapes->vertices.push_back({{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}});
+    lamp.shapes->vertices.push_back(
+        {{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}});
     lamp.centre = lamp.centre + v * (1.0 / static_cast<double>(vertices.size()));
   }
   lamp.shapes->triangles.insert(lamp.shapes->triangles.end(), indices.begin(), indices.end());
@@ -77,7 +80,8 @@ inline Lamp mesh_lamp(std::string name, const std::vector<Point>& vertices, cons
   lamp.hits = [vertices, indices](Point o, Point d) {
     std::vector<LampHit> hits;
     for (std::size_t i = 0; i < indices.size(); i += 3) {
-      const Point p0 = vertices[indices[i]], e1 = vertices[indices[i + 1]] - p0, e2 = vertices[indices[i + 2]] - p0;
+      const Point p0 = vertices[indices[i]], e1 = vertices[indices[i + 1]] - p0,
+                  e2 = vertices[indices[i + 2]] - p0;
       const Point n = cross(e1, e2);
       const double t = dot(p0 - o, n) / dot(d, n);
       const Point q = o + d * t - p0;
@@ -119,12 +123,12 @@ struct Map {
 /// A rotation with a translation, and a scale an axis.
 inline Map placed(Point at, Point scale = {1, 1, 1}) {
   const Point x = unit({0.6, 0.7, -0.4}), y = unit(cross({0.2, -0.3, 0.9}, x)), z = cross(x, y);
-  return {{x.x * scale.x, y.x * scale.y, z.x * scale.z, at.x, x.y * scale.x, y.y * scale.y, z.y * scale.z, at.y,
-           x.z * scale.x, y.z * scale.y, z.z * scale.z, at.z}};
+  return {{x.x * scale.x, y.x * scale.y, z.x * scale.z, at.x, x.y * scale.x, y.y * scale.y, z.y * scale.z,
+           at.y, x.z * scale.x, y.z * scale.y, z.z * scale.z, at.z}};
 }
 
-inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric, const Map& render_from_object,
-                         bool flipped, bool two_sided) {
+inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric,
+                         const Map& render_from_object, bool flipped, bool two_sided) {
   Lamp lamp;
   lamp.name = std::move(name);
   const Map object_from_render = render_from_object.inverse();
@@ -147,7 +151,8 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
       // A cylinder is a sphere of the plane across its axis.
       const double along = kind == ShapeKind::kCylinder ? 0 : 1;
       const Point co{oo.x, oo.y, oo.z * along}, cd{od.x, od.y, od.z * along};
-      const double a = dot(cd, cd), b = dot(co, cd), c = dot(co, co) - double{quadric.radius} * quadric.radius;
+      const double a = dot(cd, cd), b = dot(co, cd),
+                   c = dot(co, co) - double{quadric.radius} * quadric.radius;
       const double root = b * b - a * c;
       if (root >= 0) roots = {(-b - std::sqrt(root)) / a, (-b + std::sqrt(root)) / a};
     }

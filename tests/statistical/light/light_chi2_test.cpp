@@ -58,7 +58,8 @@ std::array<double, kWidth> densities(const View& view, const std::array<Point, k
   }
   std::array<std::vector<LampHit>, kWidth> hits;
   std::size_t most = 0;
-  for (std::size_t l = 0; l < kWidth; ++l) most = std::max(most, (hits[l] = lamp.hits(view.reference, w[l])).size());
+  for (std::size_t l = 0; l < kWidth; ++l)
+    most = std::max(most, (hits[l] = lamp.hits(view.reference, w[l])).size());
   for (std::size_t i = 0; i < most; ++i) {
     std::array<Point, kWidth> points{}, normals{};
     std::uint32_t active = 0;
@@ -73,9 +74,9 @@ std::array<double, kWidth> densities(const View& view, const std::array<Point, k
   return sum;
 }
 
-/// Probability of a cell, by the midpoints of a fine grid: where an edge of the emitter crosses the cell it crosses
-/// about 64 of 4096 parts, each wrong by half at most and at random, which leaves a tenth of a per cent of the cell's
-/// probability.
+/// Probability of a cell, by the midpoints of a fine grid: where an edge of the emitter crosses the cell it
+/// crosses about 64 of 4096 parts, each wrong by half at most and at random, which leaves a tenth of a per
+/// cent of the cell's probability.
 double probability(const View& view, const Focus& focus, const test::SphereCell& cell) {
   constexpr int kSteps = 64;
   double sum = 0;
@@ -103,7 +104,8 @@ double lowest_cosine(const View& view, Point axis) {
   Random random(7);
   double lowest = 1;
   for (int i = 0; i < 200; ++i) {
-    const LightSample s = sample_light(view.lamp->table, Int(0), view.receiver(), random.next_2d(), Mask::all());
+    const LightSample s =
+        sample_light(view.lamp->table, Int(0), view.receiver(), random.next_2d(), Mask::all());
     for (int l = 0; l < kWidth; ++l) {
       if (s.valid.bits() >> l & 1) lowest = std::min(lowest, dot(unit(lane(s.wi, l)), axis));
     }
@@ -125,7 +127,8 @@ void check(const View& view, int tests) {
   for (int i = 0; i < kSamples; i += kWidth) {
     const LightSample s = sample_light(lamp.table, Int(0), view.receiver(), random.next_2d(), Mask::all());
     const std::uint32_t valid = s.valid.bits();
-    for (int l = 0; l < kWidth; ++l) ++observed[valid >> l & 1 ? focus.cell(unit(lane(s.wi, l))) : focus.size()];
+    for (int l = 0; l < kWidth; ++l)
+      ++observed[valid >> l & 1 ? focus.cell(unit(lane(s.wi, l))) : focus.size()];
   }
 
   double total = 0;
@@ -135,7 +138,8 @@ void check(const View& view, int tests) {
     total += p;
   }
   expected[focus.size()] = std::max(0.0, 1 - total) * kSamples;
-  // Edges of the emitter leave a tenth of a per cent of one cell in ten or so, with either sign; far below this.
+  // Edges of the emitter leave a tenth of a per cent of one cell in ten or so, with either sign; far below
+  // this.
   EXPECT_NEAR(total, 1, 1e-3);
   const auto result = test::chi_square_test(observed, expected);
   EXPECT_GT(result.degrees_of_freedom, 20);
@@ -170,19 +174,22 @@ TEST(LightChi2, Rectangle) {
 }
 
 TEST(LightChi2, SphereFromOutside) {
-  const Lamp sphere = quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
+  const Lamp sphere =
+      quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
   check_all({{&sphere, {0, 0, 0}},
              {&sphere, {1, 2, 2.15}},       // just above the surface
              {&sphere, {-200, 100, 50}}});  // half-angle of a fifth of a degree
 }
 
 TEST(LightChi2, SphereFromInside) {
-  const Lamp inward = quadric_lamp("inward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), true, false);
+  const Lamp inward =
+      quadric_lamp("inward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), true, false);
   check_all({{&inward, {1, 2, 3}}, {&inward, {1.5, 2.2, 1.9}}});
 }
 
 TEST(LightChi2, CutAndSqueezedSpheres) {
-  // Points of view without a limb: there the density by area grows without bound, and the grid would not integrate it.
+  // Points of view without a limb: there the density by area grows without bound, and the grid would not
+  // integrate it.
   QuadricRecord cut = sphere_record(1);
   cut.z_min = 0.5f;
   cut.phi_max = 4;
@@ -204,8 +211,8 @@ TEST(LightChi2, Disk) {
   sector.phi_max = 4.2f;
   sector.partial = 1;
   const Lamp disk = quadric_lamp("disk", ShapeKind::kDisk, whole, placed({1, 2, 3}), true, true);
-  const Lamp ring =
-      quadric_lamp("sector of a ring, squeezed", ShapeKind::kDisk, sector, placed({1, 2, 3}, {1, 0.6, 1}), false, true);
+  const Lamp ring = quadric_lamp("sector of a ring, squeezed", ShapeKind::kDisk, sector,
+                                 placed({1, 2, 3}, {1, 0.6, 1}), false, true);
   check_all({{&disk, {0, 0, 0}}, {&disk, {1, 2, 3.2}}, {&ring, {0, 0, 0}}, {&ring, {5, 5, 5}}});
 }
 
@@ -232,7 +239,8 @@ TEST(LightChi2, Portals) {
   const auto window = [](Environment e) {
     return through_portal(std::move(e), {-1, 0.5, 2}, {2, 0.5, 0}, {0.3, -1.5, 0.2});
   };
-  Lamp uniform = environment_lamp("uniform", window(*build_environment({}, EnvironmentMapping::kUniform, 1, turned)));
+  Lamp uniform =
+      environment_lamp("uniform", window(*build_environment({}, EnvironmentMapping::kUniform, 1, turned)));
   Lamp mapped = environment_lamp(
       "octahedral",
       window(*build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned)));
@@ -245,7 +253,8 @@ TEST(LightChi2, CompensatedEnvironments) {
   const auto compensated = [&](EnvironmentMapping mapping) {
     return *build_environment(noise_image(16, 16, 3), mapping, 1, turned, true);
   };
-  const Lamp octahedral = environment_lamp("octahedral", compensated(EnvironmentMapping::kEqualAreaOctahedral));
+  const Lamp octahedral =
+      environment_lamp("octahedral", compensated(EnvironmentMapping::kEqualAreaOctahedral));
   const Lamp latlong = environment_lamp("latlong", compensated(EnvironmentMapping::kLatitudeLongitude));
   check_all({{&octahedral, {0, 0, 0}}, {&latlong, {0, 0, 0}}});
 }
@@ -253,12 +262,14 @@ TEST(LightChi2, CompensatedEnvironments) {
 TEST(LightChi2, Environments) {
   const Affine turned = placed({0, 0, 0}, {2, 2, 2}).affine();
   const Affine mirrored = placed({0, 0, 0}, {1, 1, -1}).affine();
-  const Lamp uniform = environment_lamp("uniform", *build_environment({}, EnvironmentMapping::kUniform, 1, turned));
+  const Lamp uniform =
+      environment_lamp("uniform", *build_environment({}, EnvironmentMapping::kUniform, 1, turned));
   const Lamp octahedral = environment_lamp(
-      "octahedral", *build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned));
-  const Lamp latlong =
-      environment_lamp("latitude-longitude",
-                       *build_environment(noise_image(9, 5, 4), EnvironmentMapping::kLatitudeLongitude, 1, mirrored));
+      "octahedral",
+      *build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 1, turned));
+  const Lamp latlong = environment_lamp(
+      "latitude-longitude",
+      *build_environment(noise_image(9, 5, 4), EnvironmentMapping::kLatitudeLongitude, 1, mirrored));
   check_all({{&uniform, {0, 0, 0}}, {&octahedral, {1, 2, 3}}, {&latlong, {0, 0, 0}}});
 }
 

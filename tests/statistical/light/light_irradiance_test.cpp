@@ -14,7 +14,8 @@ struct Estimate {
 
 /// Irradiance on a surface at `at` with normal `n`, light by light; with `cosine_known`, lights are
 /// sampled in proportion to the cosine.
-Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 100000, bool cosine_known = false) {
+Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 100000,
+                    bool cosine_known = false) {
   Estimate e;
   const Receiver from = cosine_known ? Receiver(wide(at), wide(n)) : Receiver(wide(at));
   for (std::size_t light = 0; light < lamp.table.lights.size(); ++light) {
@@ -22,7 +23,8 @@ Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 1
     Random random(static_cast<unsigned>(11 + light));
     double sum[3] = {}, squares[3] = {};
     for (int i = 0; i < samples_a_light; i += kWidth) {
-      const LightSample s = sample_light(lamp.table, Int(static_cast<int>(light)), from, random.next_2d(), Mask::all());
+      const LightSample s =
+          sample_light(lamp.table, Int(static_cast<int>(light)), from, random.next_2d(), Mask::all());
       for (int l = 0; l < kWidth; ++l) {
         const double cosine = s.valid.bits() >> l & 1 ? std::max(0.0, dot(lane(s.wi, l), n)) : 0;
         for (int c = 0; c < 3; ++c) {
@@ -35,16 +37,19 @@ Estimate irradiance(const Lamp& lamp, Point at, Point n, int samples_a_light = 1
     for (int c = 0; c < 3; ++c) {
       const double mean = sum[c] / samples_a_light;
       e.mean[c] += mean;
-      e.deviation[c] = std::hypot(
-          e.deviation[c], std::sqrt(std::max(0.0, squares[c] / samples_a_light - mean * mean) / samples_a_light));
+      e.deviation[c] =
+          std::hypot(e.deviation[c],
+                     std::sqrt(std::max(0.0, squares[c] / samples_a_light - mean * mean) / samples_a_light));
     }
   }
   return e;
 }
 
-/// Five standard deviations of the estimate (one test in 10^6 by chance), and the rounding of floats (sums are double).
+/// Five standard deviations of the estimate (one test in 10^6 by chance), and the rounding of floats (sums
+/// are double).
 void expect_irradiance(const Estimate& e, const double (&expected)[3]) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(e.mean[c], expected[c], 5 * e.deviation[c] + 2e-6 * expected[c]) << c;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(e.mean[c], expected[c], 5 * e.deviation[c] + 2e-6 * expected[c]) << c;
 }
 void expect_irradiance(const Estimate& e, double per_radiance) {
   expect_irradiance(
@@ -54,12 +59,13 @@ void expect_irradiance(const Estimate& e, double per_radiance) {
 constexpr double kPi64 = std::numbers::pi;
 
 TEST(LightIrradiance, Quad) {
-  // Form factor from a point to a rectangle parallel to its surface, one corner above it [Howell, C-3... "differential
-  // planar element to finite parallel rectangle"].
+  // Form factor from a point to a rectangle parallel to its surface, one corner above it [Howell, C-3...
+  // "differential planar element to finite parallel rectangle"].
   const double a = 1.5, b = 0.7, h = 1.2;
   const double x = a / h, y = b / h, rx = std::sqrt(1 + x * x), ry = std::sqrt(1 + y * y);
   const double factor = (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry)) / (2 * kPi64);
-  const Lamp quad = mesh_lamp("quad", {{0, 0, h}, {0, b, h}, {a, b, h}, {a, 0, h}}, {0, 1, 2, 0, 2, 3}, false);
+  const Lamp quad =
+      mesh_lamp("quad", {{0, 0, h}, {0, b, h}, {a, b, h}, {a, 0, h}}, {0, 1, 2, 0, 2, 3}, false);
   expect_irradiance(irradiance(quad, {0, 0, 0}, {0, 0, 1}), kPi64 * factor);
   // Nothing arrives at the back, everything from a two-sided one.
   expect_irradiance(irradiance(quad, {0, 0, 2 * h}, {0, 0, -1}), 0);
@@ -82,7 +88,8 @@ TEST(LightIrradiance, Quad) {
 
 TEST(LightIrradiance, SolidAngleAndCosineLeaveLittleNoise) {
   // A lamp as wide as it is far: one sample's deviation by area is 0.5 of the mean, by solid angle 0.3.
-  const Lamp quad = mesh_lamp("quad", {{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {1, -1, 1}}, {0, 1, 2, 0, 2, 3}, false);
+  const Lamp quad =
+      mesh_lamp("quad", {{-1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {1, -1, 1}}, {0, 1, 2, 0, 2, 3}, false);
   const Estimate e = irradiance(quad, {0.1, 0.2, 0}, {0, 0, 1}, 100000, true);
   EXPECT_LT(e.deviation[0] * std::sqrt(1e5), 0.2 * e.mean[0]);
 }
@@ -90,13 +97,14 @@ TEST(LightIrradiance, SolidAngleAndCosineLeaveLittleNoise) {
 TEST(LightIrradiance, Sphere) {
   const Point centre{1, 2, 3};
   const double radius = 0.8;
-  const Lamp sphere = quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed(centre), false, false);
+  const Lamp sphere =
+      quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed(centre), false, false);
   for (const Point at : {Point{0, 0, 0}, Point{1, 2, 3.81}, Point{-900, 500, 3}}) {
     SCOPED_TRACE(at.x);
     const Point n = unit(centre - at);
     const double distance = length(centre - at);
-    // The float radius and centre differ from these by a part in 10^7; at 1 % of a radius from the surface that is 1e-5
-    // of the clearance.
+    // The float radius and centre differ from these by a part in 10^7; at 1 % of a radius from the surface
+    // that is 1e-5 of the clearance.
     expect_irradiance(irradiance(sphere, at, n), kPi64 * std::pow(radius / distance, 2));
   }
   // Tilted, with the whole sphere above the horizon.
@@ -106,9 +114,11 @@ TEST(LightIrradiance, Sphere) {
 }
 
 TEST(LightIrradiance, InsideOfASphere) {
-  const Lamp inward = quadric_lamp("inward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), true, false);
+  const Lamp inward =
+      quadric_lamp("inward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), true, false);
   expect_irradiance(irradiance(inward, {1.5, 2.2, 1.9}, unit({0.3, 1, 0.2})), kPi64);
-  const Lamp outward = quadric_lamp("outward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), false, false);
+  const Lamp outward =
+      quadric_lamp("outward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), false, false);
   expect_irradiance(irradiance(outward, {1.5, 2.2, 1.9}, unit({0.3, 1, 0.2})), 0);
 }
 
@@ -131,9 +141,11 @@ TEST(LightIrradiance, SqueezedSphereAgreesWithQuadrature) {
   }
   const double expected = sum / kSteps / kSteps * 2 * kPi64 * (1 - z_low);
   const Estimate e = irradiance(egg, {0, 0, 0}, axis);
-  // The outline crosses about 4 * kSteps of the kSteps^2 cells, each off by half at most, at random: far below 1e-3.
+  // The outline crosses about 4 * kSteps of the kSteps^2 cells, each off by half at most, at random: far
+  // below 1e-3.
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(e.mean[c], kLampRadiance[c] * expected, 5 * e.deviation[c] + 1e-3 * kLampRadiance[c] * expected);
+    EXPECT_NEAR(e.mean[c], kLampRadiance[c] * expected,
+                5 * e.deviation[c] + 1e-3 * kLampRadiance[c] * expected);
   }
 }
 
@@ -206,13 +218,15 @@ TEST(LightIrradiance, Distant) {
 
 TEST(LightIrradiance, UniformEnvironment) {
   const Affine turned = placed({0, 0, 0}).affine();
-  const Lamp uniform = environment_lamp("uniform", *build_environment({}, EnvironmentMapping::kUniform, 1, turned));
+  const Lamp uniform =
+      environment_lamp("uniform", *build_environment({}, EnvironmentMapping::kUniform, 1, turned));
   expect_irradiance(irradiance(uniform, {3, 2, 1}, unit({1, 2, 3})), kPi64);
   // The same radiance everywhere from images.
   TextureImage image;
   image.width = image.height = 4;
   for (int i = 0; i < 16; ++i) image.texels32.insert(image.texels32.end(), {1.0f, 1.5f, 2.0f, 1.0f});
-  for (const auto mapping : {EnvironmentMapping::kEqualAreaOctahedral, EnvironmentMapping::kLatitudeLongitude}) {
+  for (const auto mapping :
+       {EnvironmentMapping::kEqualAreaOctahedral, EnvironmentMapping::kLatitudeLongitude}) {
     const Lamp lamp = environment_lamp("constant image", *build_environment(image, mapping, 2, turned));
     expect_irradiance(irradiance(lamp, {3, 2, 1}, unit({1, 2, 3})), kPi64);
   }
@@ -239,8 +253,8 @@ TEST(LightIrradiance, ThroughAPortal) {
 }
 
 TEST(LightIrradiance, Cylinder) {
-  // From the middle of its axis, a wall of radius r from -h to h is seen under elevations up to atan(h / r); a surface
-  // across the axis gets pi sin^2 of it, here from above only.
+  // From the middle of its axis, a wall of radius r from -h to h is seen under elevations up to atan(h / r);
+  // a surface across the axis gets pi sin^2 of it, here from above only.
   QuadricRecord q;
   q.radius = 0.8f;
   q.z_min = -0.6f;
@@ -310,7 +324,8 @@ TEST(LightIrradiance, SmallBrightSpotInAnEnvironment) {
     image.texels32.insert(image.texels32.end(), {v, v, v, 1.0f});
   }
   const Lamp lamp = environment_lamp(
-      "sun", *build_environment(image, EnvironmentMapping::kEqualAreaOctahedral, 1, placed({0, 0, 0}).affine()));
+      "sun",
+      *build_environment(image, EnvironmentMapping::kEqualAreaOctahedral, 1, placed({0, 0, 0}).affine()));
 
   // Mean direction over the texel, by midpoints.
   Point sun;

@@ -20,7 +20,8 @@ void check_samples(const Lamp& lamp, Point reference) {
       ASSERT_NEAR(length(w), 1, 1e-6);
       ASSERT_FALSE(s.delta.bits() >> l & 1);
       const double distance = s.distance.lane(l);
-      // The hit that the sample meant is the one nearest to its end. Samples within rounding of the outline may miss.
+      // The hit that the sample meant is the one nearest to its end. Samples within rounding of the outline
+      // may miss.
       const LampHit* hit = nullptr;
       const std::vector<LampHit> hits = lamp.hits(reference, w);
       for (const LampHit& h : hits) {
@@ -28,13 +29,14 @@ void check_samples(const Lamp& lamp, Point reference) {
       }
       if (!hit) continue;
       const double cosine = std::abs(dot(hit->n, w));
-      // The ray ends before the light, and not long before: the bound is below 2^-19 of the coordinates' size over the
-      // cosine.
+      // The ray ends before the light, and not long before: the bound is below 2^-19 of the coordinates' size
+      // over the cosine.
       const double size = length(reference) + length(hit->p) + 4;
       ASSERT_LT(distance, hit->t);
       ASSERT_GT(distance, hit->t - 0x1p-19 * size * 1.8 / std::max(cosine, 1e-6));
 
-      const Float pdf = light_pdf(lamp.table, light, wide(reference), s.wi, wide(hit->p), wide(hit->n), Mask::all());
+      const Float pdf =
+          light_pdf(lamp.table, light, wide(reference), s.wi, wide(hit->p), wide(hit->n), Mask::all());
       // The float density and the double hit differ by the relative error of the cosine.
       if (cosine > 1e-2) {
         ASSERT_NEAR(pdf.lane(l), s.pdf.lane(l), 1e-3 * s.pdf.lane(l));
@@ -52,19 +54,25 @@ TEST(LightSample, AgreesWithItsLight) {
   QuadricRecord ring;
   ring.radius = 1.3f;
   ring.inner_radius = 0.6f;
-  const Lamp quad = mesh_lamp("quad", {{0, 0, 2}, {0, 1, 2}, {1, 1, 2}, {1, 0, 2}}, {0, 1, 2, 0, 2, 3}, false);
+  const Lamp quad =
+      mesh_lamp("quad", {{0, 0, 2}, {0, 1, 2}, {1, 1, 2}, {1, 0, 2}}, {0, 1, 2, 0, 2, 3}, false);
   const Lamp disk = quadric_lamp("ring", ShapeKind::kDisk, ring, placed({1, 2, 3}, {1, 0.6, 1}), false, true);
-  const Lamp sphere = quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
-  const Lamp inward = quadric_lamp("inward", ShapeKind::kSphere, sphere_record(5), placed({1, 2, 3}), true, false);
+  const Lamp sphere =
+      quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
+  const Lamp inward =
+      quadric_lamp("inward", ShapeKind::kSphere, sphere_record(5), placed({1, 2, 3}), true, false);
   QuadricRecord tube;
   tube.radius = 0.6f;
   tube.z_min = -0.4f;
   tube.z_max = 0.9f;
-  const Lamp cylinder = quadric_lamp("cylinder", ShapeKind::kCylinder, tube, placed({1, 2, 3}, {1, 0.6, 1}), false, true);
+  const Lamp cylinder =
+      quadric_lamp("cylinder", ShapeKind::kCylinder, tube, placed({1, 2, 3}, {1, 0.6, 1}), false, true);
   for (const Point reference : {Point{0, 0, 0}, Point{0.3, 0.2, 1.99}, Point{0.4, 0.9, 1}}) {
     for (const Lamp* lamp : {&quad, &disk, &sphere, &inward}) check_samples(*lamp, reference);
   }
-  check_samples(cylinder, {1.1, 2.1, 3.2});  // from within: at the outline the two walls are within rounding of each other
+  check_samples(
+      cylinder,
+      {1.1, 2.1, 3.2});  // from within: at the outline the two walls are within rounding of each other
   check_samples(sphere, {-300, 200, 100});
   check_samples(quad, {-30, 20, -10});
 }
@@ -72,9 +80,11 @@ TEST(LightSample, AgreesWithItsLight) {
 TEST(LightSample, EnvironmentRadianceAgreesWithSamples) {
   const Affine turned = placed({0, 0, 0}, {1, 1, -1}).affine();
   const Lamp octahedral = environment_lamp(
-      "octahedral", *build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 3, turned));
+      "octahedral",
+      *build_environment(noise_image(8, 8, 3), EnvironmentMapping::kEqualAreaOctahedral, 3, turned));
   const Lamp latlong = environment_lamp(
-      "latlong", *build_environment(noise_image(16, 8, 4), EnvironmentMapping::kLatitudeLongitude, 3, turned));
+      "latlong",
+      *build_environment(noise_image(16, 8, 4), EnvironmentMapping::kLatitudeLongitude, 3, turned));
   for (const Lamp* lamp : {&octahedral, &latlong}) {
     SCOPED_TRACE(lamp->name);
     Random random(9);
@@ -86,12 +96,12 @@ TEST(LightSample, EnvironmentRadianceAgreesWithSamples) {
       for (int l = 0; l < kWidth; ++l) {
         ASSERT_TRUE(s.valid.bits() >> l & 1);
         const double a = s.radiance.c[1].lane(l), b = le.c[1].lane(l);
-        differ +=
-            std::abs(a - b) > 1e-3 * std::max(a, b) || std::abs(pdf.lane(l) - s.pdf.lane(l)) > 1e-3 * s.pdf.lane(l);
+        differ += std::abs(a - b) > 1e-3 * std::max(a, b) ||
+                  std::abs(pdf.lane(l) - s.pdf.lane(l)) > 1e-3 * s.pdf.lane(l);
       }
     }
-    // Only directions within rounding of a texel's border (1e-6 of its size or so) may fall on the other side; where
-    // the bilinear map is steep, its slope times that.
+    // Only directions within rounding of a texel's border (1e-6 of its size or so) may fall on the other
+    // side; where the bilinear map is steep, its slope times that.
     EXPECT_LE(differ, 16);
   }
 }

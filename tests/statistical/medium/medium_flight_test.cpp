@@ -1,5 +1,5 @@
-// Free flights and transmittance against quadrature: what is scattered where, what comes through, what is emitted, for
-// every component of the spectrum.
+// Free flights and transmittance against quadrature: what is scattered where, what comes through, what is
+// emitted, for every component of the spectrum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,9 +14,9 @@ namespace {
 constexpr int kBins = 8;
 constexpr int kSamples = 160000;
 
-/// Five standard errors are exceeded once in 1.7 million by chance, and there are some thousands of values; the rest is the
-/// rounding of float distances and the quadrature (48,000 midpoints of a function with kinks: (h f')^2 of a part), and what is
-/// so rare that no sample may have met it.
+/// Five standard errors are exceeded once in 1.7 million by chance, and there are some thousands of values;
+/// the rest is the rounding of float distances and the quadrature (48,000 midpoints of a function with kinks:
+/// (h f')^2 of a part), and what is so rare that no sample may have met it.
 void expect_mean(const Moments& m, double expected, const std::string& what) {
   EXPECT_NEAR(m.mean(), expected, 5 * m.error() + 2e-5 * expected + 1e-6) << what;
 }
@@ -66,7 +66,8 @@ void check_ray(const MediumTable& table, const Ray& ray, const Rgb3& throughput)
     expect_mean(scattered[c], expected.scattered[c], "scattered" + channel);
     expect_mean(emitted[c], expected.emitted[c], "emitted" + channel);
     for (int b = 0; b < kBins; ++b) {
-      expect_mean(in_bin[b][c], expected.scattered_in_bin[static_cast<std::size_t>(b)][c], "bin " + std::to_string(b) + channel);
+      expect_mean(in_bin[b][c], expected.scattered_in_bin[static_cast<std::size_t>(b)][c],
+                  "bin " + std::to_string(b) + channel);
     }
   }
 }
@@ -122,7 +123,8 @@ TEST(MediumFlight, GreyMediaHaveConstantWeights) {
     }
   }
   for (std::size_t i = 0; i < kCells; ++i) {
-    expected[i] = kSamples * (std::exp(-2.0 * distance * i / kCells) - std::exp(-2.0 * distance * (i + 1) / kCells));
+    expected[i] =
+        kSamples * (std::exp(-2.0 * distance * i / kCells) - std::exp(-2.0 * distance * (i + 1) / kCells));
   }
   expected[kCells] = kSamples * std::exp(-2.0 * distance);
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, 1e-3);
@@ -144,7 +146,8 @@ TEST(MediumFlight, EndlessRays) {
 
 /// A turned and stretched box about (1, 2, 3), its edges about 2, 1 and 1.5 long: the map to the unit cube.
 Affine box() {
-  const Point x = unit({0.6, 0.7, -0.4}), y = unit({-0.7, 0.6, 0}), z{x.y * y.z - x.z * y.y, x.z * y.x - x.x * y.z, x.x * y.y - x.y * y.x};
+  const Point x = unit({0.6, 0.7, -0.4}), y = unit({-0.7, 0.6, 0}),
+              z{x.y * y.z - x.z * y.y, x.z * y.x - x.x * y.z, x.x * y.y - x.y * y.x};
   const Point centre{1, 2, 3}, rows[3] = {x * 0.5, y, z * (1 / 1.5)};
   Affine result;
   for (int a = 0; a < 3; ++a) {
@@ -166,7 +169,8 @@ Affine unit_cube() {
 /// Extinction, albedo and emission each of a grid of their own.
 MediumTable varied_table(const Affine& placement, std::int32_t channels) {
   MediumTable table;
-  table.grids = {noise_grid(5, 4, 3, channels, placement, 1), noise_grid(2, 3, 2, 1, placement, 2), noise_grid(3, 1, 2, 3, placement, 3)};
+  table.grids = {noise_grid(5, 4, 3, channels, placement, 1), noise_grid(2, 3, 2, 1, placement, 2),
+                 noise_grid(3, 1, 2, 3, placement, 3)};
   for (float& x : table.grids[1].samples) x = std::min(x, 1.0f);
   MediumRecord medium;
   set(medium.sigma_t, 1, 2, 0.5f, 0);
@@ -184,8 +188,9 @@ TEST(MediumFlight, GridsFromOutsideAndInside) {
   for (const std::int32_t channels : {1, 3}) {
     const MediumTable table = varied_table(box(), channels);
     // Through it, from within it, up to within it, and past it.
-    for (const Ray& ray : {Ray{{-1, 0, 1}, unit({1.9, 2.1, 2}), 8}, Ray{{1.1, 2.1, 2.9}, unit({1, -0.3, 0.2}), 5},
-                           Ray{{4, 4.5, 1.5}, unit({-3, -2.5, 1.5}), 4}, Ray{{-1, 0, 1}, unit({-1, 1, 0}), 8}}) {
+    for (const Ray& ray :
+         {Ray{{-1, 0, 1}, unit({1.9, 2.1, 2}), 8}, Ray{{1.1, 2.1, 2.9}, unit({1, -0.3, 0.2}), 5},
+          Ray{{4, 4.5, 1.5}, unit({-3, -2.5, 1.5}), 4}, Ray{{-1, 0, 1}, unit({-1, 1, 0}), 8}}) {
       SCOPED_TRACE(ray.origin.x);
       check_ray(table, ray, {1, 1, 1});
       check_ray(table, ray, {1, 0.1, 0.02});
@@ -195,13 +200,13 @@ TEST(MediumFlight, GridsFromOutsideAndInside) {
 
 TEST(MediumFlight, GridsAlongAxesAndPlanes) {
   const MediumTable table = varied_table(unit_cube(), 1);
-  for (const Ray& ray : {Ray{{-1, 0.3, 0.6}, {1, 0, 0}, 3},      // along an axis
-                         Ray{{0.4, 0.5, 2}, {0, 0, -1}, 3},      // and on walls between cells
-                         Ray{{0.2, -1, 1.0 / 3}, {0, 1, 0}, 3},  // on edges of cells
-                         Ray{{0, 0, 0}, unit({1, 1, 1}), 2},     // from corner to corner
-                         Ray{{1, 1, 1}, unit({-1, -1, -1}), 2},
-                         Ray{{0, 0.5, 0.5}, {1, 0, 0}, 0.7f},    // from its face
-                         Ray{{0.6, 0.7, 0.2}, unit({1e-6, 1, 1e-6}), 3}}) {
+  for (const Ray& ray :
+       {Ray{{-1, 0.3, 0.6}, {1, 0, 0}, 3},      // along an axis
+        Ray{{0.4, 0.5, 2}, {0, 0, -1}, 3},      // and on walls between cells
+        Ray{{0.2, -1, 1.0 / 3}, {0, 1, 0}, 3},  // on edges of cells
+        Ray{{0, 0, 0}, unit({1, 1, 1}), 2},     // from corner to corner
+        Ray{{1, 1, 1}, unit({-1, -1, -1}), 2}, Ray{{0, 0.5, 0.5}, {1, 0, 0}, 0.7f},  // from its face
+        Ray{{0.6, 0.7, 0.2}, unit({1e-6, 1, 1e-6}), 3}}) {
     SCOPED_TRACE(ray.direction.x);
     check_ray(table, ray, {1, 1, 1});
   }
@@ -257,9 +262,11 @@ TEST(MediumFlight, LanesOfDifferentMedia) {
   const Vec2 u = random.next_2d();
   NumberStream numbers(UInt(1u));
   const auto fly = [&](Int medium, Mask active) {
-    return sample_flight(table, {medium, wide({}), wide({1, 0, 0}), Float(0.8f)}, Spectrum(1.0f), u, numbers, active);
+    return sample_flight(table, {medium, wide({}), wide({1, 0, 0}), Float(0.8f)}, Spectrum(1.0f), u, numbers,
+                         active);
   };
-  const Flight mixed = fly(media, Mask::all()), first = fly(Int(0), Mask::all()), second = fly(Int(1), Mask::all());
+  const Flight mixed = fly(media, Mask::all()), first = fly(Int(0), Mask::all()),
+               second = fly(Int(1), Mask::all());
   for (int l = 0; l < kWidth; ++l) {
     const Flight& own = l % 2 ? second : first;
     EXPECT_EQ(mixed.t.lane(l), own.t.lane(l));
@@ -273,7 +280,8 @@ TEST(MediumFlight, LanesOfDifferentMedia) {
 }
 
 TEST(Majorants, BoundTheDensityAtEveryPoint) {
-  for (const auto& size : {std::array{5, 4, 3}, std::array{70, 33, 1}, std::array{1, 1, 1}, std::array{32, 64, 2}}) {
+  for (const auto& size :
+       {std::array{5, 4, 3}, std::array{70, 33, 1}, std::array{1, 1, 1}, std::array{32, 64, 2}}) {
     for (const std::int32_t channels : {1, 3}) {
       MediumTable table;
       table.grids = {noise_grid(size[0], size[1], size[2], channels, unit_cube(), 5)};
@@ -282,14 +290,17 @@ TEST(Majorants, BoundTheDensityAtEveryPoint) {
       medium.homogeneous = false;
       medium.bounds_from_render = unit_cube();
       build_majorants(table, medium);
-      ASSERT_EQ(medium.majorants.size(), static_cast<std::size_t>(medium.cells[0]) * medium.cells[1] * medium.cells[2]);
+      ASSERT_EQ(medium.majorants.size(),
+                static_cast<std::size_t>(medium.cells[0]) * medium.cells[1] * medium.cells[2]);
       std::mt19937 random(2);
       std::uniform_real_distribution<double> uniform(0, 1);
       double tightest = 0;
       for (int i = 0; i < 100000; ++i) {
         const Point p{uniform(random), uniform(random), uniform(random)};
         const Rgb3 sigma = density(table.grids[0], p);
-        const auto cell = [&](int a, double x) { return std::min(static_cast<int>(x * medium.cells[a]), medium.cells[a] - 1); };
+        const auto cell = [&](int a, double x) {
+          return std::min(static_cast<int>(x * medium.cells[a]), medium.cells[a] - 1);
+        };
         const int index = (cell(2, p.z) * medium.cells[1] + cell(1, p.y)) * medium.cells[0] + cell(0, p.x);
         const double majorant = medium.majorants[static_cast<std::size_t>(index)];
         const double most = std::max({sigma[0], 2 * sigma[1], 0.5 * sigma[2]});

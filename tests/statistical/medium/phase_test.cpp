@@ -44,7 +44,8 @@ TEST(Phase, SamplesFollowTheDensity) {
     double total = 0;
     const auto pdf = [&](double x, double y, double z) {
       const double g = kAsymmetries[m], forward = -dot(wo, {x, y, z});
-      return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * forward, 1.5));  // Henyey & Greenstein
+      return (1 - g * g) /
+             (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * forward, 1.5));  // Henyey & Greenstein
     };
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {
       const double p = test::integrate_cell(pdf, grid.bounds(cell));
@@ -52,13 +53,16 @@ TEST(Phase, SamplesFollowTheDensity) {
       total += p;
     }
     EXPECT_NEAR(total, 1, 1e-4);
-    EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, std::size(kAsymmetries)));
+    EXPECT_GT(test::chi_square_test(observed, expected).p_value,
+              test::sidak_level(0.01, std::size(kAsymmetries)));
     // Five standard errors: once in 1.7 million.
     EXPECT_NEAR(cosine.mean(), kAsymmetries[m], 5 * cosine.error());
     // The values of the kernel are those of the formula.
-    for (const Point wi : {unit({1, 0, 0}), unit({-0.3, 0.5, -0.8}), unit({0.3, -0.5, 0.8}), unit({0, 1, 1})}) {
+    for (const Point wi :
+         {unit({1, 0, 0}), unit({-0.3, 0.5, -0.8}), unit({0.3, -0.5, 0.8}), unit({0, 1, 1})}) {
       const double formula = pdf(wi.x, wi.y, wi.z);
-      EXPECT_NEAR(phase_value(table, Int(m), wide(wo), wide(wi), Mask::all()).lane(0), formula, 1e-3 * formula);
+      EXPECT_NEAR(phase_value(table, Int(m), wide(wo), wide(wi), Mask::all()).lane(0), formula,
+                  1e-3 * formula);
     }
   }
 }

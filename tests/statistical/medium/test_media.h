@@ -40,10 +40,12 @@ inline DensityGrid noise_grid(std::int32_t nx, std::int32_t ny, std::int32_t nz,
   return grid;
 }
 
-/// Trilinear between the centres of cells, constant beyond the outer ones, by the definition of the scene format.
+/// Trilinear between the centres of cells, constant beyond the outer ones, by the definition of the scene
+/// format.
 inline Rgb3 density(const DensityGrid& grid, Point p) {
   const auto& m = grid.grid_from_render.m;
-  const double at[3] = {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+  const double at[3] = {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
+                        m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
                         m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
   int low[3], high[3];
   double t[3];
@@ -62,9 +64,10 @@ inline Rgb3 density(const DensityGrid& grid, Point p) {
       weight *= upper ? t[a] : 1 - t[a];
       index[a] = upper ? high[a] : low[a];
     }
-    const auto sample =
-        static_cast<std::size_t>(((index[2] * grid.size[1] + index[1]) * grid.size[0] + index[0]) * grid.channels);
-    for (std::size_t c = 0; c < 3; ++c) result[c] += weight * grid.samples[sample + (grid.channels == 3 ? c : 0)];
+    const auto sample = static_cast<std::size_t>(
+        ((index[2] * grid.size[1] + index[1]) * grid.size[0] + index[0]) * grid.channels);
+    for (std::size_t c = 0; c < 3; ++c)
+      result[c] += weight * grid.samples[sample + (grid.channels == 3 ? c : 0)];
   }
   return result;
 }
@@ -79,7 +82,8 @@ inline bool within_bounds(const Affine& unit_from_render, Point p) {
 }
 
 /// A value of the medium at a point, 0 outside of its bounds.
-inline Rgb3 value_at(const MediumTable& table, const MediumRecord& medium, const MediumValue& value, Point p) {
+inline Rgb3 value_at(const MediumTable& table, const MediumRecord& medium, const MediumValue& value,
+                     Point p) {
   if (!medium.homogeneous && !within_bounds(medium.bounds_from_render, p)) return {};
   Rgb3 result{1, 1, 1};
   if (value.grid >= 0) result = density(table.grids[static_cast<std::size_t>(value.grid)], p);
@@ -93,8 +97,8 @@ struct Expected {
   std::vector<Rgb3> scattered_in_bin;  // equal parts of the ray
 };
 
-inline Expected integrate(const MediumTable& table, const MediumRecord& medium, Point o, Point d, double distance,
-                          int bins) {
+inline Expected integrate(const MediumTable& table, const MediumRecord& medium, Point o, Point d,
+                          double distance, int bins) {
   constexpr int kSteps = 48000;
   const double h = distance / kSteps;
   Rgb3 depth{};
@@ -102,7 +106,8 @@ inline Expected integrate(const MediumTable& table, const MediumRecord& medium, 
   result.scattered_in_bin.resize(static_cast<std::size_t>(bins));
   for (int i = 0; i < kSteps; ++i) {
     const Point p = o + d * ((i + 0.5) * h);
-    const Rgb3 sigma_t = value_at(table, medium, medium.sigma_t, p), albedo = value_at(table, medium, medium.albedo, p),
+    const Rgb3 sigma_t = value_at(table, medium, medium.sigma_t, p),
+               albedo = value_at(table, medium, medium.albedo, p),
                emission = value_at(table, medium, medium.emission, p);
     for (std::size_t c = 0; c < 3; ++c) {
       const double sigma_s = medium.scattering_is_sigma_s ? albedo[c] : albedo[c] * sigma_t[c];

@@ -1,5 +1,5 @@
-// Mitsuba 3's own render tests: every scene at the suite's number of samples, held against its reference. The corpus
-// lies beside the project; without it the tests are skipped by name.
+// Mitsuba 3's own render tests: every scene at the suite's number of samples, held against its reference. The
+// corpus lies beside the project; without it the tests are skipped by name.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,9 +53,9 @@ class MitsubaSuite : public testing::TestWithParam<const char*> {
   static inline std::optional<CorpusFolder> suite_;
 };
 
-/// As the suite is rendered: independent samples through the scene's own filter (the box, in all scenes but one), with
-/// the variance of one sample. `least_spp`: more samples than the suite's, where those are fewer. `box_filter` comes
-/// out.
+/// As the suite is rendered: independent samples through the scene's own filter (the box, in all scenes but
+/// one), with the variance of one sample. `least_spp`: more samples than the suite's, where those are fewer.
+/// `box_filter` comes out.
 client::Image render_scene(const std::filesystem::path& path, std::uint32_t least_spp, bool& box_filter) {
   v1::JobSpec job;
   job.mutable_settings()->set_sampler("independent");
@@ -78,7 +78,8 @@ client::Image render_scene(const std::filesystem::path& path, std::uint32_t leas
 
 /// Three planes of an image; empty, with a failure, when one is missing.
 ZImage planes(const client::Image& image, const std::string& prefix) {
-  ZImage result{static_cast<std::size_t>(image.data.width()), static_cast<std::size_t>(image.data.height()), {}};
+  ZImage result{
+      static_cast<std::size_t>(image.data.width()), static_cast<std::size_t>(image.data.height()), {}};
   result.rgb.resize(3 * image.pixel_count());
   for (std::size_t c = 0; c < 3; ++c) {
     const client::Channel* channel = image.find(prefix + "RGB"[c]);
@@ -89,10 +90,10 @@ ZImage planes(const client::Image& image, const std::string& prefix) {
   return result;
 }
 
-/// A pixel's variance must be known better than a few lucky samples tell: where all of eight fell on one side of an
-/// edge, they tell that there is none; and where the tail of a filter reaches over an edge, one sample in thousands
-/// tells of it, as where light is scattered right before a lamp. It is a property of the renderer, so a longer run may
-/// measure it.
+/// A pixel's variance must be known better than a few lucky samples tell: where all of eight fell on one side
+/// of an edge, they tell that there is none; and where the tail of a filter reaches over an edge, one sample
+/// in thousands tells of it, as where light is scattered right before a lamp. It is a property of the
+/// renderer, so a longer run may measure it.
 std::uint32_t samples_for_variance(std::string_view scene, bool box_filter) {
   if (scene == "participating_media/test_homo_area_light_volpath") return 4096;
   return box_filter ? 256 : 16384;
@@ -107,7 +108,8 @@ TEST_P(MitsubaSuite, AgreesWithItsReference) {
 
   // test_NAME_INTEGRATOR.xml has the references refs/test_NAME_ref_rgb.exr and ..._var.exr.
   const std::string stem = scene.stem().string();
-  const std::string reference = (scene.parent_path() / "refs" / stem.substr(0, stem.rfind('_'))).string() + "_ref_rgb";
+  const std::string reference =
+      (scene.parent_path() / "refs" / stem.substr(0, stem.rfind('_'))).string() + "_ref_rgb";
   const auto mean = client::read_exr(reference + ".exr"), variance = client::read_exr(reference + "_var.exr");
   ASSERT_TRUE(mean.ok() && variance.ok()) << mean.status() << variance.status();
   ASSERT_EQ(mean->data.width(), image.data.width());
@@ -118,12 +120,13 @@ TEST_P(MitsubaSuite, AgreesWithItsReference) {
     EXPECT_TRUE(client::write_exr(image, std::string(folder) + "/" + stem + ".exr").ok());
   }
   const std::uint32_t least = samples_for_variance(GetParam(), box_filter);
-  const client::Image longer = image.pixel_count() * least > kSamples ? render_scene(scene, least, box_filter) : image;
+  const client::Image longer =
+      image.pixel_count() * least > kSamples ? render_scene(scene, least, box_filter) : image;
   if (longer.channels.empty()) return;
   ZOptions options;
   options.spp = kSamples / static_cast<std::uint32_t>(image.pixel_count());
-  const ZResult result =
-      z_test(planes(*mean, ""), planes(*variance, ""), planes(image, ""), planes(longer, "variance."), options);
+  const ZResult result = z_test(planes(*mean, ""), planes(*variance, ""), planes(image, ""),
+                                planes(longer, "variance."), options);
   EXPECT_TRUE(result.pass()) << result.report();
   std::printf("%s\n", result.report().c_str());
 }

@@ -48,7 +48,8 @@ class ZTest : public testing::Test {
   ZImage variance_ = numbers_.image([](double u) { return 0.25 + 0.5 * u; });
 };
 
-// The expected numbers come from a second program for the same rules, in double precision; sums are in another order.
+// The expected numbers come from a second program for the same rules, in double precision; sums are in
+// another order.
 constexpr double kRounding = 1e-9;
 
 TEST_F(ZTest, AcceptsNoiseOfTheRightSize) {
@@ -75,8 +76,9 @@ TEST_F(ZTest, SumsShowASmallShiftThatPixelsHide) {
 }
 
 TEST_F(ZTest, ABadPixelFails) {
-  const ZResult result =
-      run([](double r, double, std::size_t i) { return i / 3 == 7 ? std::numeric_limits<double>::quiet_NaN() : r; });
+  const ZResult result = run([](double r, double, std::size_t i) {
+    return i / 3 == 7 ? std::numeric_limits<double>::quiet_NaN() : r;
+  });
   EXPECT_EQ(result.bad_pixels, 1u);
   EXPECT_FALSE(result.pass());
   // One of 240 pixels.

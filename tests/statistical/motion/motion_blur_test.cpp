@@ -1,4 +1,5 @@
-// Pictures of what moves: against closed forms, against the mean of still pictures, and integrators against each other.
+// Pictures of what moves: against closed forms, against the mean of still pictures, and integrators against
+// each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,13 +47,14 @@ std::vector<double> render(const std::string& scene, const Settings& settings) {
   return mean;
 }
 
-/// A black shape before a sky of radiance 1, seen by parallel rays through the square [-1, 1]^2. `covered(x, y)` is the part of
-/// the time that the shape hides a place; pixels where it jumps are to be NaN.
+/// A black shape before a sky of radiance 1, seen by parallel rays through the square [-1, 1]^2. `covered(x,
+/// y)` is the part of the time that the shape hides a place; pixels where it jumps are to be NaN.
 void expect_coverage(const std::string& shape, const std::function<double(double, double)>& covered) {
   const Settings settings{4096};
   const std::vector<double> mean =
       render(absl::StrCat("lights { infinite { radiance { constant: 1 } } } camera { orthographic { } "
-                          "world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } } shapes { ", shape, " } "),
+                          "world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } } shapes { ",
+                          shape, " } "),
              settings);
   ASSERT_FALSE(mean.empty());
   int compared = 0;
@@ -61,13 +63,14 @@ void expect_coverage(const std::string& shape, const std::function<double(double
       constexpr int kSub = 16;
       double p = 0;
       for (int i = 0; i < kSub * kSub; ++i) {
-        const double x = -1 + 2 * (px + (i % kSub + 0.5) / kSub) / kSide, y = 1 - 2 * (py + (i / kSub + 0.5) / kSub) / kSide;
+        const double x = -1 + 2 * (px + (i % kSub + 0.5) / kSub) / kSide,
+                     y = 1 - 2 * (py + (i / kSub + 0.5) / kSub) / kSide;
         p += covered(x, y) / (kSub * kSub);
       }
       if (std::isnan(p)) continue;
       ++compared;
-      // Samples are hidden or not: a binomial distribution. 5.5 standard deviations: one false alarm in 25,000 pictures; 1e-3
-      // for the quadrature over the pixel, whose integrand has a bend here and there.
+      // Samples are hidden or not: a binomial distribution. 5.5 standard deviations: one false alarm in
+      // 25,000 pictures; 1e-3 for the quadrature over the pixel, whose integrand has a bend here and there.
       const double deviation = std::abs(mean[static_cast<std::size_t>(py * kSide + px)] - (1 - p));
       const double tolerance = 5.5 * std::sqrt(std::max(p * (1 - p), 0.0) / settings.spp) + 1e-3;
       EXPECT_LT(deviation, tolerance) << "pixel " << px << ", " << py << ": expected " << 1 - p;
@@ -78,44 +81,50 @@ void expect_coverage(const std::string& shape, const std::function<double(double
 
 TEST(MotionBlur, ASlidingDiskHidesEveryPlaceForItsTime) {
   const double radius = 0.4, from = -0.7, to = 0.3;
-  expect_coverage(absl::StrFormat("disk { radius: %g } world_from_object { elements: [1,0,0,%g, 0,1,0,0, 0,0,1,0, 0,0,0,1] } "
-                                  "world_from_object_end { elements: [1,0,0,%g, 0,1,0,0, 0,0,1,0, 0,0,0,1] }",
-                                  radius, from, to),
-                  [&](double x, double y) {
-                    if (std::abs(y) >= radius) return 0.0;
-                    const double half = std::sqrt(radius * radius - y * y);
-                    return std::max(0.0, std::min(x + half, to) - std::max(x - half, from)) / (to - from);
-                  });
+  expect_coverage(
+      absl::StrFormat(
+          "disk { radius: %g } world_from_object { elements: [1,0,0,%g, 0,1,0,0, 0,0,1,0, 0,0,0,1] } "
+          "world_from_object_end { elements: [1,0,0,%g, 0,1,0,0, 0,0,1,0, 0,0,0,1] }",
+          radius, from, to),
+      [&](double x, double y) {
+        if (std::abs(y) >= radius) return 0.0;
+        const double half = std::sqrt(radius * radius - y * y);
+        return std::max(0.0, std::min(x + half, to) - std::max(x - half, from)) / (to - from);
+      });
 }
 
 TEST(MotionBlur, ASphereThatGrowsUncoversEveryPlaceInTime) {
   // Its radius grows from 0.2 to 0.9.
-  expect_coverage("sphere { radius: 1 } world_from_object { elements: [0.2,0,0,0, 0,0.2,0,0, 0,0,0.2,0, 0,0,0,1] } "
-                  "world_from_object_end { elements: [0.9,0,0,0, 0,0.9,0,0, 0,0,0.9,0, 0,0,0,1] }",
-                  [](double x, double y) { return std::clamp((0.9 - std::hypot(x, y)) / 0.7, 0.0, 1.0); });
+  expect_coverage(
+      "sphere { radius: 1 } world_from_object { elements: [0.2,0,0,0, 0,0.2,0,0, 0,0,0.2,0, 0,0,0,1] } "
+      "world_from_object_end { elements: [0.9,0,0,0, 0,0.9,0,0, 0,0,0.9,0, 0,0,0,1] }",
+      [](double x, double y) { return std::clamp((0.9 - std::hypot(x, y)) / 0.7, 0.0, 1.0); });
 }
 
 TEST(MotionBlur, ATurningSectorHidesEveryAngleForItsTime) {
   // A quarter of a disk that turns by 60 degrees about its centre.
   const double turn = std::numbers::pi / 3, c = std::cos(turn), s = std::sin(turn);
-  expect_coverage(absl::StrFormat("disk { radius: 0.9 phi_max_degrees: 90 } world_from_object_end { elements: "
-                                  "[%.15g,%.15g,0,0, %.15g,%.15g,0,0, 0,0,1,0, 0,0,0,1] }", c, -s, s, c),
-                  [&](double x, double y) {
-                    const double r = std::hypot(x, y);
-                    // Not at the rim, and not near the centre, where a pixel sees many angles.
-                    if (std::abs(r - 0.9) < 0.1 || r < 0.2) return std::nan("");
-                    if (r > 0.9) return 0.0;
-                    double angle = std::atan2(y, x);
-                    if (angle < -std::numbers::pi / 2) angle += 2 * std::numbers::pi;
-                    return std::max(0.0, std::min(angle, turn) - std::max(angle - std::numbers::pi / 2, 0.0)) / turn;
-                  });
+  expect_coverage(
+      absl::StrFormat("disk { radius: 0.9 phi_max_degrees: 90 } world_from_object_end { elements: "
+                      "[%.15g,%.15g,0,0, %.15g,%.15g,0,0, 0,0,1,0, 0,0,0,1] }",
+                      c, -s, s, c),
+      [&](double x, double y) {
+        const double r = std::hypot(x, y);
+        // Not at the rim, and not near the centre, where a pixel sees many angles.
+        if (std::abs(r - 0.9) < 0.1 || r < 0.2) return std::nan("");
+        if (r > 0.9) return 0.0;
+        double angle = std::atan2(y, x);
+        if (angle < -std::numbers::pi / 2) angle += 2 * std::numbers::pi;
+        return std::max(0.0, std::min(angle, turn) - std::max(angle - std::numbers::pi / 2, 0.0)) / turn;
+      });
 }
 
 /// A wall with a lamp, and between them a veil that slides and turns from time `begin` to `end`.
 std::string shadow_scene(double begin, double end, double opacity) {
   const auto placed = [](double t) {
     const double angle = 0.8 * t, c = std::cos(angle), s = std::sin(angle);
-    return absl::StrFormat("elements: [%.15g,0,%.15g,%.15g, 0,1,0,0.2, %.15g,0,%.15g,4, 0,0,0,1]", c, s, -1 + 2 * t, -s, c);
+    return absl::StrFormat("elements: [%.15g,0,%.15g,%.15g, 0,1,0,0.2, %.15g,0,%.15g,4, 0,0,0,1]", c, s,
+                           -1 + 2 * t, -s, c);
   };
   return absl::StrCat(R"(
     camera { perspective { fov_degrees: 50 } }
@@ -125,14 +134,16 @@ std::string shadow_scene(double begin, double end, double opacity) {
                       opacity < 1 ? absl::StrFormat("opacity { constant: %g } ", opacity) : "", R"(}
     shapes { disk { radius: 20 } material: 'wall' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,6, 0,0,0,1] } }
     shapes { disk { radius: 0.8 } material: 'veil' world_from_object { )",
-                      placed(begin), " } ", end > begin ? absl::StrCat("world_from_object_end { ", placed(end), " } ") : "", "}\n");
+                      placed(begin), " } ",
+                      end > begin ? absl::StrCat("world_from_object_end { ", placed(end), " } ") : "", "}\n");
 }
 
 struct Blocks {
   std::vector<double> mean, squared_error;
 };
 
-/// Means over blocks of 4 x 4 pixels, with the squared standard errors that `repeats` pictures with different seeds show.
+/// Means over blocks of 4 x 4 pixels, with the squared standard errors that `repeats` pictures with different
+/// seeds show.
 Blocks blocks_of(int repeats, const std::function<std::vector<double>(int)>& picture) {
   constexpr int kBlock = 4, kBlocks = kSide / kBlock;
   Blocks result{std::vector<double>(kBlocks * kBlocks), std::vector<double>(kBlocks * kBlocks)};
@@ -156,8 +167,8 @@ Blocks blocks_of(int repeats, const std::function<std::vector<double>(int)>& pic
   return result;
 }
 
-/// Errors that are estimated from 16 pictures each have a t distribution with about 30 degrees of freedom: beyond 6.5 once in
-/// 3 million blocks. `bias` is relative.
+/// Errors that are estimated from 16 pictures each have a t distribution with about 30 degrees of freedom:
+/// beyond 6.5 once in 3 million blocks. `bias` is relative.
 void expect_equal(const Blocks& a, const Blocks& b, double bias) {
   ASSERT_FALSE(a.mean.empty());
   ASSERT_EQ(a.mean.size(), b.mean.size());
@@ -212,11 +223,17 @@ TEST(MotionBlur, AFastFloorInAFurnaceShowsItsAlbedo) {
   // It slides by 60 and turns by 60 degrees under a sky of radiance 1, and is always under the camera.
   const double turn = std::numbers::pi / 3, c = std::cos(turn), s = std::sin(turn);
   const std::string scene = absl::StrFormat(
-      "lights { infinite { radiance { constant: 1 } } } materials { name: 'm' diffuse { reflectance { constant { constant: 0.5 } } } } "
-      "camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } } "
-      "shapes { disk { radius: 200 } material: 'm' world_from_object { elements: [1,0,0,-30, 0,1,0,0, 0,0,1,0, 0,0,0,1] } "
-      "world_from_object_end { elements: [%.15g,%.15g,0,30, %.15g,%.15g,0,0, 0,0,1,0, 0,0,0,1] } } ", c, -s, s, c);
-  const Blocks blocks = blocks_of(kRepeats, [&](int r) { return render(scene, {64, 5, 1 + static_cast<std::uint64_t>(r), "path"}); });
+      "lights { infinite { radiance { constant: 1 } } } materials { name: 'm' diffuse { reflectance { "
+      "constant { constant: 0.5 } } } } "
+      "camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, "
+      "0,0,0,1] } } "
+      "shapes { disk { radius: 200 } material: 'm' world_from_object { elements: [1,0,0,-30, 0,1,0,0, "
+      "0,0,1,0, 0,0,0,1] } "
+      "world_from_object_end { elements: [%.15g,%.15g,0,30, %.15g,%.15g,0,0, 0,0,1,0, 0,0,0,1] } } ",
+      c, -s, s, c);
+  const Blocks blocks = blocks_of(kRepeats, [&](int r) {
+    return render(scene, {64, 5, 1 + static_cast<std::uint64_t>(r), "path"});
+  });
   expect_equal(blocks, {std::vector<double>(64, 0.5), std::vector<double>(64, 0.0)}, 1e-6);
 }
 

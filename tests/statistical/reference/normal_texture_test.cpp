@@ -26,15 +26,16 @@ TEST(NormalTexture, BendsByAnyTexture) {
   request.max_depth = 1;
   request.spp = 64;
   // (0.5, 0, cos 30), in the range from 0 to 1.
-  const std::string leaning = "{ rgb { r: 0.75 g: 0.5 b: 0.9330127 } }", straight = "{ rgb { r: 0.5 g: 0.5 b: 1 } }";
+  const std::string leaning = "{ rgb { r: 0.75 g: 0.5 b: 0.9330127 } }",
+                    straight = "{ rgb { r: 0.5 g: 0.5 b: 1 } }";
   const double whole = 2 * 0.5 / std::numbers::pi, bent = whole * std::cos(std::numbers::pi / 6);
   request.scene = floor_with("constant " + straight);
   expect_value(measure_picture(request), whole, 1e-5);
   request.scene = floor_with("constant " + leaning);
   expect_value(measure_picture(request), bent, 1e-5);
   // A mixture of both, half and half of the vectors.
-  request.scene = floor_with(
-      absl::StrCat("mix { a { constant ", leaning, " } b { constant ", straight, " } amount { constant: 0.5 } }"));
+  request.scene = floor_with(absl::StrCat("mix { a { constant ", leaning, " } b { constant ", straight,
+                                          " } amount { constant: 0.5 } }"));
   expect_value(measure_picture(request), whole * std::cos(std::numbers::pi / 12), 1e-5);
 }
 

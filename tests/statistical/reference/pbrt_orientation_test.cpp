@@ -1,5 +1,5 @@
-// Which corner of a picture lands where, from a pbrt-v4 file to the film. What must be seen follows from pbrt-v4's sources;
-// each test says how.
+// Which corner of a picture lands where, from a pbrt-v4 file to the film. What must be seen follows from
+// pbrt-v4's sources; each test says how.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,9 @@ class PbrtOrientation : public testing::Test {
     for (const char* channel : {"R", "G", "B"}) {
       std::vector<float>& values = image.add(channel).values;
       for (std::size_t i = 0; i < 4; ++i) {
-        values[i] = static_cast<float>(channel[0] == 'R' ? pixels[i].r : channel[0] == 'G' ? pixels[i].g : pixels[i].b);
+        values[i] = static_cast<float>(channel[0] == 'R'   ? pixels[i].r
+                                       : channel[0] == 'G' ? pixels[i].g
+                                                           : pixels[i].b);
       }
     }
     const absl::Status written = client::write_png(image, (folder_.path() / name).string());
@@ -41,7 +43,8 @@ class PbrtOrientation : public testing::Test {
   /// 32 x 32 pixels of `scene`.
   void render(const std::string& scene, std::uint32_t spp = 16) {
     const std::string path = (folder_.path() / "scene.pbrt").string();
-    std::ofstream(path) << R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32 PixelFilter "box" )" << scene;
+    std::ofstream(path)
+        << R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32 PixelFilter "box" )" << scene;
     v1::JobSpec job;
     job.mutable_settings()->set_spp(spp);
     const auto file = load_scene_file(path, job, render::supported_isas().front(), 2);
@@ -55,10 +58,12 @@ class PbrtOrientation : public testing::Test {
     const auto at = [&](const char* channel) { return double{image_.find(channel)->values[y * 32 + x]}; };
     return {at("R"), at("G"), at("B")};
   }
-  /// The colour of a pixel, whatever its brightness; black is exact. Shades of the primaries are told apart at a tenth.
+  /// The colour of a pixel, whatever its brightness; black is exact. Shades of the primaries are told apart
+  /// at a tenth.
   void expect_hue(std::size_t x, std::size_t y, Colour expected) const {
     Colour seen = pixel(x, y);
-    const double brightness = std::max({seen.r, seen.g, seen.b}), most = std::max({expected.r, expected.g, expected.b});
+    const double brightness = std::max({seen.r, seen.g, seen.b}),
+                 most = std::max({expected.r, expected.g, expected.b});
     if (most > 0) {
       EXPECT_GT(brightness, 0) << x << ' ' << y;
     }
@@ -74,15 +79,20 @@ class PbrtOrientation : public testing::Test {
 };
 
 // At the origin, +x to the right, +y up, 45 degrees to the film's edges.
-constexpr const char* kForward = R"(LookAt 0 0 0  0 0 1  0 1 0  Camera "perspective" "float fov" 90 WorldBegin )";
-constexpr const char* kWall = R"(Shape "trianglemesh" "point3 P" [-9 -9 4  9 -9 4  9 9 4  -9 9 4] "integer indices" [0 1 2 0 2 3]
+constexpr const char* kForward =
+    R"(LookAt 0 0 0  0 0 1  0 1 0  Camera "perspective" "float fov" 90 WorldBegin )";
+constexpr const char* kWall =
+    R"(Shape "trianglemesh" "point3 P" [-9 -9 4  9 -9 4  9 9 4  -9 9 4] "integer indices" [0 1 2 0 2 3]
   "point2 uv" [0 0  1 0  1 1  0 1] )";
 
 TEST_F(PbrtOrientation, ProjectionLight) {
-  // pbrt flips y of light space, where rows of the image grow with y: from behind the light, the slide is upright.
+  // pbrt flips y of light space, where rows of the image grow with y: from behind the light, the slide is
+  // upright.
   write_corners();
-  render(absl::StrCat(kForward, R"(LightSource "projection" "string filename" "corners.png" "float fov" 60 )", kWall));
-  // The slide reaches to tan 30 = 0.577 of the film's half, its quarters' middles to half of that: 4.6 pixels.
+  render(absl::StrCat(kForward, R"(LightSource "projection" "string filename" "corners.png" "float fov" 60 )",
+                      kWall));
+  // The slide reaches to tan 30 = 0.577 of the film's half, its quarters' middles to half of that: 4.6
+  // pixels.
   expect_hue(11, 11, kRed);
   expect_hue(20, 11, kGreen);
   expect_hue(11, 20, kBlue);
@@ -92,8 +102,8 @@ TEST_F(PbrtOrientation, ProjectionLight) {
 }
 
 TEST_F(PbrtOrientation, GoniometricLight) {
-  // pbrt exchanges y and z of light space; its equal-area map has x along rows and y down the columns. So columns tell the
-  // signs of x and rows those of z.
+  // pbrt exchanges y and z of light space; its equal-area map has x along rows and y down the columns. So
+  // columns tell the signs of x and rows those of z.
   write_picture("map.png", {{0.2, 0.2, 0.2}, {0.4, 0.4, 0.4}, {0.7, 0.7, 0.7}, {1, 1, 1}});
   // From above; +x to the right, +z up.
   render(R"(LookAt 0 3 0  0 2 0  0 0 1  Camera "perspective" "float fov" 60 WorldBegin
@@ -110,7 +120,10 @@ TEST_F(PbrtOrientation, GoniometricLight) {
 TEST_F(PbrtOrientation, ImageOnAnAreaLight) {
   // pbrt looks the image up at (u, 1 - v), bilinearly.
   write_corners();
-  render(absl::StrCat(kForward, R"(AreaLightSource "diffuse" "string filename" "corners.png" "bool twosided" true Scale 0.4 0.4 1 )", kWall));
+  render(absl::StrCat(
+      kForward,
+      R"(AreaLightSource "diffuse" "string filename" "corners.png" "bool twosided" true Scale 0.4 0.4 1 )",
+      kWall));
   // The lamp is 3.6 of 4 wide to every side; its texels' middles are half way out.
   expect_hue(8, 8, kRed);
   expect_hue(23, 8, kGreen);
@@ -158,7 +171,9 @@ TEST_F(PbrtOrientation, PortalOfAnInfiniteLight) {
   // Directions through the portal have a positive part along cross(p3 - p0, p1 - p0).
   write_corners();
   const auto sky = [](const char* portal) {
-    return absl::StrCat(kForward, R"(LightSource "infinite" "string filename" "corners.png" "point3 portal" [)", portal, "] ");
+    return absl::StrCat(kForward,
+                        R"(LightSource "infinite" "string filename" "corners.png" "point3 portal" [)", portal,
+                        "] ");
   };
   render(sky("-1 -1 2  -1 1 2  1 1 2  1 -1 2"));
   expect_hue(12, 12, kBlue);
@@ -172,28 +187,38 @@ TEST_F(PbrtOrientation, PortalOfAnInfiniteLight) {
 }
 
 TEST_F(PbrtOrientation, GridsOfMedia) {
-  // Samples run along x, then y; a grid from p0 to p1. Seen along +z before a sky of 1, samples' middles lie half way out.
-  const std::string before = R"(Integrator "volpath" LookAt 0 0 -9  0 0 0  0 1 0  Camera "orthographic" "float screenwindow" [-1 1 -1 1]
+  // Samples run along x, then y; a grid from p0 to p1. Seen along +z before a sky of 1, samples' middles lie
+  // half way out.
+  const std::string before =
+      R"(Integrator "volpath" LookAt 0 0 -9  0 0 0  0 1 0  Camera "orthographic" "float screenwindow" [-1 1 -1 1]
     WorldBegin LightSource "infinite" "rgb L" [1 1 1] )";
   const std::string after = R"( MediumInterface "m" "" Material "interface" Shape "sphere" "float radius" 4)";
-  // Pixels are half of one off the middles, so depths a thirtieth of the way to the next ones. Five standard errors of 1024
-  // samples that come through or not are 0.08.
+  // Pixels are half of one off the middles, so depths a thirtieth of the way to the next ones. Five standard
+  // errors of 1024 samples that come through or not are 0.08.
   const auto expect_through = [&](std::size_t x, std::size_t y, Colour depth) {
     const Colour seen = pixel(x, y);
     EXPECT_NEAR(seen.r, std::exp(-depth.r), 0.1) << x << ' ' << y;
     EXPECT_NEAR(seen.g, std::exp(-depth.g), 0.1) << x << ' ' << y;
     EXPECT_NEAR(seen.b, std::exp(-depth.b), 0.1) << x << ' ' << y;
   };
-  render(absl::StrCat(before, R"(MakeNamedMedium "m" "string type" "uniformgrid" "integer nx" 2 "integer ny" 2 "integer nz" 1
-    "float density" [0 0.4 1.2 3] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] "rgb sigma_a" [0.5 0.5 0.5] "rgb sigma_s" [0 0 0] )", after), 1024);
+  render(absl::StrCat(
+             before,
+             R"(MakeNamedMedium "m" "string type" "uniformgrid" "integer nx" 2 "integer ny" 2 "integer nz" 1
+    "float density" [0 0.4 1.2 3] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] "rgb sigma_a" [0.5 0.5 0.5] "rgb sigma_s" [0 0 0] )",
+             after),
+         1024);
   const auto grey = [](double depth) { return Colour{depth, depth, depth}; };
   expect_through(8, 23, grey(0));
   expect_through(23, 23, grey(0.4));
   expect_through(8, 8, grey(1.2));
   expect_through(23, 8, grey(3));
 
-  render(absl::StrCat(before, R"(MakeNamedMedium "m" "string type" "rgbgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1
-    "rgb sigma_a" [0 0.8 0  0.3 0 0] "rgb sigma_s" [0 0 0  0 0 0] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] )", after), 1024);
+  render(
+      absl::StrCat(before,
+                   R"(MakeNamedMedium "m" "string type" "rgbgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1
+    "rgb sigma_a" [0 0.8 0  0.3 0 0] "rgb sigma_s" [0 0 0  0 0 0] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] )",
+                   after),
+      1024);
   expect_through(8, 16, {0, 1.6, 0});
   expect_through(23, 16, {0.6, 0, 0});
 }

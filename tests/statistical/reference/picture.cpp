@@ -47,9 +47,10 @@ Picture measure_picture(const PictureRequest& request) {
   job.mutable_settings()->set_max_depth(request.max_depth);
   // Two estimators must not share their random numbers.
   const std::string isa = request.isa.empty() ? render::supported_isas().front() : request.isa;
-  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff);
-  const std::string text =
-      absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide, " filter { ", request.filter, " } }");
+  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) &
+                                   0xffff);
+  const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide,
+                                        " filter { ", request.filter, " } }");
   const auto file = load_scene_text(text, job, isa, request.blobs);
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
@@ -62,7 +63,8 @@ Picture measure_picture(const PictureRequest& request) {
   const auto work = [&] {
     for (std::uint32_t i; (i = next.fetch_add(1)) < kBatches;) {
       render::RenderStats stats;
-      const auto tile = file->scene->render_tile({0, 0, kSide, kSide, i * samples, (i + 1) * samples}, {}, stats);
+      const auto tile =
+          file->scene->render_tile({0, 0, kSide, kSide, i * samples, (i + 1) * samples}, {}, stats);
       const std::lock_guard lock(mutex);
       EXPECT_TRUE(tile.ok()) << tile.status();
       EXPECT_EQ(stats.dropped_samples, 0u);
@@ -76,7 +78,8 @@ Picture measure_picture(const PictureRequest& request) {
   };
   {
     std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) workers.emplace_back(work);
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+      workers.emplace_back(work);
   }
   Picture picture;
   for (std::size_t v = 0; v < kValues; ++v) {
@@ -95,8 +98,8 @@ void expect_same(const Picture& a, const Picture& b, double relative) {
     const double error = std::hypot(a.values[v].error, b.values[v].error);
     EXPECT_NEAR(a.values[v].mean, b.values[v].mean,
                 kStandardErrors * error + relative * std::abs(a.values[v].mean) + 1e-6)
-        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3 << ", standard error "
-        << error;
+        << (v < 3 ? "whole picture" : absl::StrCat("block ", v / 3 - 1)) << ", channel " << v % 3
+        << ", standard error " << error;
   }
 }
 

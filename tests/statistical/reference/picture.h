@@ -1,4 +1,5 @@
-// Small pictures with known errors: what two renderings of one scene must agree in, whatever algorithm made them.
+// Small pictures with known errors: what two renderings of one scene must agree in, whatever algorithm made
+// them.
 #pragma once
 
 #include <string>
@@ -19,9 +20,9 @@ struct PictureRequest {
   TestBlobs blobs = {};
 };
 
-/// Means over the whole picture and over its 16 blocks of 8 x 8 pixels, R G B each, with their standard errors. The
-/// errors come from batches of samples that share no paths, so they hold for light tracing too, where pixels of one
-/// pass are not independent.
+/// Means over the whole picture and over its 16 blocks of 8 x 8 pixels, R G B each, with their standard
+/// errors. The errors come from batches of samples that share no paths, so they hold for light tracing too,
+/// where pixels of one pass are not independent.
 struct Picture {
   struct Value {
     double mean = 0, error = 0;
@@ -34,8 +35,8 @@ struct Picture {
 /// Empty, with a failure of the running test, when the scene does not load or a sample is not finite.
 Picture measure_picture(const PictureRequest& request);
 
-/// Fails unless all values agree within their noise. Of 51 values, each with at least 31 degrees of freedom, one is off
-/// by six standard errors once in 25,000 pictures; `relative` is a difference that does not count.
+/// Fails unless all values agree within their noise. Of 51 values, each with at least 31 degrees of freedom,
+/// one is off by six standard errors once in 25,000 pictures; `relative` is a difference that does not count.
 void expect_same(const Picture& a, const Picture& b, double relative = 1e-3);
 
 /// Fails unless every value is `expected` within its noise, as above.

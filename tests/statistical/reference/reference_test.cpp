@@ -1,5 +1,5 @@
-// Pictures that other renderers made of scenes that other people made. The corpus lies beside the project; without it the
-// tests are skipped by name.
+// Pictures that other renderers made of scenes that other people made. The corpus lies beside the project;
+// without it the tests are skipped by name.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
-// Lamps and skies, fog, and thin sheets around it: each part alone against a closed form or quadrature, over several
-// seeds whose deviations are combined; and lamps with vertex normals, as Mitsuba has them, against quadrature.
+// Lamps and skies, fog, and thin sheets around it: each part alone against a closed form or quadrature, over
+// several seeds whose deviations are combined; and lamps with vertex normals, as Mitsuba has them, against
+// quadrature.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,8 +48,8 @@ struct Setting {
   TestBlobs blobs = {};
 };
 
-/// Renders with eight seeds. The sum of their deviations in units of its own error is normally distributed: beyond 4
-/// once in 16,000. `largest_error`, relative, keeps the test from passing for noise.
+/// Renders with eight seeds. The sum of their deviations in units of its own error is normally distributed:
+/// beyond 4 once in 16,000. `largest_error`, relative, keeps the test from passing for noise.
 void expect_mean(const Setting& setting, double expected, double largest_error) {
   SCOPED_TRACE(absl::StrCat(setting.integrator, ", depth ", setting.max_depth, ", ", setting.settings));
   constexpr int kSeeds = 8;
@@ -92,7 +93,8 @@ TEST(ThinShell, LetsTheSkyInByWhatBothSidesLeave) {
 }
 
 TEST(ThinShell, DimsTheSkyBehindFog) {
-  const std::string scene = absl::StrCat(kFog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
+  const std::string scene =
+      absl::StrCat(kFog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
   expect_mean({scene}, through_sheet(1) * std::exp(-kSigma * kRadius), 2e-3);
 }
 
@@ -100,7 +102,8 @@ TEST(ThinShell, PassingIsFreeAndReflectionIsOneEvent) {
   // Along a diameter, with fog that does not scatter: out at once, or after one reflection, or two.
   const std::string fog =
       "media { name: 'fog' extinction { constant { constant: 1.5 } } albedo { constant { constant: 0 } } } ";
-  const std::string scene = absl::StrCat(fog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
+  const std::string scene =
+      absl::StrCat(fog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
   const double t = through_sheet(1), way = std::exp(-kSigma * kRadius),
                back = (1 - t) * std::exp(-2 * kSigma * kRadius);
   expect_mean({scene, 1}, t * way * (1 + back), 2e-3);
@@ -108,7 +111,8 @@ TEST(ThinShell, PassingIsFreeAndReflectionIsOneEvent) {
 }
 
 TEST(ThinShell, LetsTheSkyScatterInTheFog) {
-  const std::string scene = absl::StrCat(kFog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
+  const std::string scene =
+      absl::StrCat(kFog, kShell, "interior_medium: 'fog' } ", kSky, kMiddle, "medium: 'fog' }");
   const double t = through_sheet(1), way = std::exp(-kSigma * kRadius);
   const double unscattered = t * way * (1 + (1 - t) * way * way);
   const double scattered = integrate(0, kRadius, 400, [](double s) {
@@ -122,19 +126,21 @@ TEST(ThinShell, LetsTheSkyScatterInTheFog) {
 }
 
 TEST(ThinShell, LampInFog) {
-  // A ball that shines in the middle, seen from afar: at most one event. A reflection inside the shell keeps its
-  // distance from the middle, so it never leads to the ball.
+  // A ball that shines in the middle, seen from afar: at most one event. A reflection inside the shell keeps
+  // its distance from the middle, so it never leads to the ball.
   constexpr double kLamp = 0.2;
   const std::string scene = absl::StrCat(
       kFog, kShell,
-      "interior_medium: 'fog' } materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } } ",
+      "interior_medium: 'fog' } materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } "
+      "} } ",
       "shapes { sphere { radius: 0.2 } material: 'black' area_light { radiance { constant: 1 } } } ", kAbove);
   const auto in_scattered = [&](double distance) {
     // From the cone that the ball fills; `near` is where a way of this cosine meets it.
     const double cos_rim = std::sqrt(1 - kLamp * kLamp / (distance * distance));
     return integrate(cos_rim, 1, 60, [&](double cosine) {
       const double along = distance * cosine;
-      const double near = along - std::sqrt(std::max(0.0, kLamp * kLamp - distance * distance * (1 - cosine * cosine)));
+      const double near =
+          along - std::sqrt(std::max(0.0, kLamp * kLamp - distance * distance * (1 - cosine * cosine)));
       return std::exp(-kSigma * near) / 2;
     });
   };
@@ -177,8 +183,8 @@ TestBlobs leaning_lamp() {
   return {{"lamp", wire::encode_mesh(mesh)}};
 }
 
-/// The floor's mean radiance under the lamp, whose factor is given the cosines with both normals and the ratio of the
-/// BSDF's density to the lamp's.
+/// The floor's mean radiance under the lamp, whose factor is given the cosines with both normals and the
+/// ratio of the BSDF's density to the lamp's.
 double floor_radiance(const std::function<double(double cos_s, double cos_g, double ratio)>& factor) {
   const V cross = {kSideA.y * kSideB.z - kSideA.z * kSideB.y, kSideA.z * kSideB.x - kSideA.x * kSideB.z,
                    kSideA.x * kSideB.y - kSideA.y * kSideB.x};
@@ -214,7 +220,8 @@ double floor_radiance(const std::function<double(double cos_s, double cos_g, dou
 
 std::string floor_and_lamp(const std::string& more) {
   return absl::StrCat(
-      "materials { name: 'matt' diffuse { reflectance { constant { constant: 0.5 } } } } shapes { disk { radius: 9 } "
+      "materials { name: 'matt' diffuse { reflectance { constant { constant: 0.5 } } } } shapes { disk { "
+      "radius: 9 } "
       "material: 'matt' } "
       "materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } } "
       "shapes { mesh { blob { digest: 'lamp' } } material: 'black' area_light { radiance { constant: 1 } ",
@@ -227,8 +234,8 @@ TEST(VertexNormalsOfALamp, DoNotCountBeforeTheSceneSaysSo) {
 }
 
 TEST(VertexNormalsOfALamp, CountAsInMitsuba) {
-  // What Mitsuba's two estimators bring in together, each weighed by its own power heuristic: light samples scaled by
-  // the wrong cosine, and rays that meet the lamp.
+  // What Mitsuba's two estimators bring in together, each weighed by its own power heuristic: light samples
+  // scaled by the wrong cosine, and rays that meet the lamp.
   const double expected = floor_radiance([](double cos_s, double cos_g, double ratio) {
     if (cos_s <= 0) return 0.0;
     const double weight = 1 / (1 + ratio * ratio);

@@ -1,4 +1,5 @@
-// Are the samplers' numbers uniform, in every dimension and in pairs of them, within a pixel and from pixel to pixel?
+// Are the samplers' numbers uniform, in every dimension and in pairs of them, within a pixel and from pixel
+// to pixel?
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "render/sampling/sampler.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/sampling/sampler.h"
 #include "support/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -81,7 +82,8 @@ TEST(SamplerStatistics, NumbersLieInTheUnitInterval) {
   }
 }
 
-/// The same sample of many pixels, each coordinate against each: what a picture's error looks like from pixel to pixel.
+/// The same sample of many pixels, each coordinate against each: what a picture's error looks like from pixel
+/// to pixel.
 TEST(SamplerStatistics, PairsOfDimensionsAreUniformOverPixels) {
   const std::vector<Coordinate> all = coordinates();
   const int tests = static_cast<int>(std::size(kKinds) * all.size() * (all.size() - 1) / 2);
@@ -134,7 +136,8 @@ TEST(SamplerStatistics, NeighboursSamplesAndSeedsAreIndependent) {
   }
 }
 
-/// All samples of one pixel. Sobol' numbers are more even than chance: each of the 32 x 32 cells has its share to one.
+/// All samples of one pixel. Sobol' numbers are more even than chance: each of the 32 x 32 cells has its
+/// share to one.
 TEST(SamplerStatistics, SamplesOfAPixelFillTheSquare) {
   for (const int pair : kPairs) {
     const auto of_one_pixel = [pair](SamplerKind kind) {
@@ -150,9 +153,9 @@ TEST(SamplerStatistics, SamplesOfAPixelFillTheSquare) {
   }
 }
 
-/// Different pairs of dimensions within a pixel are padded, not jointly stratified: they must at least be uniform
-/// together. A sample's numbers in two pairs come from one shuffled index each; an unlucky hash would tie them
-/// together.
+/// Different pairs of dimensions within a pixel are padded, not jointly stratified: they must at least be
+/// uniform together. A sample's numbers in two pairs come from one shuffled index each; an unlucky hash would
+/// tie them together.
 TEST(SamplerStatistics, PairsWithinAPixelAreUnrelated) {
   constexpr std::uint32_t kPixels = 64;
   const std::vector<Coordinate> all = coordinates();
@@ -163,11 +166,12 @@ TEST(SamplerStatistics, PairsWithinAPixelAreUnrelated) {
       double sum = 0;
       for (std::uint32_t first = 0; first < kSamples; first += kWidth) {
         const Places at{UInt(p * 5), UInt(p * 3 + 1), UInt::iota(first)};
-        const Float u = number(SamplerKind::kSobol, 9, at, all[a]), v = number(SamplerKind::kSobol, 9, at, all[a + 2]);
+        const Float u = number(SamplerKind::kSobol, 9, at, all[a]),
+                    v = number(SamplerKind::kSobol, 9, at, all[a + 2]);
         for (int l = 0; l < kWidth; ++l) sum += (u.lane(l) - 0.5) * (v.lane(l) - 0.5);
       }
-      // Of independent uniform numbers the product has the variance 1/144; four standard errors are crossed once in
-      // 16,000.
+      // Of independent uniform numbers the product has the variance 1/144; four standard errors are crossed
+      // once in 16,000.
       bad += std::abs(sum / kSamples) > 4.0 / 12 / std::sqrt(double{kSamples});
     }
   }

@@ -72,15 +72,16 @@ TEST(WarpChi2, Directions) {
   }
 }
 
-/// A narrow cone, where 1 - cosine has no digits in a direction: the angle to the axis, squared, and the azimuth are
-/// uniform.
+/// A narrow cone, where 1 - cosine has no digits in a direction: the angle to the axis, squared, and the
+/// azimuth are uniform.
 TEST(WarpChi2, NarrowCones) {
   for (const float width : {1e-4f, 1e-10f}) {
     constexpr int kRows = 32, kColumns = 32;
     const auto observed = count(
         kRows * kColumns, [width](Vec2 u) { return square_to_cone(u, Float(width)); },
         [&](double x, double y, double) {
-          const double part = (x * x + y * y) / (2 * double{width} - double{width} * width);  // sin^2, of the largest
+          const double part =
+              (x * x + y * y) / (2 * double{width} - double{width} * width);  // sin^2, of the largest
           const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
           const int row = std::min(static_cast<int>(part * kRows), kRows - 1),
                     column = std::min(static_cast<int>(turn * kColumns), kColumns - 1);
@@ -102,14 +103,16 @@ TEST(WarpChi2, Disk) {
       },
       [](double x, double y, double) {
         const int row = std::min(static_cast<int>((x * x + y * y) * kSide), kSide - 1);
-        const int column = static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * kSide) % kSide;
+        const int column =
+            static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * kSide) % kSide;
         return static_cast<std::size_t>(row * kSide + column);
       });
   const std::vector<double> expected(kSide * kSide, double{kSamples} / (kSide * kSide));
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests));
 }
 
-/// Cells of equal area in barycentrics: 1 - sqrt(1 - b1)... that is, (1 - b1)^2 and b2 / (1 - b1) are uniform.
+/// Cells of equal area in barycentrics: 1 - sqrt(1 - b1)... that is, (1 - b1)^2 and b2 / (1 - b1) are
+/// uniform.
 TEST(WarpChi2, Triangle) {
   constexpr int kSide = 32;
   const auto observed = count(

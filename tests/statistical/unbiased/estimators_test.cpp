@@ -1,5 +1,5 @@
-// However light is looked for, and however rays are traced, the picture is one: each choice that a job may make,
-// against the default, with random numbers of its own.
+// However light is looked for, and however rays are traced, the picture is one: each choice that a job may
+// make, against the default, with random numbers of its own.
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
@@ -91,11 +91,12 @@ TEST(Estimators, EveryInstructionSet) {
 }
 
 TEST(Estimators, UnknownChoicesAreRefused) {
-  for (const char* settings : {"direct_light: 'x'", "light_selection: 'x'", "traversal: 'x'", "intersection: 'x'"}) {
+  for (const char* settings :
+       {"direct_light: 'x'", "light_selection: 'x'", "traversal: 'x'", "intersection: 'x'"}) {
     v1::JobSpec job;
     ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(settings, job.mutable_settings()));
-    const auto file =
-        load_scene_text(scene_text("lens") + " film { width: 8 height: 8 }", job, render::supported_isas().front());
+    const auto file = load_scene_text(scene_text("lens") + " film { width: 8 height: 8 }", job,
+                                      render::supported_isas().front());
     ASSERT_FALSE(file.ok()) << settings;
     EXPECT_THAT(std::string(file.status().message()), testing::HasSubstr("there are:"));
   }

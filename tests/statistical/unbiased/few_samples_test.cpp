@@ -1,5 +1,5 @@
-// Many renders of few samples each have the mean of one render of very many: nothing that the renderer does by default
-// depends on how many samples a pixel gets, or favours what the first samples happen to show.
+// Many renders of few samples each have the mean of one render of very many: nothing that the renderer does
+// by default depends on how many samples a pixel gets, or favours what the first samples happen to show.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -88,9 +88,11 @@ class FewSamples : public testing::TestWithParam<const char*> {
   }
 
   /// Returns how many samples were taken.
-  static std::uint64_t add(const LoadedFile& file, std::uint32_t first, std::uint32_t samples, Accumulator& sum) {
+  static std::uint64_t add(const LoadedFile& file, std::uint32_t first, std::uint32_t samples,
+                           Accumulator& sum) {
     render::RenderStats stats;
-    const auto tile = file.scene->render_tile({0, 0, size().side, size().side, first, first + samples}, {}, stats);
+    const auto tile =
+        file.scene->render_tile({0, 0, size().side, size().side, first, first + samples}, {}, stats);
     EXPECT_TRUE(tile.ok()) << tile.status();
     EXPECT_EQ(stats.dropped_samples, 0u);
     if (tile.ok()) sum.add(*tile);
@@ -101,7 +103,8 @@ class FewSamples : public testing::TestWithParam<const char*> {
     const Size s = size();
     const auto file = load(s.many, 1);
     ASSERT_TRUE(file.ok()) << file.status();
-    on_all_cores(kBatches, [&](std::uint32_t i) { add(*file, i * (s.many / kBatches), s.many / kBatches, sum); });
+    on_all_cores(kBatches,
+                 [&](std::uint32_t i) { add(*file, i * (s.many / kBatches), s.many / kBatches, sum); });
   }
 
   static std::size_t values() { return std::size_t{3} * size().side * size().side; }
@@ -132,7 +135,8 @@ void expect_the_mean_of(const Accumulator& few, const Accumulator& many, std::si
     const double error = std::hypot(of_few.error, of_many.error);
     testing::Test::RecordProperty("bias_percent_" + std::to_string(c),
                                   std::to_string(100 * (of_few.value / of_many.value - 1)));
-    testing::Test::RecordProperty("error_percent_" + std::to_string(c), std::to_string(100 * error / of_many.value));
+    testing::Test::RecordProperty("error_percent_" + std::to_string(c),
+                                  std::to_string(100 * error / of_many.value));
     // Four standard errors: one channel in 16,000. Beyond 0.1 % only as far as the noise reaches.
     EXPECT_NEAR(of_few.value, of_many.value, std::max(1e-3 * of_many.value, 4 * error))
         << "channel " << c << ", standard error " << error;
@@ -142,13 +146,13 @@ void expect_the_mean_of(const Accumulator& few, const Accumulator& many, std::si
     }
   }
 
-  // Every pixel by itself, with no floor under its variance: a pixel without any must be right to the rounding of its
-  // sums.
+  // Every pixel by itself, with no floor under its variance: a pixel without any must be right to the
+  // rounding of its sums.
   double sum_of_squares = 0;
   std::size_t tested = 0, wrong = 0;
   for (std::size_t i = 0; i < values; ++i) {
-    // Where bright paths are rare, few samples may have met none, and then know neither of them nor of the variance
-    // that they make: what many samples know counts, scaled to as many as those.
+    // Where bright paths are rare, few samples may have met none, and then know neither of them nor of the
+    // variance that they make: what many samples know counts, scaled to as many as those.
     const double of_few = std::max(a.variance[i], b.variance[i] * b.samples[i] / a.samples[i]);
     const double difference = a.mean[i] - b.mean[i], variance = of_few + b.variance[i];
     if (variance <= 1e-12 * b.mean[i] * b.mean[i]) {
@@ -160,9 +164,9 @@ void expect_the_mean_of(const Accumulator& few, const Accumulator& many, std::si
   }
   EXPECT_EQ(wrong, 0u) << "of the pixels that do not vary";
   ASSERT_GT(tested, values / 4);
-  // Squares of normal z have mean 1 and variance 2; channels of a pixel go together, so as if there were a third of
-  // them. The variance of many, from ranges of one low-discrepancy sequence, is above the true one: only too large a
-  // sum is a fault.
+  // Squares of normal z have mean 1 and variance 2; channels of a pixel go together, so as if there were a
+  // third of them. The variance of many, from ranges of one low-discrepancy sequence, is above the true one:
+  // only too large a sum is a fault.
   const double mean_square = sum_of_squares / static_cast<double>(tested);
   testing::Test::RecordProperty("mean_square_of_z", std::to_string(mean_square));
   EXPECT_LT(mean_square, 1 + 5 * std::sqrt(2.0 * 3 / static_cast<double>(tested)));
@@ -200,7 +204,8 @@ TEST_P(FewSamples, AsManyAsNoiseAsksForHaveTheMeanOfMany) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FewSamples,
-                         testing::Values("scenes/cornell-box/scene.pbrt", "scenes/first-light/scene.textproto",
+                         testing::Values("scenes/cornell-box/scene.pbrt",
+                                         "scenes/first-light/scene.textproto",
                                          "tests/statistical/unbiased/scenes/media.textproto",
                                          "tests/statistical/unbiased/scenes/lens.textproto",
                                          "../shared/scenes/pbrt/veach-mis/scene.pbrt",

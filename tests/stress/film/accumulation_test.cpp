@@ -16,7 +16,8 @@
 namespace tessera::render {
 namespace {
 
-/// A sum in double with the part that each addition loses [Neumaier 1974]: 2^30 terms to the last bits of a double.
+/// A sum in double with the part that each addition loses [Neumaier 1974]: 2^30 terms to the last bits of a
+/// double.
 class ExactSum {
  public:
   void add(double x) {
@@ -50,15 +51,16 @@ const Stream kStreams[] = {
        return hashed(i) < 1u << 20 ? 1e4f * (1 + static_cast<float>(hashed(i + 7) >> 8) * 0x1p-24f) : 0.0f;
      }},
     // Twelve orders of magnitude, evenly in the logarithm.
-    {"all magnitudes", [](std::uint64_t i) { return std::exp2(static_cast<float>(hashed(i)) * 0x1p-32f * 40 - 20); }},
-    // A bright beginning, then samples below half a unit in the last place of a running sum of floats: that stands
-    // still.
+    {"all magnitudes",
+     [](std::uint64_t i) { return std::exp2(static_cast<float>(hashed(i)) * 0x1p-32f * 40 - 20); }},
+    // A bright beginning, then samples below half a unit in the last place of a running sum of floats: that
+    // stands still.
     {"a bright start", [](std::uint64_t i) { return i < 1024 ? 1e3f : 1e-3f; }},
 };
 
-// Every value takes part in at most 30 additions, each right to half a unit in the last place: 30 * 2^-24 = 1.8e-6 at
-// the very worst, when all round the same way. Roundings of different additions are independent, or, for a constant,
-// made again by both halves: what is seen is below sqrt(30) * 2^-24 = 3.3e-7.
+// Every value takes part in at most 30 additions, each right to half a unit in the last place: 30 * 2^-24
+// = 1.8e-6 at the very worst, when all round the same way. Roundings of different additions are independent,
+// or, for a constant, made again by both halves: what is seen is below sqrt(30) * 2^-24 = 3.3e-7.
 constexpr double kTolerance = 1e-6;
 
 /// One pixel, all samples through one accumulator.
@@ -81,14 +83,17 @@ TEST(Accumulation, OfOnePixelsSumTree) {
     film.end_pixels();
     EXPECT_EQ(result.counts[0], samples);
     EXPECT_NEAR(result.values[0], exact.value(), kTolerance * exact.value()) << stream.name;
-    std::printf("%s: off by %.1e of the sum of %u\n", stream.name, result.values[0] / exact.value() - 1, samples);
+    std::printf("%s: off by %.1e of the sum of %u\n", stream.name, result.values[0] / exact.value() - 1,
+                samples);
   }
 }
 
-/// Units of a job as workers make them, merged by the client as they come in: out of order. Sums and deviations.
+/// Units of a job as workers make them, merged by the client as they come in: out of order. Sums and
+/// deviations.
 TEST(Accumulation, OfUnitsOnTheClient) {
   constexpr std::uint32_t kUnits = 64;
-  const std::uint32_t side = test::long_form() ? 8 : 4, spp = test::long_form() ? wire::kMaxSamplesPerPixel : 1u << 16;
+  const std::uint32_t side = test::long_form() ? 8 : 4,
+                      spp = test::long_form() ? wire::kMaxSamplesPerPixel : 1u << 16;
   const std::uint32_t pixels = side * side, unit = spp / kUnits;
   client::AssemblyOptions options;
   options.width = options.height = side;
@@ -104,7 +109,8 @@ TEST(Accumulation, OfUnitsOnTheClient) {
   for (std::uint32_t p = 0; p < pixels; ++p) all[p] = p;
   std::vector<float> planes(4 * pixels, 1.0f);
   for (std::uint32_t k = 0; k < kUnits; ++k) {
-    const std::uint32_t begin = (k * 37 + 11) % kUnits * unit;  // 37 and 64 have no common factor: every unit once
+    const std::uint32_t begin =
+        (k * 37 + 11) % kUnits * unit;  // 37 and 64 have no common factor: every unit once
     wire::TileResult result;
     result.x1 = result.y1 = side;
     result.sample_begin = begin;
@@ -134,8 +140,8 @@ TEST(Accumulation, OfUnitsOnTheClient) {
   for (std::uint32_t p = 0; p < pixels; ++p) {
     const double mean = sums[p].value() / spp;
     EXPECT_NEAR(red->values[p], mean, kTolerance * mean) << p;
-    // Deviations are merged in double and rounded once a level; the means that they look at are floats, whose errors
-    // count by their squares.
+    // Deviations are merged in double and rounded once a level; the means that they look at are floats, whose
+    // errors count by their squares.
     const double expected = (squares[p].value() - spp * mean * mean) / (spp - 1);
     EXPECT_NEAR(variance->values[p], expected, 2 * kTolerance * expected) << p;
   }

@@ -18,9 +18,9 @@ struct ClosedMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// An icosahedron, each triangle cut into four `times` times, its points moved along their directions by waves of
-/// decreasing length, the first `height` high: seen from the middle, every direction meets it once. Without waves it is
-/// convex.
+/// An icosahedron, each triangle cut into four `times` times, its points moved along their directions by
+/// waves of decreasing length, the first `height` high: seen from the middle, every direction meets it once.
+/// Without waves it is convex.
 inline ClosedMesh displaced_sphere(int times, double height = 0.13) {
   ClosedMesh mesh;
   const double g = (1 + std::sqrt(5.0)) / 2;
@@ -32,7 +32,8 @@ inline ClosedMesh displaced_sphere(int times, double height = 0.13) {
   for (int k = 0; k < times; ++k) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
+      const auto [at, fresh] =
+          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
       if (fresh) {
         const auto &p = mesh.vertices[a], &q = mesh.vertices[b];
         mesh.vertices.push_back({p[0] + q[0], p[1] + q[1], p[2] + q[2]});
@@ -55,7 +56,8 @@ inline ClosedMesh displaced_sphere(int times, double height = 0.13) {
     double radius = 1;
     for (int k = 0; k < 4; ++k) {
       const double f = 3 * (1 << k);
-      radius += height / (1 << k) * std::sin(f * p[0] + k) * std::sin(f * p[1] + 2 * k) * std::sin(f * p[2] + 3 * k);
+      radius += height / (1 << k) * std::sin(f * p[0] + k) * std::sin(f * p[1] + 2 * k) *
+                std::sin(f * p[2] + 3 * k);
     }
     for (double& x : p) x *= radius;
   }
@@ -70,14 +72,17 @@ inline ClosedMesh sliced_sphere(std::uint32_t slices) {
   for (std::uint32_t i = 0; i < slices; ++i) {
     for (std::uint32_t k = 1; k < kStacks; ++k) {
       const double phi = 6.283185307179586 * i / slices, theta = 3.141592653589793 * k / kStacks;
-      mesh.vertices.push_back({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
+      mesh.vertices.push_back(
+          {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)});
     }
-    const auto at = [&](std::uint32_t slice, std::uint32_t k) { return 2 + slice % slices * (kStacks - 1) + k - 1; };
+    const auto at = [&](std::uint32_t slice, std::uint32_t k) {
+      return 2 + slice % slices * (kStacks - 1) + k - 1;
+    };
     mesh.triangles.insert(mesh.triangles.end(),
                           {{0, at(i, 1), at(i + 1, 1)}, {1, at(i + 1, kStacks - 1), at(i, kStacks - 1)}});
     for (std::uint32_t k = 1; k + 1 < kStacks; ++k) {
-      mesh.triangles.insert(mesh.triangles.end(),
-                            {{at(i, k), at(i, k + 1), at(i + 1, k + 1)}, {at(i, k), at(i + 1, k + 1), at(i + 1, k)}});
+      mesh.triangles.insert(mesh.triangles.end(), {{at(i, k), at(i, k + 1), at(i + 1, k + 1)},
+                                                   {at(i, k), at(i + 1, k + 1), at(i + 1, k)}});
     }
   }
   return mesh;

@@ -20,7 +20,8 @@ using testing::HasSubstr;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
 
-/// A camera at the origin that looks along z at what stands around (0, 0, 5), in front of a wall and under a sky.
+/// A camera at the origin that looks along z at what stands around (0, 0, 5), in front of a wall and under a
+/// sky.
 constexpr const char* kAround = R"(
 camera { perspective { fov_degrees: 50 } }
 film { width: 32 height: 32 filter { kind: BOX } }
@@ -71,7 +72,8 @@ double mean(const client::Image& image) {
 }
 
 const std::string kMesh =
-    "shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, "
+    "shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [1,0,0,0, 0,1,0,0, "
+    "0,0,1,5, "
     "0,0,0,1] } ";
 
 TEST(DegenerateTriangles, AreNotThere) {
@@ -93,16 +95,17 @@ TEST(DegenerateTriangles, AreNotThere) {
 TEST(SliverTriangles, GiveFinitePictures) {
   wire::MeshData mesh;
   for (std::uint32_t i = 0; i < 300; ++i) {
-    const float x = -1.5f + 0.01f * static_cast<float>(i), width = std::pow(10.0f, -1 - 0.03f * static_cast<float>(i));
+    const float x = -1.5f + 0.01f * static_cast<float>(i),
+                width = std::pow(10.0f, -1 - 0.03f * static_cast<float>(i));
     mesh.positions.insert(mesh.positions.end(), {x, -1, 0, x + width, -1, 0.2f, x, 1, -0.1f});
     mesh.indices.insert(mesh.indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
   }
   for (const char* material :
        {"}", "material: 'glass' }", "area_light { radiance { constant: 3 } two_sided: true } }"}) {
     for (const char* tests : {"fast", "robust"}) {
-      expect_finite(
-          load(absl::StrCat("materials { name: 'glass' dielectric { eta { constant: 1.5 } } } ", kMesh, material),
-               {{"bad", wire::encode_mesh(mesh)}}, tests));
+      expect_finite(load(
+          absl::StrCat("materials { name: 'glass' dielectric { eta { constant: 1.5 } } } ", kMesh, material),
+          {{"bad", wire::encode_mesh(mesh)}}, tests));
     }
   }
 }
@@ -114,19 +117,22 @@ TEST(DuplicateTriangles, LookLikeOne) {
   for (int i = 0; i < 500; ++i) often.indices.insert(often.indices.end(), {0, 1, 2});
   const double single = mean(expect_finite(load(kMesh + "}", {{"bad", wire::encode_mesh(once)}})));
   // The same hits, whichever of them is met: rays start off all of them at once.
-  EXPECT_NEAR(mean(expect_finite(load(kMesh + "}", {{"bad", wire::encode_mesh(often)}}))), single, 1e-4 * single);
+  EXPECT_NEAR(mean(expect_finite(load(kMesh + "}", {{"bad", wire::encode_mesh(often)}}))), single,
+              1e-4 * single);
 }
 
 TEST(CoplanarSheets, GiveOneOfThem) {
   // Red and green squares in one plane, overlapping by half: no third colour, no black.
   const std::string colours =
-      "materials { name: 'r' diffuse { reflectance { constant { rgb { r: 0.8 } } } } } materials { name: 'g' diffuse { "
+      "materials { name: 'r' diffuse { reflectance { constant { rgb { r: 0.8 } } } } } materials { name: 'g' "
+      "diffuse { "
       "reflectance { constant { rgb { g: 0.8 } } } } } ";
-  const std::string sheets = absl::StrCat(colours,
-                                          "shapes { material: 'r' mesh { blob { digest: 'wall' } } world_from_object { "
-                                          "elements: [1,0,0,-0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } "
-                                          "shapes { material: 'g' mesh { blob { digest: 'wall' } } world_from_object { "
-                                          "elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } ");
+  const std::string sheets =
+      absl::StrCat(colours,
+                   "shapes { material: 'r' mesh { blob { digest: 'wall' } } world_from_object { "
+                   "elements: [1,0,0,-0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } "
+                   "shapes { material: 'g' mesh { blob { digest: 'wall' } } world_from_object { "
+                   "elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,5, 0,0,0,1] } } ");
   const client::Image image = expect_finite(load(sheets));
   ASSERT_FALSE(image.channels.empty());
   const auto pixel = [&](const char* channel, std::size_t x, std::size_t y) {
@@ -148,12 +154,13 @@ TEST(NotFiniteVertices, AreRefusedByName) {
   wire::MeshData mesh;
   mesh.positions = {0, 0, 0, 3e38f, 0, 0, 0, 1, 0};
   mesh.indices = {0, 1, 2};
-  EXPECT_THAT(load("shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [9,0,0,0, "
-                   "0,1,0,0, 0,0,1,5, 0,0,0,1] } }",
-                   {{"bad", wire::encode_mesh(mesh)}})
-                  .status()
-                  .message(),
-              AllOf(HasSubstr("(bad)"), HasSubstr("vertex")));
+  EXPECT_THAT(
+      load("shapes { name: 'bad' mesh { blob { digest: 'bad' } } world_from_object { elements: [9,0,0,0, "
+           "0,1,0,0, 0,0,1,5, 0,0,0,1] } }",
+           {{"bad", wire::encode_mesh(mesh)}})
+          .status()
+          .message(),
+      AllOf(HasSubstr("(bad)"), HasSubstr("vertex")));
 }
 
 TEST(HugeVertices, GiveFinitePictures) {
@@ -176,10 +183,11 @@ TEST(NotFiniteNormalsAndUvs, AreDoneWithout) {
     mesh.normals = {0, 0, 1, x, 0, x, 0, 0, 1};
     mesh.uvs = {0, 0, x, 0, 1, 1};
     mesh.indices = {0, 1, 2};
-    expect_finite(load(absl::StrCat("textures { name: 't' checkerboard { even { constant { constant: 0.7 } } } } "
-                                    "materials { name: 'm' diffuse { reflectance { texture: 't' } } } ",
-                                    kMesh, "material: 'm' }"),
-                       {{"bad", wire::encode_mesh(mesh)}}));
+    expect_finite(
+        load(absl::StrCat("textures { name: 't' checkerboard { even { constant { constant: 0.7 } } } } "
+                          "materials { name: 'm' diffuse { reflectance { texture: 't' } } } ",
+                          kMesh, "material: 'm' }"),
+             {{"bad", wire::encode_mesh(mesh)}}));
   }
 }
 
@@ -187,15 +195,16 @@ TEST(NotFiniteNormalsAndUvs, AreDoneWithout) {
 std::string at(const std::string& elements) { return absl::StrCat("elements: [", elements, "]"); }
 const char* const kSingular[] = {"0,0,0,0, 0,0,0,0, 0,0,0,5, 0,0,0,1", "1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1",
                                  "1,1,0,0, 1,1,0,0, 0,0,1,5, 0,0,0,1"};
-const char* const kTiny[] = {"1e-30,0,0,0, 0,1e-30,0,0, 0,0,1e-30,5, 0,0,0,1", "1,0,0,0, 0,1e-45,0,0, 0,0,1,5, 0,0,0,1",
-                             "1e-14,0,0,0, 0,1e-14,0,0, 0,0,1e-14,5, 0,0,0,1",
-                             "1e17,0,0,0, 0,1e17,0,0, 0,0,1e17,5, 0,0,0,1"};
+const char* const kTiny[] = {
+    "1e-30,0,0,0, 0,1e-30,0,0, 0,0,1e-30,5, 0,0,0,1", "1,0,0,0, 0,1e-45,0,0, 0,0,1,5, 0,0,0,1",
+    "1e-14,0,0,0, 0,1e-14,0,0, 0,0,1e-14,5, 0,0,0,1", "1e17,0,0,0, 0,1e17,0,0, 0,0,1e17,5, 0,0,0,1"};
 
 TEST(SingularTransforms, OfMeshesFlattenThem) {
   for (const char* matrix : kSingular) {
     for (const char* light : {"", "area_light { radiance { constant: 3 } }"}) {
-      expect_finite(load(absl::StrCat("shapes { name: 'flat' mesh { blob { digest: 'wall' } } world_from_object { ",
-                                      at(matrix), " } ", light, " }")));
+      expect_finite(
+          load(absl::StrCat("shapes { name: 'flat' mesh { blob { digest: 'wall' } } world_from_object { ",
+                            at(matrix), " } ", light, " }")));
     }
   }
 }
@@ -203,22 +212,24 @@ TEST(SingularTransforms, OfMeshesFlattenThem) {
 TEST(SingularTransforms, OfQuadricsAreRefusedByName) {
   for (const char* kind : {"sphere { radius: 1 }", "disk { radius: 1 }", "cylinder { radius: 1 z_max: 1 }"}) {
     for (const char* matrix : kSingular) {
-      EXPECT_THAT(load(absl::StrCat("shapes { name: 'flat' ", kind, " world_from_object { ", at(matrix), " } }"))
-                      .status()
-                      .message(),
-                  AllOf(HasSubstr("(flat)"), HasSubstr("singular")));
+      EXPECT_THAT(
+          load(absl::StrCat("shapes { name: 'flat' ", kind, " world_from_object { ", at(matrix), " } }"))
+              .status()
+              .message(),
+          AllOf(HasSubstr("(flat)"), HasSubstr("singular")));
     }
   }
 }
 
 TEST(SingularTransforms, OfInstancesLeaveThemOut) {
   for (const char* matrix : kSingular) {
-    const auto file =
-        load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } instances { object: 'o' "
-                          "world_from_instance { ",
-                          at(matrix), " } }"));
+    const auto file = load(absl::StrCat(
+        "objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } instances { object: 'o' "
+        "world_from_instance { ",
+        at(matrix), " } }"));
     ASSERT_TRUE(file.ok()) << file.status();
-    EXPECT_THAT(file->scene->warnings(), testing::Contains(AllOf(HasSubstr("instance 0 (o)"), HasSubstr("singular"))));
+    EXPECT_THAT(file->scene->warnings(),
+                testing::Contains(AllOf(HasSubstr("instance 0 (o)"), HasSubstr("singular"))));
     expect_finite(file);
   }
 }
@@ -227,10 +238,10 @@ TEST(SingularTransforms, OfInstancesLeaveThemOut) {
 TEST(SingularTransforms, InFloatsAreRefusedOrRendered) {
   for (const char* matrix : kTiny) {
     for (const char* light : {"", "area_light { radiance { constant: 3 } }"}) {
-      for (const char* kind : {"mesh { blob { digest: 'wall' } }", "sphere { radius: 1 }", "disk { radius: 1 }",
-                               "cylinder { radius: 1 z_max: 1 }"}) {
-        const auto file =
-            load(absl::StrCat("shapes { name: 'odd' ", kind, " world_from_object { ", at(matrix), " } ", light, " }"));
+      for (const char* kind : {"mesh { blob { digest: 'wall' } }", "sphere { radius: 1 }",
+                               "disk { radius: 1 }", "cylinder { radius: 1 z_max: 1 }"}) {
+        const auto file = load(absl::StrCat("shapes { name: 'odd' ", kind, " world_from_object { ",
+                                            at(matrix), " } ", light, " }"));
         SCOPED_TRACE(absl::StrCat(kind, " ", matrix, " ", light));
         if (file.ok())
           expect_finite(file);
@@ -238,10 +249,10 @@ TEST(SingularTransforms, InFloatsAreRefusedOrRendered) {
           EXPECT_THAT(file.status().message(), HasSubstr("(odd)"));
       }
     }
-    const auto file =
-        load(absl::StrCat("objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } shapes { sphere { radius: 1 "
-                          "} } } instances { object: 'o' world_from_instance { ",
-                          at(matrix), " } }"));
+    const auto file = load(absl::StrCat(
+        "objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } shapes { sphere { radius: 1 "
+        "} } } instances { object: 'o' world_from_instance { ",
+        at(matrix), " } }"));
     SCOPED_TRACE(matrix);
     if (file.ok())
       expect_finite(file);
@@ -254,7 +265,8 @@ TEST(SingularTransforms, InFloatsAreRefusedOrRendered) {
 TEST(SingularTransforms, OfInstancesInScenesThatAreTooLarge) {
   const std::string scene =
       "objects { name: 'o' shapes { mesh { blob { digest: 'wall' } } } } "
-      "instances { object: 'o' world_from_instance { elements: [1e-11,0,0,0, 0,1e-11,0,0, 0,0,1e-11,5, 0,0,0,1] } } ";
+      "instances { object: 'o' world_from_instance { elements: [1e-11,0,0,0, 0,1e-11,0,0, 0,0,1e-11,5, "
+      "0,0,0,1] } } ";
   expect_finite(load(scene));
   EXPECT_THAT(load(absl::StrCat(scene, "shapes { sphere { radius: 1e8 } }")).status().message(),
               HasSubstr("instance 0 (o)"));
@@ -263,8 +275,9 @@ TEST(SingularTransforms, OfInstancesInScenesThatAreTooLarge) {
 TEST(MirroredTransforms, LookLikeTheirMirrorImages) {
   // A square about the axis is its own mirror image.
   const auto with = [](const char* x) {
-    return mean(expect_finite(load(absl::StrCat("shapes { mesh { blob { digest: 'wall' } } world_from_object { ",
-                                                at(absl::StrCat(x, ",0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1")), " } } "))));
+    return mean(
+        expect_finite(load(absl::StrCat("shapes { mesh { blob { digest: 'wall' } } world_from_object { ",
+                                        at(absl::StrCat(x, ",0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1")), " } } "))));
   };
   EXPECT_NEAR(with("-1"), with("1"), 2e-3 * with("1"));
 }
@@ -295,7 +308,8 @@ TEST(Intersection, TheProbeSaysWhatItChose) {
     const float x = -1 + 2 * static_cast<float>(i) / kStrips;
     strips.positions.insert(strips.positions.end(), {x, -1, 0, x, 1, 0});
     if (i < kStrips)
-      strips.indices.insert(strips.indices.end(), {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3});
+      strips.indices.insert(strips.indices.end(),
+                            {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3});
   }
   const TestBlobs blobs{{"bad", wire::encode_mesh(strips)}};
   const auto file = load(kMesh + "}", blobs);

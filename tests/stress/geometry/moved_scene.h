@@ -13,8 +13,8 @@ struct Move {
   std::array<double, 3> shift = {0, 0, 0};
 };
 
-/// Moves all that stands in world space: camera, shapes, instances, lights, and what textures look at. Point lights are
-/// made stronger so that the picture stays the same.
+/// Moves all that stands in world space: camera, shapes, instances, lights, and what textures look at. Point
+/// lights are made stronger so that the picture stays the same.
 inline void move_scene(const Move& move, v1::Scene& scene) {
   const auto place = [&](v1::Matrix& matrix) {
     auto& m = *matrix.mutable_elements();

@@ -27,8 +27,9 @@ v1::JobSpec small_job(std::uint32_t spp) {
   return job;
 }
 
-/// Spheres, cut and whole, a disk, a cylinder, instances near and far from the origin of their object, something that
-/// moves, textures in space and on surfaces, every kind of light that stands somewhere, and a lens.
+/// Spheres, cut and whole, a disk, a cylinder, instances near and far from the origin of their object,
+/// something that moves, textures in space and on surfaces, every kind of light that stands somewhere, and a
+/// lens.
 constexpr const char* kMixed = R"(
 film { width: 64 height: 64 filter { kind: BOX } }
 settings { max_depth: 6 }
@@ -125,10 +126,11 @@ TEST(MovedScene, MixedLooksTheSame) {
 TEST(MovedScene, ObjectsMayBeModelledFarFromTheirOrigin) {
   const client::Image image = mixed({}),
                       base = mixed({}, [](v1::Scene&scene) {
-                        // 'far' about its origin, and its instance where that puts it: 0.3 (1e7, -2e7, 3e7) goes over
-                        // from one translation to the other.
+                        // 'far' about its origin, and its instance where that puts it: 0.3 (1e7, -2e7, 3e7)
+                        // goes over from one translation to the other.
                         scene.mutable_objects(1)->mutable_shapes(0)->clear_world_from_object();
-                        auto& place = *scene.mutable_instances(2)->mutable_world_from_instance()->mutable_elements();
+                        auto& place =
+                            *scene.mutable_instances(2)->mutable_world_from_instance()->mutable_elements();
                         place[3] = 2.4, place[7] = 0.4, place[11] = -1;
                       });
   ASSERT_FALSE(image.channels.empty() || base.channels.empty());

@@ -1,5 +1,5 @@
-// Roots of spheres, disks and cylinders against arithmetic of 113 bits, which holds all that floats give exactly but
-// the square roots.
+// Roots of spheres, disks and cylinders against arithmetic of 113 bits, which holds all that floats give
+// exactly but the square roots.
 #include <string>
 #include <tuple>
 
@@ -98,7 +98,8 @@ Expected expected(const QuadricRecord& q, ShapeKind kind, Point origin, Point di
   const Quad discriminant = r * r - (n.x * n.x + n.y * n.y + dz * n.z * n.z);
   e.certain = magnitude(discriminant) > 16 * kUnit * magnitude(r * r);
   if (discriminant < 0) return e;
-  // The squares of radius and distance are off by a few roundings of the radius squared; so is the half chord's square.
+  // The squares of radius and distance are off by a few roundings of the radius squared; so is the half
+  // chord's square.
   const Quad half_chord = root(discriminant / a);
   const double slack = 8 * kUnit * magnitude(r * r / (a * half_chord + Quad(1e-300)));
   consider(middle - half_chord, slack);
@@ -144,7 +145,8 @@ struct Tally {
 };
 
 /// Rays to points about the quadric from `distance` away: through it, and past its outline by little.
-Tally compare(const ShapeTable& table, Point at, double size, double distance, bool from_camera, std::int64_t rays) {
+Tally compare(const ShapeTable& table, Point at, double size, double distance, bool from_camera,
+              std::int64_t rays) {
   const TracedTable traced(table, false);
   const QuadricRecord& q = table.quadrics[0];
   const ShapeKind kind = table.shapes[0].kind;
@@ -155,7 +157,8 @@ Tally compare(const ShapeTable& table, Point at, double size, double distance, b
     for (int i = 0; i < RayBatch::kSize; ++i) {
       const Point o = from_camera ? Point{} : at + random.direction() * (distance * size);
       const Point view = unit(at - o), side = unit(cross(view, random.direction()));
-      // Even over the disk of the outline for half of them; the others are close to it, at 1 +- 10^-1 .. 10^-7.
+      // Even over the disk of the outline for half of them; the others are close to it, at 1 +- 10^-1 ..
+      // 10^-7.
       const double near_outline = std::pow(10.0, -1 - 6 * random()) * (random() < 0.5 ? 1 : -1);
       const double r = i % 2 ? std::sqrt(random()) : 1 + near_outline;
       // The tangent touches a sphere at its outline: short of the plane through the centre.
@@ -189,14 +192,15 @@ TEST_P(QuadricRoots, AreThoseOfExactArithmetic) {
         const Point at = from_camera ? unit({0.3, -0.7, 0.65}) * (distance * size) : Point{};
         const ShapeTable table = quadric_table(kind, cut, size, at);
         const Tally tally = compare(table, at, size, distance, from_camera, stress_count(2.5e4, 1.5e5));
-        SCOPED_TRACE(testing::Message() << "size " << size << ", distance " << distance
-                                        << (from_camera ? ", from the camera: " : ": ") << tally.wrong << " wrong of "
-                                        << tally.rays << ", " << tally.off << " off, worst " << tally.worst);
+        SCOPED_TRACE(testing::Message()
+                     << "size " << size << ", distance " << distance
+                     << (from_camera ? ", from the camera: " : ": ") << tally.wrong << " wrong of "
+                     << tally.rays << ", " << tally.off << " off, worst " << tally.worst);
         EXPECT_EQ(tally.wrong, 0);
         EXPECT_EQ(tally.off, 0);
         EXPECT_GT(tally.hits, tally.rays / 20);
-        // Within 16 to 32 roundings of a decision: of rays that approach the outline by up to 1e-7, evenly in its
-        // logarithm.
+        // Within 16 to 32 roundings of a decision: of rays that approach the outline by up to 1e-7, evenly in
+        // its logarithm.
         EXPECT_LT(tally.uncertain, tally.rays / 5);
       }
     }
@@ -205,10 +209,12 @@ TEST_P(QuadricRoots, AreThoseOfExactArithmetic) {
 
 std::string name_of(const testing::TestParamInfo<std::tuple<ShapeKind, bool>>& info) {
   const char* names[] = {"Triangles", "Sphere", "Disk", "Cylinder"};
-  return std::string(names[static_cast<int>(std::get<0>(info.param))]) + (std::get<1>(info.param) ? "Cut" : "Whole");
+  return std::string(names[static_cast<int>(std::get<0>(info.param))]) +
+         (std::get<1>(info.param) ? "Cut" : "Whole");
 }
 INSTANTIATE_TEST_SUITE_P(All, QuadricRoots,
-                         testing::Combine(testing::Values(ShapeKind::kSphere, ShapeKind::kDisk, ShapeKind::kCylinder),
+                         testing::Combine(testing::Values(ShapeKind::kSphere, ShapeKind::kDisk,
+                                                          ShapeKind::kCylinder),
                                           testing::Bool()),
                          name_of);
 

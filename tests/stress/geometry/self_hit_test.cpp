@@ -1,5 +1,5 @@
-// Rays that leave a surface from the renderer's offset origins: they must not meet the surface again, nor slip past
-// what touches it.
+// Rays that leave a surface from the renderer's offset origins: they must not meet the surface again, nor
+// slip past what touches it.
 #include <limits>
 #include <string>
 #include <vector>
@@ -14,7 +14,8 @@ Affine affine(const std::array<Point, 3>& columns, Point at) {
   Affine a;
   for (int c = 0; c < 3; ++c) {
     const Point v = columns[static_cast<std::size_t>(c)];
-    a.m[c] = static_cast<float>(v.x), a.m[4 + c] = static_cast<float>(v.y), a.m[8 + c] = static_cast<float>(v.z);
+    a.m[c] = static_cast<float>(v.x), a.m[4 + c] = static_cast<float>(v.y),
+    a.m[8 + c] = static_cast<float>(v.z);
   }
   a.m[3] = static_cast<float>(at.x), a.m[7] = static_cast<float>(at.y), a.m[11] = static_cast<float>(at.z);
   return a;
@@ -25,9 +26,10 @@ Affine placement(double size, Point at, bool to_object) {
   const Point x = unit({0.6, 0.64, 0.48}), y = unit(cross({0.1, -0.2, 1}, x)), z = cross(x, y);
   if (!to_object) return affine({x * size, y * size, z * size}, at);
   const Point rows[3] = {x * (1 / size), y * (1 / size), z * (1 / size)};
-  return affine(
-      {Point{rows[0].x, rows[1].x, rows[2].x}, {rows[0].y, rows[1].y, rows[2].y}, {rows[0].z, rows[1].z, rows[2].z}},
-      Point{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
+  return affine({Point{rows[0].x, rows[1].x, rows[2].x},
+                 {rows[0].y, rows[1].y, rows[2].y},
+                 {rows[0].z, rows[1].z, rows[2].z}},
+                Point{-dot(rows[0], at), -dot(rows[1], at), -dot(rows[2], at)});
 }
 
 void add_quadric(ShapeTable& table, ShapeKind kind, const Affine& to, const Affine& from) {
@@ -41,7 +43,8 @@ void add_quadric(ShapeTable& table, ShapeKind kind, const Affine& to, const Affi
   table.world_shape_count = static_cast<std::int32_t>(table.shapes.size());
 }
 
-void add_mesh(ShapeTable& table, const std::vector<Point>& vertices, const std::vector<std::uint32_t>& triangles) {
+void add_mesh(ShapeTable& table, const std::vector<Point>& vertices,
+              const std::vector<std::uint32_t>& triangles) {
   ShapeRecord shape;
   shape.first_vertex = static_cast<std::int32_t>(table.vertices.size());
   shape.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);
@@ -71,7 +74,8 @@ std::vector<Point> cube(double size, Point at) {
 }
 
 enum class Solid { kSphere, kDisk, kCube, kRoundMesh, kInstancedSphere, kInstancedCube };
-constexpr const char* kSolidNames[] = {"Sphere", "Disk", "Cube", "RoundMesh", "InstancedSphere", "InstancedCube"};
+constexpr const char* kSolidNames[] = {"Sphere",          "Disk",         "Cube", "RoundMesh",
+                                       "InstancedSphere", "InstancedCube"};
 
 /// A convex solid of `size` at `at`, once; those of an instance are of size 1 within it.
 ShapeTable solid_table(Solid solid, double size, Point at) {
@@ -115,7 +119,8 @@ struct Tally {
   std::int64_t rays = 0, bad = 0;
 };
 
-/// Rays from outside meet the solid; from there rays leave to the outer side, every other one at 10^-1 to 10^-5 to it.
+/// Rays from outside meet the solid; from there rays leave to the outer side, every other one at 10^-1 to
+/// 10^-5 to it.
 Tally leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
   const TracedTable traced(table, false);
   const bool flat_solid = table.shapes[0].kind == ShapeKind::kDisk;
@@ -140,20 +145,23 @@ Tally leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
           continue;
         }
         const Point ng = unit({s.ng.x.lane(k), s.ng.y.lane(k), s.ng.z.lane(k)});
-        // The outer side: not always the one that the ray came from, which may have slipped in through an edge or touch
-        // the outline.
+        // The outer side: not always the one that the ray came from, which may have slipped in through an
+        // edge or touch the outline.
         const Point p{s.p.x.lane(k), s.p.y.lane(k), s.p.z.lane(k)};
         const double side = (flat_solid ? -dot(ng, batch.direction(i)) : dot(ng, p - at)) > 0 ? 1 : -1;
         const Point d = random.direction();
         const Point flat = unit(d - ng * dot(d, ng));
         // Closer to the surface than floats hold directions, the side itself is rounding.
-        const double cosine = std::max(i % 2 ? std::abs(dot(d, ng)) : std::pow(10.0, -1 - 4 * random()), 1e-5);
+        const double cosine =
+            std::max(i % 2 ? std::abs(dot(d, ng)) : std::pow(10.0, -1 - 4 * random()), 1e-5);
         const Point out = unit(flat * std::sqrt(1 - cosine * cosine) + ng * (side * cosine));
-        w[0][k] = static_cast<float>(out.x), w[1][k] = static_cast<float>(out.y), w[2][k] = static_cast<float>(out.z);
+        w[0][k] = static_cast<float>(out.x), w[1][k] = static_cast<float>(out.y),
+        w[2][k] = static_cast<float>(out.z);
       }
       const Vec3 out{Float::load(w[0]), Float::load(w[1]), Float::load(w[2])};
       const Vec3 origin = offset_origin(s, out);
-      origin.x.store(leaving.ox + first), origin.y.store(leaving.oy + first), origin.z.store(leaving.oz + first);
+      origin.x.store(leaving.ox + first), origin.y.store(leaving.oy + first),
+          origin.z.store(leaving.oz + first);
       out.x.store(leaving.dx + first), out.y.store(leaving.dy + first), out.z.store(leaving.dz + first);
     }
     std::fill_n(leaving.distance, RayBatch::kSize, static_cast<float>(10 * size));
@@ -184,18 +192,21 @@ TEST_P(SelfHit, NoneOnConvexSolids) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<Solid>& info) { return kSolidNames[static_cast<int>(info.param)]; }
+std::string name_of(const testing::TestParamInfo<Solid>& info) {
+  return kSolidNames[static_cast<int>(info.param)];
+}
 INSTANTIATE_TEST_SUITE_P(All, SelfHit,
                          testing::Values(Solid::kSphere, Solid::kDisk, Solid::kCube, Solid::kRoundMesh,
                                          Solid::kInstancedSphere, Solid::kInstancedCube),
                          name_of);
 
-/// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the floor
-/// below.
+/// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the
+/// floor below.
 Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
   constexpr double kGap = 1e-3;
   const Affine turned = placement(1, {}, false);
-  const Point up{turned.m[2], turned.m[6], turned.m[10]}, x{turned.m[0], turned.m[4], turned.m[8]}, y = cross(up, x);
+  const Point up{turned.m[2], turned.m[6], turned.m[10]}, x{turned.m[0], turned.m[4], turned.m[8]},
+      y = cross(up, x);
   // The lowest point of the solids is one size below their centre.
   ShapeTable table = solid_table(solid, size, at);
   const Point floor = at - up * ((1 + kGap) * size);
@@ -244,19 +255,20 @@ TEST(ContactShadow, LetsNoLightThrough) {
       for (const double distance : {0.0, 10.0, 100.0}) {
         const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
         const Tally tally = leak(solid, size, at, stress_count(1e5, 5e5));
-        EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", " << distance
-                                << " sizes from the camera";
+        EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", "
+                                << distance << " sizes from the camera";
       }
     }
   }
 }
 
-/// Products of four lengths are beyond floats from 10^-10 and 10^10 on; Embree's own, of three, from 10^-12 and 10^12.
+/// Products of four lengths are beyond floats from 10^-10 and 10^10 on; Embree's own, of three, from 10^-12
+/// and 10^12.
 TEST(TriangleNormals, AreRightAtAnySize) {
   for (const double size : {1e-12, 1e-11, 1e-9, 1.0, 1e9, 1e11, 1e12}) {
     SCOPED_TRACE(testing::Message() << "size " << size);
-    const Point a = Point{0.3, 0.1, 3} * size, b = Point{1.1, 0.2, 3.3} * size, c = Point{0.2, 0.9, 2.8} * size,
-                n = unit(cross(b - a, c - a));
+    const Point a = Point{0.3, 0.1, 3} * size, b = Point{1.1, 0.2, 3.3} * size,
+                c = Point{0.2, 0.9, 2.8} * size, n = unit(cross(b - a, c - a));
     ShapeTable table;
     add_mesh(table, {a, b, c}, {0, 1, 2});
     const TracedTable traced(table, false);

@@ -1,5 +1,5 @@
-// A table of shapes in Embree's hands, and rays through it by the renderer's own code: its packets, its hit points, its
-// offset rays.
+// A table of shapes in Embree's hands, and rays through it by the renderer's own code: its packets, its hit
+// points, its offset rays.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -78,22 +78,25 @@ class TracedTable {
   TracedTable(const ShapeTable& table, bool robust) : table_(table) {
     const GeometryCallbacks callbacks{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf,
                                       &filter_alpha};
-    auto built = Accelerator::build(table, textures_, callbacks, {1, TESSERA_STRESS_STRING(TESSERA_ISA), robust});
+    auto built =
+        Accelerator::build(table, textures_, callbacks, {1, TESSERA_STRESS_STRING(TESSERA_ISA), robust});
     EXPECT_TRUE(built.ok()) << built.status();
     accelerator_ = *std::move(built);
   }
 
   void nearest(RayBatch& r, int n = RayBatch::kSize, Traversal traversal = Traversal::kIncoherent) const {
-    trace_nearest(accelerator_->scene(), r.arrays(), n, traversal, static_cast<std::int32_t>(table_.shapes.size()),
+    trace_nearest(accelerator_->scene(), r.arrays(), n, traversal,
+                  static_cast<std::int32_t>(table_.shapes.size()),
                   {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
   }
   /// Of 16 rays from `first` on that nearest() has traced.
   Surface surface(const RayBatch& r, int first) const {
     const Hit hit{Float::load(r.t + first),       Float::load(r.u + first),   Float::load(r.v + first),
                   Int::load(r.primitive + first), Int::load(r.shape + first), Int::load(r.instance + first)};
-    return surface_at(table_, hit, {Float::load(r.ox + first), Float::load(r.oy + first), Float::load(r.oz + first)},
-                      {Float::load(r.dx + first), Float::load(r.dy + first), Float::load(r.dz + first)}, hit.shape >= 0,
-                      true);
+    return surface_at(table_, hit,
+                      {Float::load(r.ox + first), Float::load(r.oy + first), Float::load(r.oz + first)},
+                      {Float::load(r.dx + first), Float::load(r.dy + first), Float::load(r.dz + first)},
+                      hit.shape >= 0, true);
   }
   /// Leaves a negative distance where something lies within it.
   void shadow(RayBatch& r, int n = RayBatch::kSize, Traversal traversal = Traversal::kIncoherent) const {

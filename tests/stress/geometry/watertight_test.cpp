@@ -45,8 +45,8 @@ Holes count_holes(const ShapeTable& table, const TracedTable& traced, Point cent
 struct Place {
   double centre, radius;
 };
-// Up to a ratio of centre to radius of 1e5: there floats are 8e-3 of the radius apart, and the mesh's own triangles are
-// 3e-2 wide.
+// Up to a ratio of centre to radius of 1e5: there floats are 8e-3 of the radius apart, and the mesh's own
+// triangles are 3e-2 wide.
 constexpr Place kPlaces[] = {{0, 1}, {1e3, 1}, {1e5, 100}, {1e5, 1}, {1e7, 1e4}, {1e7, 100}};
 
 TEST(Watertight, RobustTestsLeaveNoHoles) {
@@ -58,15 +58,18 @@ TEST(Watertight, RobustTestsLeaveNoHoles) {
     const TracedTable traced(table, true);
     const auto rays = stress_count(3e5, 1.7e7);  // 10^8 in all places together
     EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kAnywhere, rays).missed, 0);
-    EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kEdges, stress_count(3e5, 2e6)).missed, 0);
-    // Of the triangles about a vertex, each is told apart from its neighbour without gaps, but a ray within a rounding
-    // of the vertex itself may be outside of all of them: a limit of Embree (docs/numerics.md). A ray at random comes
-    // as close once in 10^10.
-    EXPECT_LT(count_holes(table, traced, centre, place.radius, Aim::kVertices, stress_count(3e5, 2e6)).rate(), 1e-2);
+    EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kEdges, stress_count(3e5, 2e6)).missed,
+              0);
+    // Of the triangles about a vertex, each is told apart from its neighbour without gaps, but a ray within a
+    // rounding of the vertex itself may be outside of all of them: a limit of Embree (docs/numerics.md). A
+    // ray at random comes as close once in 10^10.
+    EXPECT_LT(count_holes(table, traced, centre, place.radius, Aim::kVertices, stress_count(3e5, 2e6)).rate(),
+              1e-2);
   }
 }
 
-/// Rays from the camera to the side of a closed mesh that faces it: those that meet what is behind, or nothing.
+/// Rays from the camera to the side of a closed mesh that faces it: those that meet what is behind, or
+/// nothing.
 Holes look_at_front(const TracedTable& traced, Point centre, double radius, std::int64_t rays) {
   Numbers random(5);
   RayBatch batch;
@@ -112,7 +115,8 @@ TEST(IntersectionProbe, TellsWhereFastTestsLeak) {
     // Fast tests stay where they are safe, and go where they are not. Up to 10 misses are noise.
     if (!probe.wants_robust()) {
       ++safe;
-      EXPECT_LT(static_cast<double>(fast.missed), 2 * IntersectionProbe::kSafeLeak * static_cast<double>(rays) + 10);
+      EXPECT_LT(static_cast<double>(fast.missed),
+                2 * IntersectionProbe::kSafeLeak * static_cast<double>(rays) + 10);
     } else {
       ++unsafe;
       EXPECT_LT(static_cast<double>(robust.missed), 0.1 * static_cast<double>(fast.missed) + 10);

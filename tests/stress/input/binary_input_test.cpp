@@ -15,8 +15,16 @@ namespace tessera::stress {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kBadFloats[] = {
-    std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f, -3e38f, 1e20f, 1e12f, 1e-45f, 0, -1};
+constexpr float kBadFloats[] = {std::numeric_limits<float>::quiet_NaN(),
+                                kInfinity,
+                                -kInfinity,
+                                3e38f,
+                                -3e38f,
+                                1e20f,
+                                1e12f,
+                                1e-45f,
+                                0,
+                                -1};
 
 class BinaryInput : public testing::Test {
  protected:
@@ -62,7 +70,8 @@ std::string as_it_is(const std::string& bytes) { return bytes; }
 
 TEST_F(BinaryInput, PlyOfBothEnds) {
   const auto scene = mitsuba_scene("<shape type='ply'><string name='filename' value='mesh.ply'/></shape>");
-  for (const bool big_endian : {false, true}) walk(binary_ply(big_endian), in_folder("mesh.ply"), scene, as_it_is);
+  for (const bool big_endian : {false, true})
+    walk(binary_ply(big_endian), in_folder("mesh.ply"), scene, as_it_is);
 }
 
 TEST_F(BinaryInput, Serialized) {
@@ -73,14 +82,17 @@ TEST_F(BinaryInput, Serialized) {
 
 TEST_F(BinaryInput, VolumeAsMedium) {
   const auto scene = mitsuba_scene(
-      "<shape type='cube'><bsdf type='null'/><medium type='heterogeneous' name='interior'><volume type='gridvolume' "
+      "<shape type='cube'><bsdf type='null'/><medium type='heterogeneous' name='interior'><volume "
+      "type='gridvolume' "
       "name='sigma_t'>"
-      "<string name='filename' value='grid.vol'/></volume><float name='albedo' value='.8'/></medium></shape>");
+      "<string name='filename' value='grid.vol'/></volume><float name='albedo' "
+      "value='.8'/></medium></shape>");
   walk(volume_file(), in_folder("grid.vol"), scene, as_it_is);
 }
 
 TEST_F(BinaryInput, VolumeAsDistance) {
-  const auto scene = mitsuba_scene("<shape type='sdfgrid'><string name='filename' value='grid.vol'/></shape>");
+  const auto scene =
+      mitsuba_scene("<shape type='sdfgrid'><string name='filename' value='grid.vol'/></shape>");
   BinaryFile file = volume_file();
   const float inside = -3;
   std::memcpy(file.bytes.data() + file.first_number + 4 * 6, &inside, 4);
@@ -89,7 +101,8 @@ TEST_F(BinaryInput, VolumeAsDistance) {
 
 /// A bad pixel in an image that colours, bends, hides, lights or surrounds things.
 TEST_F(BinaryInput, Images) {
-  const std::string image = "<texture type='bitmap' name='NAME'><string name='filename' value='FILE'/></texture>";
+  const std::string image =
+      "<texture type='bitmap' name='NAME'><string name='filename' value='FILE'/></texture>";
   const std::string rectangle_begin =
       "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/></transform>";
   const std::string uses[] = {
@@ -110,7 +123,8 @@ TEST_F(BinaryInput, Images) {
   InputJudge judge;
   for (const std::string& use : uses) {
     std::string element = use;
-    for (const char* name : {"reflectance", "alpha", "roughness", "arbitrary", "normalmap", "opacity", "radiance"}) {
+    for (const char* name :
+         {"reflectance", "alpha", "roughness", "arbitrary", "normalmap", "opacity", "radiance"}) {
       const std::string here = std::string(">") + name + "<";
       element = replace_all(element, here, ">" + replace_all(image, "NAME", name) + "<");
     }

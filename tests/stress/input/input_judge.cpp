@@ -26,7 +26,8 @@ namespace {
 // A sound case takes milliseconds; all of these are hangs.
 constexpr std::chrono::seconds kPatience{20};
 
-/// Which of the scene's elements an error of the renderer is about: importers put file and line into the names.
+/// Which of the scene's elements an error of the renderer is about: importers put file and line into the
+/// names.
 bool names_element(const std::string& message, const std::string& file) {
   static const std::regex kElement(
       R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|film|settings)(:|\.)))");
@@ -37,7 +38,8 @@ absl::StatusOr<render::BlobBytes> bytes_of(const client::SceneBlob& blob) {
   if (blob.file.empty()) return render::BlobBytes{blob.bytes, nullptr};
   std::ifstream in(blob.file, std::ios::binary);
   if (!in) return absl::NotFoundError(blob.file);
-  auto bytes = std::make_shared<std::string>(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  auto bytes =
+      std::make_shared<std::string>(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
   return render::BlobBytes{*bytes, bytes};
 }
 
@@ -89,9 +91,9 @@ class InputJudge::Watchdog {
 };
 
 std::string Tally::to_string() const {
-  return absl::StrCat(cases(), " cases: ", refused_by_importer, " refused by the importer, ", refused_by_renderer,
-                      " by the renderer, ", rendered, " rendered, ", with_dropped_samples,
-                      " of them with samples dropped");
+  return absl::StrCat(cases(), " cases: ", refused_by_importer, " refused by the importer, ",
+                      refused_by_renderer, " by the renderer, ", rendered, " rendered, ",
+                      with_dropped_samples, " of them with samples dropped");
 }
 
 InputJudge::InputJudge() : watchdog_(std::make_unique<Watchdog>()), isa_(render::supported_isas().front()) {}
@@ -128,7 +130,9 @@ std::string InputJudge::render(const v1::Scene& scene, const std::vector<client:
   if (!loaded.ok()) {
     ++tally_.refused_by_renderer;
     const std::string message(loaded.status().message());
-    return names_element(message, file) ? "" : absl::StrCat("an error that names no element of the scene: ", message);
+    return names_element(message, file)
+               ? ""
+               : absl::StrCat("an error that names no element of the scene: ", message);
   }
   ++tally_.rendered;
   std::stop_source stop;
@@ -136,13 +140,15 @@ std::string InputJudge::render(const v1::Scene& scene, const std::vector<client:
   std::mutex mutex;
   const std::jthread timer([&](std::stop_token ended) {
     std::unique_lock lock(mutex);
-    if (!done.wait_for(lock, ended, kPatience, [] { return false; }) && !ended.stop_requested()) stop.request_stop();
+    if (!done.wait_for(lock, ended, kPatience, [] { return false; }) && !ended.stop_requested())
+      stop.request_stop();
   });
   render::RenderStats stats;
   const auto tile = (*loaded)->render_tile({0, 0, 8, 8, 0, 2}, stop.get_token(), stats);
   if (!tile.ok()) return absl::StrCat("no picture: ", std::string(tile.status().message()));
   tally_.with_dropped_samples += stats.dropped_samples > 0;
-  const auto bad = std::find_if(tile->values.begin(), tile->values.end(), [](float x) { return !std::isfinite(x); });
+  const auto bad =
+      std::find_if(tile->values.begin(), tile->values.end(), [](float x) { return !std::isfinite(x); });
   if (bad == tile->values.end()) return "";
   return absl::StrCat("a pixel of channel ", (bad - tile->values.begin()) / 64, " is ", *bad);
 }

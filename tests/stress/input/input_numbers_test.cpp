@@ -1,4 +1,5 @@
-// Bad numbers in every place of text files that has a number: refused with file and line, or a finite picture.
+// Bad numbers in every place of text files that has a number: refused with file and line, or a finite
+// picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,8 @@ struct Case {
   std::string_view number;
 };
 
-/// Every bad number at every place, shuffled (the same way always), and of those `most` unless all are asked for.
+/// Every bad number at every place, shuffled (the same way always), and of those `most` unless all are asked
+/// for.
 std::vector<Case> cases_of(std::string_view text, TextKind kind, std::size_t most) {
   std::vector<Case> cases;
   for (const NumberSite site : number_sites(text, kind)) {
@@ -44,10 +46,11 @@ std::string line_of(const std::string& text, std::size_t at) {
   return text.substr(begin, std::min(text.find('\n', at), text.size()) - begin);
 }
 
-/// All cases of one text, which stands in the file `bad` that `scene` (the same, or one that refers to it) is read
-/// with.
-void walk(const std::string& text, TextKind kind, const std::filesystem::path& bad, const std::filesystem::path& scene,
-          std::size_t most, std::chrono::seconds budget = std::chrono::seconds(25)) {
+/// All cases of one text, which stands in the file `bad` that `scene` (the same, or one that refers to it) is
+/// read with.
+void walk(const std::string& text, TextKind kind, const std::filesystem::path& bad,
+          const std::filesystem::path& scene, std::size_t most,
+          std::chrono::seconds budget = std::chrono::seconds(25)) {
   InputJudge judge;
   const bool same = bad == scene;
   const auto complaint_about = [&](const std::string& changed) {
@@ -114,11 +117,12 @@ TEST_F(InputNumbers, AsciiPly) {
 
 TEST_F(InputNumbers, Obj) {
   const auto scene = in_folder("scene.xml");
-  write_bytes(scene,
-              "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0 3 3' "
-              "target='0 0 0' "
-              "up='0 1 0'/></transform></sensor><emitter type='constant'/><shape type='obj'><string name='filename' "
-              "value='mesh.obj'/></shape></scene>");
+  write_bytes(
+      scene,
+      "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0 3 3' "
+      "target='0 0 0' "
+      "up='0 1 0'/></transform></sensor><emitter type='constant'/><shape type='obj'><string name='filename' "
+      "value='mesh.obj'/></shape></scene>");
   walk(obj_square(), TextKind::kPlain, in_folder("mesh.obj"), scene, 150);
 }
 

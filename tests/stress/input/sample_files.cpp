@@ -21,8 +21,10 @@ std::string bytes_of(const std::vector<T>& values) {
 }
 
 /// x y z, normal, u v of the four corners.
-constexpr float kCorners[4][8] = {
-    {-1, 0, -1, 0, 1, 0, 0, 0}, {1, 0, -1, 0, 1, 0, 1, 0}, {1, 0, 1, 0, 1, 0, 1, 1}, {-1, 0, 1, 0, 1, 0, 0, 1}};
+constexpr float kCorners[4][8] = {{-1, 0, -1, 0, 1, 0, 0, 0},
+                                  {1, 0, -1, 0, 1, 0, 1, 0},
+                                  {1, 0, 1, 0, 1, 0, 1, 1},
+                                  {-1, 0, 1, 0, 1, 0, 0, 1}};
 constexpr std::uint32_t kFaces[2][3] = {{0, 2, 1}, {0, 3, 2}};
 
 wire::MeshData square() {
@@ -80,7 +82,9 @@ void write_image(const std::filesystem::path& path, int width, const std::vector
   const auto output = OIIO::ImageOutput::create(path.string());
   if (!output) return;
   const std::string ending = path.extension().string();
-  const auto format = half ? OIIO::TypeDesc::HALF : ending == ".png" ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::FLOAT;
+  const auto format = half               ? OIIO::TypeDesc::HALF
+                      : ending == ".png" ? OIIO::TypeDesc::UINT16
+                                         : OIIO::TypeDesc::FLOAT;
   const int height = static_cast<int>(rgb.size()) / (3 * width);
   if (output->open(path.string(), OIIO::ImageSpec(width, height, 3, format))) {
     output->write_image(OIIO::TypeDesc::FLOAT, rgb.data());
@@ -128,7 +132,8 @@ std::string ascii_ply() {
 }
 
 std::string obj_square() {
-  return "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvn 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 3/3/1 2/2/1\nf "
+  return "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvn 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 3/3/1 "
+         "2/2/1\nf "
          "-4/1/1 4/4/1 3/3/1\n";
 }
 
@@ -148,7 +153,8 @@ BinaryFile raw_serialized() {
 std::string compress_serialized(const std::string& raw) {
   std::string compressed(compressBound(raw.size()), '\0');
   uLongf size = compressed.size();
-  compress(reinterpret_cast<Bytef*>(compressed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()), raw.size());
+  compress(reinterpret_cast<Bytef*>(compressed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+           raw.size());
   return std::string("\x1c\x04\x04\x00", 4) + compressed.substr(0, size);
 }
 

@@ -15,12 +15,13 @@ void write_blobs_of_the_sample(const std::filesystem::path& folder);
 void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 std::string read_bytes(const std::filesystem::path& path);
 
-/// An RGB image of `width` columns, with 32-bit floats where the format (by the name's ending) has them. Half floats:
-/// EXR only.
-void write_image(const std::filesystem::path& path, int width, const std::vector<float>& rgb, bool half = false);
+/// An RGB image of `width` columns, with 32-bit floats where the format (by the name's ending) has them. Half
+/// floats: EXR only.
+void write_image(const std::filesystem::path& path, int width, const std::vector<float>& rgb,
+                 bool half = false);
 
-/// A unit square of two triangles with normals and texture coordinates: 48 numbers of vertices from byte `first_number`
-/// on.
+/// A unit square of two triangles with normals and texture coordinates: 48 numbers of vertices from byte
+/// `first_number` on.
 struct BinaryFile {
   std::string bytes;
   std::size_t first_number = 0;

@@ -1,4 +1,5 @@
-// The worker takes a Scene message from anybody: bad numbers in each of its fields, without an importer before it.
+// The worker takes a Scene message from anybody: bad numbers in each of its fields, without an importer
+// before it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -50,7 +51,8 @@ constexpr double kBadDoubles[] = {std::numeric_limits<double>::quiet_NaN(),
                                   -1};
 constexpr std::uint64_t kBadIntegers[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, ~std::uint64_t{0}};
 
-/// Puts bad number `which` into element `index` (of a repeated field). Numbers beyond a field's type are cut to it.
+/// Puts bad number `which` into element `index` (of a repeated field). Numbers beyond a field's type are cut
+/// to it.
 void put(Message& message, const FieldDescriptor* field, int index, std::size_t which) {
   const auto* reflection = message.GetReflection();
   const double real = kBadDoubles[which % std::size(kBadDoubles)];
@@ -58,7 +60,8 @@ void put(Message& message, const FieldDescriptor* field, int index, std::size_t 
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_FLOAT: {
       const auto x = static_cast<float>(real);
-      index < 0 ? reflection->SetFloat(&message, field, x) : reflection->SetRepeatedFloat(&message, field, index, x);
+      index < 0 ? reflection->SetFloat(&message, field, x)
+                : reflection->SetRepeatedFloat(&message, field, index, x);
       break;
     }
     case FieldDescriptor::CPPTYPE_DOUBLE:
@@ -80,8 +83,8 @@ void put(Message& message, const FieldDescriptor* field, int index, std::size_t 
 }
 
 std::size_t ways(const FieldDescriptor* field) {
-  const bool real =
-      field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT || field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+  const bool real = field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT ||
+                    field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
   return real ? std::size(kBadDoubles) : std::size(kBadIntegers);
 }
 
@@ -108,7 +111,8 @@ void for_each_number(Message& message, const std::string& path, const Visit& vis
 }
 
 /// Names of the floating-point fields of a message and all that it may hold.
-void fields_of(const Descriptor* descriptor, std::set<const Descriptor*>& seen, std::set<std::string>& names) {
+void fields_of(const Descriptor* descriptor, std::set<const Descriptor*>& seen,
+               std::set<std::string>& names) {
   if (!seen.insert(descriptor).second) return;
   for (int i = 0; i < descriptor->field_count(); ++i) {
     const FieldDescriptor* field = descriptor->field(i);
@@ -164,10 +168,12 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
   for (client::ImportedScene& sample : samples_) {
     ASSERT_EQ(judge.judge_scene(sample.scene, sample.blobs), "");
     std::size_t numbers = 0;
-    for_each_number(sample.scene, "", [&](Message&, const FieldDescriptor* field, int, const std::string& path) {
-      for (std::size_t way = 0; way < ways(field); ++way) cases.push_back({&sample, numbers, way, path});
-      ++numbers;
-    });
+    for_each_number(sample.scene, "",
+                    [&](Message&, const FieldDescriptor* field, int, const std::string& path) {
+                      for (std::size_t way = 0; way < ways(field); ++way)
+                        cases.push_back({&sample, numbers, way, path});
+                      ++numbers;
+                    });
   }
   ASSERT_EQ(judge.tally().rendered, 2u);
   std::mt19937 random(2);
@@ -179,9 +185,10 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
     if (std::chrono::steady_clock::now() > until) break;
     v1::Scene scene = c.sample->scene;
     std::size_t i = 0;
-    for_each_number(scene, "", [&](Message& message, const FieldDescriptor* field, int index, const std::string&) {
-      if (i++ == c.number) put(message, field, index, c.way);
-    });
+    for_each_number(scene, "",
+                    [&](Message& message, const FieldDescriptor* field, int index, const std::string&) {
+                      if (i++ == c.number) put(message, field, index, c.way);
+                    });
     EXPECT_EQ(judge.judge_scene(scene, c.sample->blobs), "") << c.path << ", way " << c.way;
   }
   std::printf("messages of %zu: %s\n", cases.size(), judge.tally().to_string().c_str());

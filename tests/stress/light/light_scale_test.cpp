@@ -1,5 +1,5 @@
-// Irradiance under lights of every kind and of any size, and under a sun in a picture of the sky: rendered with
-// everything on (light and BSDF sampling), against formulas and quadrature in double precision.
+// Irradiance under lights of every kind and of any size, and under a sun in a picture of the sky: rendered
+// with everything on (light and BSDF sampling), against formulas and quadrature in double precision.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,8 +35,8 @@ std::string placed(double size, double height) {
          number(height) + ", 0,0,0,1] }";
 }
 
-/// Mean of what a small patch of a white floor below the light reflects, times pi: the irradiance. In units of `scale`,
-/// the floor is a disk of radius 2 and the camera looks at its middle from 0.6 away.
+/// Mean of what a small patch of a white floor below the light reflects, times pi: the irradiance. In units
+/// of `scale`, the floor is a disk of radius 2 and the camera looks at its middle from 0.6 away.
 double irradiance(const std::string& lights, double scale, const TestBlobs& blobs = {}) {
   const double at[] = {0.5 * scale, 0.3 * scale};
   const double l = std::hypot(0.5, 0.3);
@@ -44,8 +44,8 @@ double irradiance(const std::string& lights, double scale, const TestBlobs& blob
   const std::string scene = absl::StrCat(
       "materials { name: 'white' diffuse { reflectance { constant { constant: 1 } } } }",
       "shapes { name: 'floor' disk { radius: ", 2 * scale, " } material: 'white' } ", lights,
-      "camera { perspective { fov_degrees: 0.01 } world_from_camera { elements: [", "0,", -0.3 / l, ",", -0.5 / l, ",",
-      at[0], ", 1,0,0,0, 0,", 0.5 / l, ",", -0.3 / l, ",", at[1], ", 0,0,0,1] } }",
+      "camera { perspective { fov_degrees: 0.01 } world_from_camera { elements: [", "0,", -0.3 / l, ",",
+      -0.5 / l, ",", at[0], ", 1,0,0,0, 0,", 0.5 / l, ",", -0.3 / l, ",", at[1], ", 0,0,0,1] } }",
       "film { width: 8 height: 8 } settings { integrator: 'path' sampler: 'sobol' max_depth: 1 spp: 4096 }");
   const auto file = load_scene_text(scene, {}, render::supported_isas().front(), blobs);
   EXPECT_TRUE(file.ok()) << file.status() << scene;
@@ -81,8 +81,9 @@ std::vector<Emitter> emitters() {
        [](double s) { return kPi * std::pow(s / (1 + s), 2); }, 1e5},
       {"disk",
        [](double s, double scale) {
-         return absl::StrCat("shapes { name: 'lamp' disk { radius: 1 } reverse_orientation: true world_from_object ",
-                             placed(s * scale, scale), kGlow);
+         return absl::StrCat(
+             "shapes { name: 'lamp' disk { radius: 1 } reverse_orientation: true world_from_object ",
+             placed(s * scale, scale), kGlow);
        },
        [](double s) { return kPi * s * s / (1 + s * s); }, 1e6},
       {"square",
@@ -90,8 +91,8 @@ std::vector<Emitter> emitters() {
          return absl::StrCat("shapes { name: 'lamp' mesh { blob { digest: 'square' } } world_from_object ",
                              placed(s * scale, scale), kGlow);
        },
-       // Four times the form factor of a rectangle with a corner above the point [Howell, A Catalog of Radiation Heat
-       // Transfer Configuration Factors, B-3].
+       // Four times the form factor of a rectangle with a corner above the point [Howell, A Catalog of
+       // Radiation Heat Transfer Configuration Factors, B-3].
        [](double s) { return 4 * s / std::sqrt(1 + s * s) * std::atan(s / std::sqrt(1 + s * s)); }, 1e6},
       {"tube",
        [](double s, double scale) {
@@ -110,22 +111,24 @@ std::vector<Emitter> emitters() {
   };
 }
 
-// 2^18 Sobol' samples of a bounded integrand: a part in 10^4 (the worst of the table in docs/numerics.md). What is left
-// of the tenth of a per cent is for the renderer.
+// 2^18 Sobol' samples of a bounded integrand: a part in 10^4 (the worst of the table in docs/numerics.md).
+// What is left of the tenth of a per cent is for the renderer.
 constexpr double kTolerance = 1e-3;
 
 TEST(LightScale, EmittersOfAnySizeInScenesOfAnySize) {
   const TestBlobs blobs = {{"square", square_below()}};
   const std::vector<double> scales =
       long_form() ? std::vector<double>{1e-6, 1e-3, 1, 1e3, 1e6} : std::vector<double>{1e-6, 1, 1e6};
-  const std::vector<double> sizes = long_form() ? std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6}
-                                                : std::vector<double>{1e-3, 1, 1e3, 1e4, 1e5, 1e6};
+  const std::vector<double> sizes = long_form()
+                                        ? std::vector<double>{1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6}
+                                        : std::vector<double>{1e-3, 1, 1e3, 1e4, 1e5, 1e6};
   for (const Emitter& emitter : emitters()) {
     double worst = 0;
     for (const double scale : scales) {
       for (const double s : sizes) {
         if (s > emitter.largest) continue;
-        const double expected = emitter.irradiance(s), found = irradiance(emitter.scene(s, scale), scale, blobs);
+        const double expected = emitter.irradiance(s),
+                     found = irradiance(emitter.scene(s, scale), scale, blobs);
         EXPECT_NEAR(found, expected, kTolerance * expected)
             << emitter.name << " of size " << s << ", scene of size " << scale;
         worst = std::max(worst, std::abs(found / expected - 1));
@@ -156,8 +159,9 @@ TEST(LightScale, PointsSpotsAndProjectorsAtAnyDistance) {
         absl::StrCat("world_from_light { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,", scale, ", 0,0,0,1] }");
     const std::string lights[] = {
         absl::StrCat("lights { point { position { ", up, " } intensity { constant: 2 } } }"),
-        absl::StrCat("lights { spot { position { ", up,
-                     " } target { } intensity { constant: 2 } cone_angle_degrees: 30 cone_delta_degrees: 5 } }"),
+        absl::StrCat(
+            "lights { spot { position { ", up,
+            " } target { } intensity { constant: 2 } cone_angle_degrees: 30 cone_delta_degrees: 5 } }"),
         absl::StrCat("lights { projection { ", down, " fov_degrees: 40 intensity { constant: 2 } } }"),
         absl::StrCat("lights { goniometric { ", down, " intensity { constant: 2 } } }")};
     for (const std::string& light : lights) {
@@ -179,10 +183,10 @@ std::string pfm(int width, int height, const std::vector<float>& grey) {
   return bytes;
 }
 
-/// A sky of radiance 1 with a sun of 1e5 and half a degree across, in a map of four texels a degree. The map is
-/// interpolated as the renderer does, after Mitsuba 3: columns have their centres at half-integers, the first and last
-/// rows lie on the poles. Its integral over the upper half, times the cosine: exact along a row, by eight midpoints
-/// from row to row.
+/// A sky of radiance 1 with a sun of 1e5 and half a degree across, in a map of four texels a degree. The map
+/// is interpolated as the renderer does, after Mitsuba 3: columns have their centres at half-integers, the
+/// first and last rows lie on the poles. Its integral over the upper half, times the cosine: exact along a
+/// row, by eight midpoints from row to row.
 TEST(LightScale, SunInASky) {
   constexpr int kWidth = 1440, kHeight = 720;
   for (const double elevation : {80.0, 45.0, 5.0}) {
@@ -202,7 +206,8 @@ TEST(LightScale, SunInASky) {
       }
     }
     const auto texel = [&](int x, int y) {
-      return double{sky[static_cast<std::size_t>(std::clamp(y, 0, kHeight - 1) * kWidth + (x + kWidth) % kWidth)]};
+      return double{
+          sky[static_cast<std::size_t>(std::clamp(y, 0, kHeight - 1) * kWidth + (x + kWidth) % kWidth)]};
     };
     double expected = 0;
     constexpr int kSteps = 8;
@@ -220,7 +225,8 @@ TEST(LightScale, SunInASky) {
     }
     // Up in the map is +y: turned to +z.
     const std::string light =
-        "lights { infinite { image { digest: 'sky' path: 'sky.pfm' } mapping: LATITUDE_LONGITUDE radiance { constant: "
+        "lights { infinite { image { digest: 'sky' path: 'sky.pfm' } mapping: LATITUDE_LONGITUDE radiance { "
+        "constant: "
         "1 } "
         "world_from_light { elements: [1,0,0,0, 0,0,-1,0, 0,1,0,0, 0,0,0,1] } } }";
     const double found = irradiance(light, 1, {{"sky", pfm(kWidth, kHeight, sky)}});

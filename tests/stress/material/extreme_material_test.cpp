@@ -1,5 +1,5 @@
-// Parameters at and beyond the ends of their range, for every kind of material: a finite picture, or an error that
-// names the material.
+// Parameters at and beyond the ends of their range, for every kind of material: a finite picture, or an error
+// that names the material.
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
@@ -28,19 +28,24 @@ struct Kind {
 };
 constexpr Kind kKinds[] = {
     {"conductor",
-     "conductor { roughness { u { ROUGH } v { ROUGH } } eta { constant { constant: ETA } } k { constant { constant: 2 "
+     "conductor { roughness { u { ROUGH } v { ROUGH } } eta { constant { constant: ETA } } k { constant { "
+     "constant: 2 "
      "} } }"},
     {"conductor_k",
-     "conductor { roughness { u { ROUGH } v { constant: 0.2 } } eta { constant { constant: 0.5 } } k { constant { "
+     "conductor { roughness { u { ROUGH } v { constant: 0.2 } } eta { constant { constant: 0.5 } } k { "
+     "constant { "
      "constant: ETA } } }"},
     {"metal",
-     "conductor { roughness { u { ROUGH } v { ROUGH } distribution: BECKMANN } reflectance { constant { constant: ETA "
+     "conductor { roughness { u { ROUGH } v { ROUGH } distribution: BECKMANN } reflectance { constant { "
+     "constant: ETA "
      "} } }"},
     {"dielectric", "dielectric { roughness { u { ROUGH } v { ROUGH } } eta { constant: ETA } }"},
     {"dielectric_turned",
-     "dielectric { roughness { u { ROUGH } v { constant: 0.5 } separable_masking: true } eta { constant: ETA } }"},
+     "dielectric { roughness { u { ROUGH } v { constant: 0.5 } separable_masking: true } eta { constant: ETA "
+     "} }"},
     {"dielectric_single",
-     "dielectric { roughness { u { ROUGH } v { ROUGH } multiple_scattering: false distribution: BECKMANN } eta { "
+     "dielectric { roughness { u { ROUGH } v { ROUGH } multiple_scattering: false distribution: BECKMANN } "
+     "eta { "
      "constant: ETA } }"},
     {"thin_dielectric", "thin_dielectric { eta { constant: ETA } }"},
     {"coated_diffuse", "coated_diffuse { roughness { u { ROUGH } v { ROUGH } } eta { constant: ETA } }"},
@@ -50,20 +55,25 @@ constexpr Kind kKinds[] = {
        conductor { roughness { u { ROUGH } v { ROUGH } } reflectance { constant { constant: 0.8 } } } })"},
     {"hair", "hair { eta: ETA beta_m { ROUGH } beta_n { ROUGH } alpha_degrees: 2 }"},
     {"principled",
-     "principled { eta: ETA roughness { ROUGH } anisotropic { ROUGH } spec_trans { constant: 0.5 } clearcoat { ROUGH } "
+     "principled { eta: ETA roughness { ROUGH } anisotropic { ROUGH } spec_trans { constant: 0.5 } clearcoat "
+     "{ ROUGH } "
      "}"},
     {"principled_parts",
-     "principled { roughness { constant: 0.3 } metallic { ROUGH } spec_trans { ROUGH } sheen { ROUGH } flatness { "
+     "principled { roughness { constant: 0.3 } metallic { ROUGH } spec_trans { ROUGH } sheen { ROUGH } "
+     "flatness { "
      "ROUGH } clearcoat_gloss { ROUGH } }"},
     {"principled_thin",
-     "principled { thin: true eta: ETA roughness { ROUGH } spec_trans { constant: 0.5 } diff_trans { ROUGH } }"},
+     "principled { thin: true eta: ETA roughness { ROUGH } spec_trans { constant: 0.5 } diff_trans { ROUGH } "
+     "}"},
     {"diffuse", "diffuse { reflectance { constant { constant: ETA } } }"},
     {"diffuse_transmission",
-     "diffuse_transmission { reflectance { constant { constant: ETA } } transmittance { constant { constant: ETA } } "
+     "diffuse_transmission { reflectance { constant { constant: ETA } } transmittance { constant { constant: "
+     "ETA } } "
      "}"},
 };
 
-/// The outcome of one scene: an error must name the material, a picture must be finite and have lost no sample.
+/// The outcome of one scene: an error must name the material, a picture must be finite and have lost no
+/// sample.
 void expect_sound(const std::string& text, const TestBlobs& blobs, int& pictures) {
   v1::JobSpec job;
   job.mutable_settings()->set_spp(16);
@@ -95,14 +105,15 @@ class ExtremeMaterial : public testing::TestWithParam<Kind> {
 
 TEST_P(ExtremeMaterial, ConstantsGiveAPictureOrAnError) {
   int pictures = 0;
-  for (const char* rough : {"0", "1e-42", "1e-8", "0.00099", "0.001", "0.3", "1", "1.5", "1e6", "-0.1", "nan", "inf"}) {
+  for (const char* rough :
+       {"0", "1e-42", "1e-8", "0.00099", "0.001", "0.3", "1", "1.5", "1e6", "-0.1", "nan", "inf"}) {
     for (const char* eta : {"1.5", "1"}) {
       SCOPED_TRACE(absl::StrCat("roughness ", rough, ", eta ", eta));
       expect_sound(scene(absl::StrCat("constant: ", rough), eta), {}, pictures);
     }
   }
-  for (const char* eta :
-       {"1.000001", "0.999999", "0", "-0", "-1", "1e-42", "1e-30", "1e-3", "0.5", "100", "1e6", "1e30", "inf", "nan"}) {
+  for (const char* eta : {"1.000001", "0.999999", "0", "-0", "-1", "1e-42", "1e-30", "1e-3", "0.5", "100",
+                          "1e6", "1e30", "inf", "nan"}) {
     for (const char* rough : {"0", "0.3"}) {
       SCOPED_TRACE(absl::StrCat("roughness ", rough, ", eta ", eta));
       expect_sound(scene(absl::StrCat("constant: ", rough), eta), {}, pictures);
@@ -119,7 +130,8 @@ TEST_P(ExtremeMaterial, TexturesGiveAPicture) {
   std::string pfm = "Pf\n16 1\n-1.0\n";
   pfm.append(reinterpret_cast<const char*>(values), sizeof(values));
   const std::string texture =
-      "textures { name: 'r' image { image { digest: 'map' path: 'map.pfm' } encoding: LINEAR filter: NEAREST mapping { "
+      "textures { name: 'r' image { image { digest: 'map' path: 'map.pfm' } encoding: LINEAR filter: NEAREST "
+      "mapping { "
       "scale_u: 3 } } } ";
   int pictures = 0;
   expect_sound(texture + scene("texture: 'r'", "1.5"), {{"map", pfm}}, pictures);

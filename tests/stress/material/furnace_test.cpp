@@ -1,5 +1,5 @@
-// White furnaces: what stands in a uniform light of radiance 1 and absorbs nothing is not seen. And what loses energy
-// by the definition of its format loses just that.
+// White furnaces: what stands in a uniform light of radiance 1 and absorbs nothing is not seen. And what
+// loses energy by the definition of its format loses just that.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,8 @@ namespace {
 constexpr const char* kFurnace =
     "lights { infinite { radiance { constant: 1 } } } film { width: 32 height: 32 filter { kind: BOX } } ";
 
-/// The film's pixels, R only; light is found by scattering alone, so that nothing but the materials makes noise.
+/// The film's pixels, R only; light is found by scattering alone, so that nothing but the materials makes
+/// noise.
 std::vector<double> render(const std::string& scene, std::uint32_t spp, std::uint32_t max_depth) {
   v1::JobSpec job;
   job.mutable_settings()->set_spp(spp);
@@ -44,18 +45,20 @@ double standard_error(const std::vector<double>& pixels) {
 
 /// A ball that fills most of the picture.
 std::string ball(const std::string& material) {
-  return absl::StrCat("camera { perspective { fov_degrees: 40 } } materials { name: 'm' ", material,
-                      " } shapes { sphere { radius: 1.2 } material: 'm' world_from_object { elements: [1,0,0,0, "
-                      "0,1,0,0, 0,0,1,4, 0,0,0,1] } }");
+  return absl::StrCat(
+      "camera { perspective { fov_degrees: 40 } } materials { name: 'm' ", material,
+      " } shapes { sphere { radius: 1.2 } material: 'm' world_from_object { elements: [1,0,0,0, "
+      "0,1,0,0, 0,0,1,4, 0,0,0,1] } }");
 }
 
 /// A cup with its opening to the camera: light goes to and fro in it.
 std::string cup(const std::string& material) {
-  return absl::StrCat("camera { perspective { fov_degrees: 40 } } materials { name: 'm' ", material,
-                      " } shapes { cylinder { radius: 1.2 z_min: 0 z_max: 4 } material: 'm' world_from_object { "
-                      "elements: [1,0,0,0, 0,1,0,0, 0,0,1,4, 0,0,0,1] } }"
-                      " shapes { disk { radius: 1.2 } material: 'm' world_from_object { elements: [1,0,0,0, 0,1,0,0, "
-                      "0,0,1,8, 0,0,0,1] } }");
+  return absl::StrCat(
+      "camera { perspective { fov_degrees: 40 } } materials { name: 'm' ", material,
+      " } shapes { cylinder { radius: 1.2 z_min: 0 z_max: 4 } material: 'm' world_from_object { "
+      "elements: [1,0,0,0, 0,1,0,0, 0,0,1,4, 0,0,0,1] } }"
+      " shapes { disk { radius: 1.2 } material: 'm' world_from_object { elements: [1,0,0,0, 0,1,0,0, "
+      "0,0,1,8, 0,0,0,1] } }");
 }
 
 std::string roughness(double u, double v, const std::string& more = "") {
@@ -63,14 +66,16 @@ std::string roughness(double u, double v, const std::string& more = "") {
 }
 /// eta = 0: reflects all.
 std::string white_metal(const std::string& rough) {
-  return absl::StrCat("conductor { eta { constant { constant: 0 } } k { constant { constant: 1 } } ", rough, " }");
+  return absl::StrCat("conductor { eta { constant { constant: 0 } } k { constant { constant: 1 } } ", rough,
+                      " }");
 }
 std::string glass(double eta, const std::string& rough) {
   return absl::StrCat("dielectric { eta { constant: ", eta, " } ", rough, " }");
 }
 
 TEST(Furnace, DiffuseSurfacesVanish) {
-  // All weights are 1, up to a rounding of 6e-8 each: every pixel is 1, and the number of bounces is all but unlimited.
+  // All weights are 1, up to a rounding of 6e-8 each: every pixel is 1, and the number of bounces is all but
+  // unlimited.
   for (const std::string& scene : {ball("diffuse { reflectance { constant { constant: 1 } } }"),
                                    cup("diffuse { reflectance { constant { constant: 1 } } }"),
                                    cup("diffuse_transmission { reflectance { constant { constant: 0.5 } } "
@@ -86,7 +91,8 @@ struct Microfacets {
 class MicrofacetFurnace : public testing::TestWithParam<Microfacets> {};
 
 TEST_P(MicrofacetFurnace, Vanish) {
-  // No more can be asked of a mean than its noise allows: inside of rough glass weights multiply, bounce by bounce.
+  // No more can be asked of a mean than its noise allows: inside of rough glass weights multiply, bounce by
+  // bounce.
   const std::vector<double> pixels = render(GetParam().scene, 1024, 1000);
   ASSERT_FALSE(pixels.empty());
   EXPECT_LT(standard_error(pixels), 7e-4);
@@ -95,21 +101,22 @@ TEST_P(MicrofacetFurnace, Vanish) {
 
 INSTANTIATE_TEST_SUITE_P(
     Balls, MicrofacetFurnace,
-    testing::Values(Microfacets{"SmoothMetal", ball(white_metal(""))},
-                    Microfacets{"Metal01", ball(white_metal(roughness(0.1, 0.1)))},
-                    Microfacets{"Metal05", ball(white_metal(roughness(0.5, 0.5)))},
-                    Microfacets{"Metal1", ball(white_metal(roughness(1, 1)))},
-                    Microfacets{"MetalTurned", ball(white_metal(roughness(0.1, 0.7)))},
-                    Microfacets{"MetalBeckmann", ball(white_metal(roughness(0.5, 0.5, "distribution: BECKMANN")))},
-                    Microfacets{"MetalSeparable", ball(white_metal(roughness(0.5, 0.5, "separable_masking: true")))},
-                    Microfacets{"MetalCup", cup(white_metal(roughness(0.15, 0.15)))},
-                    Microfacets{"SmoothGlass", ball(glass(1.5, ""))},
-                    Microfacets{"Glass01", ball(glass(1.5, roughness(0.1, 0.1)))},
-                    Microfacets{"Glass03", ball(glass(1.5, roughness(0.3, 0.3)))},
-                    Microfacets{"GlassDense", ball(glass(1.8, roughness(0.15, 0.15)))},
-                    Microfacets{"GlassThin", ball(glass(1.1, roughness(0.3, 0.3)))},
-                    Microfacets{"GlassTurned", ball(glass(1.5, roughness(0.1, 0.3)))},
-                    Microfacets{"Bubble", ball(glass(0.75, roughness(0.3, 0.3)))}),
+    testing::Values(
+        Microfacets{"SmoothMetal", ball(white_metal(""))},
+        Microfacets{"Metal01", ball(white_metal(roughness(0.1, 0.1)))},
+        Microfacets{"Metal05", ball(white_metal(roughness(0.5, 0.5)))},
+        Microfacets{"Metal1", ball(white_metal(roughness(1, 1)))},
+        Microfacets{"MetalTurned", ball(white_metal(roughness(0.1, 0.7)))},
+        Microfacets{"MetalBeckmann", ball(white_metal(roughness(0.5, 0.5, "distribution: BECKMANN")))},
+        Microfacets{"MetalSeparable", ball(white_metal(roughness(0.5, 0.5, "separable_masking: true")))},
+        Microfacets{"MetalCup", cup(white_metal(roughness(0.15, 0.15)))},
+        Microfacets{"SmoothGlass", ball(glass(1.5, ""))},
+        Microfacets{"Glass01", ball(glass(1.5, roughness(0.1, 0.1)))},
+        Microfacets{"Glass03", ball(glass(1.5, roughness(0.3, 0.3)))},
+        Microfacets{"GlassDense", ball(glass(1.8, roughness(0.15, 0.15)))},
+        Microfacets{"GlassThin", ball(glass(1.1, roughness(0.3, 0.3)))},
+        Microfacets{"GlassTurned", ball(glass(1.5, roughness(0.1, 0.3)))},
+        Microfacets{"Bubble", ball(glass(0.75, roughness(0.3, 0.3)))}),
     [](const auto& test) { return test.param.name; });
 
 TEST(Furnace, TexturedRoughnessVanishesToo) {
@@ -124,23 +131,26 @@ TEST(Furnace, TexturedRoughnessVanishesToo) {
 }
 
 TEST(Furnace, ColouredMetalLosesLittleByRoughness) {
-  // Of gold's red nearly all comes back however rough it is, of its blue much is absorbed, and twice by what scatters
-  // twice: the energy stays between what single scattering keeps and the smooth metal's.
+  // Of gold's red nearly all comes back however rough it is, of its blue much is absorbed, and twice by what
+  // scatters twice: the energy stays between what single scattering keeps and the smooth metal's.
   const auto gold = [](const std::string& rough) {
     return ball(absl::StrCat("conductor { reflectance { constant { constant: 0.6 } } ", rough, " }"));
   };
-  const double smooth = mean(render(gold(""), 256, 1000)), rough = mean(render(gold(roughness(1, 1)), 256, 1000));
+  const double smooth = mean(render(gold(""), 256, 1000)),
+               rough = mean(render(gold(roughness(1, 1)), 256, 1000));
   const double single = mean(render(gold(roughness(1, 1, "multiple_scattering: false")), 256, 1000));
   EXPECT_LT(rough, smooth - 0.01);
   EXPECT_GT(rough, single + 0.05);
 }
 
-/// A disk across all of the view of an orthographic camera, its normal turned by `degrees` from the line of sight.
+/// A disk across all of the view of an orthographic camera, its normal turned by `degrees` from the line of
+/// sight.
 std::string sheet(const std::string& material, double degrees) {
   const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
-  return absl::StrCat("camera { orthographic { } screen_window: [-0.1, 0.1, -0.1, 0.1] } materials { name: 'm' ",
-                      material, " } shapes { disk { radius: 9 } material: 'm' world_from_object { elements: [", c,
-                      ",0,", -s, ",0, 0,1,0,0, ", s, ",0,", c, ",20, 0,0,0,1] } }");
+  return absl::StrCat(
+      "camera { orthographic { } screen_window: [-0.1, 0.1, -0.1, 0.1] } materials { name: 'm' ", material,
+      " } shapes { disk { radius: 9 } material: 'm' world_from_object { elements: [", c, ",0,", -s,
+      ",0, 0,1,0,0, ", s, ",0,", c, ",20, 0,0,0,1] } }");
 }
 
 struct Loss {
@@ -150,13 +160,15 @@ struct Loss {
 };
 
 TEST(Furnace, ModelsOfOtherFormatsLoseWhatTheirDefinitionLoses) {
-  // Seen from either side of the disk: what is reflected, and what is refracted with radiance divided by eta^2. 2^20
-  // even samples of weights up to 1 against quadrature over 4181 points: 1e-3 is what either may be off.
-  const Loss models[] = {{"pbrt", "multiple_scattering: false", {0.6}},
-                         {"Mitsuba GGX", "multiple_scattering: false separable_masking: true", {0.6, false, true}},
-                         {"Mitsuba Beckmann",
-                          "multiple_scattering: false separable_masking: true distribution: BECKMANN",
-                          {0.6, true, true}}};
+  // Seen from either side of the disk: what is reflected, and what is refracted with radiance divided by
+  // eta^2. 2^20 even samples of weights up to 1 against quadrature over 4181 points: 1e-3 is what either may
+  // be off.
+  const Loss models[] = {
+      {"pbrt", "multiple_scattering: false", {0.6}},
+      {"Mitsuba GGX", "multiple_scattering: false separable_masking: true", {0.6, false, true}},
+      {"Mitsuba Beckmann",
+       "multiple_scattering: false separable_masking: true distribution: BECKMANN",
+       {0.6, true, true}}};
   for (const Loss& model : models) {
     // The masking of Beckmann's facets is approximate, its samples are not.
     const double tolerance = model.facets.beckmann ? 5e-3 : 1e-3;

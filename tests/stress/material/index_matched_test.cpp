@@ -7,8 +7,8 @@
 namespace tessera::test {
 namespace {
 
-/// A floor and a ball, a lamp with an extent and a dim sky; and, before, around and above the ball, panes and a ball of
-/// glass.
+/// A floor and a ball, a lamp with an extent and a dim sky; and, before, around and above the ball, panes and
+/// a ball of glass.
 std::string scene(const std::string& glass) {
   std::string text = R"(
     camera { perspective { fov_degrees: 45 } world_from_camera { elements: [1,0,0,0, 0,0.5448,0.8386,-4, 0,0.8386,-0.5448,3, 0,0,0,1] } }

@@ -47,7 +47,8 @@ class FakeScene final : public render::RenderScene {
     }
     ++renderer_.renders;
     wire::TileResult result{
-        tile.x0, tile.y0, tile.x1, tile.y1, tile.sample_begin, tile.sample_end, *wire::channels_for_aovs({}), {}, {}};
+        tile.x0, tile.y0, tile.x1, tile.y1, tile.sample_begin, tile.sample_end, *wire::channels_for_aovs({}),
+        {},      {}};
     result.counts.assign(result.pixel_count(), tile.sample_end - tile.sample_begin);
     result.values.assign(result.pixel_count() * result.channels.size(), static_cast<float>(tile.x0));
     stats.samples += result.pixel_count();
@@ -68,8 +69,10 @@ std::map<std::string, double> values_of(const prometheus::Collectable& source) {
   std::map<std::string, double> values;
   for (const prometheus::MetricFamily& family : source.Collect()) {
     for (const prometheus::ClientMetric& metric : family.metric) {
-      const std::string name = metric.label.empty() ? family.name : family.name + " " + metric.label.front().value;
-      values[name] = metric.counter.value + metric.gauge.value + static_cast<double>(metric.histogram.sample_count);
+      const std::string name =
+          metric.label.empty() ? family.name : family.name + " " + metric.label.front().value;
+      values[name] =
+          metric.counter.value + metric.gauge.value + static_cast<double>(metric.histogram.sample_count);
     }
   }
   return values;
@@ -81,7 +84,8 @@ class AgentTest : public ::testing::Test {
     v1::Scene scene;
     scene.set_name(std::string(5000, 'x'));  // several chunks of the fake's download
     v1::JobSpec spec;
-    spec.mutable_scene()->set_digest(coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
+    spec.mutable_scene()->set_digest(
+        coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
     return spec;
   }
 
@@ -95,8 +99,9 @@ class AgentTest : public ::testing::Test {
     options.cache_dir = cache_.path();
     options.grace = grace;
     options.unit_limit = unit_limit;
-    options.load_scene = [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
-                                const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
+    options.load_scene =
+        [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
+               const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
       ++renderer_.loads;
       if (!renderer_.load_error.ok()) return renderer_.load_error;
       for (const v1::BlobRef& blob : job.blobs()) {

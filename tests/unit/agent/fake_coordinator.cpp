@@ -25,7 +25,8 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
  public:
   explicit Work(FakeCoordinator& owner) : owner_(owner) {}
 
-  grpc::Status Register(grpc::ServerContext*, const v1::RegisterRequest*, v1::RegisterResponse* response) override {
+  grpc::Status Register(grpc::ServerContext*, const v1::RegisterRequest*,
+                        v1::RegisterResponse* response) override {
     std::lock_guard lock{owner_.mutex_};
     if (owner_.misreads()) return kMisread;
     if (!owner_.refusal_.empty()) return {grpc::StatusCode::FAILED_PRECONDITION, owner_.refusal_};
@@ -36,14 +37,16 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     return grpc::Status::OK;
   }
 
-  grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest* request, v1::LeaseResponse* response) override {
+  grpc::Status Lease(grpc::ServerContext*, const v1::LeaseRequest* request,
+                     v1::LeaseResponse* response) override {
     std::unique_lock lock{owner_.mutex_};
     if (owner_.misreads()) return kMisread;
     // A short poll: a synchronous handler cannot be told that its caller has gone.
     owner_.changed_.wait_for(lock, std::chrono::milliseconds{20},
                              [&] { return owner_.closing_ || !owner_.offered_.empty(); });
     if (!owner_.workers_.contains(request->worker_id())) return kUnknownWorker;
-    if (owner_.registrations_ > 1 && !owner_.introduced_.contains(request->worker_id())) ++owner_.early_leases_;
+    if (owner_.registrations_ > 1 && !owner_.introduced_.contains(request->worker_id()))
+      ++owner_.early_leases_;
     owner_.grant(*request, *response);
     if (response->leases_size() > 0) ++owner_.granting_leases_;
     owner_.changed_.notify_all();
@@ -77,7 +80,8 @@ class FakeCoordinator::Work final : public v1::WorkService::Service {
     v1::LeaseRequest wanted = request->more();
     if (owner_.generous_) wanted.set_max_units(wanted.max_units() + 1);
     owner_.grant(wanted, *response->mutable_more());
-    if (request->has_beat()) owner_.hear(request->beat(), owner_.revoked_with_result_, *response->mutable_beat());
+    if (request->has_beat())
+      owner_.hear(request->beat(), owner_.revoked_with_result_, *response->mutable_beat());
     owner_.changed_.notify_all();
     return grpc::Status::OK;
   }

@@ -1,4 +1,5 @@
-// A coordinator for tests of the agent: hands out a list of units, collects results, and misbehaves on request.
+// A coordinator for tests of the agent: hands out a list of units, collects results, and misbehaves on
+// request.
 #pragma once
 
 #include <grpcpp/support/status_code_enum.h>
@@ -29,8 +30,8 @@ class FakeCoordinator {
 
   std::shared_ptr<grpc::Channel> channel();
 
-  /// Adds a blob and returns its digest. With `corrupt_downloads`, so many downloads deliver other bytes; with
-  /// `break_after`, the first download ends UNAVAILABLE after so many bytes.
+  /// Adds a blob and returns its digest. With `corrupt_downloads`, so many downloads deliver other bytes;
+  /// with `break_after`, the first download ends UNAVAILABLE after so many bytes.
   std::string add_blob(std::string bytes, int corrupt_downloads = 0, std::size_t break_after = 0);
 
   /// Offers `count` units of 4x4 pixels, indices from `first`, of a job with this spec.
@@ -67,7 +68,8 @@ class FakeCoordinator {
   std::vector<v1::FailRequest> failures();
   int registrations();
   int granting_leases();    // calls of Lease that brought units
-  int early_leases();       // calls of Lease before the first heartbeat of a registration, but the first, was answered
+  int early_leases();       // calls of Lease before the first heartbeat of a registration, but the first, was
+                            // answered
   std::size_t completes();  // calls, refused ones included
   std::vector<std::uint64_t> download_offsets();
 

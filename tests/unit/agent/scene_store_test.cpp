@@ -67,7 +67,7 @@ TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
                      loaded.bytes = job.scene().digest() == "huge" ? 1000 : 40;
                      loaded.content = job.scene().digest() == "a twin" ? &contents[0]
                                       : loaded.bytes > 40              ? &contents[2]
-                                                                       : &contents[job.scene().digest()[0] - 'a'];
+                                                          : &contents[job.scene().digest()[0] - 'a'];
                      return loaded;
                    },
                    10, 100};

@@ -85,7 +85,8 @@ TEST(Ratio, IsPairedBySeed) {
   const BenchVariantResult a = variant_of("a", -1, 1), b = variant_of("b", -1, 0.5);
   const Interval efficient = interval_over(a, 16, [](const BenchRun& run) { return efficiency(run, {}); });
   EXPECT_LT(efficient.low, 0.9 * efficient.high);
-  for (const std::optional<std::uint32_t> spp : {std::optional<std::uint32_t>{}, std::optional<std::uint32_t>{16}}) {
+  for (const std::optional<std::uint32_t> spp :
+       {std::optional<std::uint32_t>{}, std::optional<std::uint32_t>{16}}) {
     const Interval ratio = efficiency_ratio(a, b, {}, spp);
     EXPECT_NEAR(ratio.value, 2, 1e-9);
     EXPECT_NEAR(ratio.low, 2, 1e-6);
@@ -94,10 +95,11 @@ TEST(Ratio, IsPairedBySeed) {
 }
 
 TEST(Report, NamesTheWinner) {
-  BenchSceneResult scene{.name = "room",
-                         .reference = "room.exr",
-                         .noise = {},
-                         .variants = {variant_of("sampler=sobol", -1, 1), variant_of("sampler=independent", -1, 3)}};
+  BenchSceneResult scene{
+      .name = "room",
+      .reference = "room.exr",
+      .noise = {},
+      .variants = {variant_of("sampler=sobol", -1, 1), variant_of("sampler=independent", -1, 3)}};
   const std::string text = to_text(scene);
   EXPECT_NE(text.find("all  x 0.333"), std::string::npos) << text;
   EXPECT_NE(text.find("sampler=sobol wins"), std::string::npos) << text;
@@ -124,8 +126,10 @@ TEST(Report, JsonHasWhatTheTableHas) {
 }
 
 TEST(Report, PlotHasALineAVariantWithErrorBars) {
-  const BenchSceneResult scene{
-      .name = "room", .reference = "", .noise = {}, .variants = {variant_of("a", -1, 1), variant_of("b", -1, 2)}};
+  const BenchSceneResult scene{.name = "room",
+                               .reference = "",
+                               .noise = {},
+                               .variants = {variant_of("a", -1, 1), variant_of("b", -1, 2)}};
   const LogLogPlot plot = to_plot({scene}, {.spp = {4, 16, 64}, .seeds = 4, .threads = 1});
   ASSERT_EQ(plot.series.size(), 2u);
   EXPECT_EQ(plot.series[0].name, "a  (-1.00)");

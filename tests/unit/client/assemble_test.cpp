@@ -18,7 +18,11 @@ constexpr std::uint32_t kWidth = 20, kHeight = 14;
 std::vector<wire::ChannelDesc> channels() { return *wire::channels_for_aovs({"variance", "depth"}); }
 
 AssemblyOptions options(std::uint32_t spp) {
-  return {.width = kWidth, .height = kHeight, .crop = {0, 0, kWidth, kHeight}, .spp = spp, .channels = channels()};
+  return {.width = kWidth,
+          .height = kHeight,
+          .crop = {0, 0, kWidth, kHeight},
+          .spp = spp,
+          .channels = channels()};
 }
 
 // One sample of each pixel of a tile: a hash of pixel, channel and sample index.
@@ -63,7 +67,8 @@ std::vector<TileResult> all_units(std::uint32_t spp, std::int32_t tile_size, std
     for (std::int32_t x = 0; x < std::int32_t{kWidth}; x += tile_size) {
       const Window tile{x, y, std::min(x + tile_size, std::int32_t{kWidth}),
                         std::min(y + tile_size, std::int32_t{kHeight})};
-      for (std::uint32_t s = 0; s < spp; s += range_size) units.push_back(tree_node(tile, s, range_size, spp));
+      for (std::uint32_t s = 0; s < spp; s += range_size)
+        units.push_back(tree_node(tile, s, range_size, spp));
     }
   }
   return units;
@@ -123,8 +128,8 @@ TEST(Assembler, ComputesMeansAndVariances) {
     depth += sample.values[7];
   }
   const double mean = sum / spp, variance = (squares - sum * mean) / (spp - 1);
-  // Sums go through at most four additions in float: 4 * 2^-24 relative. Deviations from means that err as much have an
-  // error of about 2 |mean| sd 2^-22 / variance, 1e-5 relative with room for mean = 5 sd.
+  // Sums go through at most four additions in float: 4 * 2^-24 relative. Deviations from means that err as
+  // much have an error of about 2 |mean| sd 2^-22 / variance, 1e-5 relative with room for mean = 5 sd.
   EXPECT_NEAR(image.find("R")->values[pixel], mean, 4 * std::ldexp(mean, -24));
   EXPECT_NEAR(image.find("variance.R")->values[pixel], variance, 1e-5 * variance);
   EXPECT_NEAR(image.find("depth.Z")->values[pixel], depth / spp, 4 * std::ldexp(depth / spp, -24));
@@ -205,8 +210,9 @@ TEST(Assembler, RefusesWhatIsThereAlready) {
   const Window tile{0, 0, 8, 8};
   ASSERT_TRUE(assembler->add(tree_node(tile, 0, 2, 8)).ok());
   ASSERT_TRUE(assembler->add(tree_node(tile, 4, 4, 8)).ok());
-  for (const TileResult& again : {tree_node(tile, 0, 2, 8), tree_node(tile, 1, 1, 8), tree_node(tile, 0, 4, 8),
-                                  tree_node(tile, 0, 8, 8), tree_node(tile, 6, 2, 8)}) {
+  for (const TileResult& again :
+       {tree_node(tile, 0, 2, 8), tree_node(tile, 1, 1, 8), tree_node(tile, 0, 4, 8),
+        tree_node(tile, 0, 8, 8), tree_node(tile, 6, 2, 8)}) {
     const absl::Status status = assembler->add(again);
     EXPECT_EQ(status.code(), absl::StatusCode::kAlreadyExists) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("pixels [0, 8) x [0, 8)"));

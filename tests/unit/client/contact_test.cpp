@@ -20,7 +20,8 @@ constexpr milliseconds kNever{0};
 class ContactTest : public ::testing::Test {
  protected:
   Contact contact(milliseconds first, milliseconds later) {
-    return Contact{"farm:7070", first, later, [this](const std::string& message) { notices_.push_back(message); }};
+    return Contact{"farm:7070", first, later,
+                   [this](const std::string& message) { notices_.push_back(message); }};
   }
   const absl::Status gone_ = absl::UnavailableError("gone");
   std::vector<std::string> notices_;
@@ -47,7 +48,8 @@ TEST_F(ContactTest, TellsOnceOfABreakAndOnceOfItsEnd) {
   EXPECT_TRUE(contact.failed(gone_, {}).ok());
   contact.succeeded();
   contact.succeeded();
-  EXPECT_THAT(notices_, ElementsAre(HasSubstr("trouble with the coordinator at farm:7070"), HasSubstr("answers again")));
+  EXPECT_THAT(notices_, ElementsAre(HasSubstr("trouble with the coordinator at farm:7070"),
+                                    HasSubstr("answers again")));
 }
 
 TEST_F(ContactTest, AnInterruptEndsTheWait) {

@@ -40,11 +40,14 @@ Image small_image() { return random_image({0, 0, 7, 5}, {0, 0, 7, 5}, {"R", "G",
 
 TEST(Exr, RoundTripIsExactInFloat) {
   const support::TempDir directory;
-  Image image = random_image({3, 2, 20, 13}, {0, 0, 64, 48},
-                             {"R", "G", "B", "A", "variance.R", "albedo.G", "normal.X", "depth.Z", "samples"});
+  Image image =
+      random_image({3, 2, 20, 13}, {0, 0, 64, 48},
+                   {"R", "G", "B", "A", "variance.R", "albedo.G", "normal.X", "depth.Z", "samples"});
   image.channels[0].values[4] = std::numeric_limits<float>::denorm_min();
   image.channels[0].values[5] = -std::numeric_limits<float>::max();
-  set_render_info({"ab12", 64, ~std::uint64_t{0}, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5}, image);
+  set_render_info(
+      {"ab12", 64, ~std::uint64_t{0}, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
+      image);
   ASSERT_TRUE(write_exr(image, directory / "a.exr").ok());
   const absl::StatusOr<Image> read = read_exr(directory / "a.exr");
   ASSERT_TRUE(read.ok()) << read.status();
@@ -75,7 +78,8 @@ TEST(Exr, HalfKeepsCountsAndClampsWhatIsTooLarge) {
   EXPECT_EQ(read->find("depth.Z")->values, image.channels[3].values);
   EXPECT_EQ(read->find("samples")->values, image.channels[4].values);
   for (std::size_t i = 0; i < image.pixel_count(); ++i) {
-    // A half has 11 significant bits, so rounding errs by at most 2^-11 of the value; values here are normal halves.
+    // A half has 11 significant bits, so rounding errs by at most 2^-11 of the value; values here are normal
+    // halves.
     const float g = image.channels[1].values[i];
     EXPECT_NEAR(read->find("G")->values[i], g, std::ldexp(g, -11));
   }
@@ -127,7 +131,8 @@ TEST(Exr, ReadsLuminanceChromaFiles) {
   const absl::StatusOr<Image> read = read_exr(directory / "a.exr");
   ASSERT_TRUE(read.ok()) << read.status();
   const RgbPlanes rgb = rgb_planes(*read);
-  // OpenEXR rounds luminance to 7 bits and chroma to 5 bits of mantissa before it writes them: 2^-6 relative at most.
+  // OpenEXR rounds luminance to 7 bits and chroma to 5 bits of mantissa before it writes them: 2^-6 relative
+  // at most.
   EXPECT_NEAR(rgb.r[500], 0.75f, 0.75f / 64);
   EXPECT_NEAR(rgb.g[500], 0.5f, 0.5f / 64);
   EXPECT_NEAR(rgb.b[500], 0.25f, 0.25f / 32);
@@ -214,7 +219,8 @@ TEST(Exr, RefusesMorePixelsThanTheLimit) {
 TEST(Exr, SurvivesDamagedFiles) {
   const support::TempDir directory;
   Image image = small_image();
-  set_render_info({"ab12", 64, 7, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5}, image);
+  set_render_info({"ab12", 64, 7, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
+                  image);
   ASSERT_TRUE(write_exr(image, directory / "good.exr").ok());
   const std::string good = read_bytes(directory / "good.exr");
   const std::string path = directory / "bad.exr";

@@ -15,8 +15,8 @@ inline std::string operator/(const support::TempDir& directory, const std::strin
 }
 
 inline std::size_t file_count(const support::TempDir& directory) {
-  return static_cast<std::size_t>(
-      std::distance(std::filesystem::directory_iterator(directory.path()), std::filesystem::directory_iterator()));
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(directory.path()),
+                                                std::filesystem::directory_iterator()));
 }
 
 inline std::string read_bytes(const std::string& path) {

@@ -23,16 +23,16 @@ TEST(Flip, OfEqualImagesIsZero) {
 }
 
 TEST(Flip, OfTheTwoColoursFarthestApartIsOne) {
-  // The scale's end is defined as the difference between the green and the blue primary; constant images have no
-  // features.
+  // The scale's end is defined as the difference between the green and the blue primary; constant images have
+  // no features.
   EXPECT_NEAR(*flip_error(constant(0, 1, 0), constant(0, 0, 1)), 1, 1e-3);
 }
 
 TEST(Flip, OfGreysFollowsTheirLightness) {
-  // Lightness of linear 0.18 is 49.496, of 0.2 51.837: HyAB 2.341, to the power 0.7: 1.814. The largest difference is
-  // that of the primaries: green is L 87.735, a -86.183, b 83.179, blue L 32.297, a 79.188, b -107.86, with Hunt's
-  // factor L / 100: 55.438 + hypot(-75.613 - 25.575, 72.977 + 34.836) = 203.30, to the power 0.7: 41.27. Below 0.4 of
-  // it, the error is 0.95 / 0.4 of the ratio: 0.1044.
+  // Lightness of linear 0.18 is 49.496, of 0.2 51.837: HyAB 2.341, to the power 0.7: 1.814. The largest
+  // difference is that of the primaries: green is L 87.735, a -86.183, b 83.179, blue L 32.297, a 79.188, b
+  // -107.86, with Hunt's factor L / 100: 55.438 + hypot(-75.613 - 25.575, 72.977 + 34.836) = 203.30, to the
+  // power 0.7: 41.27. Below 0.4 of it, the error is 0.95 / 0.4 of the ratio: 0.1044.
   EXPECT_NEAR(*flip_error(constant(0.18f, 0.18f, 0.18f), constant(0.2f, 0.2f, 0.2f)), 0.1044, 5e-4);
 }
 

@@ -27,7 +27,8 @@ TEST(JobNews, APauseIsToldOnceAndSoIsItsEnd) {
   v1::JobStatus status = status_with(0, 0);
   EXPECT_THAT(news.lines(status), IsEmpty());
   status.set_paused(true);
-  EXPECT_THAT(news.lines(status), ElementsAre("job 4f0c2a11 is paused; it goes on after: tessera resume 4f0c2a11"));
+  EXPECT_THAT(news.lines(status),
+              ElementsAre("job 4f0c2a11 is paused; it goes on after: tessera resume 4f0c2a11"));
   EXPECT_THAT(news.lines(status), IsEmpty());
   status.set_paused(false);
   EXPECT_THAT(news.lines(status), ElementsAre("job 4f0c2a11 goes on"));
@@ -48,7 +49,8 @@ TEST(JobNews, ARunThatIsLostIsToldAsOne) {
   EXPECT_THAT(JobNews().lines(status),
               ElementsAre("the run of 16 units from 0 failed on render7: no \\x1b[31mtexture"));
   status.mutable_latest_failures(0)->mutable_failure()->set_lost(true);
-  EXPECT_THAT(JobNews().lines(status), ElementsAre("the run of 16 units from 0 was lost with a worker on render7"));
+  EXPECT_THAT(JobNews().lines(status),
+              ElementsAre("the run of 16 units from 0 was lost with a worker on render7"));
 }
 
 TEST(JobNews, ManyFailuresAtOnceAreCounted) {
@@ -57,7 +59,8 @@ TEST(JobNews, ManyFailuresAtOnceAreCounted) {
   ASSERT_EQ(lines.size(), 4u);
   EXPECT_EQ(lines[0], "997 units failed before; tessera job 4f0c2a11 tells what is known");
   EXPECT_EQ(lines[3], "unit 15 failed on render7: no \\x1b[31mtexture");
-  EXPECT_THAT(news.lines(status_with(2, 2)), IsEmpty()) << "a coordinator that was started again counts from 0";
+  EXPECT_THAT(news.lines(status_with(2, 2)), IsEmpty())
+      << "a coordinator that was started again counts from 0";
   EXPECT_EQ(news.lines(status_with(3, 3)).size(), 1u);
 }
 

@@ -15,7 +15,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::vector<std::string> lines_of(const std::string& text) { return absl::StrSplit(text, '\n', absl::SkipEmpty()); }
+std::vector<std::string> lines_of(const std::string& text) {
+  return absl::StrSplit(text, '\n', absl::SkipEmpty());
+}
 
 TEST(Table, IsAlignedAndLeavesOutWhatIsEmpty) {
   Table table{{{"ID"}, {"N", /*right=*/true}, {"NOTHING"}, {"NAME"}}};
@@ -63,10 +65,11 @@ TEST(JobTable, SaysHowFarAJobIsAndHowLongItTakes) {
   paused.set_left_ms(0);
   paused.set_priority(5);
   paused.set_failures(2);
-  EXPECT_THAT(lines_of(jobs_table({running_job(), paused}, 0)),
-              ElementsAre("ID        STATE    DONE  ELAPSED  LEFT  WORKERS  PRIORITY  TROUBLE   USER   NAME",
-                          "4f0c2a11  running  99 %     1:01  0:04        7                      alice  kitchen",
-                          "91be07aa  paused   99 %     1:01              7         5  2 failed  alice  kitchen"));
+  EXPECT_THAT(
+      lines_of(jobs_table({running_job(), paused}, 0)),
+      ElementsAre("ID        STATE    DONE  ELAPSED  LEFT  WORKERS  PRIORITY  TROUBLE   USER   NAME",
+                  "4f0c2a11  running  99 %     1:01  0:04        7                      alice  kitchen",
+                  "91be07aa  paused   99 %     1:01              7         5  2 failed  alice  kitchen"));
   EXPECT_EQ(jobs_table({}, 0), "there are no jobs\n");
 }
 
@@ -91,11 +94,12 @@ TEST(JobTable, SaysWhoWorksOnWhat) {
   liar.set_quarantine("two hosts agree against it");
   EXPECT_THAT(
       lines_of(workers_table({worker, liar}, 0)),
-      ElementsAre(
-          "NAME          STATE       THREADS  UNITS  DONE   SEEN  ARITHMETIC  TAGS     WORKS ON",
-          "render7:4711  working           8      3   120  0.3 s  avx2        big,ssd  4f0c2a11 kitchen (2), of others (1)",
-          "liar:1        quarantine        8      3   120  0.3 s  avx2        big,ssd  4f0c2a11 kitchen (2), of others (1)",
-          "liar:1: host render7 is in quarantine: two hosts agree against it"));
+      ElementsAre("NAME          STATE       THREADS  UNITS  DONE   SEEN  ARITHMETIC  TAGS     WORKS ON",
+                  "render7:4711  working           8      3   120  0.3 s  avx2        big,ssd  4f0c2a11 "
+                  "kitchen (2), of others (1)",
+                  "liar:1        quarantine        8      3   120  0.3 s  avx2        big,ssd  4f0c2a11 "
+                  "kitchen (2), of others (1)",
+                  "liar:1: host render7 is in quarantine: two hosts agree against it"));
 }
 
 TEST(JobTable, AJobSaysWhoRendersIt) {

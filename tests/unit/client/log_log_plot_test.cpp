@@ -55,7 +55,8 @@ TEST(Plot, DrawsEverySeriesInAColourOfItsOwn) {
 TEST(Plot, LeavesOutPointsThatNoLogarithmHas) {
   const support::TempDir directory;
   EXPECT_TRUE(
-      write_plot(plot_of({{0, 1, 0, 0}, {1, -1, 0, 0}, {NAN, 1, 0, 0}, {2, 3, 0, 0}}), directory / "a.svg").ok());
+      write_plot(plot_of({{0, 1, 0, 0}, {1, -1, 0, 0}, {NAN, 1, 0, 0}, {2, 3, 0, 0}}), directory / "a.svg")
+          .ok());
   EXPECT_FALSE(write_plot(plot_of({{0, 1, 0, 0}}), directory / "b.svg").ok()) << "nothing to plot";
   EXPECT_EQ(file_count(directory), 1u);
 }

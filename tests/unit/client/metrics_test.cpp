@@ -45,8 +45,8 @@ Image disturbed(const Image& reference) {
   return image;
 }
 
-// Two summation orders of 1400 doubles differ by less than 1400 * 2^-53 = 1.6e-13 of the sum of magnitudes; means of
-// differences that nearly cancel lose three digits more.
+// Two summation orders of 1400 doubles differ by less than 1400 * 2^-53 = 1.6e-13 of the sum of magnitudes;
+// means of differences that nearly cancel lose three digits more.
 void expect_close(double value, double expected) { EXPECT_NEAR(value, expected, 1e-10 * std::abs(expected)); }
 
 // The expected numbers were computed by an independent program (NumPy) from the same images.
@@ -62,10 +62,10 @@ TEST(Metrics, AgreesWithAnIndependentProgram) {
   EXPECT_EQ(c->blocks, 4u);
   EXPECT_EQ(c->blocks_rejected, 1u);
   EXPECT_EQ(c->block_tests, 12u);
-  const ChannelBias expected[] = {{0.5086734143325261, 0.5095773041008839, 0.0011252575532125775, 0.22121414674071854,
-                                   2.1002534133129496, 0.12653467284288814},
-                                  {0.4931785779765674, 0.5839013910187142, 0.12455560356465867, 25.255680016697063,
-                                   0.9967859295796366, 0.3923333632798075},
+  const ChannelBias expected[] = {{0.5086734143325261, 0.5095773041008839, 0.0011252575532125775,
+                                   0.22121414674071854, 2.1002534133129496, 0.12653467284288814},
+                                  {0.4931785779765674, 0.5839013910187142, 0.12455560356465867,
+                                   25.255680016697063, 0.9967859295796366, 0.3923333632798075},
                                   {0.4851661637425423, 0.48511365638247556, -3.428609124966897e-05,
                                    -0.007066876013196829, -0.047654019423181586, 0.9649869488772514}};
   for (std::size_t i = 0; i < 3; ++i) {

@@ -50,7 +50,8 @@ TEST(Png, WritesRowsFromTheTop) {
   ASSERT_EQ(png.height, 2u);
   std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(png));
   ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
-  EXPECT_EQ(bytes, (std::vector<unsigned char>{255, 0, 0, 0, 255, 0, 0, 0, 255, 188, 188, 188, 0, 0, 0, 0, 255, 0}));
+  EXPECT_EQ(bytes,
+            (std::vector<unsigned char>{255, 0, 0, 0, 255, 0, 0, 0, 255, 188, 188, 188, 0, 0, 0, 0, 255, 0}));
 }
 
 TEST(Png, ErrorsNameTheFile) {

@@ -45,7 +45,9 @@ TEST(Progress, BarNeverFillsTheLastColumn) {
   }
 }
 
-TEST(Progress, NothingToDoIsDone) { EXPECT_EQ(format_line({"box", 1, 0, 0, 1.5}), "box: 100% (0 samples), in 0:02"); }
+TEST(Progress, NothingToDoIsDone) {
+  EXPECT_EQ(format_line({"box", 1, 0, 0, 1.5}), "box: 100% (0 samples), in 0:02");
+}
 
 TEST(Progress, HundredPercentMeansDone) {
   EXPECT_EQ(format_line({"box", 0.999999, 999'999, 1'000'000, 1}), "box: 99% (1.00M of 1.00M samples)");
@@ -81,7 +83,8 @@ TEST(Progress, WhereTheNoiseDecidesOnlyWhatWasTakenIsCounted) {
 TEST(Progress, SaysOnceWhatItWaitsFor) {
   std::ostringstream out;
   Progress progress(ProgressMode::kLines, out, "box", 100, at(0));
-  for (int ms = 0; ms < 9000; ms += 1000) progress.update({}, at(ms), ms < 5000 ? "waiting for a worker" : "building");
+  for (int ms = 0; ms < 9000; ms += 1000)
+    progress.update({}, at(ms), ms < 5000 ? "waiting for a worker" : "building");
   progress.update({0.5, 50}, at(9000));
   EXPECT_EQ(out.str(),
             "box: waiting for a worker\n"

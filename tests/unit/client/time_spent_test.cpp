@@ -29,8 +29,8 @@ double seconds_of(const std::vector<TimePart>& parts, const std::string& name) {
 }
 
 TEST(TimeSpent, AddsUpToAllThereIs) {
-  const TimeSpent spent =
-      time_spent(stats_of_ten_seconds(), ProcessTime{.start_seconds = 0.5, .import_seconds = 1, .total_seconds = 14.5});
+  const TimeSpent spent = time_spent(
+      stats_of_ten_seconds(), ProcessTime{.start_seconds = 0.5, .import_seconds = 1, .total_seconds = 14.5});
   EXPECT_DOUBLE_EQ(spent.seconds, 14.5);
   EXPECT_DOUBLE_EQ(seconds_of(spent.stages, "start"), 0.5);
   EXPECT_DOUBLE_EQ(seconds_of(spent.stages, "import"), 1);
@@ -49,12 +49,13 @@ TEST(TimeSpent, SharesOfShadingAreScaledToIt) {
 }
 
 TEST(TimeSpent, IsToldInALine) {
-  const TimeSpent spent =
-      time_spent(stats_of_ten_seconds(), ProcessTime{.start_seconds = 0, .import_seconds = 0, .total_seconds = 20});
-  EXPECT_EQ(to_text(spent),
-            "20 CPU s: build 10 %, intersection 25 %, shading 20 % (materials 15 %, surfaces 5 %), other 5 %, "
-            "coordination 40 %\n"
-            "materials: wood 10 %, paint 5 %");
+  const TimeSpent spent = time_spent(
+      stats_of_ten_seconds(), ProcessTime{.start_seconds = 0, .import_seconds = 0, .total_seconds = 20});
+  EXPECT_EQ(
+      to_text(spent),
+      "20 CPU s: build 10 %, intersection 25 %, shading 20 % (materials 15 %, surfaces 5 %), other 5 %, "
+      "coordination 40 %\n"
+      "materials: wood 10 %, paint 5 %");
   EXPECT_EQ(to_text(time_spent({})), "");
 }
 

@@ -1,4 +1,5 @@
-// What the scripts of deploy/ print while they build: one line a phase with its time, and all of what went wrong.
+// What the scripts of deploy/ print while they build: one line a phase with its time, and all of what went
+// wrong.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,8 @@ class DeployScripts : public testing::Test {
   }
   support::Finished build() const {
     const std::string folder = folder_.path().string();
-    const std::string script = ". deploy/lib.sh; top=" + folder + "; PATH=" + folder + ":$PATH; build release tessera";
+    const std::string script =
+        ". deploy/lib.sh; top=" + folder + "; PATH=" + folder + ":$PATH; build release tessera";
     return support::run_program({"/bin/bash", "-c", script}, std::chrono::seconds{60});
   }
   support::TempDir folder_;

@@ -1,4 +1,5 @@
-// Who may include whom: the plan of the house (docs/architecture.md), held against every #include of the sources.
+// Who may include whom: the plan of the house (docs/architecture.md), held against every #include of the
+// sources.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -33,7 +34,8 @@ const std::map<std::string, Rooms>& rules() {
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/command",
        {"command", "bench", "farm", "image", "import", "local", "options", "plot", "wire", "tessera/v1"}},
-      {"client/local", {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
+      {"client/local",
+       {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
       {"worker/render/color", {"render/color", "render/core", "wire"}},
@@ -44,23 +46,26 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling"}},
       {"worker/render/medium", {"render/medium", "render/color", "render/core", "render/sampling"}},
       {"worker/render/film", {"render/film", "render/core", "wire"}},
-      {"worker/render/light", {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/light",
+       {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
-       {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
-        "render/film", "render/light", "render/medium", "render/sampling", "render/shape", "wire"}},
+       {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color",
+        "render/core", "render/film", "render/light", "render/medium", "render/sampling", "render/shape",
+        "wire"}},
       {"worker/render/build",
-       {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color", "render/core",
-        "render/film", "render/integrator", "render/light", "render/medium", "render/sampling", "render/shape", "wire",
-        "tessera/v1"}},
+       {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
+        "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/sampling",
+        "render/shape", "wire", "tessera/v1"}},
   };
   return rules;
 }
 
-/// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render, "image/exr.h" in
-/// image.
+/// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render,
+/// "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",   "scheduler", "store", "tls",    "net",     "service", "agent", "farm",   "image",
-                             "import", "command",   "local", "render", "tessera", "plot",    "bench", "options"};
+  static const Rooms tops = {"wire",   "scheduler", "store", "tls",    "net",     "service",
+                             "agent",  "farm",      "image", "import", "command", "local",
+                             "render", "tessera",   "plot",  "bench",  "options"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package
@@ -126,10 +131,12 @@ TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
 }
 
 TEST(IncludeRules, TheSchedulerHasNoClockThreadsOrSockets) {
-  static const Rooms forbidden = {"thread", "mutex", "condition_variable", "atomic", "sys/socket.h", "fstream"};
+  static const Rooms forbidden = {"thread", "mutex",        "condition_variable",
+                                  "atomic", "sys/socket.h", "fstream"};
   for_each_source("server/scheduler", [](const fs::path& file) {
     for (const std::string& include : includes_of(file)) {
-      EXPECT_FALSE(forbidden.contains(include) || include.rfind("grpc", 0) == 0) << file << " includes " << include;
+      EXPECT_FALSE(forbidden.contains(include) || include.rfind("grpc", 0) == 0)
+          << file << " includes " << include;
     }
   });
 }

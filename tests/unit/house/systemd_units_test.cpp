@@ -44,10 +44,12 @@ TEST_P(SystemdUnits, AreUnderstood) {
 }
 
 TEST_P(SystemdUnits, AreShutIn) {
-  // The threshold is in tenths: 1.2 and 1.4 of 10 were measured, most of it for the network that a farm needs.
+  // The threshold is in tenths: 1.2 and 1.4 of 10 were measured, most of it for the network that a farm
+  // needs.
   const auto rated =
       run_program({kAnalyze, "security", "--offline=true", "--no-pager", "--threshold=15", unit_}, kPatience);
-  if (rated.err.find("offline") != std::string::npos) GTEST_SKIP() << "this systemd cannot rate files: " << rated.err;
+  if (rated.err.find("offline") != std::string::npos)
+    GTEST_SKIP() << "this systemd cannot rate files: " << rated.err;
   EXPECT_EQ(rated.status.code, 0) << rated.out << rated.err;
 }
 

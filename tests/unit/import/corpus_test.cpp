@@ -38,19 +38,20 @@ TEST_P(Corpus, ImportsWithTheKnownCounts) {
       triangles_of_blob[blob.ref.digest()] = mesh->triangle_count();
     }
     std::size_t triangles = 0;
-    for (const v1::Shape& shape : scene->scene.shapes()) triangles += triangles_of_blob[shape.mesh().blob().digest()];
+    for (const v1::Shape& shape : scene->scene.shapes())
+      triangles += triangles_of_blob[shape.mesh().blob().digest()];
     EXPECT_EQ(triangles, expected.triangles);
     EXPECT_EQ(scene->warnings.size(), expected.warnings);
   }
 }
 
 // From the table of ../shared/scenes/SOURCES.md; the one shape of hair-curl is a curve.
-INSTANTIATE_TEST_SUITE_P(Pbrt, Corpus,
-                         testing::Values(CorpusScene{"cornell-box", 36, 8, 0}, CorpusScene{"veach-mis", 52, 9, 0},
-                                         CorpusScene{"coffee", 235271, 23, 0}, CorpusScene{"classroom", 103832, 79, 0},
-                                         CorpusScene{"water-caustic", 103487, 10, 0},
-                                         CorpusScene{"volumetric-caustic", 14, 8, 0},
-                                         CorpusScene{"staircase", 262663, 775, 0}, CorpusScene{"hair-curl", 0, 1, 0}));
+INSTANTIATE_TEST_SUITE_P(
+    Pbrt, Corpus,
+    testing::Values(CorpusScene{"cornell-box", 36, 8, 0}, CorpusScene{"veach-mis", 52, 9, 0},
+                    CorpusScene{"coffee", 235271, 23, 0}, CorpusScene{"classroom", 103832, 79, 0},
+                    CorpusScene{"water-caustic", 103487, 10, 0}, CorpusScene{"volumetric-caustic", 14, 8, 0},
+                    CorpusScene{"staircase", 262663, 775, 0}, CorpusScene{"hair-curl", 0, 1, 0}));
 
 }  // namespace
 }  // namespace tessera::client

@@ -29,18 +29,21 @@ TEST(MitsubaCorpus, TheSuitesScenesImportWithoutAWarning) {
 
 TEST(MitsubaCorpus, BothFormatsOfTheCornellBoxHaveTheSameWalls) {
   const std::filesystem::path folder = "../shared/scenes";
-  if (!std::filesystem::exists(folder / "mitsuba/cornell-box/scene.xml")) GTEST_SKIP() << test::needs("../shared/scenes");
+  if (!std::filesystem::exists(folder / "mitsuba/cornell-box/scene.xml"))
+    GTEST_SKIP() << test::needs("../shared/scenes");
   const auto mitsuba = import_scene(folder / "mitsuba/cornell-box/scene.xml");
   const auto pbrt = import_scene(folder / "pbrt/cornell-box/scene.pbrt");
   ASSERT_TRUE(mitsuba.ok() && pbrt.ok()) << mitsuba.status() << pbrt.status();
   EXPECT_EQ(mitsuba->scene.shapes_size(), pbrt->scene.shapes_size());
   const auto colors = [](const v1::Scene& scene) {
     std::multiset<std::string> result;
-    for (const v1::Material& m : scene.materials()) result.insert(m.diffuse().reflectance().ShortDebugString());
+    for (const v1::Material& m : scene.materials())
+      result.insert(m.diffuse().reflectance().ShortDebugString());
     return result;
   };
   EXPECT_EQ(colors(mitsuba->scene), colors(pbrt->scene));
-  EXPECT_EQ(mitsuba->scene.camera().perspective().fov_degrees(), pbrt->scene.camera().perspective().fov_degrees());
+  EXPECT_EQ(mitsuba->scene.camera().perspective().fov_degrees(),
+            pbrt->scene.camera().perspective().fov_degrees());
 }
 
 }  // namespace

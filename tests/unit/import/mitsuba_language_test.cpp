@@ -11,17 +11,20 @@ using testing::HasSubstr;
 using MitsubaLanguage = MitsubaTest;
 
 TEST_F(MitsubaLanguage, SubstitutesTheLongestParameterName) {
-  const ImportedScene result = succeed(import_xml(
-      "<scene version='3.0.0'><default name='s' value='1'/><default name='spp' value='7'/><default name='s' value='9'/>"
-      "<sensor type='perspective'><sampler type='independent'><integer name='sample_count' value='$spp'/></sampler>"
-      "<film type='hdrfilm'><integer name='width' value='$s$spp'/></film></sensor></scene>"));
+  const ImportedScene result = succeed(
+      import_xml("<scene version='3.0.0'><default name='s' value='1'/><default name='spp' "
+                 "value='7'/><default name='s' value='9'/>"
+                 "<sensor type='perspective'><sampler type='independent'><integer name='sample_count' "
+                 "value='$spp'/></sampler>"
+                 "<film type='hdrfilm'><integer name='width' value='$s$spp'/></film></sensor></scene>"));
   EXPECT_EQ(result.scene.settings().spp(), 7u);
   EXPECT_EQ(result.scene.film().width(), 17u);  // the first default of a name counts
 }
 
 TEST_F(MitsubaLanguage, DefinitionsOverrideDefaultsAndAreMissedWhenNothingAsks) {
   const std::string text =
-      "<scene version='3.0.0'><default name='spp' value='7'/><sensor type='perspective'><sampler type='independent'>"
+      "<scene version='3.0.0'><default name='spp' value='7'/><sensor type='perspective'><sampler "
+      "type='independent'>"
       "<integer name='sample_count' value='$spp'/></sampler></sensor></scene>";
   const ImportedScene result = succeed(import_xml(text, {{"spp", "16"}, {"width", "5"}}));
   EXPECT_EQ(result.scene.settings().spp(), 16u);
@@ -30,9 +33,9 @@ TEST_F(MitsubaLanguage, DefinitionsOverrideDefaultsAndAreMissedWhenNothingAsks) 
 }
 
 TEST_F(MitsubaLanguage, AnUnknownParameterIsAnErrorAtItsElement) {
-  EXPECT_THAT(
-      error_of(import_xml(with_sensor("<emitter type='constant'>\n  <rgb name='radiance' value='$x'/></emitter>"))),
-      HasSubstr("scene.xml:4:3: there is no parameter $x"));
+  EXPECT_THAT(error_of(import_xml(
+                  with_sensor("<emitter type='constant'>\n  <rgb name='radiance' value='$x'/></emitter>"))),
+              HasSubstr("scene.xml:4:3: there is no parameter $x"));
 }
 
 TEST_F(MitsubaLanguage, IncludesFilesFromSearchFolders) {
@@ -47,8 +50,9 @@ TEST_F(MitsubaLanguage, IncludesFilesFromSearchFolders) {
 
 TEST_F(MitsubaLanguage, ReportsErrorsInIncludedFilesThere) {
   write("part.xml", "<scene version='3.0.0'>\n\n<emitter type='sun'/></scene>");
-  EXPECT_THAT(error_of(import_xml(with_sensor("<include filename='part.xml'/>"))),
-              AllOf(HasSubstr("part.xml:3:1: emitter \"sun\" is not supported"), HasSubstr("expected point")));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<include filename='part.xml'/>"))),
+      AllOf(HasSubstr("part.xml:3:1: emitter \"sun\" is not supported"), HasSubstr("expected point")));
   EXPECT_THAT(error_of(import_xml(with_sensor("<include filename='none.xml'/>"))),
               HasSubstr("scene.xml:3:1: there is no file \"none.xml\""));
 }
@@ -64,7 +68,8 @@ TEST_F(MitsubaLanguage, BoundsIncludesAndNesting) {
   // Chains of references nest objects too.
   std::string chain = "<bsdf type='diffuse' id='b0'/>";
   for (int i = 1; i < 5000; ++i) {
-    chain += "<bsdf type='twosided' id='b" + std::to_string(i) + "'><ref id='b" + std::to_string(i - 1) + "'/></bsdf>";
+    chain += "<bsdf type='twosided' id='b" + std::to_string(i) + "'><ref id='b" + std::to_string(i - 1) +
+             "'/></bsdf>";
   }
   EXPECT_THAT(error_of(import_xml(with_sensor(chain))), HasSubstr("nested more than 150 deep"));
 }
@@ -87,14 +92,16 @@ TEST_F(MitsubaLanguage, RefusesReferencesThatLeadNowhereOrInCircles) {
   EXPECT_THAT(error_of(import_xml(with_sensor("<bsdf type='twosided' id='a'><ref id='b'/></bsdf>\n"
                                               "<bsdf type='twosided' id='b'><ref id='a'/></bsdf>"))),
               HasSubstr("contains itself"));
-  EXPECT_THAT(error_of(import_xml(with_sensor("<bsdf type='diffuse' id='a'/>\n<bsdf type='diffuse' id='a'/>"))),
-              AllOf(HasSubstr("scene.xml:4:1: the id \"a\" is taken"), HasSubstr("scene.xml:3")));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<bsdf type='diffuse' id='a'/>\n<bsdf type='diffuse' id='a'/>"))),
+      AllOf(HasSubstr("scene.xml:4:1: the id \"a\" is taken"), HasSubstr("scene.xml:3")));
 }
 
 TEST_F(MitsubaLanguage, ReportsSeveralErrorsAtOnce) {
   const std::string message = error_of(import_xml(with_sensor(
       "<emitter type='point'>\n<float name='a' value='x'/>\n<rgb name='intensity' value='1 2'/>\n<foo/>\n"
-      "<integer name='i' value='1.5'/>\n<float value='1'/>\n<string name='s' value='1' z='2'/>\n</emitter>")));
+      "<integer name='i' value='1.5'/>\n<float value='1'/>\n<string name='s' value='1' "
+      "z='2'/>\n</emitter>")));
   EXPECT_THAT(message, HasSubstr(":4:1: expected a number, found \"x\""));
   EXPECT_THAT(message, HasSubstr(":5:1: expected one or three numbers, found \"1 2\""));
   EXPECT_THAT(message, HasSubstr(":6:1: <foo> is not an element of the scene language"));
@@ -115,15 +122,18 @@ TEST_F(MitsubaLanguage, RefusesWhatIsNoScene) {
 TEST_F(MitsubaLanguage, WarnsOfWhatNothingAsksFor) {
   const ImportedScene result =
       scene("<shape type='sphere'>\n<float name='size' value='1'/><bsdf type='diffuse'/></shape>");
-  EXPECT_THAT(warnings_of(result), HasSubstr("scene.xml:4:1: parameter \"size\" of shape \"sphere\" is not known"));
+  EXPECT_THAT(warnings_of(result),
+              HasSubstr("scene.xml:4:1: parameter \"size\" of shape \"sphere\" is not known"));
 }
 
 TEST_F(MitsubaLanguage, ConvertsNamesOfOldVersions) {
   const ImportedScene result = succeed(import_xml(
-      "<scene version='0.6.0'><sensor type='perspective'><float name='nearClip' value='0.5'/><transform name='toWorld'>"
+      "<scene version='0.6.0'><sensor type='perspective'><float name='nearClip' value='0.5'/><transform "
+      "name='toWorld'>"
       "<lookAt origin='0,0,5' target='0,0,0' up='0,1,0'/></transform></sensor>"
       "<shape type='rectangle'><bsdf type='diffuse'><texture type='checkerboard' name='diffuseReflectance'>"
-      "<float name='uscale' value='3'/><float name='voffset' value='0.25'/></texture></bsdf></shape></scene>"));
+      "<float name='uscale' value='3'/><float name='voffset' "
+      "value='0.25'/></texture></bsdf></shape></scene>"));
   EXPECT_TRUE(result.warnings.empty()) << warnings_of(result);
   EXPECT_FLOAT_EQ(result.scene.camera().near_clip(), 0.5f);
   EXPECT_DOUBLE_EQ(elements_of(result.scene.camera().world_from_camera())[11], 5);
@@ -137,7 +147,8 @@ TEST_F(MitsubaLanguage, AppliesTransformationsInTheOrderOfTheFile) {
   const ImportedScene result = scene(
       "<shape type='rectangle'><transform name='to_world'><scale x='2' z='3'/><rotate z='1' angle='90'/>"
       "<translate value='1, 2, 3'/></transform></shape>"
-      "<shape type='rectangle'><transform name='to_world'><matrix value='0 1 0 1 0 0 0 0 1'/><scale value='2'/>"
+      "<shape type='rectangle'><transform name='to_world'><matrix value='0 1 0 1 0 0 0 0 1'/><scale "
+      "value='2'/>"
       "</transform></shape>");
   // Scaled x becomes y by the rotation; -y becomes x.
   const std::vector<double> expected = {0, -1, 0, 1, 2, 0, 0, 2, 0, 0, 3, 3, 0, 0, 0, 1};
@@ -149,16 +160,18 @@ TEST_F(MitsubaLanguage, AppliesTransformationsInTheOrderOfTheFile) {
 
 TEST_F(MitsubaLanguage, RefusesTransformationsThatAreNone) {
   const std::string message = error_of(import_xml(with_sensor(
-      "<shape type='sphere'><transform name='to_world'>\n<rotate angle='3'/>\n<matrix value='1 2'/>\n<turn/>\n"
+      "<shape type='sphere'><transform name='to_world'>\n<rotate angle='3'/>\n<matrix value='1 "
+      "2'/>\n<turn/>\n"
       "<lookat origin='0 0 0' target='0 0 0'/>\n<scale value='1' x='2'/>\n</transform></shape>")));
   EXPECT_THAT(message, HasSubstr(":4:1: the axis of the rotation is zero"));
   EXPECT_THAT(message, HasSubstr(":5:1: a matrix has 16 or 9 numbers, found 2"));
   EXPECT_THAT(message, HasSubstr(":6:1: <turn> is not a transformation"));
   EXPECT_THAT(message, HasSubstr(":7:1: lookat: origin and target coincide"));
   EXPECT_THAT(message, HasSubstr(":8:1: \"value\" and x, y, z exclude each other"));
-  EXPECT_THAT(error_of(import_xml(with_sensor("<shape type='sphere'><transform name='to_world'><scale value='0'/>"
-                                              "</transform></shape>"))),
-              HasSubstr("its transformation is singular"));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<shape type='sphere'><transform name='to_world'><scale value='0'/>"
+                                      "</transform></shape>"))),
+      HasSubstr("its transformation is singular"));
 }
 
 }  // namespace

@@ -31,9 +31,11 @@ TEST_F(MitsubaScene, ObjFilesHaveTheirVTurnedOverAndGetSmoothNormals) {
   write("a.obj", kObj);
   const ImportedScene result = scene(
       "<shape type='obj'><string name='filename' value='a.obj'/></shape>"
-      "<shape type='obj'><string name='filename' value='a.obj'/><boolean name='flip_tex_coords' value='false'/>"
+      "<shape type='obj'><string name='filename' value='a.obj'/><boolean name='flip_tex_coords' "
+      "value='false'/>"
       "<boolean name='face_normals' value='true'/></shape>");
-  const wire::MeshView smooth = mesh_of(result, result.scene.shapes(0)), flat = mesh_of(result, result.scene.shapes(1));
+  const wire::MeshView smooth = mesh_of(result, result.scene.shapes(0)),
+                       flat = mesh_of(result, result.scene.shapes(1));
   EXPECT_EQ(smooth.uvs[1], 0.75f);
   EXPECT_THAT(smooth.normals.subspan(0, 3), ElementsAre(0, 0, 1));
   EXPECT_EQ(flat.uvs[1], 0.25f);
@@ -42,9 +44,10 @@ TEST_F(MitsubaScene, ObjFilesHaveTheirVTurnedOverAndGetSmoothNormals) {
 
 TEST_F(MitsubaScene, MeshesThatAppearTwiceAreOneBlob) {
   write("a.obj", kObj);
-  const std::string one = "<shape type='obj'><string name='filename' value='a.obj'/><transform name='to_world'>";
-  const ImportedScene result =
-      scene(one + "<rotate y='1' angle='30'/></transform></shape>" + one + "<scale value='2'/></transform></shape>");
+  const std::string one =
+      "<shape type='obj'><string name='filename' value='a.obj'/><transform name='to_world'>";
+  const ImportedScene result = scene(one + "<rotate y='1' angle='30'/></transform></shape>" + one +
+                                     "<scale value='2'/></transform></shape>");
   EXPECT_EQ(result.blobs.size(), 1u);
 }
 
@@ -52,11 +55,12 @@ TEST_F(MitsubaScene, NormalsOfStretchedMeshesAreThoseOfTheWorld) {
   // A roof: two faces meet at the edge from 0 to y. Stretched, they meet at other angles.
   write("a.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 -1\nf 1 3 2\nf 1 2 4\n");
   const ImportedScene result = scene(
-      "<shape type='obj'><string name='filename' value='a.obj'/><transform name='to_world'><scale z='3'/></transform>"
+      "<shape type='obj'><string name='filename' value='a.obj'/><transform name='to_world'><scale "
+      "z='3'/></transform>"
       "</shape>");
   const wire::MeshView mesh = mesh_of(result, result.scene.shapes(0));
-  // In the world the faces' normals are (0, 0, 1) and (-3, 0, 1) / sqrt(10), each with angles of 90 degrees at vertex
-  // 0.
+  // In the world the faces' normals are (0, 0, 1) and (-3, 0, 1) / sqrt(10), each with angles of 90 degrees
+  // at vertex 0.
   const double x = -3 / std::sqrt(10.0), z = 1 + 1 / std::sqrt(10.0);
   // Object normals transform by the inverse transpose: z is divided by 3 on the way back to the world.
   const double ratio = mesh.normals[0] / (mesh.normals[2] / 3);
@@ -70,8 +74,8 @@ TEST_F(MitsubaScene, MirroredMeshesKeepTheSideThatTheirVerticesGiveInTheWorld) {
   const ImportedScene result =
       scene("<shape type='obj'><string name='filename' value='a.obj'/>" + std::string(kMirror) + medium +
             "</shape><shape type='obj'><string name='filename' value='n.obj'/>" + kMirror +
-            "<ref name='interior' id='m'/></shape><shape type='rectangle'>" + kMirror + "</shape><shape type='disk'>" +
-            kMirror + "</shape><shape type='sphere'>" + kMirror + "</shape>");
+            "<ref name='interior' id='m'/></shape><shape type='rectangle'>" + kMirror +
+            "</shape><shape type='disk'>" + kMirror + "</shape><shape type='sphere'>" + kMirror + "</shape>");
   // A mirrored triangle's own normal would be turned over again here.
   EXPECT_TRUE(result.scene.shapes(0).reverse_orientation());
   EXPECT_EQ(result.scene.shapes(0).interior_medium(), "m");
@@ -85,12 +89,13 @@ TEST_F(MitsubaScene, MirroredMeshesKeepTheSideThatTheirVerticesGiveInTheWorld) {
 }
 
 TEST_F(MitsubaScene, PlyFilesBringTheirAttributes) {
-  write("a.ply",
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-        "property float heat_0\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-        "element face 1\nproperty list uchar int vertex_indices\nproperty float tint_r\nproperty float tint_g\n"
-        "property float tint_b\nend_header\n"
-        "0 0 0 .1 255 0 0\n1 0 0 .2 0 255 0\n1 1 0 .3 0 0 255\n0 1 0 .4 0 0 188\n4 0 1 2 3 .5 .6 .7\n");
+  write(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float heat_0\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "element face 1\nproperty list uchar int vertex_indices\nproperty float tint_r\nproperty float tint_g\n"
+      "property float tint_b\nend_header\n"
+      "0 0 0 .1 255 0 0\n1 0 0 .2 0 255 0\n1 1 0 .3 0 0 255\n0 1 0 .4 0 0 188\n4 0 1 2 3 .5 .6 .7\n");
   const ImportedScene result = scene("<shape type='ply'><string name='filename' value='a.ply'/></shape>");
   const auto& attributes = result.scene.shapes(0).mesh().attributes();
   ASSERT_EQ(attributes.size(), 3);
@@ -118,7 +123,9 @@ std::string serialized_stream(std::uint32_t flags, bool doubles) {
   raw += std::string("mesh") + '\0';
   append<std::uint64_t>(raw, 3);
   append<std::uint64_t>(raw, 1);
-  const auto number = [&](double x) { doubles ? append<double>(raw, x) : append<float>(raw, static_cast<float>(x)); };
+  const auto number = [&](double x) {
+    doubles ? append<double>(raw, x) : append<float>(raw, static_cast<float>(x));
+  };
   for (const double x : {0, 0, 0, 2, 0, 0, 0, 2, 0}) number(x);
   if (flags & 1)
     for (const double x : {0, 0, -1, 0, 0, -1, 0, 0, -1}) number(x);
@@ -129,8 +136,8 @@ std::string serialized_stream(std::uint32_t flags, bool doubles) {
   for (const std::uint32_t i : {0, 1, 2}) append<std::uint32_t>(raw, i);
   std::string compressed(compressBound(raw.size()), '\0');
   uLongf size = compressed.size();
-  EXPECT_EQ(compress(reinterpret_cast<Bytef*>(compressed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
-                     raw.size()),
+  EXPECT_EQ(compress(reinterpret_cast<Bytef*>(compressed.data()), &size,
+                     reinterpret_cast<const Bytef*>(raw.data()), raw.size()),
             Z_OK);
   compressed.resize(size);
   std::string bytes;
@@ -147,8 +154,10 @@ TEST_F(MitsubaScene, SerializedFilesHoldSeveralMeshes) {
   append<std::uint32_t>(bytes, 2);
   write("a.serialized", bytes);
   const std::string shape = "<shape type='serialized'><string name='filename' value='a.serialized'/>";
-  const ImportedScene result = scene(shape + "</shape>" + shape + "<integer name='shape_index' value='1'/></shape>");
-  const wire::MeshView plain = mesh_of(result, result.scene.shapes(0)), full = mesh_of(result, result.scene.shapes(1));
+  const ImportedScene result =
+      scene(shape + "</shape>" + shape + "<integer name='shape_index' value='1'/></shape>");
+  const wire::MeshView plain = mesh_of(result, result.scene.shapes(0)),
+                       full = mesh_of(result, result.scene.shapes(1));
   EXPECT_EQ(plain.positions[3], 2);
   EXPECT_THAT(plain.normals.subspan(0, 3), ElementsAre(0, 0, 1));  // computed
   EXPECT_TRUE(plain.uvs.empty());
@@ -157,7 +166,8 @@ TEST_F(MitsubaScene, SerializedFilesHoldSeveralMeshes) {
   EXPECT_THAT(error_of(import_xml(with_sensor(shape + "<integer name='shape_index' value='2'/></shape>"))),
               HasSubstr("there is no mesh 2: the file holds 2"));
   write("a.serialized", first.substr(0, first.size() - 9));
-  EXPECT_THAT(error_of(import_xml(with_sensor(shape + "</shape>"))), HasSubstr("the mesh is damaged or cut off"));
+  EXPECT_THAT(error_of(import_xml(with_sensor(shape + "</shape>"))),
+              HasSubstr("the mesh is damaged or cut off"));
   write("a.serialized", "nonsense");
   EXPECT_THAT(error_of(import_xml(with_sensor(shape + "</shape>"))),
               HasSubstr("scene.xml:3:26: "));  // at the property that names the file
@@ -167,15 +177,18 @@ TEST_F(MitsubaScene, AnalyticShapesHaveMitsubasParameters) {
   const ImportedScene result = scene(
       "<shape type='sphere'><point name='center' x='1' y='2' z='3'/><float name='radius' value='4'/></shape>"
       "<shape type='cylinder'><point name='p0' value='1 0 0'/><point name='p1' value='1 0 5'/>"
-      "<float name='radius' value='2'/></shape><shape type='disk'><boolean name='flip_normals' value='true'/></shape>");
-  const v1::Shape &sphere = result.scene.shapes(0), &cylinder = result.scene.shapes(1), &disk = result.scene.shapes(2);
+      "<float name='radius' value='2'/></shape><shape type='disk'><boolean name='flip_normals' "
+      "value='true'/></shape>");
+  const v1::Shape &sphere = result.scene.shapes(0), &cylinder = result.scene.shapes(1),
+                  &disk = result.scene.shapes(2);
   EXPECT_EQ(sphere.sphere().radius(), 4);
   EXPECT_EQ(elements_of(sphere.world_from_object())[11], 3);
   // pbrt's v is 0 at the lower pole, Mitsuba's at the upper.
   EXPECT_THAT(sphere.uv_transform(), ElementsAre(1, 0, 0, 0, -1, 1));
   EXPECT_EQ(cylinder.cylinder().radius(), 2);
   EXPECT_EQ(cylinder.cylinder().z_max(), 5);
-  EXPECT_THAT(elements_of(cylinder.world_from_object()), ElementsAre(1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
+  EXPECT_THAT(elements_of(cylinder.world_from_object()),
+              ElementsAre(1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
   // pbrt: u = phi / 2 pi, v = 1 - r. Mitsuba: u = r, v = phi / 2 pi.
   EXPECT_THAT(disk.uv_transform(), ElementsAre(0, -1, 1, 1, 0, 0));
   EXPECT_TRUE(disk.reverse_orientation());
@@ -201,7 +214,8 @@ TEST_F(MitsubaScene, ACubeLooksOutwards) {
 TEST_F(MitsubaScene, ShapeGroupsBecomeObjects) {
   const ImportedScene result = scene(
       "<shape type='shapegroup' id='g'><shape type='sphere'/><shape type='cube'/></shape>"
-      "<shape type='instance'><ref id='g'/></shape><shape type='instance'><ref id='g'/><transform name='to_world'>"
+      "<shape type='instance'><ref id='g'/></shape><shape type='instance'><ref id='g'/><transform "
+      "name='to_world'>"
       "<translate x='2'/></transform></shape>");
   EXPECT_EQ(result.scene.shapes_size(), 0);
   ASSERT_EQ(result.scene.objects_size(), 1);
@@ -212,7 +226,8 @@ TEST_F(MitsubaScene, ShapeGroupsBecomeObjects) {
 }
 
 TEST_F(MitsubaScene, ShapesWithoutABsdfAreDiffuseOrBlack) {
-  const ImportedScene result = scene("<shape type='sphere'/><shape type='sphere'><emitter type='area'/></shape>");
+  const ImportedScene result =
+      scene("<shape type='sphere'/><shape type='sphere'><emitter type='area'/></shape>");
   const auto albedo = [&](int i) {
     const v1::Material m = find_material(result, result.scene.shapes(i).material());
     EXPECT_TRUE(m.one_sided());
@@ -237,8 +252,10 @@ TEST_F(MitsubaScene, MediaHaveGridsAndColours) {
   const ImportedScene result = scene(
       "<shape type='sphere'><medium name='interior' type='heterogeneous'><float name='scale' value='5'/>"
       "<volume name='sigma_t' type='gridvolume'><string name='filename' value='a.vol'/>"
-      "<boolean name='use_grid_bbox' value='true'/><transform name='to_world'><translate x='1'/></transform></volume>"
-      "<rgb name='albedo' value='.9 .5 .1'/><phase type='hg'><float name='g' value='-.25'/></phase></medium></shape>");
+      "<boolean name='use_grid_bbox' value='true'/><transform name='to_world'><translate "
+      "x='1'/></transform></volume>"
+      "<rgb name='albedo' value='.9 .5 .1'/><phase type='hg'><float name='g' "
+      "value='-.25'/></phase></medium></shape>");
   ASSERT_EQ(result.scene.media_size(), 1);
   const v1::Medium& medium = result.scene.media(0);
   EXPECT_EQ(result.scene.shapes(0).interior_medium(), medium.name());
@@ -247,7 +264,8 @@ TEST_F(MitsubaScene, MediaHaveGridsAndColours) {
   EXPECT_EQ(medium.albedo().constant().rgb().b(), 0.1f);
   EXPECT_THAT(elements_of(medium.extinction().grid().world_from_grid()),
               ElementsAre(2, 0, 0, 1, 0, 4, 0, 0, 0, 0, 8, 0, 0, 0, 0, 1));
-  const auto volume = wire::decode_volume(find_blob(result, medium.extinction().grid().blob().digest()).bytes);
+  const auto volume =
+      wire::decode_volume(find_blob(result, medium.extinction().grid().blob().digest()).bytes);
   ASSERT_TRUE(volume.ok()) << volume.status();
   EXPECT_EQ(volume->nx, 2u);
   EXPECT_THAT(volume->samples, ElementsAre(0, 0.5f));
@@ -256,7 +274,8 @@ TEST_F(MitsubaScene, MediaHaveGridsAndColours) {
 TEST_F(MitsubaScene, DamagedVolumesAreErrors) {
   const auto error = [&](const std::string& bytes) {
     write("a.vol", bytes);
-    return error_of(import_xml(with_sensor("<shape type='sdfgrid'>\n<string name='filename' value='a.vol'/></shape>")));
+    return error_of(
+        import_xml(with_sensor("<shape type='sdfgrid'>\n<string name='filename' value='a.vol'/></shape>")));
   };
   EXPECT_THAT(error("VOL\x04" + std::string(60, 'x')), HasSubstr("scene.xml:4:1: "));
   EXPECT_THAT(error("VOL\x04" + std::string(60, 'x')), HasSubstr("version 4: expected 3"));
@@ -269,9 +288,11 @@ TEST_F(MitsubaScene, DamagedVolumesAreErrors) {
 
 TEST_F(MitsubaScene, LightsStandWhereTheyShould) {
   const ImportedScene result = scene(
-      "<emitter type='point'><point name='position' x='1' y='2' z='3'/><rgb name='intensity' value='4'/></emitter>"
+      "<emitter type='point'><point name='position' x='1' y='2' z='3'/><rgb name='intensity' "
+      "value='4'/></emitter>"
       "<emitter type='point'><transform name='to_world'><translate y='7'/></transform></emitter>"
-      "<emitter type='directional'><transform name='to_world'><rotate y='1' angle='90'/></transform></emitter>"
+      "<emitter type='directional'><transform name='to_world'><rotate y='1' "
+      "angle='90'/></transform></emitter>"
       "<emitter type='directional'><vector name='direction' value='0 -1 0'/></emitter>");
   EXPECT_EQ(result.scene.lights(0).point().position().z(), 3);
   EXPECT_EQ(result.scene.lights(0).point().intensity().rgb().r(), 4);
@@ -281,12 +302,13 @@ TEST_F(MitsubaScene, LightsStandWhereTheyShould) {
 }
 
 TEST_F(MitsubaScene, SpotsFallOffLinearly) {
-  const v1::SpotLight spot = scene(
-                                 "<emitter type='spot'><transform name='to_world'><lookat origin='0 5 0' target='0 0 "
-                                 "0' up='1 0 0'/></transform>"
-                                 "<float name='cutoff_angle' value='40'/></emitter>")
-                                 .scene.lights(0)
-                                 .spot();
+  const v1::SpotLight spot =
+      scene(
+          "<emitter type='spot'><transform name='to_world'><lookat origin='0 5 0' target='0 0 "
+          "0' up='1 0 0'/></transform>"
+          "<float name='cutoff_angle' value='40'/></emitter>")
+          .scene.lights(0)
+          .spot();
   EXPECT_EQ(spot.falloff(), v1::SpotLight::LINEAR);
   EXPECT_EQ(spot.cone_angle_degrees(), 40);
   EXPECT_EQ(spot.cone_delta_degrees(), 10);  // the beam is three quarters wide
@@ -318,20 +340,24 @@ TEST_F(MitsubaScene, EnvironmentsAreLatitudeAndLongitude) {
 
 TEST_F(MitsubaScene, ThingsThatAreNotSupportedAreNamed) {
   const auto error = [&](const std::string& body) { return error_of(import_xml(with_sensor(body))); };
-  EXPECT_THAT(error("<shape type='rectangle'>\n<emitter type='directionalarea'/></shape>"),
-              HasSubstr("scene.xml:4:1: emitter \"directionalarea\" is not supported on a shape: expected area"));
+  EXPECT_THAT(
+      error("<shape type='rectangle'>\n<emitter type='directionalarea'/></shape>"),
+      HasSubstr("scene.xml:4:1: emitter \"directionalarea\" is not supported on a shape: expected area"));
   EXPECT_THAT(error("<emitter type='area'/>"), HasSubstr("must stand inside a shape"));
   EXPECT_THAT(error("<shape type='hair'/>"), HasSubstr("shape \"hair\" is not supported: expected obj, ply"));
   EXPECT_THAT(error("<integrator type='bdpt'/>"), HasSubstr("integrator \"bdpt\" is not supported"));
-  EXPECT_THAT(error("<shape type='sphere'><medium name='interior' type='homogeneous'><phase type='rayleigh'/></medium>"
-                    "</shape>"),
-              HasSubstr("phase \"rayleigh\" is not supported"));
+  EXPECT_THAT(
+      error(
+          "<shape type='sphere'><medium name='interior' type='homogeneous'><phase type='rayleigh'/></medium>"
+          "</shape>"),
+      HasSubstr("phase \"rayleigh\" is not supported"));
 }
 
 class MitsubaSensor : public MitsubaTest {
  protected:
   v1::Scene sensor(const std::string& type, const std::string& inside) const {
-    return succeed(import_xml("<scene version='3.0.0'><sensor type='" + type + "'>" + inside + "</sensor></scene>"))
+    return succeed(import_xml("<scene version='3.0.0'><sensor type='" + type + "'>" + inside +
+                              "</sensor></scene>"))
         .scene;
   }
   static std::string film(const std::string& inside) { return "<film type='hdrfilm'>" + inside + "</film>"; }
@@ -352,7 +378,8 @@ TEST_F(MitsubaSensor, FieldOfViewIsThatOfTheAxisAskedFor) {
   EXPECT_THAT(fov("<float name='fov' value='90'/><string name='fov_axis' value='smaller'/>"), FloatEq(90));
   EXPECT_THAT(fov("<float name='fov' value='90'/><string name='fov_axis' value='diagonal'/>"),
               FloatEq(degrees(1 / std::sqrt(5.0))));
-  // 50 mm: half the diagonal of a 36 x 24 frame over the focal length is the tangent of half the diagonal angle.
+  // 50 mm: half the diagonal of a 36 x 24 frame over the focal length is the tangent of half the diagonal
+  // angle.
   EXPECT_THAT(fov(""), FloatEq(degrees(std::hypot(18.0, 12.0) / 50 / std::sqrt(5.0))));
 }
 
@@ -368,14 +395,14 @@ TEST_F(MitsubaSensor, XPointsRightHere) {
 
 TEST_F(MitsubaSensor, CropWindowsAndShiftedCentresMoveTheScreen) {
   const v1::Scene scene =
-      sensor("perspective",
-             "<float name='principal_point_offset_x' value='0.25'/>" +
-                 film(std::string(kWide) + "<integer name='crop_offset_x' value='100'/><integer name='crop_width' "
-                                           "value='200'/><integer name='crop_offset_y' value='150'/>"));
+      sensor("perspective", "<float name='principal_point_offset_x' value='0.25'/>" +
+                                film(std::string(kWide) +
+                                     "<integer name='crop_offset_x' value='100'/><integer name='crop_width' "
+                                     "value='200'/><integer name='crop_offset_y' value='150'/>"));
   EXPECT_EQ(scene.film().width(), 200u);
   EXPECT_EQ(scene.film().height(), 50u);
-  // The screen is [-2, 2] x [-1, 1]. Columns 100 to 300 are [-1, 1], moved by a quarter of the width; rows 150 to 200
-  // are the lowest quarter.
+  // The screen is [-2, 2] x [-1, 1]. Columns 100 to 300 are [-1, 1], moved by a quarter of the width; rows
+  // 150 to 200 are the lowest quarter.
   EXPECT_THAT(scene.camera().screen_window(), ElementsAre(0, 2, -1, -0.5f));
 }
 
@@ -390,14 +417,18 @@ TEST_F(MitsubaSensor, ThinLensesFocus) {
 
 TEST_F(MitsubaSensor, OrthographicFilmsAreTwoUnitsWide) {
   const v1::Camera camera =
-      sensor("orthographic", "<transform name='to_world'><scale x='10' y='10'/></transform>" + film(kWide)).camera();
+      sensor("orthographic", "<transform name='to_world'><scale x='10' y='10'/></transform>" + film(kWide))
+          .camera();
   ASSERT_TRUE(camera.has_orthographic());
   EXPECT_THAT(camera.screen_window(), ElementsAre(-10, 10, -5, 5));
-  EXPECT_THAT(elements_of(camera.world_from_camera()), ElementsAre(-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
+  EXPECT_THAT(elements_of(camera.world_from_camera()),
+              ElementsAre(-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
 }
 
 TEST_F(MitsubaSensor, FiltersHaveMitsubasWidths) {
-  const auto filter = [&](const std::string& rfilter) { return sensor("perspective", film(rfilter)).film().filter(); };
+  const auto filter = [&](const std::string& rfilter) {
+    return sensor("perspective", film(rfilter)).film().filter();
+  };
   EXPECT_EQ(filter("").kind(), v1::PixelFilter::GAUSSIAN);
   EXPECT_EQ(filter("").radius_x(), 2);
   EXPECT_EQ(filter("<rfilter type='gaussian'><float name='stddev' value='.25'/></rfilter>").radius_y(), 1);
@@ -413,18 +444,21 @@ TEST_F(MitsubaSensor, IntegratorsCountSegments) {
   EXPECT_EQ(settings("").integrator(), "path");
   EXPECT_EQ(settings("").max_depth(), wire::kMaxDepth);
   EXPECT_EQ(
-      settings("<integrator type='moment'><integrator type='path'>" + two + "</integrator></integrator>").max_depth(),
+      settings("<integrator type='moment'><integrator type='path'>" + two + "</integrator></integrator>")
+          .max_depth(),
       1u);
   EXPECT_EQ(settings("<integrator type='direct'/>").max_depth(), 1u);
   EXPECT_EQ(settings("<integrator type='volpathmis'>" + two + "</integrator>").integrator(), "volpath");
   EXPECT_EQ(settings("<integrator type='ptracer'/>").integrator(), "light");
-  EXPECT_THAT(warnings_of(scene("<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>")),
-              HasSubstr("hide_emitters is not supported"));
+  EXPECT_THAT(
+      warnings_of(scene("<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>")),
+      HasSubstr("hide_emitters is not supported"));
 }
 
 TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {
   const auto settings = [&](const std::string& type) {
-    return sensor("perspective", "<sampler type='" + type + "'><integer name='sample_count' value='9'/></sampler>")
+    return sensor("perspective",
+                  "<sampler type='" + type + "'><integer name='sample_count' value='9'/></sampler>")
         .settings();
   };
   for (const char* type : {"independent", "multijitter"}) {
@@ -435,8 +469,8 @@ TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {
 
 TEST_F(MitsubaScene, HeterogeneousMediaEndAtTheBoxOfTheirExtinction) {
   const auto medium = [&](const std::string& type, const std::string& body) {
-    const ImportedScene result = scene("<shape type='sphere'><medium name='interior' type='" + type + "'>" + body +
-                                       "</medium></shape>");
+    const ImportedScene result = scene("<shape type='sphere'><medium name='interior' type='" + type + "'>" +
+                                       body + "</medium></shape>");
     EXPECT_EQ(warnings_of(result), "");
     return result.scene.media_size() == 1 ? result.scene.media(0) : v1::Medium();
   };
@@ -445,11 +479,13 @@ TEST_F(MitsubaScene, HeterogeneousMediaEndAtTheBoxOfTheirExtinction) {
       "<scale x='2' y='3' z='4'/><translate x='1' y='0' z='-1'/></transform></volume>";
   const v1::Medium box = medium("heterogeneous", moved);
   EXPECT_EQ(box.extinction().constant().rgb().g(), 2);
-  EXPECT_THAT(elements_of(box.world_from_bounds()), ElementsAre(2, 0, 0, 1, 0, 3, 0, 0, 0, 0, 4, -1, 0, 0, 0, 1));
-  // Turned by 45 degrees about z: the box along the axes around it, from -sqrt(1/2) to sqrt(1/2) and from 0 to sqrt(2).
-  const v1::Medium turned = medium(
-      "heterogeneous",
-      "<volume name='sigma_t' type='constvolume'><transform name='to_world'><rotate z='1' angle='45'/></transform></volume>");
+  EXPECT_THAT(elements_of(box.world_from_bounds()),
+              ElementsAre(2, 0, 0, 1, 0, 3, 0, 0, 0, 0, 4, -1, 0, 0, 0, 1));
+  // Turned by 45 degrees about z: the box along the axes around it, from -sqrt(1/2) to sqrt(1/2) and from 0
+  // to sqrt(2).
+  const v1::Medium turned = medium("heterogeneous",
+                                   "<volume name='sigma_t' type='constvolume'><transform "
+                                   "name='to_world'><rotate z='1' angle='45'/></transform></volume>");
   ASSERT_EQ(turned.world_from_bounds().elements_size(), 16);
   EXPECT_NEAR(turned.world_from_bounds().elements(0), std::sqrt(2), 1e-6);
   EXPECT_NEAR(turned.world_from_bounds().elements(3), -std::sqrt(0.5), 1e-6);
@@ -466,9 +502,10 @@ TEST_F(MitsubaScene, HeterogeneousMediaEndAtTheBoxOfTheirExtinction) {
 TEST_F(MitsubaScene, TurnedGridsReachAsFarAsTheBoxAroundThem) {
   const auto medium = [&](const std::string& transform) {
     write("v.vol", volume_bytes(1));
-    return scene("<shape type='sphere'><medium name='interior' type='heterogeneous'><volume name='sigma_t' "
-                 "type='gridvolume'><string name='filename' value='v.vol'/><transform name='to_world'>" +
-                 transform + "</transform></volume></medium></shape>")
+    return scene(
+               "<shape type='sphere'><medium name='interior' type='heterogeneous'><volume name='sigma_t' "
+               "type='gridvolume'><string name='filename' value='v.vol'/><transform name='to_world'>" +
+               transform + "</transform></volume></medium></shape>")
         .scene.media(0);
   };
   EXPECT_FALSE(medium("<scale value='3'/><translate x='5'/>").has_world_from_bounds());
@@ -482,7 +519,8 @@ TEST_F(MitsubaScene, WhatNobodyAsksForIsSaidOfEveryObject) {
       "<shape type='sphere'><medium name='interior' type='heterogeneous'>\n"
       "<volume name='sigma_t' type='constvolume'><float name='volume_size' value='1'/></volume>\n"
       "<phase type='hg'><float name='gee' value='1'/></phase></medium>\n"
-      "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><float name='kolor' value='1'/></texture>\n"
+      "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'><float name='kolor' "
+      "value='1'/></texture>\n"
       "</bsdf><emitter type='area'><float name='power' value='1'/></emitter></shape>\n"
       "<bsdf type='diffuse' id='unused'><float name='reflectence' value='1'/></bsdf>");
   const std::string warnings = warnings_of(result);
@@ -496,9 +534,11 @@ TEST_F(MitsubaScene, WhatNobodyAsksForIsSaidOfEveryObject) {
 
 TEST_F(MitsubaScene, MeshesThatEmitSayHowOftenMitsubaPicksThem) {
   write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
-  const std::string emitter = "<emitter type='area'><float name='sampling_weight' value='3'/></emitter></shape>";
-  const ImportedScene result = scene("<emitter type='constant'/><shape type='obj'><string name='filename' value='a.obj'/>" +
-                                     emitter + "<shape type='sphere'>" + emitter);
+  const std::string emitter =
+      "<emitter type='area'><float name='sampling_weight' value='3'/></emitter></shape>";
+  const ImportedScene result =
+      scene("<emitter type='constant'/><shape type='obj'><string name='filename' value='a.obj'/>" + emitter +
+            "<shape type='sphere'>" + emitter);
   EXPECT_FLOAT_EQ(result.scene.shapes(0).area_light().interpolated_normal_pick(), 3.0f / 7);
   EXPECT_FALSE(result.scene.shapes(1).area_light().has_interpolated_normal_pick());
   EXPECT_EQ(warnings_of(result), "");

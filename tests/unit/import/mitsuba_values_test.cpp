@@ -18,8 +18,8 @@ void expect_rgb(const v1::Spectrum& spectrum, double r, double g, double b, doub
 
 // Of a float near one.
 constexpr double kFloat = 1e-6;
-// 1000 samples, weighted as 1000 steps of 0.47 nm though they span 999: one part in 1000. The curves themselves are
-// linear between their own samples and so summed exactly enough.
+// 1000 samples, weighted as 1000 steps of 0.47 nm though they span 999: one part in 1000. The curves
+// themselves are linear between their own samples and so summed exactly enough.
 constexpr double kSteps = 2e-3;
 
 TEST_F(MitsubaValues, AnEmittedUniformSpectrumIsNotGrey) {
@@ -33,7 +33,8 @@ TEST_F(MitsubaValues, AnEmittedUniformSpectrumIsNotGrey) {
   expect_rgb(result.scene.lights(1).infinite().radiance(), 2, 2, 2, 0);
   expect_rgb(result.scene.lights(2).infinite().radiance(), 2, 2, 2, 0);
   expect_rgb(result.scene.lights(3).infinite().radiance(), 1, 1, 1, 0);
-  expect_rgb(result.scene.lights(4).infinite().radiance(), 2 * 1.204794, 2 * 0.948291, 2 * 0.908916, 2 * 1.2 * kSteps);
+  expect_rgb(result.scene.lights(4).infinite().radiance(), 2 * 1.204794, 2 * 0.948291, 2 * 0.908916,
+             2 * 1.2 * kSteps);
 }
 
 TEST_F(MitsubaValues, AReflectedUniformSpectrumIsGrey) {
@@ -64,21 +65,26 @@ TEST_F(MitsubaValues, MetalsAreWhatMitsubaMakesOfThem) {
 
 TEST_F(MitsubaValues, ColoursThatReflectMoreThanAllAreClamped) {
   ImportedScene whole;
-  const v1::Material m = material("<bsdf type='diffuse'><rgb name='reflectance' value='0.5 1.5 -1'/></bsdf>", &whole);
+  const v1::Material m =
+      material("<bsdf type='diffuse'><rgb name='reflectance' value='0.5 1.5 -1'/></bsdf>", &whole);
   expect_rgb(m.diffuse().reflectance().constant(), 0.5, 1, 0, 0);
-  EXPECT_THAT(warnings_of(whole), HasSubstr("parameter \"reflectance\" of bsdf \"diffuse\": a component is outside"));
+  EXPECT_THAT(warnings_of(whole),
+              HasSubstr("parameter \"reflectance\" of bsdf \"diffuse\": a component is outside"));
 }
 
 TEST_F(MitsubaValues, ConstantTexturesAreColours) {
   const auto reflectance = [&](const std::string& texture) {
     return material("<bsdf type='diffuse'>" + texture + "</bsdf>").diffuse().reflectance().constant();
   };
-  expect_rgb(reflectance("<texture name='reflectance' type='uniform'><float name='value' value='.3'/></texture>"), .3,
-             .3, .3, kFloat);
-  expect_rgb(reflectance("<spectrum name='reflectance' type='srgb'><rgb name='color' value='.1 .2 .3'/></spectrum>"),
-             .1, .2, .3, kFloat);
   expect_rgb(
-      reflectance("<texture name='reflectance' type='rawconstant'><vector name='value' value='.1 .2 .3'/></texture>"),
+      reflectance("<texture name='reflectance' type='uniform'><float name='value' value='.3'/></texture>"),
+      .3, .3, .3, kFloat);
+  expect_rgb(
+      reflectance("<spectrum name='reflectance' type='srgb'><rgb name='color' value='.1 .2 .3'/></spectrum>"),
+      .1, .2, .3, kFloat);
+  expect_rgb(
+      reflectance(
+          "<texture name='reflectance' type='rawconstant'><vector name='value' value='.1 .2 .3'/></texture>"),
       .1, .2, .3, kFloat);
 }
 
@@ -88,7 +94,8 @@ TEST_F(MitsubaValues, BitmapsHaveTheirVTurnedOver) {
   const v1::Material m = material(
       "<bsdf type='diffuse'><texture name='reflectance' type='bitmap'><string name='filename' value='a.png'/>"
       "<transform name='to_uv'><matrix value='2 3 0 5 7 11 0 13 0 0 1 0 0 0 0 1'/></transform>"
-      "<string name='wrap_mode' value='mirror'/><string name='filter_type' value='nearest'/></texture></bsdf>",
+      "<string name='wrap_mode' value='mirror'/><string name='filter_type' "
+      "value='nearest'/></texture></bsdf>",
       &whole);
   const v1::ImageTexture image = find_texture(whole, m.diffuse().reflectance().texture()).image();
   // u' = 2u + 3v + 5 and v' = 7u + 11v + 13 down the image, which is 1 - v' upwards.
@@ -109,7 +116,8 @@ TEST_F(MitsubaValues, RawBitmapsAndFloatBitmapsAreLinear) {
   write("b.exr", "x");
   ImportedScene whole;
   material(
-      "<bsdf type='roughconductor'><texture name='alpha' type='bitmap'><string name='filename' value='a.png'/>"
+      "<bsdf type='roughconductor'><texture name='alpha' type='bitmap'><string name='filename' "
+      "value='a.png'/>"
       "<boolean name='raw' value='true'/></texture><texture name='specular_reflectance' type='bitmap'>"
       "<string name='filename' value='b.exr'/></texture></bsdf>",
       &whole);
@@ -128,8 +136,8 @@ TEST_F(MitsubaValues, CheckerboardsTradeTheirColoursWhenAskedForANumber) {
       &whole);
   const auto color = find_texture(whole, m.principled().base_color().texture()).checkerboard();
   const auto number = find_texture(whole, m.principled().roughness().texture()).checkerboard();
-  // Mitsuba's eval gives color0 (default 0.4) where both coordinates are in the same half of a cell; its eval_1,
-  // color1.
+  // Mitsuba's eval gives color0 (default 0.4) where both coordinates are in the same half of a cell; its
+  // eval_1, color1.
   expect_rgb(color.even().constant(), 0.4, 0.4, 0.4, kFloat);
   expect_rgb(color.odd().constant(), 0.2, 0.2, 0.2, kFloat);
   EXPECT_FLOAT_EQ(number.even().constant().constant(), 0.2f);
@@ -160,12 +168,14 @@ TEST_F(MitsubaValues, DefaultsAreThoseOfMitsuba) {
 
 TEST_F(MitsubaValues, IndicesOfRefractionHaveNames) {
   const v1::Material m = material(
-      "<bsdf type='dielectric'><string name='int_ior' value='Diamond'/><float name='ext_ior' value='1.5'/></bsdf>");
+      "<bsdf type='dielectric'><string name='int_ior' value='Diamond'/><float name='ext_ior' "
+      "value='1.5'/></bsdf>");
   EXPECT_NEAR(m.dielectric().eta().constant(), 2.419 / 1.5, kFloat);
   EXPECT_THAT(
       error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='dielectric'>\n"
                                       "<string name='int_ior' value='jelly'/></bsdf></shape>"))),
-      HasSubstr("scene.xml:4:1: parameter \"int_ior\" of bsdf \"dielectric\": \"jelly\" is not a known substance"));
+      HasSubstr(
+          "scene.xml:4:1: parameter \"int_ior\" of bsdf \"dielectric\": \"jelly\" is not a known substance"));
 }
 
 TEST_F(MitsubaValues, RoughnessMayDifferAlongTheTangents) {
@@ -198,11 +208,12 @@ TEST_F(MitsubaValues, NormalMapsMayBeAnyTexture) {
   EXPECT_EQ(board.even().constant().rgb().b(), 1);
   EXPECT_EQ(board.odd().constant().rgb().b(), 2) << "normals are no reflectances";
   EXPECT_EQ(warnings_of(whole), "");
-  const v1::Material even =
-      mapped("<texture type='rawconstant' name='normalmap'><rgb name='value' value='.4 .5 1'/></texture>", whole);
+  const v1::Material even = mapped(
+      "<texture type='rawconstant' name='normalmap'><rgb name='value' value='.4 .5 1'/></texture>", whole);
   EXPECT_FLOAT_EQ(find_texture(whole, even.normal_texture()).constant().rgb().r(), 0.4f);
-  const v1::Material meshes =
-      mapped("<texture type='mesh_attribute' name='normalmap'><string name='name' value='vertex_n'/></texture>", whole);
+  const v1::Material meshes = mapped(
+      "<texture type='mesh_attribute' name='normalmap'><string name='name' value='vertex_n'/></texture>",
+      whole);
   EXPECT_EQ(find_texture(whole, meshes.normal_texture()).mesh_attribute().attribute(), "vertex_n");
 }
 
@@ -220,12 +231,14 @@ TEST_F(MitsubaValues, BumpMapsOfOneHeightAreLeftOutWithAWarning) {
 
 TEST_F(MitsubaValues, AllNamedConductors) {
   for (const char* name : {"Ag", "a-C", "W", "V_palik", "Se-e"}) {
-    const v1::Material m = material(std::string("<bsdf type='conductor'><string name='material' value='") + name + "'/></bsdf>");
+    const v1::Material m =
+        material(std::string("<bsdf type='conductor'><string name='material' value='") + name + "'/></bsdf>");
     EXPECT_GT(m.conductor().eta().constant().rgb().g(), 0) << name;
   }
-  EXPECT_THAT(error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='conductor'><string name='material' "
-                                              "value='Xx'/></bsdf></shape>"))),
-              AllOf(HasSubstr("no measurements of \"Xx\""), HasSubstr("Na_palik")));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='conductor'><string name='material' "
+                                      "value='Xx'/></bsdf></shape>"))),
+      AllOf(HasSubstr("no measurements of \"Xx\""), HasSubstr("Na_palik")));
 }
 
 TEST_F(MitsubaValues, WrappersBecomeFieldsOfWhatTheyWrap) {
@@ -252,7 +265,8 @@ TEST_F(MitsubaValues, WrappersBecomeFieldsOfWhatTheyWrap) {
 TEST_F(MitsubaValues, TwoNestedMasksMultiply) {
   ImportedScene whole;
   const v1::Material m = material(
-      "<bsdf type='mask'><float name='opacity' value='.25'/><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>",
+      "<bsdf type='mask'><float name='opacity' value='.25'/><bsdf type='mask'><bsdf "
+      "type='diffuse'/></bsdf></bsdf>",
       &whole);
   const v1::Texture product = find_texture(whole, m.opacity().texture());
   EXPECT_EQ(product.scale().value().constant().constant(), 0.25f);
@@ -294,8 +308,8 @@ TEST_F(MitsubaValues, OneBsdfInTwoWrappersIsTwoMaterials) {
 
 TEST_F(MitsubaValues, PrincipledThatTransmitsHasTwoSides) {
   EXPECT_TRUE(material("<bsdf type='principled'/>").one_sided());
-  const v1::Material m =
-      material("<bsdf type='principled'><float name='spec_trans' value='.5'/><float name='eta' value='1'/></bsdf>");
+  const v1::Material m = material(
+      "<bsdf type='principled'><float name='spec_trans' value='.5'/><float name='eta' value='1'/></bsdf>");
   EXPECT_FALSE(m.one_sided());
   EXPECT_FLOAT_EQ(m.principled().eta(), 1.001f);
 }

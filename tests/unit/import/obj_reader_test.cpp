@@ -17,7 +17,8 @@ std::string error_of(const std::string& text) {
 
 TEST(ObjReader, MergesCornersWithTheSameIndices) {
   const auto mesh = read_obj(
-      "# a quad of two triangles\r\no thing\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+      "# a quad of two triangles\r\no thing\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt "
+      "0 1\n"
       "vn 0 0 1\ng group\nusemtl m\ns off\nf 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1\n");
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_THAT(mesh->mesh.indices, ElementsAre(0, 1, 2, 0, 2, 3));
@@ -27,7 +28,8 @@ TEST(ObjReader, MergesCornersWithTheSameIndices) {
 }
 
 TEST(ObjReader, SplitsAVertexWithTwoTextureCoordinates) {
-  const auto mesh = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt .5 .5\nf 1/1 2/1 3/1\nf 2/2 4/1 3/1\n");
+  const auto mesh =
+      read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt .5 .5\nf 1/1 2/1 3/1\nf 2/2 4/1 3/1\n");
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_THAT(mesh->mesh.indices, ElementsAre(0, 1, 2, 3, 4, 2));
   EXPECT_EQ(mesh->mesh.positions[3 * 3], 1);  // vertex 3 is a copy of the file's second
@@ -51,7 +53,8 @@ TEST(ObjReader, KeepsNormalsOnlyWhereAllCornersHaveOne) {
 
 TEST(ObjReader, NamesTheLineOfAnError) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  EXPECT_THAT(error_of(corners + "f 1 2 4\n"), HasSubstr("line 4: vertex index 4 is out of range: there are 3"));
+  EXPECT_THAT(error_of(corners + "f 1 2 4\n"),
+              HasSubstr("line 4: vertex index 4 is out of range: there are 3"));
   EXPECT_THAT(error_of(corners + "f 1 2 0\n"), HasSubstr("line 4: vertex index 0"));
   EXPECT_THAT(error_of(corners + "f 1/1 2 3\n"), HasSubstr("texture coordinate index 1 is out of range"));
   EXPECT_THAT(error_of(corners + "f 1 2 x\n"), HasSubstr("line 4: expected a vertex index"));

@@ -15,10 +15,11 @@ class PbrtErrors : public ImportTest {
 TEST_F(PbrtErrors, SeveralAtOnceEachWithItsPlace) {
   const std::string message =
       error("Shap \"sphere\" [ 1 2 ]\nShape \"box\"\n  Translate 1 x 2\nLightSource \"moon\"\n");
-  EXPECT_THAT(message, AllOf(HasSubstr("scene.pbrt:2:1: unknown directive \"Shap\"\n"),
-                             HasSubstr("scene.pbrt:3:1: unknown shape \"box\": expected trianglemesh, plymesh"),
-                             HasSubstr("scene.pbrt:4:15: expected a finite number, found \"x\""),
-                             HasSubstr("scene.pbrt:5:1: unknown light type \"moon\"")));
+  EXPECT_THAT(message,
+              AllOf(HasSubstr("scene.pbrt:2:1: unknown directive \"Shap\"\n"),
+                    HasSubstr("scene.pbrt:3:1: unknown shape \"box\": expected trianglemesh, plymesh"),
+                    HasSubstr("scene.pbrt:4:15: expected a finite number, found \"x\""),
+                    HasSubstr("scene.pbrt:5:1: unknown light type \"moon\"")));
 }
 
 TEST_F(PbrtErrors, StopAfterTwenty) {
@@ -41,12 +42,14 @@ TEST_F(PbrtErrors, MeshesMustFit) {
   EXPECT_THAT(error(p + "\"integer indices\" [ 0 1 3 ]"),
               HasSubstr("index 3 (number 2) is out of range: there are 3 vertices"));
   EXPECT_THAT(error(p + "\"integer indices\" [ 0 1 -1 ]"), HasSubstr("index -1"));
-  EXPECT_THAT(error(p + "\"integer indices\" [ 0 1 ]"), HasSubstr("expected a multiple of 3 indices, found 2"));
+  EXPECT_THAT(error(p + "\"integer indices\" [ 0 1 ]"),
+              HasSubstr("expected a multiple of 3 indices, found 2"));
   EXPECT_THAT(error(p + "\"integer indices\" [ 0 1 1.5 ]"), HasSubstr("expected 32-bit integers"));
   EXPECT_THAT(error(p + "\"normal N\" [ 0 0 1 ]"), HasSubstr("there are 1 normals for 3 vertices"));
   EXPECT_THAT(error(p + "\"point2 uv\" [ 0 0 1 ]"), HasSubstr("point2 takes 2 numbers a value, found 3"));
   EXPECT_THAT(error("Shape \"trianglemesh\""), HasSubstr("expected vertex positions"));
-  EXPECT_THAT(error("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 ]"), HasSubstr("\"integer indices\""));
+  EXPECT_THAT(error("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 ]"),
+              HasSubstr("\"integer indices\""));
 }
 
 TEST_F(PbrtErrors, FilesMustBeThere) {
@@ -54,7 +57,8 @@ TEST_F(PbrtErrors, FilesMustBeThere) {
               AllOf(HasSubstr("scene.pbrt:2:1"), HasSubstr("no.ply")));
   EXPECT_THAT(error("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"no.png\""),
               HasSubstr("scene.pbrt:2:1: texture file \"no.png\" does not exist"));
-  EXPECT_THAT(error("LightSource \"infinite\" \"string filename\" \"no.pfm\""), HasSubstr("no.pfm: no such file"));
+  EXPECT_THAT(error("LightSource \"infinite\" \"string filename\" \"no.pfm\""),
+              HasSubstr("no.pfm: no such file"));
   EXPECT_THAT(error("Include \"no.pbrt\""), AllOf(HasSubstr("scene.pbrt:2:1"), HasSubstr("no.pbrt")));
   EXPECT_THAT(error("Include \".\""), HasSubstr("not a regular file"));
   EXPECT_THAT(error("Material \"diffuse\" \"spectrum reflectance\" \"metal-Xx-eta\" Shape \"sphere\""),
@@ -74,7 +78,8 @@ TEST_F(PbrtErrors, BlocksMustBalance) {
   EXPECT_THAT(error("ObjectEnd\n"), HasSubstr("ObjectEnd without ObjectBegin"));
   EXPECT_THAT(error("AttributeBegin ObjectBegin \"a\" AttributeEnd"),
               HasSubstr("the block that is open began on line 2"));
-  EXPECT_THAT(error("ObjectBegin \"a\" ObjectBegin \"b\" ObjectEnd ObjectEnd"), HasSubstr("inside of another object"));
+  EXPECT_THAT(error("ObjectBegin \"a\" ObjectBegin \"b\" ObjectEnd ObjectEnd"),
+              HasSubstr("inside of another object"));
   EXPECT_THAT(error("ObjectBegin \"a\" ObjectInstance \"a\" ObjectEnd"), HasSubstr("inside of an object"));
   EXPECT_THAT(error("ObjectInstance \"a\""), HasSubstr("there is no object \"a\""));
 }
@@ -88,7 +93,8 @@ TEST_F(PbrtErrors, OrderMatters) {
 
 TEST_F(PbrtErrors, IncludesMustEnd) {
   write("loop.pbrt", "Include \"loop.pbrt\"");
-  EXPECT_THAT(error("Include \"loop.pbrt\""), AllOf(HasSubstr("loop.pbrt:1:1"), HasSubstr("includes itself")));
+  EXPECT_THAT(error("Include \"loop.pbrt\""),
+              AllOf(HasSubstr("loop.pbrt:1:1"), HasSubstr("includes itself")));
   EXPECT_THAT(error("Import \"scene.pbrt\""), HasSubstr("includes itself"));
   for (int i = 0; i < 100; ++i) {
     write("deep" + std::to_string(i) + ".pbrt", "Include \"deep" + std::to_string(i + 1) + ".pbrt\"");
@@ -105,7 +111,8 @@ TEST_F(PbrtErrors, SyntaxOfParameters) {
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\""), HasSubstr("found the end of the file"));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" Shape \"sphere\""),
               HasSubstr("expected the value of \"radius\""));
-  EXPECT_THAT(error("Shape \"sphere\" \"integer radius\" 1"), HasSubstr("expected type float, found integer"));
+  EXPECT_THAT(error("Shape \"sphere\" \"integer radius\" 1"),
+              HasSubstr("expected type float, found integer"));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" [ 1 2 ]"), HasSubstr("expected one value, found 2"));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" 1 \"float radius\" 1"), HasSubstr("is given twice"));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" \"one\""), HasSubstr("found the string \"one\""));
@@ -119,12 +126,14 @@ TEST_F(PbrtErrors, ReferencesMustExistAndEnd) {
   EXPECT_THAT(error("NamedMaterial \"x\" Shape \"sphere\""), HasSubstr("there is no material \"x\""));
   EXPECT_THAT(error("Material \"diffuse\" \"texture reflectance\" \"x\" Shape \"sphere\""),
               HasSubstr("there is no spectrum texture \"x\""));
+  EXPECT_THAT(error("MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"m\" \"m\" ] "
+                    "NamedMaterial \"m\" "
+                    "Shape \"sphere\""),
+              HasSubstr("is a mix of itself"));
   EXPECT_THAT(
-      error("MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"m\" \"m\" ] NamedMaterial \"m\" "
-            "Shape \"sphere\""),
-      HasSubstr("is a mix of itself"));
-  EXPECT_THAT(error("Texture \"a\" \"float\" \"scale\" \"texture tex\" \"a\" Shape \"sphere\" \"texture alpha\" \"a\""),
-              HasSubstr("refers to itself"));
+      error(
+          "Texture \"a\" \"float\" \"scale\" \"texture tex\" \"a\" Shape \"sphere\" \"texture alpha\" \"a\""),
+      HasSubstr("refers to itself"));
   EXPECT_THAT(error("MediumInterface \"fog\" \"\""), HasSubstr("there is no medium \"fog\""));
   EXPECT_THAT(error("Material \"glass\""), HasSubstr("unknown material type \"glass\": expected diffuse"));
   EXPECT_THAT(error("Texture \"t\" \"float\" \"clouds\""), HasSubstr("unknown texture type \"clouds\""));
@@ -135,19 +144,22 @@ TEST_F(PbrtErrors, ValuesMustMakeSense) {
               HasSubstr("a resolution of 0x720"));
   EXPECT_THAT(error_of(import_text("Film \"rgb\" \"integer xresolution\" 2000000000 WorldBegin")),
               HasSubstr("not possible"));
-  EXPECT_THAT(error_of(import_text("Camera \"perspective\" \"float fov\" 180 WorldBegin")), HasSubstr("field of view"));
+  EXPECT_THAT(error_of(import_text("Camera \"perspective\" \"float fov\" 180 WorldBegin")),
+              HasSubstr("field of view"));
   EXPECT_THAT(error_of(import_text("Scale 0 1 1 Camera \"perspective\" WorldBegin")), HasSubstr("singular"));
   EXPECT_THAT(error_of(import_text("Rotate 90 0 0 0 WorldBegin")), HasSubstr("axis has no direction"));
   EXPECT_THAT(error("LightSource \"point\" \"rgb I\" [ 1 -1 0 ]"), HasSubstr("an RGB value is negative"));
   EXPECT_THAT(error("LightSource \"point\" \"blackbody I\" 0"), HasSubstr("above 0 kelvin"));
-  EXPECT_THAT(error("LightSource \"point\" \"spectrum I\" [ 500 1 400 1 ]"), HasSubstr("wavelengths must ascend"));
+  EXPECT_THAT(error("LightSource \"point\" \"spectrum I\" [ 500 1 400 1 ]"),
+              HasSubstr("wavelengths must ascend"));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" -1"), HasSubstr("radius -1 is not above 0"));
 }
 
 TEST_F(PbrtErrors, OtherFormatsAreRefusedByName) {
   const absl::Status status = import_scene(write("a.blend", "")).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
 }
 
 }  // namespace

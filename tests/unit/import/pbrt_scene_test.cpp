@@ -8,8 +8,8 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 
 class PbrtScene : public ImportTest {};
@@ -40,7 +40,8 @@ TEST_F(PbrtScene, CameraStandsWhereTheTransformPutsIt) {
       "Scale -1 1 1 LookAt 1 2 3  1 2 10  0 1 0\n"
       "Camera \"perspective\" \"float fov\" 40 \"float lensradius\" .1 \"float focaldistance\" 7\n"
       "  \"float shutteropen\" 0 \"float shutterclose\" [ .5 ]\n"
-      "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" [ 30 ] \"float iso\" 400 \"string filename\" "
+      "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" [ 30 ] \"float iso\" 400 \"string "
+      "filename\" "
       "\"a b.exr\"\n"
       "PixelFilter \"sinc\" Sampler \"independent\" \"integer pixelsamples\" 9 \"integer seed\" 5\n"
       "Integrator \"path\" \"integer maxdepth\" 0\nWorldBegin\n");
@@ -83,8 +84,10 @@ TEST_F(PbrtScene, TransformsNestAndRestore) {
 TEST_F(PbrtScene, AttributesAreSavedAndDefaultsApply) {
   const ImportedScene scene = world(
       "Attribute \"shape\" \"float radius\" 3\n"
-      "AttributeBegin ReverseOrientation AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] \"bool twosided\" \"true\"\n"
-      "  Attribute \"shape\" \"float phimax\" 180 Shape \"sphere\" Shape \"sphere\" \"float radius\" 2 AttributeEnd\n"
+      "AttributeBegin ReverseOrientation AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] \"bool twosided\" "
+      "\"true\"\n"
+      "  Attribute \"shape\" \"float phimax\" 180 Shape \"sphere\" Shape \"sphere\" \"float radius\" 2 "
+      "AttributeEnd\n"
       "Shape \"sphere\"\n");
   ASSERT_EQ(scene.scene.shapes_size(), 3);
   const v1::Shape& first = scene.scene.shapes(0);
@@ -104,7 +107,8 @@ TEST_F(PbrtScene, AttributesAreSavedAndDefaultsApply) {
 TEST_F(PbrtScene, ObjectsArePlacedAndUnusedOnesDropped) {
   const ImportedScene scene = world(
       "Translate 1 0 0 ObjectBegin \"a\" Translate 0 1 0 Shape \"sphere\" ObjectEnd\n"
-      "ObjectBegin \"empty\" ObjectEnd ObjectBegin \"unused\" Shape \"plymesh\" \"string filename\" \"missing.ply\" "
+      "ObjectBegin \"empty\" ObjectEnd ObjectBegin \"unused\" Shape \"plymesh\" \"string filename\" "
+      "\"missing.ply\" "
       "ObjectEnd\n"
       "ObjectInstance \"a\" AttributeBegin Translate 0 0 5 ObjectInstance \"a\" AttributeEnd ObjectInstance "
       "\"empty\"\n");
@@ -119,8 +123,8 @@ TEST_F(PbrtScene, ObjectsArePlacedAndUnusedOnesDropped) {
 
 TEST_F(PbrtScene, IncludesActInPlaceAndImportsDoNotLeak) {
   write("parts/more words.pbrt", "Translate 1 0 0 Material \"diffuse\" Shape \"sphere\"");
-  const ImportedScene scene =
-      world("Import \"parts/more words.pbrt\" Shape \"sphere\" Include \"parts/more words.pbrt\" Shape \"sphere\"");
+  const ImportedScene scene = world(
+      "Import \"parts/more words.pbrt\" Shape \"sphere\" Include \"parts/more words.pbrt\" Shape \"sphere\"");
   ASSERT_EQ(scene.scene.shapes_size(), 4);
   const double xs[] = {1, 0, 1, 1};
   for (int i = 0; i < 4; ++i) EXPECT_EQ(column3(scene.scene.shapes(i).world_from_object())[0], xs[i]) << i;
@@ -130,7 +134,8 @@ TEST_F(PbrtScene, IncludesActInPlaceAndImportsDoNotLeak) {
 
 TEST_F(PbrtScene, ReadsCommentsEscapesAndOddNumbers) {
   const ImportedScene scene = world(
-      "Shape \"trianglemesh\" # the floor\n  \"point3 P\" [ # corners\n -0 0 0  +1 0 4.37114e-8 # one\n 0 1 0 ] # "
+      "Shape \"trianglemesh\" # the floor\n  \"point3 P\" [ # corners\n -0 0 0  +1 0 4.37114e-8 # one\n 0 1 "
+      "0 ] # "
       "done\n"
       "  # nothing\n  \"integer indices\" [0 1 2]\"string nonsense\"[\"a \\\"b\\\"\"]\n");
   ASSERT_EQ(scene.scene.shapes_size(), 1);
@@ -149,8 +154,8 @@ TEST_F(PbrtScene, EqualMeshesAreOneBlob) {
 
 TEST_F(PbrtScene, FacesTurnToTheirVertexNormals) {
   // pbrt: with vertex normals, the geometric normal is on their side whatever the winding.
-  const ImportedScene scene =
-      world("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"normal N\" [ 0 0 -1 0 0 -1 0 0 -1 ]");
+  const ImportedScene scene = world(
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"normal N\" [ 0 0 -1 0 0 -1 0 0 -1 ]");
   const auto mesh = wire::decode_mesh(scene.blobs.at(0).bytes);
   ASSERT_TRUE(mesh.ok());
   EXPECT_THAT(mesh->indices, ElementsAre(0, 2, 1));
@@ -206,9 +211,11 @@ TEST_F(PbrtScene, PartialSpheresAreClampedAsInPbrt) {
 TEST_F(PbrtScene, WhatIsDefinedLaterIsFound) {
   // pbrt-v4 looks names up when it has read everything.
   const ImportedScene scene = world(
-      "AreaLightSource \"diffuse\" NamedMaterial \"none\" Shape \"sphere\" \"texture alpha\" \"a\" ObjectInstance "
+      "AreaLightSource \"diffuse\" NamedMaterial \"none\" Shape \"sphere\" \"texture alpha\" \"a\" "
+      "ObjectInstance "
       "\"o\"\n"
-      "MakeNamedMaterial \"none\" \"string type\" \"interface\" Texture \"a\" \"float\" \"constant\" \"float value\" "
+      "MakeNamedMaterial \"none\" \"string type\" \"interface\" Texture \"a\" \"float\" \"constant\" \"float "
+      "value\" "
       ".5\n"
       "AttributeBegin ObjectBegin \"o\" Shape \"disk\" ObjectEnd AttributeEnd\n");
   EXPECT_EQ(scene.scene.shapes(0).alpha().texture(), "a");
@@ -225,7 +232,8 @@ TEST_F(PbrtScene, DefinitionsWithoutEffectAreWarnedOf) {
 
 TEST_F(PbrtScene, NamesWhatIsMissing) {
   const ImportedScene scene = world(
-      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"fog\" \"\"\nMaterial \"interface\"\n"
+      "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"fog\" \"\"\nMaterial "
+      "\"interface\"\n"
       "AreaLightSource \"diffuse\"\nShape \"sphere\"\nScale 1 0 1 Shape \"sphere\"\n");
   ASSERT_EQ(scene.scene.shapes_size(), 1);
   EXPECT_FALSE(scene.scene.shapes(0).has_area_light());
@@ -239,10 +247,13 @@ TEST_F(PbrtScene, NamesWhatIsMissing) {
 TEST_F(PbrtScene, MotionIsCutToTheExposure) {
   // From x = 0 at time 0 to x = 8 at time 2; the shutter is open from 0.5 to 1.
   const auto result = import_text(
-      "TransformTimes 0 2\nCamera \"perspective\" \"float shutteropen\" .5 \"float shutterclose\" 1\nWorldBegin\n"
-      "Shape \"sphere\"\nAttributeBegin ActiveTransform EndTime Translate 8 0 0 ActiveTransform All Translate 0 1 0\n"
+      "TransformTimes 0 2\nCamera \"perspective\" \"float shutteropen\" .5 \"float shutterclose\" "
+      "1\nWorldBegin\n"
+      "Shape \"sphere\"\nAttributeBegin ActiveTransform EndTime Translate 8 0 0 ActiveTransform All "
+      "Translate 0 1 0\n"
       "  Shape \"sphere\" AttributeEnd\n"
-      "ObjectBegin \"o\" Shape \"disk\" ObjectEnd ActiveTransform StartTime Translate 0 0 4 ObjectInstance \"o\"\n");
+      "ObjectBegin \"o\" Shape \"disk\" ObjectEnd ActiveTransform StartTime Translate 0 0 4 ObjectInstance "
+      "\"o\"\n");
   ASSERT_TRUE(result.ok()) << result.status();
   const v1::Scene& scene = result->scene;
   EXPECT_FALSE(scene.shapes(0).has_world_from_object_end());
@@ -256,11 +267,13 @@ TEST_F(PbrtScene, MotionIsCutToTheExposure) {
 
 TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
   const auto result = import_text(
-      "MakeNamedMedium \"air\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 2 1 ]\n"
+      "MakeNamedMedium \"air\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 "
+      "2 1 ]\n"
       "  \"float scale\" 2 \"float g\" .5 \"rgb Le\" [ 1 0 0 ] \"float Lescale\" 4\n"
       "MakeNamedMedium \"unused\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"air\"\nCamera "
       "\"orthographic\"\n"
-      "Integrator \"bdpt\"\nWorldBegin\nMediumInterface \"air\" \"\" Shape \"sphere\" MediumInterface \"air\" Shape "
+      "Integrator \"bdpt\"\nWorldBegin\nMediumInterface \"air\" \"\" Shape \"sphere\" MediumInterface "
+      "\"air\" Shape "
       "\"disk\"\n");
   ASSERT_TRUE(result.ok()) << result.status();
   const v1::Scene& scene = result->scene;
@@ -292,7 +305,8 @@ TEST_F(PbrtScene, WhatNobodyAsksForIsSaidOfEveryDirective) {
   const std::string warnings = warnings_of(scene);
   // Two shapes share one light: its parameters are counted together.
   EXPECT_THAT(warnings, HasSubstr("scene.pbrt:2:42: parameter \"float brightness\" of"));
-  EXPECT_THAT(warnings, Not(HasSubstr("brightness\" of area light \"diffuse\" is not known: it is ignored (and")));
+  EXPECT_THAT(warnings,
+              Not(HasSubstr("brightness\" of area light \"diffuse\" is not known: it is ignored (and")));
   EXPECT_THAT(warnings, HasSubstr("parameter \"float thickness\" of"));
   EXPECT_THAT(warnings, HasSubstr("parameter \"bool odd\" of"));
   // A material of no shape has no effect as a whole.

@@ -31,13 +31,15 @@ class PbrtShapes : public ImportTest {
 
   static wire::MeshView mesh(const ImportedScene& scene) {
     const SceneBlob* bytes = blob(scene, scene.scene.shapes(0).mesh().blob());
-    const auto view = bytes == nullptr ? wire::MeshView{} : wire::decode_mesh(bytes->bytes).value_or(wire::MeshView{});
+    const auto view =
+        bytes == nullptr ? wire::MeshView{} : wire::decode_mesh(bytes->bytes).value_or(wire::MeshView{});
     return view;
   }
 };
 
 constexpr char kCurve[] =
-    "Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0  4 0 0  5 0 0  6 0 0 ]\n"
+    "Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0  4 0 0  5 0 0  6 "
+    "0 0 ]\n"
     "  \"float width0\" 4 \"float width1\" 0\n";
 
 TEST_F(PbrtShapes, CurvesOfOneStateAreOneShape) {
@@ -51,17 +53,21 @@ TEST_F(PbrtShapes, CurvesOfOneStateAreOneShape) {
   const std::vector<float> points = array<float>(scene, curves.points());
   ASSERT_EQ(points.size(), 4u * 21);
   // Radii fall from 2 to 0 evenly along both segments.
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_NEAR(points[4 * i + 3], 2 - static_cast<float>(i) / 3, 1e-6f) << i;
+  for (std::size_t i = 0; i < 7; ++i)
+    EXPECT_NEAR(points[4 * i + 3], 2 - static_cast<float>(i) / 3, 1e-6f) << i;
   EXPECT_TRUE(curves.params().digest().empty());
 }
 
 TEST_F(PbrtShapes, SplinesBecomeBezierSegments) {
   // A quadratic B-spline with evenly spaced points runs straight on between the midpoints.
   const ImportedScene scene = world(
-      "Shape \"curve\" \"string basis\" \"bspline\" \"integer degree\" 2 \"point3 P\" [ 0 0 0  6 0 0  12 0 0 ]\n"
-      "Material \"conductor\" Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [ 0 0 0  6 0 0  12 0 0  18 6 0 "
+      "Shape \"curve\" \"string basis\" \"bspline\" \"integer degree\" 2 \"point3 P\" [ 0 0 0  6 0 0  12 0 0 "
       "]\n"
-      "Material \"diffuse\" Shape \"curve\" \"string type\" \"ribbon\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0 ]\n"
+      "Material \"conductor\" Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [ 0 0 0  6 0 0  12 0 "
+      "0  18 6 0 "
+      "]\n"
+      "Material \"diffuse\" Shape \"curve\" \"string type\" \"ribbon\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 "
+      "0 0 ]\n"
       "  \"normal N\" [ 0 0 2  0 1 0 ]\n");
   ASSERT_EQ(scene.scene.shapes_size(), 3);
   const auto x = [&](int shape, std::size_t point, std::size_t axis) {
@@ -83,14 +89,16 @@ TEST_F(PbrtShapes, SplinesBecomeBezierSegments) {
 
 TEST_F(PbrtShapes, SubdividedOctahedronIsRound) {
   const std::string octahedron =
-      " \"point3 P\" [ 1 0 0  -1 0 0  0 1 0  0 -1 0  0 0 1  0 0 -1 ] \"integer indices\" [ 0 2 4  2 1 4  1 3 4  3 0 4  "
+      " \"point3 P\" [ 1 0 0  -1 0 0  0 1 0  0 -1 0  0 0 1  0 0 -1 ] \"integer indices\" [ 0 2 4  2 1 4  1 3 "
+      "4  3 0 4  "
       "2 0 5  1 2 5  3 1 5  0 3 5 ]";
   const ImportedScene scene = world("Shape \"loopsubdiv\" \"integer levels\" 2" + octahedron);
   const wire::MeshView smooth = mesh(scene);
   EXPECT_EQ(smooth.triangle_count(), 8u * 16);
   ASSERT_EQ(smooth.normals.size(), smooth.positions.size());
-  // The limit of a vertex of valence 4: weight 1 / (4 + 3 / (8 beta)), beta = 3 / 32, for each neighbour of its own
-  // ring. Opposite neighbours cancel, so what is left of (1, 0, 0) is 1 - 4 / (4 + 4) = 1/2 of its length.
+  // The limit of a vertex of valence 4: weight 1 / (4 + 3 / (8 beta)), beta = 3 / 32, for each neighbour of
+  // its own ring. Opposite neighbours cancel, so what is left of (1, 0, 0) is 1 - 4 / (4 + 4) = 1/2 of its
+  // length.
   EXPECT_NEAR(smooth.positions[0], 0.5, 1e-6);
   for (std::size_t i = 0; i < smooth.vertex_count(); ++i) {
     const float *p = &smooth.positions[3 * i], *n = &smooth.normals[3 * i];
@@ -106,7 +114,8 @@ TEST_F(PbrtShapes, SubdividedOctahedronIsRound) {
 TEST_F(PbrtShapes, PatchesKeepTheirParameters) {
   const ImportedScene flat = world("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  2 0 0  0 1 0  2 1 0 ]");
   EXPECT_EQ(mesh(flat).triangle_count(), 2u);
-  EXPECT_THAT(std::vector<float>(mesh(flat).uvs.begin(), mesh(flat).uvs.end()), ElementsAre(0, 0, 1, 0, 0, 1, 1, 1));
+  EXPECT_THAT(std::vector<float>(mesh(flat).uvs.begin(), mesh(flat).uvs.end()),
+              ElementsAre(0, 0, 1, 0, 0, 1, 1, 1));
   EXPECT_EQ(warnings_of(flat), "");
   // A saddle z = x y on the unit square: every vertex lies on it.
   const ImportedScene saddle = world("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  1 1 1 ]");
@@ -123,7 +132,8 @@ TEST_F(PbrtShapes, PatchesKeepTheirParameters) {
 TEST_F(PbrtShapes, GridsFadeAtTheirBorder) {
   const ImportedScene scene = world(
       "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [ 1 3 ]\n"
-      "  \"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ 1 1 1 ] \"point3 p0\" [ 0 0 0 ] \"point3 p1\" [ 4 1 1 ]\n"
+      "  \"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ 1 1 1 ] \"point3 p0\" [ 0 0 0 ] \"point3 p1\" [ 4 1 1 "
+      "]\n"
       "MediumInterface \"smoke\" \"\" Material \"interface\" Shape \"sphere\"\n");
   ASSERT_EQ(scene.scene.media_size(), 1);
   const v1::VolumeGrid& grid = scene.scene.media(0).extinction().grid();

@@ -59,12 +59,13 @@ TEST_F(PbrtValues, MaterialsHavePbrtsDefaults) {
 }
 
 TEST_F(PbrtValues, RoughnessFallsBackToTheCommonOne) {
-  const v1::Roughness r = material(
-                              "\"dielectric\" \"float roughness\" .4 \"float vroughness\" .2 \"bool remaproughness\" "
-                              "false \"spectrum eta\" "
-                              "\"glass-SF11\"")
-                              .dielectric()
-                              .roughness();
+  const v1::Roughness r =
+      material(
+          "\"dielectric\" \"float roughness\" .4 \"float vroughness\" .2 \"bool remaproughness\" "
+          "false \"spectrum eta\" "
+          "\"glass-SF11\"")
+          .dielectric()
+          .roughness();
   EXPECT_FLOAT_EQ(r.u().constant(), 0.4f);
   EXPECT_FLOAT_EQ(r.v().constant(), 0.2f);
   EXPECT_FALSE(r.remap());
@@ -118,9 +119,11 @@ TEST_F(PbrtValues, UnsupportedMaterialsBecomeNearOnes) {
 
 TEST_F(PbrtValues, OnlyMaterialsInUseAreKept) {
   const ImportedScene scene = world(
-      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" \"dielectric\"\n"
+      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" "
+      "\"dielectric\"\n"
       "MakeNamedMaterial \"unused\" \"string type\" \"hair\"\n"
-      "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"a\" \"b\" ] \"float amount\" .25\n"
+      "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [ \"a\" \"b\" ] \"float amount\" "
+      ".25\n"
       "NamedMaterial \"m\" Shape \"sphere\" Material \"diffuse\" Shape \"sphere\" Material \"diffuse\" Shape "
       "\"sphere\"\n");
   std::vector<std::string> names;
@@ -136,11 +139,14 @@ TEST_F(PbrtValues, OnlyMaterialsInUseAreKept) {
 TEST_F(PbrtValues, TexturesOfBothNameSpacesStayApart) {
   write("images/a b.png", "the bytes of a picture");
   const ImportedScene scene = world(
-      "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"images/a b.png\" \"string wrap\" \"clamp\"\n"
-      "  \"string encoding\" \"gamma 2.2\" \"bool invert\" true \"float scale\" 2 \"float uscale\" 3 \"float vdelta\" "
+      "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"images/a b.png\" \"string wrap\" "
+      "\"clamp\"\n"
+      "  \"string encoding\" \"gamma 2.2\" \"bool invert\" true \"float scale\" 2 \"float uscale\" 3 \"float "
+      "vdelta\" "
       ".5\n"
       "Texture \"t\" \"spectrum\" \"scale\" \"rgb tex\" [ .1 .2 .3 ] \"texture scale\" \"t\"\n"
-      "Texture \"board\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"t\" \"rgb tex2\" [ 0 0 1 ] \"float uscale\" "
+      "Texture \"board\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"t\" \"rgb tex2\" [ 0 0 1 ] \"float "
+      "uscale\" "
       "8\n"
       "Texture \"unused\" \"float\" \"fbm\"\n"
       "Material \"diffuse\" \"texture reflectance\" \"board\" \"texture displacement\" \"t\"\n"
@@ -176,11 +182,12 @@ TEST_F(PbrtValues, ReflectancesAreClampedAndConverted) {
   EXPECT_THAT(warnings_, HasSubstr("clamped"));
   // White is white in every space.
   const ImportedScene scene = world(
-      "ColorSpace \"aces2065-1\" LightSource \"point\" \"rgb I\" [ 2 2 2 ] ColorSpace \"rec2020\" LightSource "
+      "ColorSpace \"aces2065-1\" LightSource \"point\" \"rgb I\" [ 2 2 2 ] ColorSpace \"rec2020\" "
+      "LightSource "
       "\"point\" \"rgb "
       "I\" [ 0 1 0 ]");
-  for (const float c :
-       {scene.scene.lights(0).point().intensity().rgb().r(), scene.scene.lights(0).point().intensity().rgb().b()}) {
+  for (const float c : {scene.scene.lights(0).point().intensity().rgb().r(),
+                        scene.scene.lights(0).point().intensity().rgb().b()}) {
     EXPECT_NEAR(c, 2, 1e-5);  // rows of the matrix sum to 1 within its ten digits, in floats
   }
   EXPECT_NEAR(scene.scene.lights(1).point().intensity().rgb().g(), 1.1329, 1e-4);
@@ -190,7 +197,11 @@ TEST_F(PbrtValues, ReflectancesAreClampedAndConverted) {
 TEST_F(PbrtValues, SampledSpectraComeFromListsFilesAndNames) {
   write("red.spd", "# measured\n600 0.5\n700 1\n");
   const auto reflectance = [&](const std::string& value) {
-    return material("\"diffuse\" \"spectrum reflectance\" " + value).diffuse().reflectance().constant().sampled();
+    return material("\"diffuse\" \"spectrum reflectance\" " + value)
+        .diffuse()
+        .reflectance()
+        .constant()
+        .sampled();
   };
   for (const char* value : {"[ 600 .5 700 1 ]", "\"red.spd\""}) {
     const v1::SampledSpectrum s = reflectance(value);
@@ -200,7 +211,11 @@ TEST_F(PbrtValues, SampledSpectraComeFromListsFilesAndNames) {
   }
   EXPECT_EQ(reflectance("\"stdillum-F1\"").values_size(), 81);
   // Indices of refraction are constant outside.
-  EXPECT_EQ(material("\"dielectric\" \"spectrum eta\" [ 500 1.5 600 1.4 ]").dielectric().eta().sampled().values_size(),
+  EXPECT_EQ(material("\"dielectric\" \"spectrum eta\" [ 500 1.5 600 1.4 ]")
+                .dielectric()
+                .eta()
+                .sampled()
+                .values_size(),
             2);
 }
 
@@ -217,21 +232,24 @@ TEST_F(PbrtValues, LightSpectraKeepPbrtsBrightness) {
     const double y =
         s.has_blackbody()
             ? luminance([&](double nm) { return normalized_blackbody(nm, s.blackbody().kelvin()); })
-            : luminance(SpectrumTable{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
-                                      {s.sampled().values().begin(), s.sampled().values().end()}});
+            : luminance(
+                  SpectrumTable{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
+                                {s.sampled().values().begin(), s.sampled().values().end()}});
     EXPECT_NEAR(y * (l.has_scale() ? l.scale() : 1), 1, 1e-6) << value;  // a float's rounding of scale
   }
   EXPECT_FLOAT_EQ(light("LightSource \"infinite\"").infinite().radiance().rgb().g(), 1);
 }
 
 TEST_F(PbrtValues, LightsStandInTheWorld) {
-  const v1::Light point = light("Translate 1 2 3 LightSource \"point\" \"point3 from\" [ 1 0 0 ] \"float power\" 100");
+  const v1::Light point =
+      light("Translate 1 2 3 LightSource \"point\" \"point3 from\" [ 1 0 0 ] \"float power\" 100");
   EXPECT_DOUBLE_EQ(point.point().position().x(), 2);
   EXPECT_FLOAT_EQ(point.scale(), 100 / (4 * std::numbers::pi));
 
   // The light travels from `from` to `to`; translations do not matter.
-  const v1::Light distant =
-      light("Translate 9 9 9 Scale 1 -1 1 LightSource \"distant\" \"point3 from\" [ 0 4 0 ] \"float illuminance\" 3");
+  const v1::Light distant = light(
+      "Translate 9 9 9 Scale 1 -1 1 LightSource \"distant\" \"point3 from\" [ 0 4 0 ] \"float illuminance\" "
+      "3");
   EXPECT_NEAR(distant.distant().direction().y(), 4 / std::sqrt(17.0), 1e-15);
   EXPECT_NEAR(distant.distant().direction().z(), 1 / std::sqrt(17.0), 1e-15);
   EXPECT_FLOAT_EQ(distant.scale(), 3);
@@ -266,21 +284,23 @@ TEST_F(PbrtValues, EnvironmentImagesAreBlobs) {
 TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
   write("half.pfm", grey_image(0.5f));
   const double pi = std::numbers::pi;
-  const v1::Light lamp =
-      light("LightSource \"goniometric\" \"string filename\" \"half.pfm\" \"float power\" 10 \"rgb I\" [ 1 1 1 ]");
+  const v1::Light lamp = light(
+      "LightSource \"goniometric\" \"string filename\" \"half.pfm\" \"float power\" 10 \"rgb I\" [ 1 1 1 ]");
   EXPECT_FLOAT_EQ(lamp.scale(), 10 / (4 * pi * 0.5));
   EXPECT_EQ(lamp.goniometric().texture(), "half.pfm");
   EXPECT_EQ(lamp.goniometric().world_from_light().elements(6), 1);  // y and z change places
 
-  const v1::Light slide =
-      light("LightSource \"projection\" \"string filename\" \"half.pfm\" \"float power\" 10 \"float fov\" 90");
-  // Pixels at (+-1/2, +-1/2) on the plane at distance 1, which is 2 x 2: solid angles fall as (1 + 1/2)^(-3/2).
+  const v1::Light slide = light(
+      "LightSource \"projection\" \"string filename\" \"half.pfm\" \"float power\" 10 \"float fov\" 90");
+  // Pixels at (+-1/2, +-1/2) on the plane at distance 1, which is 2 x 2: solid angles fall as (1 +
+  // 1/2)^(-3/2).
   EXPECT_FLOAT_EQ(slide.scale(), 10 / (4 * 0.5 * std::pow(1.5, -1.5)));
   EXPECT_FALSE(slide.projection().has_aspect());
   EXPECT_EQ(slide.projection().world_from_light().elements(0), -1);
 
-  const ImportedScene scene = world("AreaLightSource \"diffuse\" \"string filename\" \"half.pfm\" \"float power\" 6\n" +
-                                    std::string(kTriangle));
+  const ImportedScene scene =
+      world("AreaLightSource \"diffuse\" \"string filename\" \"half.pfm\" \"float power\" 6\n" +
+            std::string(kTriangle));
   EXPECT_EQ(scene.scene.shapes(0).area_light().texture(), "half.pfm");
   EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 6 / (pi * 0.5 * 0.5));
   EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::BILINEAR);
@@ -313,7 +333,8 @@ TEST_F(PbrtValues, TexturesStandInTheirOwnSpace) {
       "Texture \"both\" \"spectrum\" \"directionmix\" \"texture tex1\" \"dots\" \"vector3 dir\" [ 0 0 2 ]\n"
       "Texture \"slope\" \"spectrum\" \"bilerp\"\nTexture \"cubes\" \"spectrum\" \"checkerboard\" \"integer "
       "dimension\" 3\n"
-      "Material \"coateddiffuse\" \"texture reflectance\" \"both\" \"texture roughness\" \"noise\" Shape \"sphere\"\n"
+      "Material \"coateddiffuse\" \"texture reflectance\" \"both\" \"texture roughness\" \"noise\" Shape "
+      "\"sphere\"\n"
       "Material \"diffuse\" \"texture reflectance\" \"slope\" Shape \"sphere\"\n"
       "Material \"diffuse\" \"texture reflectance\" \"cubes\" Shape \"sphere\"\n");
   EXPECT_EQ(warnings_of(scene), "");
@@ -332,10 +353,10 @@ TEST_F(PbrtValues, TexturesStandInTheirOwnSpace) {
   EXPECT_DOUBLE_EQ(textures["both"].direction_mix().direction().z(), 1);
   EXPECT_FLOAT_EQ(textures["slope"].image().mapping().offset_u(), 0.25f);
   EXPECT_TRUE(textures["cubes"].checkerboard().solid());
-  EXPECT_THAT(
-      error_of(import_world("Texture \"p\" \"float\" \"ptex\" Material \"dielectric\" \"texture roughness\" \"p\" "
-                            "Shape \"sphere\"")),
-      HasSubstr("Ptex files are not supported"));
+  EXPECT_THAT(error_of(import_world(
+                  "Texture \"p\" \"float\" \"ptex\" Material \"dielectric\" \"texture roughness\" \"p\" "
+                  "Shape \"sphere\"")),
+              HasSubstr("Ptex files are not supported"));
 }
 
 }  // namespace

@@ -28,12 +28,13 @@ std::string ascii_triangle() {
 
 /// Two triangles over four vertices with normals and uvs, in an unusual order and with unusual types.
 std::string binary_quad(bool big_endian, bool as_quad) {
-  std::string bytes = std::string("ply\r\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
-                      " 1.0\r\nelement vertex 4\r\nproperty double y\r\nproperty short x\r\nproperty uchar quality\r\n"
-                      "property float z\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n"
-                      "property float s\r\nproperty float t\r\nelement face " +
-                      (as_quad ? "1" : "2") +
-                      "\r\nproperty uchar flags\r\nproperty list ushort uint vertex_index\r\nend_header\r\n";
+  std::string bytes =
+      std::string("ply\r\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
+      " 1.0\r\nelement vertex 4\r\nproperty double y\r\nproperty short x\r\nproperty uchar quality\r\n"
+      "property float z\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n"
+      "property float s\r\nproperty float t\r\nelement face " +
+      (as_quad ? "1" : "2") +
+      "\r\nproperty uchar flags\r\nproperty list ushort uint vertex_index\r\nend_header\r\n";
   const int xs[] = {0, 2, 2, 0}, ys[] = {0, 0, 3, 3};
   for (int v = 0; v < 4; ++v) {
     put<double>(bytes, ys[v], big_endian);
@@ -90,13 +91,15 @@ TEST(PlyReader, CutsPolygonsIntoFansAndSaysSo) {
       "9\n");
   ASSERT_TRUE(ply.ok()) << ply.status();
   EXPECT_THAT(ply->mesh.indices, ElementsAre(0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 1, 2, 0, 2, 3));
-  EXPECT_THAT(ply->warnings, ElementsAre(HasSubstr("quads are not flat"), HasSubstr("more than four vertices"),
-                                         HasSubstr("fewer than three vertices")));
+  EXPECT_THAT(ply->warnings,
+              ElementsAre(HasSubstr("quads are not flat"), HasSubstr("more than four vertices"),
+                          HasSubstr("fewer than three vertices")));
 }
 
 TEST(PlyReader, RefusesEveryTruncation) {
   for (const std::string& whole : {binary_quad(false, true), binary_quad(true, false), ascii_triangle()}) {
-    // The last byte of the ascii file is a line end that nothing needs, the one before a digit of which one suffices.
+    // The last byte of the ascii file is a line end that nothing needs, the one before a digit of which one
+    // suffices.
     const std::size_t needed = whole == ascii_triangle() ? whole.size() - 1 : whole.size();
     for (std::size_t size = 0; size < needed; ++size) {
       EXPECT_FALSE(read_ply(std::string_view(whole).substr(0, size)).ok()) << size;
@@ -106,7 +109,8 @@ TEST(PlyReader, RefusesEveryTruncation) {
 
 TEST(PlyReader, RefusesVerticesCutByOneByte) {
   std::string bytes =
-      "ply\nformat binary_little_endian 1.0\nelement face 0\nproperty list uchar int vertex_indices\nelement vertex 2\n"
+      "ply\nformat binary_little_endian 1.0\nelement face 0\nproperty list uchar int vertex_indices\nelement "
+      "vertex 2\n"
       "property float x\nproperty float y\nproperty float z\nend_header\n";
   bytes.append(24, '\0');
   EXPECT_TRUE(read_ply(bytes).ok());
@@ -135,7 +139,8 @@ TEST(PlyReader, LocatesWhatIsWrong) {
     bytes.replace(bytes.find(what), what.size(), instead);
     return error_of(bytes);
   };
-  EXPECT_THAT(with("3 0 1 2", "3 0 1 3"), HasSubstr("triangle 0: vertex index 3 is out of range: there are 3"));
+  EXPECT_THAT(with("3 0 1 2", "3 0 1 3"),
+              HasSubstr("triangle 0: vertex index 3 is out of range: there are 3"));
   EXPECT_THAT(with("3 0 1 2", "3 0 1 -1"), HasSubstr("line 14: face 0: vertex index -1 is out of range"));
   EXPECT_THAT(with("1 0 0", "1 nan 0"), HasSubstr("vertex 1: its position is not finite"));
   EXPECT_THAT(with("1 0 0", "1 1e39 0"), HasSubstr("vertex 1: its position is not finite"));

@@ -13,7 +13,8 @@ using testing::SizeIs;
 class SceneFiles : public ImportTest {};
 
 constexpr char kPlyTriangle[] =
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement "
+    "face 1\n"
     "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 TEST_F(SceneFiles, TextScenesNameFiles) {
@@ -48,7 +49,8 @@ TEST_F(SceneFiles, WrittenScenesReadBackTheSame) {
     v1::Scene expected = scene.scene, found = copy->scene;
     for (v1::Scene* s : {&expected, &found}) {
       s->mutable_shapes(0)->mutable_mesh()->mutable_blob()->clear_path();
-      for (v1::Texture& texture : *s->mutable_textures()) texture.mutable_image()->mutable_image()->clear_path();
+      for (v1::Texture& texture : *s->mutable_textures())
+        texture.mutable_image()->mutable_image()->clear_path();
     }
     EXPECT_EQ(found.SerializeAsString(), expected.SerializeAsString());
     std::set<std::string> digests, expected_digests;
@@ -71,9 +73,10 @@ TEST_F(SceneFiles, ErrorsHaveLines) {
             "name: \"x\"\nshapes {\n  mesh { blob { path: \"no.ply\" } }\n}\nshapes { mesh { blob { path: "
             "\"bad.tsr\" } } }\nshapes { mesh { blob { path: \"bad.ply\" } } }\nshapes { mesh { blob {} } }\n"
             "lights { infinite { image { path: \"s.textproto\" digest: \"00\" } } }\n")));
-  EXPECT_THAT(message, AllOf(HasSubstr("s.textproto:3: "), HasSubstr("no.ply"), HasSubstr("s.textproto:5: "),
-                             HasSubstr("mesh blob"), HasSubstr("s.textproto:6: "), HasSubstr("not a PLY file"),
-                             HasSubstr("s.textproto:7: expected \"path\""), HasSubstr("s.textproto:8: ")));
+  EXPECT_THAT(message,
+              AllOf(HasSubstr("s.textproto:3: "), HasSubstr("no.ply"), HasSubstr("s.textproto:5: "),
+                    HasSubstr("mesh blob"), HasSubstr("s.textproto:6: "), HasSubstr("not a PLY file"),
+                    HasSubstr("s.textproto:7: expected \"path\""), HasSubstr("s.textproto:8: ")));
   EXPECT_THAT(message, HasSubstr("not 00 as the scene says"));
   EXPECT_THAT(error_of(import_scene(write("t.textproto", "name: \"a\"\n  colour: 3\n"))),
               AllOf(HasSubstr("t.textproto:2:"), HasSubstr("colour")));
@@ -121,7 +124,8 @@ lights { scale: 2 }
   EXPECT_THAT(message, HasSubstr("s.textproto:5:1: material \"clay\": the name is used twice"));
   EXPECT_THAT(message, HasSubstr("s.textproto:5:50: there is no texture \"wood\": did you mean \"woods\"?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:9:31: there is no medium \"fog\""));
-  EXPECT_THAT(message, HasSubstr("s.textproto:10:13: there is no object \"chair\": did you mean \"chairs\"?"));
+  EXPECT_THAT(message,
+              HasSubstr("s.textproto:10:13: there is no object \"chair\": did you mean \"chairs\"?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:11:56: there is no material \"Clay\": did you mean \"clay\"?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:12:25: a matrix of 3 elements: expected 16"));
   EXPECT_THAT(message, HasSubstr("there is no medium \"air\""));
@@ -139,8 +143,10 @@ lights { point { intensity { constant: -1e19 } } }
 )")));
   EXPECT_THAT(message, HasSubstr("s.textproto:2:12: shapes[0].sphere.radius (ball): inf is not finite"));
   // The parser knows where a list begins.
-  EXPECT_THAT(message, HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[5]: nan is not finite"));
-  EXPECT_THAT(message, HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[10]: 1e+30 is beyond 1e+18"));
+  EXPECT_THAT(message,
+              HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[5]: nan is not finite"));
+  EXPECT_THAT(message,
+              HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[10]: 1e+30 is beyond 1e+18"));
   EXPECT_THAT(message, HasSubstr("s.textproto:6:30: lights[0].point.intensity.constant: -1e+19 is beyond"));
   EXPECT_THAT(message, HasSubstr("s.textproto:3:10: there is no material \"clai\""));
 }

@@ -35,14 +35,15 @@ TEST(NamedSpectra, TablesAreWholeAndAscend) {
       EXPECT_GT(table->values.back(), 0) << name;
     }
   }
-  for (const char* unknown : {"metal-Unobtainium-eta", "metal-Cu", "glass-", "stdillum-F13", "stdillum-acesD60", ""}) {
+  for (const char* unknown :
+       {"metal-Unobtainium-eta", "metal-Cu", "glass-", "stdillum-F13", "stdillum-acesD60", ""}) {
     EXPECT_FALSE(find_named_spectrum(unknown).has_value()) << unknown;
   }
 }
 
 TEST(NamedSpectra, KnownValues) {
-  // The sodium D line, 589.3 nm: Schott's n_D of BK7 is 1.51673, of SF11 1.78446. The tables are linear over 22 nm,
-  // where the dispersion's curvature leaves less than 2e-4.
+  // The sodium D line, 589.3 nm: Schott's n_D of BK7 is 1.51673, of SF11 1.78446. The tables are linear over
+  // 22 nm, where the dispersion's curvature leaves less than 2e-4.
   EXPECT_NEAR(value_of("glass-BK7", 589.3), 1.51673, 2e-4);
   EXPECT_NEAR(value_of("glass-SF11", 589.3), 1.78446, 4e-4);
   // Gold turns from absorbing to reflecting at 500 nm.
@@ -51,10 +52,11 @@ TEST(NamedSpectra, KnownValues) {
   EXPECT_NEAR(value_of("metal-Cu-eta", 563.56), 0.826, 1e-3);
 }
 
-/// The table's colours were integrated elsewhere; what is here as a spectrum tells whether in the same way. Other colour
-/// matching tables, other steps and rounding: 0.5 %.
+/// The table's colours were integrated elsewhere; what is here as a spectrum tells whether in the same way.
+/// Other colour matching tables, other steps and rounding: 0.5 %.
 void expect_color(const std::array<double, 3>& found, const std::array<double, 3>& expected) {
-  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 5e-3 * expected[c]) << "component " << c;
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(found[c], expected[c], 5e-3 * expected[c]) << "component " << c;
 }
 
 TEST(MetalColors, AreIntegratedAsTheSpectraHere) {
@@ -72,16 +74,23 @@ TEST(MetalColors, AreIntegratedAsTheSpectraHere) {
   expect_color(color("metal-Cu-k"), {3.9129, 2.4528, 2.1422});
   // Tungsten, the metal, the other way round: Luxpop's measurements against the table.
   SpectrumTable tungsten;
-  tungsten.wavelengths_nm = {359.362, 364.647, 370.09, 375.697, 381.477, 387.438, 393.587, 399.935, 406.492, 413.267, 420.271, 427.517, 435.018, 442.786, 450.836, 459.185, 467.849, 476.846, 486.196, 495.92, 506.041, 516.583, 527.575, 539.044, 551.022, 563.545, 576.651, 590.381, 604.781, 619.9, 635.795, 652.526, 670.162, 688.778, 708.457, 729.294, 751.394, 774.875, 799.871, 826.533};
-  tungsten.values = {3.32, 3.39, 3.43, 3.45, 3.45, 3.43, 3.41, 3.39, 3.37, 3.35, 3.33, 3.32, 3.31, 3.3, 3.31, 3.31, 3.32, 3.34, 3.35, 3.38, 3.42, 3.45, 3.48, 3.5, 3.5, 3.49, 3.51, 3.54, 3.57, 3.6, 3.65, 3.7, 3.76, 3.82, 3.85, 3.84, 3.78, 3.67, 3.56, 3.48};
+  tungsten.wavelengths_nm = {359.362, 364.647, 370.09,  375.697, 381.477, 387.438, 393.587, 399.935,
+                             406.492, 413.267, 420.271, 427.517, 435.018, 442.786, 450.836, 459.185,
+                             467.849, 476.846, 486.196, 495.92,  506.041, 516.583, 527.575, 539.044,
+                             551.022, 563.545, 576.651, 590.381, 604.781, 619.9,   635.795, 652.526,
+                             670.162, 688.778, 708.457, 729.294, 751.394, 774.875, 799.871, 826.533};
+  tungsten.values = {3.32, 3.39, 3.43, 3.45, 3.45, 3.43, 3.41, 3.39, 3.37, 3.35, 3.33, 3.32, 3.31, 3.3,
+                     3.31, 3.31, 3.32, 3.34, 3.35, 3.38, 3.42, 3.45, 3.48, 3.5,  3.5,  3.49, 3.51, 3.54,
+                     3.57, 3.6,  3.65, 3.7,  3.76, 3.82, 3.85, 3.84, 3.78, 3.67, 3.56, 3.48};
   expect_color(linear_rgb(tungsten, SeenUnder::kEqualEnergy), find_metal_color("W")->eta);
 }
 
 TEST(MetalColors, AllOfMitsubasConductorsAreThere) {
   for (const char* name :
-       {"a-C", "Ag", "Al", "AlAs", "AlSb", "Au", "Be", "Cr", "CsI", "Cu", "Cu2O", "CuO", "d-C", "Hg", "HgTe", "Ir", "K",
-        "Li", "MgO", "Mo", "Na_palik", "Nb", "Ni_palik", "Rh", "Se", "Se-e", "SiC", "SnTe", "Ta", "Te", "Te-e", "ThF4",
-        "TiC", "TiN", "TiO2", "TiO2-e", "VC", "V_palik", "VN", "W"}) {
+       {"a-C",      "Ag",   "Al",       "AlAs", "AlSb", "Au",     "Be",  "Cr",      "CsI", "Cu",
+        "Cu2O",     "CuO",  "d-C",      "Hg",   "HgTe", "Ir",     "K",   "Li",      "MgO", "Mo",
+        "Na_palik", "Nb",   "Ni_palik", "Rh",   "Se",   "Se-e",   "SiC", "SnTe",    "Ta",  "Te",
+        "Te-e",     "ThF4", "TiC",      "TiN",  "TiO2", "TiO2-e", "VC",  "V_palik", "VN",  "W"}) {
     const bool spectrum = find_named_spectrum(std::string("metal-") + name + "-eta").has_value();
     const std::optional<MetalColor> color = find_metal_color(name);
     ASSERT_NE(spectrum, color.has_value()) << name;

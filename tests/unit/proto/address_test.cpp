@@ -19,15 +19,16 @@ TEST(Address, ParsesNamesAndNumbers) {
 }
 
 TEST(Address, RefusesWhatIsNoAddress) {
-  for (const char* text :
-       {"", ":", "host", "host:", ":80", "host:65536", "host:-1", "host:8x", "::1:80", "[::1]", "[::1:80", "[]:80"}) {
+  for (const char* text : {"", ":", "host", "host:", ":80", "host:65536", "host:-1", "host:8x", "::1:80",
+                           "[::1]", "[::1:80", "[]:80"}) {
     const auto parsed = parse_host_port(text);
     EXPECT_EQ(parsed.status().code(), absl::StatusCode::kInvalidArgument) << text;
   }
 }
 
 TEST(Address, KnowsLoopback) {
-  for (const char* host : {"localhost", "127.0.0.1", "127.255.0.9", "::1"}) EXPECT_TRUE(is_loopback(host)) << host;
+  for (const char* host : {"localhost", "127.0.0.1", "127.255.0.9", "::1"})
+    EXPECT_TRUE(is_loopback(host)) << host;
   for (const char* host :
        {"0.0.0.0", "::", "10.0.0.1", "128.0.0.1", "localhost.example.org", "127.0.0.1.example.org"}) {
     EXPECT_FALSE(is_loopback(host)) << host;

@@ -1,5 +1,5 @@
-// Files of every form that has a reader of its own are written with OpenImageIO, and read back both ways: by the reader
-// and by OpenImageIO. The two must agree to the bit.
+// Files of every form that has a reader of its own are written with OpenImageIO, and read back both ways: by
+// the reader and by OpenImageIO. The two must agree to the bit.
 #include "wire/image_blob.h"
 
 #include <OpenImageIO/imageio.h>
@@ -30,8 +30,8 @@ class ImageBlob : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(directory_); }
 
   /// A file of noise.
-  std::string file(const std::string& name, int channels, OIIO::TypeDesc type, const char* attribute = nullptr,
-                   const char* value = nullptr) {
+  std::string file(const std::string& name, int channels, OIIO::TypeDesc type,
+                   const char* attribute = nullptr, const char* value = nullptr) {
     path_ = (directory_ / name).string();
     const auto output = OIIO::ImageOutput::create(path_);
     OIIO::ImageSpec spec(kWidth, kHeight, channels, type);
@@ -41,7 +41,8 @@ class ImageBlob : public testing::Test {
     std::vector<float> values(static_cast<std::size_t>(kWidth * kHeight * channels));
     for (float& v : values) v = static_cast<float>(random() >> 8) / 16777216.0f;
     // Runs, for what encodes them.
-    for (std::size_t i = 0; i < values.size() / 3; ++i) values[i] = values[static_cast<std::size_t>(i % 4 == 0)];
+    for (std::size_t i = 0; i < values.size() / 3; ++i)
+      values[i] = values[static_cast<std::size_t>(i % 4 == 0)];
     EXPECT_TRUE(output->open(path_, spec) && output->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
                 output->close())
         << name << output->geterror();
@@ -80,8 +81,8 @@ class ImageBlob : public testing::Test {
     EXPECT_EQ(values, reference());
   }
 
-  /// That `reader` takes the file, and gives what OpenImageIO gives; and that it declines every beginning of it that
-  /// lacks `must_have` bytes or more.
+  /// That `reader` takes the file, and gives what OpenImageIO gives; and that it declines every beginning of
+  /// it that lacks `must_have` bytes or more.
   void expect_own_reader(ImageReader reader, const std::string& bytes, std::size_t must_have) const {
     ImagePixels pixels;
     ASSERT_TRUE(reader(bytes, kNoLimit, pixels));
@@ -117,7 +118,8 @@ TEST_F(ImageBlob, TgaAsOpenImageIoReadsIt) {
     for (const int channels : {1, 3}) {
       SCOPED_TRACE(testing::Message() << compression << " " << channels);
       constexpr std::size_t kFooterAndExtension = 26 + 495;
-      const std::string bytes = file("noise.tga", channels, OIIO::TypeDesc::UINT8, "compression", compression);
+      const std::string bytes =
+          file("noise.tga", channels, OIIO::TypeDesc::UINT8, "compression", compression);
       expect_own_reader(read_tga, bytes, kFooterAndExtension + 500);
     }
   }
@@ -171,7 +173,8 @@ TEST_F(ImageBlob, LeavesOtherFormsToOpenImageIo) {
 
 TEST_F(ImageBlob, TellsTheSizeOfAFileFromItsHeader) {
   const std::string bytes = file("noise.png", 3, OIIO::TypeDesc::UINT8);
-  const absl::StatusOr<ImageSize> size = image_size(std::string_view(bytes).substr(0, bytes.size() / 2), "noise.png");
+  const absl::StatusOr<ImageSize> size =
+      image_size(std::string_view(bytes).substr(0, bytes.size() / 2), "noise.png");
   ASSERT_TRUE(size.ok()) << size.status();
   EXPECT_EQ(size->width, kWidth);
   EXPECT_EQ(size->height, kHeight);

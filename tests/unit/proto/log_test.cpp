@@ -24,8 +24,8 @@ class Log : public testing::Test {
   void TearDown() override { spdlog::set_default_logger(before_); }
 
   void use(LogFormat format, const std::string& worker = "") {
-    auto logger =
-        std::make_shared<spdlog::logger>("tessera-test", std::make_shared<spdlog::sinks::ostream_sink_st>(written_));
+    auto logger = std::make_shared<spdlog::logger>(
+        "tessera-test", std::make_shared<spdlog::sinks::ostream_sink_st>(written_));
     logger->set_formatter(make_log_formatter(format, worker));
     spdlog::set_default_logger(std::move(logger));
   }
@@ -38,9 +38,11 @@ class Log : public testing::Test {
 
 TEST_F(Log, TextEndsWithTheFields) {
   use(LogFormat::kText);
-  log(spdlog::level::warn, {.job = "4f0c", .unit = 0, .attempt = 3, .worker = "render 7"}, "unit {} failed", 0);
-  EXPECT_THAT(line(),
-              EndsWith("[tessera-test] [warning] unit 0 failed job=4f0c unit=0 attempt=3 worker=\"render 7\"\n"));
+  log(spdlog::level::warn, {.job = "4f0c", .unit = 0, .attempt = 3, .worker = "render 7"}, "unit {} failed",
+      0);
+  EXPECT_THAT(
+      line(),
+      EndsWith("[tessera-test] [warning] unit 0 failed job=4f0c unit=0 attempt=3 worker=\"render 7\"\n"));
   spdlog::info("about nothing");
   EXPECT_THAT(line(), EndsWith("[info] about nothing\n"));
 }
@@ -48,8 +50,8 @@ TEST_F(Log, TextEndsWithTheFields) {
 TEST_F(Log, JsonHasTheSameFields) {
   use(LogFormat::kJson);
   log(spdlog::level::warn,
-      {.job = "4f0c", .unit = 0, .attempt = 3, .worker = "w", .host = "h", .user = "u", .peer = "p"}, "unit {} failed",
-      0);
+      {.job = "4f0c", .unit = 0, .attempt = 3, .worker = "w", .host = "h", .user = "u", .peer = "p"},
+      "unit {} failed", 0);
   const nlohmann::json all = object();
   EXPECT_THAT(all["time"].get<std::string>(),
               testing::MatchesRegex("20[0-9]+-[0-9]+-[0-9]+T[0-9]+:[0-9]+:[0-9]+\\.[0-9][0-9][0-9]Z"));
@@ -79,15 +81,17 @@ TEST_F(Log, EveryLineOfAWorkerNamesIt) {
   EXPECT_THAT(line(), EndsWith("begun job=4f0c worker=render7:12\n"));
 }
 
-// What a worker reports ends up in the coordinator's log: it must not be able to write lines of its own there.
+// What a worker reports ends up in the coordinator's log: it must not be able to write lines of its own
+// there.
 TEST_F(Log, WhatIsQuotedCannotForgeLines) {
   const std::string evil = "broken\n[2026-01-01] [info] all is well\x1b[2J\r\x7f";
   use(LogFormat::kText);
   log(spdlog::level::warn, {.user = "a\" job=\"b\n"}, "{}", evil);
   const std::string text = line();
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
-  EXPECT_THAT(text,
-              HasSubstr("broken\\n[2026-01-01] [info] all is well\\x1b[2J\\x0d\\x7f user=\"a\\\" job=\\\"b\\n\"\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("broken\\n[2026-01-01] [info] all is well\\x1b[2J\\x0d\\x7f user=\"a\\\" job=\\\"b\\n\"\n"));
 
   use(LogFormat::kJson);
   log(spdlog::level::warn, {.user = "a\", \"job\": \"b"}, "{}", evil);

@@ -49,9 +49,10 @@ TEST(MergePixelNodes, GivesSumAndSquaredDeviation) {
 
     const Node node = tree(samples);
     EXPECT_EQ(node.count, count);
-    // Each of the log2(n) <= 10 levels rounds to float once, by at most 2^-24 of the node's value. The deviation also
-    // sees the error of the two means: 10 * 2^-24 * mean twice, against a difference of means of order spread /
-    // sqrt(n); over the levels that stays below 1e-4 of a deviation of this size (mean / spread = 2.5, n <= 1000).
+    // Each of the log2(n) <= 10 levels rounds to float once, by at most 2^-24 of the node's value. The
+    // deviation also sees the error of the two means: 10 * 2^-24 * mean twice, against a difference of means
+    // of order spread / sqrt(n); over the levels that stays below 1e-4 of a deviation of this size (mean /
+    // spread = 2.5, n <= 1000).
     EXPECT_NEAR(node.values[0], sum, 10 * std::ldexp(sum, -24));
     EXPECT_NEAR(node.values[1], deviation, 1e-4 * deviation);
   }
@@ -75,7 +76,8 @@ TEST(MergePixelNodes, AnyCutIntoNodesGivesTheSameBits) {
     while (nodes.size() > 1) {
       bool found = false;
       for (std::size_t i = nodes.size() - 1; i-- > 0 && !found;) {
-        if (!are_siblings(nodes[i].begin, nodes[i].end, nodes[i + 1].begin, nodes[i + 1].end, kSamples)) continue;
+        if (!are_siblings(nodes[i].begin, nodes[i].end, nodes[i + 1].begin, nodes[i + 1].end, kSamples))
+          continue;
         nodes[i] = {nodes[i].begin, nodes[i + 1].end, merged(nodes[i].node, nodes[i + 1].node)};
         nodes.erase(nodes.begin() + static_cast<std::ptrdiff_t>(i) + 1);
         found = true;
@@ -83,14 +85,16 @@ TEST(MergePixelNodes, AnyCutIntoNodesGivesTheSameBits) {
       ASSERT_TRUE(found) << "range " << range;
     }
     EXPECT_EQ(nodes[0].node.count, whole.count);
-    EXPECT_EQ(std::bit_cast<std::uint32_t>(nodes[0].node.values[0]), std::bit_cast<std::uint32_t>(whole.values[0]));
-    EXPECT_EQ(std::bit_cast<std::uint32_t>(nodes[0].node.values[1]), std::bit_cast<std::uint32_t>(whole.values[1]));
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(nodes[0].node.values[0]),
+              std::bit_cast<std::uint32_t>(whole.values[0]));
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(nodes[0].node.values[1]),
+              std::bit_cast<std::uint32_t>(whole.values[1]));
   }
 }
 
 TEST(MergePixelNodes, LeftAndRightAreNotTheSame) {
-  // The order is part of the contract: it would show if the two were swapped by accident. Three floats whose sum
-  // depends on the order: (1 + 2^-24) + 2^-24 = 1, but 1 + (2^-24 + 2^-24) > 1.
+  // The order is part of the contract: it would show if the two were swapped by accident. Three floats whose
+  // sum depends on the order: (1 + 2^-24) + 2^-24 = 1, but 1 + (2^-24 + 2^-24) > 1.
   const float small = std::ldexp(1.0f, -24);
   const Node one{1, {1.0f, 0.0f}}, tiny{1, {small, 0.0f}};
   EXPECT_NE(merged(merged(one, tiny), tiny).values[0], merged(one, merged(tiny, tiny)).values[0]);

@@ -24,7 +24,12 @@ class MetricsServerTest : public ::testing::Test {
  protected:
   MetricsServerTest() {
     auto registry = std::make_shared<prometheus::Registry>();
-    prometheus::BuildCounter().Name("tessera_test_total").Help("for a test").Register(*registry).Add({}).Increment(7);
+    prometheus::BuildCounter()
+        .Name("tessera_test_total")
+        .Help("for a test")
+        .Register(*registry)
+        .Add({})
+        .Increment(7);
     auto started = MetricsServer::start("127.0.0.1:0", {registry});
     EXPECT_TRUE(started.ok()) << started.status();
     server_ = *std::move(started);
@@ -57,7 +62,8 @@ TEST_F(MetricsServerTest, IsScrapedWhileStrangersKeepConnectionsOpen) {
   const Clock::time_point begun = Clock::now();
   EXPECT_THAT(scrape(), HasSubstr("tessera_test_total 7"));
   EXPECT_LT(Clock::now() - begun, std::chrono::seconds(10));
-  EXPECT_LE(descriptors(), before + kStrangers + MetricsServer::kMostConnections) << "the strangers' ends, and its own";
+  EXPECT_LE(descriptors(), before + kStrangers + MetricsServer::kMostConnections)
+      << "the strangers' ends, and its own";
 }
 
 TEST_F(MetricsServerTest, AnAddressInUseIsUnavailable) {

@@ -11,7 +11,8 @@ TEST(Printable, SpellsOutWhatMovesTheCursor) {
   EXPECT_EQ(printable("a\x1b[2Jb\rc\nd\te\x7f"), "a\\x1b[2Jb\\x0dc\\nd\\x09e\\x7f");
   EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable_lines("one\ntwo\r\x1b"), "one\ntwo\\x0d\\x1b");
-  // The C1 set in UTF-8 (U+009B begins sequences like ESC [), a mark that turns the text around, a line separator.
+  // The C1 set in UTF-8 (U+009B begins sequences like ESC [), a mark that turns the text around, a line
+  // separator.
   EXPECT_EQ(printable("\xc2\x9b"
                       "2J"),
             "\\xc2\\x9b2J");

@@ -67,8 +67,8 @@ class ProgramTest : public ::testing::Test {
 };
 
 TEST_F(ProgramTest, TakesValuesInEveryForm) {
-  const Outcome outcome = program_.parse({"render", "--spp=64", "box.pbrt", "-obox.exr", "--tag", "a,b", "--tag", "c",
-                                          "--counts", "1,2,3", "--priority", "-5", "-q"});
+  const Outcome outcome = program_.parse({"render", "--spp=64", "box.pbrt", "-obox.exr", "--tag", "a,b",
+                                          "--tag", "c", "--counts", "1,2,3", "--priority", "-5", "-q"});
   EXPECT_FALSE(outcome.exit_code) << outcome.err;
   EXPECT_EQ(values_.scene, "box.pbrt");
   EXPECT_EQ(values_.output, "box.exr");
@@ -95,7 +95,8 @@ TEST_F(ProgramTest, TakesAnEmptyValueForWhatItIs) {
   EXPECT_FALSE(program_.parse({"render", "--tls=", "box.pbrt", "--output=", "--tag", ""}).exit_code);
   EXPECT_EQ(values_.scene, "box.pbrt");
   EXPECT_THAT(values_.tags, ElementsAre(""));
-  EXPECT_THAT(fault_of_render({"--spp="}), HasSubstr("--spp: expected a whole number from 1 to 65536, not ''"));
+  EXPECT_THAT(fault_of_render({"--spp="}),
+              HasSubstr("--spp: expected a whole number from 1 to 65536, not ''"));
 }
 
 TEST_F(ProgramTest, TakesNumbersInBaseTenOnly) {
@@ -135,14 +136,17 @@ TEST_F(ProgramTest, NamesTheNearestOption) {
             "draw render: there is no option '--nosie'; did you mean '--noise'?\n"
             "usage: draw render SCENE -o FILE [options]   (more: draw render --help)\n");
   // Not that --output is missing: the one that is there is what is wrong.
-  EXPECT_THAT(fault({"render", "box.pbrt", "--outptu", "x.exr"}), HasSubstr("'--outptu'; did you mean '--output'?"));
+  EXPECT_THAT(fault({"render", "box.pbrt", "--outptu", "x.exr"}),
+              HasSubstr("'--outptu'; did you mean '--output'?"));
 }
 
 TEST_F(ProgramTest, SaysWhatWasExpectedInPlainWords) {
   EXPECT_THAT(fault_of_render({"--spp", "abc"}),
               StartsWith("draw render: --spp: expected a whole number from 1 to 65536, not 'abc'\n"));
-  EXPECT_THAT(fault_of_render({"--priority", "1.5"}), HasSubstr("--priority: expected a whole number, not '1.5'"));
-  EXPECT_THAT(fault_of_render({"--kind", "fnacy"}), HasSubstr("--kind: there is no 'fnacy'; there is: plain, fancy"));
+  EXPECT_THAT(fault_of_render({"--priority", "1.5"}),
+              HasSubstr("--priority: expected a whole number, not '1.5'"));
+  EXPECT_THAT(fault_of_render({"--kind", "fnacy"}),
+              HasSubstr("--kind: there is no 'fnacy'; there is: plain, fancy"));
 }
 
 TEST_F(ProgramTest, RefusesNumbersThatAreNone) {
@@ -181,9 +185,13 @@ TEST_F(ProgramTest, TakesFromTheEnvironmentWhatIsNotGiven) {
 
 TEST_F(ProgramTest, NamesTheVariableThatHoldsAWrongValue) {
   std::uint32_t port = 0;
-  program_.add_command("serve", "Serves").add("--port", port).in_range(1, 65535).from_environment("TESSERA_TEST_PORT");
+  program_.add_command("serve", "Serves")
+      .add("--port", port)
+      .in_range(1, 65535)
+      .from_environment("TESSERA_TEST_PORT");
   ::setenv("TESSERA_TEST_PORT", "many", 1);
-  EXPECT_THAT(fault({"serve"}), HasSubstr("$TESSERA_TEST_PORT: expected a whole number from 1 to 65535, not 'many'"));
+  EXPECT_THAT(fault({"serve"}),
+              HasSubstr("$TESSERA_TEST_PORT: expected a whole number from 1 to 65535, not 'many'"));
   EXPECT_FALSE(program_.parse({"serve", "--port", "80"}).exit_code);
   ::unsetenv("TESSERA_TEST_PORT");
   EXPECT_EQ(port, 80u);
@@ -194,7 +202,8 @@ TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, StartsWith("Renders a scene\n\nusage: draw render SCENE -o FILE [options]\n"));
-  EXPECT_THAT(outcome.out, HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
+  EXPECT_THAT(outcome.out,
+              HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
   EXPECT_THAT(outcome.out, HasSubstr("how it is done (plain, fancy; default: plain)"));
   EXPECT_THAT(outcome.out, EndsWith("for example\n  draw render box.pbrt -o box.exr\n"));
   for (const std::string& line : std::vector<std::string>(absl::StrSplit(outcome.out, '\n'))) {

@@ -15,7 +15,8 @@ TEST(Status, EveryCodeSurvivesTheWay) {
 }
 
 TEST(Status, TheMessageNamesTheCall) {
-  const absl::Status status = from_grpc({grpc::StatusCode::NOT_FOUND, "no job 7"}, "GetJob at 127.0.0.1:7070");
+  const absl::Status status =
+      from_grpc({grpc::StatusCode::NOT_FOUND, "no job 7"}, "GetJob at 127.0.0.1:7070");
   EXPECT_EQ(status.message(), "GetJob at 127.0.0.1:7070: no job 7");
   EXPECT_TRUE(from_grpc(grpc::Status::OK, "GetJob").ok());
   EXPECT_EQ(from_grpc({grpc::StatusCode::NOT_FOUND, "\x1b[2J\rno\njob"}, "GetJob").message(),

@@ -50,7 +50,8 @@ TEST(TileResult, RefusesMorePixelsThanExpected) {
   const TileResult result = sample_result();
   const std::string bytes = encode_tile_result(result);
   EXPECT_TRUE(decode_tile_result(bytes, result.pixel_count()).ok());
-  EXPECT_THAT(std::string(decode_tile_result(bytes, result.pixel_count() - 1).status().message()), HasSubstr("pixels"));
+  EXPECT_THAT(std::string(decode_tile_result(bytes, result.pixel_count() - 1).status().message()),
+              HasSubstr("pixels"));
 }
 
 // A zstd frame has a few bits without a meaning; whatever is taken must be the same result.
@@ -114,8 +115,9 @@ TEST(TileResult, ChannelsComeInOneOrder) {
   EXPECT_THAT(names({}), testing::ElementsAre("R", "G", "B", "A"));
   EXPECT_THAT(names({"depth", "samples", "variance", "depth"}),
               testing::ElementsAre("R", "G", "B", "A", "variance.R", "variance.G", "variance.B", "depth.Z"));
-  EXPECT_THAT(names({"normal", "albedo"}), testing::ElementsAre("R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B",
-                                                                "normal.X", "normal.Y", "normal.Z"));
+  EXPECT_THAT(names({"normal", "albedo"}),
+              testing::ElementsAre("R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "normal.X",
+                                   "normal.Y", "normal.Z"));
   const auto channels = *channels_for_aovs({"variance"});
   EXPECT_EQ(channels[6].kind, ChannelKind::kSquaredDeviation);
   EXPECT_EQ(channels[6].of, 2);

@@ -26,7 +26,8 @@ TEST(VolumeBlob, RoundTrips) {
 
 TEST(VolumeBlob, RefusesEveryTruncation) {
   const std::string bytes = blob();
-  for (std::size_t n = 0; n < bytes.size(); ++n) EXPECT_FALSE(decode_volume(std::string_view(bytes).substr(0, n)).ok()) << n;
+  for (std::size_t n = 0; n < bytes.size(); ++n)
+    EXPECT_FALSE(decode_volume(std::string_view(bytes).substr(0, n)).ok()) << n;
   EXPECT_FALSE(decode_volume(bytes + std::string(4, '\0')).ok());
 }
 

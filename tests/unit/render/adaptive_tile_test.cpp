@@ -19,8 +19,8 @@ using Shade = std::function<float(const SampleName&)>;
 
 /// A number in [0, 1) that depends on the sample's name alone (the finisher of splitmix64).
 double uniform(const SampleName& name, std::uint64_t seed = 0) {
-  std::uint64_t x = (std::uint64_t{name.x} << 48) ^ (std::uint64_t{name.y} << 32) ^ (std::uint64_t{name.stream} << 31) ^
-                    name.index ^ (seed << 12);
+  std::uint64_t x = (std::uint64_t{name.x} << 48) ^ (std::uint64_t{name.y} << 32) ^
+                    (std::uint64_t{name.stream} << 31) ^ name.index ^ (seed << 12);
   for (int round = 0; round < 2; ++round) {
     x += 0x9e3779b97f4a7c15u;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -34,8 +34,8 @@ struct Rect {
   std::uint32_t x0, y0, x1, y1;
 };
 
-wire::TileResult render(const Rect& rect, std::uint32_t width, std::uint32_t height, const NoiseTarget& target,
-                        const Shade& shade, std::size_t batch = 1024) {
+wire::TileResult render(const Rect& rect, std::uint32_t width, std::uint32_t height,
+                        const NoiseTarget& target, const Shade& shade, std::size_t batch = 1024) {
   wire::TileResult result;
   result.x0 = rect.x0, result.y0 = rect.y0, result.x1 = rect.x1, result.y1 = rect.y1;
   result.sample_end = target.samples;
@@ -65,7 +65,8 @@ TEST(AdaptiveTile, TheSameBitsInEveryTileCropAndBatch) {
   const NoiseTarget target{.noise = 0.05, .samples = 200};
   const wire::TileResult whole = render({0, 0, kWidth, kHeight}, kWidth, kHeight, target, uneven);
   std::uint32_t fewest = ~0u, most = 0;
-  for (const std::uint32_t count : whole.counts) fewest = std::min(fewest, count), most = std::max(most, count);
+  for (const std::uint32_t count : whole.counts)
+    fewest = std::min(fewest, count), most = std::max(most, count);
   EXPECT_EQ(fewest, 2 * kPilotSamples);
   EXPECT_GT(most, 3 * fewest) << "nothing was decided";
 
@@ -92,13 +93,14 @@ TEST(AdaptiveTile, TheSameBitsInEveryTileCropAndBatch) {
 
 TEST(AdaptiveTile, WhatDoesNotVaryTakesThePilotAndIsExact) {
   const NoiseTarget target{.noise = 0.01, .samples = 4096};
-  const wire::TileResult tile =
-      render({8, 0, 24, 8}, 64, 64, target, [](const SampleName& name) { return name.x < 16 ? 0.0f : 3.25f; });
+  const wire::TileResult tile = render({8, 0, 24, 8}, 64, 64, target,
+                                       [](const SampleName& name) { return name.x < 16 ? 0.0f : 3.25f; });
   for (std::size_t i = 0; i < tile.pixel_count(); ++i) {
     EXPECT_EQ(tile.counts[i], 2 * kPilotSamples);
     EXPECT_EQ(tile.values[i], i % 16 < 8 ? 0.0f : 3.25f * 2 * kPilotSamples);
     EXPECT_EQ(tile.values[4 * tile.pixel_count() + i], 0.0f) << "variance.R";
-    EXPECT_EQ(tile.values[7 * tile.pixel_count() + i], static_cast<float>(8 + i % 16) * 2 * kPilotSamples) << "depth";
+    EXPECT_EQ(tile.values[7 * tile.pixel_count() + i], static_cast<float>(8 + i % 16) * 2 * kPilotSamples)
+        << "depth";
   }
 }
 
@@ -110,8 +112,8 @@ TEST(AdaptiveTile, TakesNoMoreThanTheCap) {
 }
 
 TEST(AdaptiveTile, VarianceOverSamplesIsTheErrorOfThePixel) {
-  // Where both halves decide differently, the pixel's error is above the variance of samples over their number: it is
-  // said to be so. Many renders of one block, against what they scatter by.
+  // Where both halves decide differently, the pixel's error is above the variance of samples over their
+  // number: it is said to be so. Many renders of one block, against what they scatter by.
   const NoiseTarget target{.noise = 0.1, .samples = 256};
   constexpr int kRenders = 400;
   double said = 0, squares = 0;
@@ -140,10 +142,11 @@ std::pair<double, double> mean_of_blocks(bool one_stream) {
   double sum = 0, squares = 0;
   constexpr int kBlocks = 20'000, kColumns = 8;
   for (int i = 0; i < kBlocks / kColumns; ++i) {
-    const wire::TileResult tile = render({0, 0, 8 * kColumns, 8}, 8 * kColumns, 8, kRareTarget, [&](SampleName name) {
-      if (one_stream) name.stream = 0;
-      return static_cast<float>(uniform(name, static_cast<std::uint64_t>(i) + 1) < kRare ? 1 / kRare : 0);
-    });
+    const wire::TileResult tile =
+        render({0, 0, 8 * kColumns, 8}, 8 * kColumns, 8, kRareTarget, [&](SampleName name) {
+          if (one_stream) name.stream = 0;
+          return static_cast<float>(uniform(name, static_cast<std::uint64_t>(i) + 1) < kRare ? 1 / kRare : 0);
+        });
     for (std::size_t block = 0; block < kColumns; ++block) {
       double mean = 0;
       for (std::size_t p = 0; p < 64; ++p) {
@@ -166,14 +169,15 @@ TEST(AdaptiveTile, RareBrightPathsKeepTheirLight) {
 }
 
 TEST(AdaptiveTile, TheTestOfBiasSeesBias) {
-  // With one stream for both halves, each half decides on its own samples: sampling stops where no light came.
+  // With one stream for both halves, each half decides on its own samples: sampling stops where no light
+  // came.
   const auto [mean, error] = mean_of_blocks(/*one_stream=*/true);
   EXPECT_LT(mean, 1 - 20 * error);
   EXPECT_LT(mean, 0.7);
 }
 
-/// A block of `kRare` paths again, by the numbers of bright samples alone, so that a bias of 0.1 % is seen. `crossed`:
-/// the rule; otherwise a half decides on itself, as renderers do that stop at their own noise.
+/// A block of `kRare` paths again, by the numbers of bright samples alone, so that a bias of 0.1 % is seen.
+/// `crossed`: the rule; otherwise a half decides on itself, as renderers do that stop at their own noise.
 std::pair<double, double> mean_by_numbers(bool crossed) {
   std::mt19937_64 random(1);
   constexpr int kBlocks = 12'000'000, kPixels = 64;
@@ -228,7 +232,8 @@ TEST(NoiseTarget, MoreSamplesForLessNoiseAndMoreDeviation) {
     EXPECT_LE(samples_for({.noise = 0.04, .samples = 1 << 20}, error), count);
     last = count;
   }
-  // Samples that deviate by a third of their mean, 278 of them, have an error of 2 %; steps are of half at most.
+  // Samples that deviate by a third of their mean, 278 of them, have an error of 2 %; steps are of half at
+  // most.
   const std::uint32_t usual = 2 * samples_for(target, 1.0 / 9 / kPilotSamples);
   EXPECT_GE(usual, 277u);
   EXPECT_LE(usual, 417u);

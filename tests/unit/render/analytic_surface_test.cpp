@@ -29,7 +29,9 @@ Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 Point operator*(Point a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 double length(Point a) { return std::sqrt(dot(a, a)); }
-Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+Point cross(Point a, Point b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 Point lane(Vec3 v, int i) { return {v.x.lane(i), v.y.lane(i), v.z.lane(i)}; }
 
 /// 16 rays against the first shape of a table.
@@ -69,7 +71,8 @@ class Traced {
   std::uint32_t blocked(const Rays& r, float distance) const {
     alignas(64) float out[kWidth];
     std::fill(out, out + kWidth, distance);
-    trace_shadow(accelerator_->scene(), {r.ox, r.oy, r.oz, r.dx, r.dy, r.dz}, kWidth, Traversal::kIncoherent, out);
+    trace_shadow(accelerator_->scene(), {r.ox, r.oy, r.oz, r.dx, r.dy, r.dz}, kWidth, Traversal::kIncoherent,
+                 out);
     std::uint32_t bits = 0;
     for (int i = 0; i < kWidth; ++i) bits |= std::uint32_t{out[i] < 0} << i;
     return bits;
@@ -94,11 +97,13 @@ Affine placed(bool inverse) {
                                        -dot(columns[1], at) / dot(columns[1], columns[1]),
                                        -dot(columns[2], at) / dot(columns[2], columns[2])}
                                : at;
-  a.m[3] = static_cast<float>(centre.x), a.m[7] = static_cast<float>(centre.y), a.m[11] = static_cast<float>(centre.z);
+  a.m[3] = static_cast<float>(centre.x), a.m[7] = static_cast<float>(centre.y),
+  a.m[11] = static_cast<float>(centre.z);
   return a;
 }
 Point apply(const Affine& a, Point p) {
-  return {a.m[0] * p.x + a.m[1] * p.y + a.m[2] * p.z + a.m[3], a.m[4] * p.x + a.m[5] * p.y + a.m[6] * p.z + a.m[7],
+  return {a.m[0] * p.x + a.m[1] * p.y + a.m[2] * p.z + a.m[3],
+          a.m[4] * p.x + a.m[5] * p.y + a.m[6] * p.z + a.m[7],
           a.m[8] * p.x + a.m[9] * p.y + a.m[10] * p.z + a.m[11]};
 }
 
@@ -123,8 +128,8 @@ ShapeTable cylinder_table() {
 /// The cylinder's own parameters.
 Point cylinder_at(const QuadricRecord& q, double u, double v) {
   const double phi = u * q.phi_max;
-  return apply(q.render_from_object,
-               {q.radius * std::cos(phi), q.radius * std::sin(phi), q.z_min + v * (double{q.z_max} - q.z_min)});
+  return apply(q.render_from_object, {q.radius * std::cos(phi), q.radius * std::sin(phi),
+                                      q.z_min + v * (double{q.z_max} - q.z_min)});
 }
 
 TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
@@ -154,8 +159,8 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
           const Point p = o + d * t;
           double phi = std::atan2(p.y, p.x);
           if (phi < 0) phi += 2 * M_PI;
-          margin = std::min(
-              {margin, std::abs(p.z - q.z_min), std::abs(p.z - q.z_max), std::abs(phi - q.phi_max), phi, std::abs(t)});
+          margin = std::min({margin, std::abs(p.z - q.z_min), std::abs(p.z - q.z_max),
+                             std::abs(phi - q.phi_max), phi, std::abs(t)});
           if (t > 0 && p.z >= q.z_min && p.z <= q.z_max && phi <= q.phi_max && expected < 0) expected = t;
         }
         margin = std::min(margin, b * b - a * c);
@@ -180,7 +185,8 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
       ASSERT_LT(length(lane(s.ng, i) - outward), 1e-4);
       // The true surface lies within the bound along the normal.
       const Point back = apply(q.object_from_render, p);
-      const double off = std::abs(std::hypot(back.x, back.y) - q.radius) * 2;  // at most, stretched by the placement
+      const double off =
+          std::abs(std::hypot(back.x, back.y) - q.radius) * 2;  // at most, stretched by the placement
       ASSERT_LT(off, 4 * s.error.lane(i));
       ASSERT_LT(s.error.lane(i), 2e-5);
       ASSERT_EQ(traced.blocked(rays, rays.t[i] * 1.001f) >> i & 1, 1u);
@@ -217,7 +223,8 @@ TEST(CylinderSurface, ParametersMayBeMapped) {
 }
 
 /// Samples of `distance` over the unit cube, placed as it is.
-ShapeTable sdf_table(std::array<std::int32_t, 3> size, const std::function<double(Point)>& distance, bool smooth) {
+ShapeTable sdf_table(std::array<std::int32_t, 3> size, const std::function<double(Point)>& distance,
+                     bool smooth) {
   ShapeTable table;
   SdfGridRecord grid;
   grid.smooth_normals = smooth;
@@ -248,7 +255,8 @@ ShapeTable sdf_table(std::array<std::int32_t, 3> size, const std::function<doubl
 }
 
 TEST(SdfSurface, PlanesAreExactAndHaveNoHoles) {
-  // A plane is trilinear itself. Through samples and along faces of voxels in one case, slanted in the others.
+  // A plane is trilinear itself. Through samples and along faces of voxels in one case, slanted in the
+  // others.
   for (const auto& [normal, offset] : {std::pair{Point{0, 0, 1}, 0.5},
                                        {Point{0, 0, 1}, 0.47},
                                        {Point{0.6, 0, 0.8}, 0.7},
@@ -304,9 +312,10 @@ TEST(SdfSurface, SpheresToTheOrderOfInterpolation) {
     const Traced traced(table);
     std::mt19937 random(4);
     std::normal_distribution<double> normal;
-    // Trilinear interpolation is off by h^2 / 8 times the sum of second derivatives, 2 / r in all; its gradient by h /
-    // 2 times the largest along each axis.
-    const double h = 1.0 / (kSize - 1), off = h * h / 8 * 2 / kRadius, tilt = std::sqrt(3.0) * h / 2 / kRadius;
+    // Trilinear interpolation is off by h^2 / 8 times the sum of second derivatives, 2 / r in all; its
+    // gradient by h / 2 times the largest along each axis.
+    const double h = 1.0 / (kSize - 1), off = h * h / 8 * 2 / kRadius,
+                 tilt = std::sqrt(3.0) * h / 2 / kRadius;
     double worst_tilt = 0;
     int holes = 0;
     for (int k = 0; k < 2000; ++k) {

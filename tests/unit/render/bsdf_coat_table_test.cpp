@@ -23,7 +23,8 @@ double interpolated_transmittance(const float* table, double cosine, double alph
 TEST(CoatTable, SmoothRowIsFresnel) {
   MaterialTable table;
   append_coat_table(1.5f, 0, table);
-  // The average Fresnel reflectance of index 1.5 is 0.0918 [Egan & Hilgeman 1973]; R_int = 1 - (1 - 0.0918) / 2.25.
+  // The average Fresnel reflectance of index 1.5 is 0.0918 [Egan & Hilgeman 1973]; R_int = 1 - (1 - 0.0918)
+  // / 2.25.
   EXPECT_NEAR(table.coat_tables[kCoatInternal], 1 - (1 - 0.0918) / 2.25, 0.5e-4 / 2.25 + 1e-5);
   EXPECT_NEAR(table.coat_tables[kCoatTransmittance + kCoatCosines - 1], 0.96, 1e-6);
 }
@@ -38,7 +39,8 @@ TEST(CoatTable, InterpolationIsAccurate) {
     for (double alpha = 0.002; alpha < 1; alpha *= 1.3) {
       for (double cosine = 0.01; cosine < 1; cosine += 0.0171) {
         const double exact = boundary_energy(cosine, {alpha}, eta).transmitted;
-        const double error = std::abs(interpolated_transmittance(table.coat_tables.data(), cosine, alpha) - exact);
+        const double error =
+            std::abs(interpolated_transmittance(table.coat_tables.data(), cosine, alpha) - exact);
         worst = std::max(worst, error);
         sum += error;
         ++count;
@@ -72,8 +74,8 @@ double fresnel(double cosine, double eta) {
 }
 
 TEST(CoatTable, AbsorptionAgreesWithAWalkBetweenCoatAndBase) {
-  // Light along the normal enters a smooth coat of index 1.5 over a base of reflectance rho, and is followed until it
-  // leaves or is absorbed; the coat takes exp(-d / cos) of it at each crossing.
+  // Light along the normal enters a smooth coat of index 1.5 over a base of reflectance rho, and is followed
+  // until it leaves or is absorbed; the coat takes exp(-d / cos) of it at each crossing.
   constexpr double kEta = 1.5, kThickness = 0.1, kRho = 0.8;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform;

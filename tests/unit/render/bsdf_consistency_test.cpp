@@ -6,10 +6,10 @@
 namespace tessera::test {
 namespace {
 
-/// How far densities at one direction may differ. Directions are rounded to 6e-8; that moves the microfacet's normal by
-/// about 1e-7 / cos, more when indices are close; ln D changes by at most 2 / alpha a radian. What a smooth coat lets
-/// through, by which plastic chooses its lobe, is 1 - R: R is right to 2e-7, and 1 - R no less than 5 cos at grazing
-/// angles.
+/// How far densities at one direction may differ. Directions are rounded to 6e-8; that moves the microfacet's
+/// normal by about 1e-7 / cos, more when indices are close; ln D changes by at most 2 / alpha a radian. What
+/// a smooth coat lets through, by which plastic chooses its lobe, is 1 - R: R is right to 2e-7, and 1 - R no
+/// less than 5 cos at grazing angles.
 double density_tolerance(const BsdfCase& bsdf, const Direction& wo, const Direction& wi) {
   const double alpha = std::min(bsdf.scalar(0), bsdf.scalar(1));
   if (alpha == 0) return 1e-5 + 4e-8 / std::min(std::abs(wo[2]), std::abs(wi[2]));
@@ -45,8 +45,8 @@ TEST(BsdfConsistency, WeightIsValueOverDensity) {
   }
 }
 
-/// Whether the microfacet that refracts a to b does so close to the critical angle. There eta^2 - sin^2, from which all
-/// else follows, is a difference of nearly equal numbers: from 2e-3 on it is right to 1e-7 / 2e-3.
+/// Whether the microfacet that refracts a to b does so close to the critical angle. There eta^2 - sin^2, from
+/// which all else follows, is a difference of nearly equal numbers: from 2e-3 on it is right to 1e-7 / 2e-3.
 bool nearly_critical(double eta, const Direction& a, const Direction& b) {
   constexpr double kSmallest = 2e-3;
   const Direction& dense = (eta > 1) == (a[2] < 0) ? a : b;  // the direction on the side of the larger index
@@ -94,7 +94,8 @@ TEST(BsdfConsistency, DeltaModelsHaveNoDensity) {
 class NastyInputs {
  public:
   float scalar() {
-    constexpr float kValues[] = {0, 1e-30f, 1e-7f, 9.99e-4f, 1e-3f, 0.1f, 0.5f, 0.8f, 1, 1.5f, 3, 1.0000001f, 100};
+    constexpr float kValues[] = {0,    1e-30f, 1e-7f, 9.99e-4f, 1e-3f,      0.1f, 0.5f,
+                                 0.8f, 1,      1.5f,  3,        1.0000001f, 100};
     return kValues[random_() % std::size(kValues)];
   }
   float index() { return std::max(scalar(), 0.1f); }
@@ -134,16 +135,19 @@ TEST(BsdfConsistency, NastyInputsGiveFiniteResults) {
       const Eval e = bsdf.eval(wo, wi);
       const float u_lobe = nasty.u(), u0 = nasty.u(), u1 = nasty.u();
       const Sample s = bsdf.sample(wo, u_lobe, u0, u1);
-      const bool eval_good = std::isfinite(e.pdf) && e.pdf >= 0 && std::isfinite(e.f_cos[0]) && e.f_cos[0] >= 0 &&
-                             std::isfinite(e.f_cos[2]) && e.f_cos[2] >= 0;
-      // Weights: at most 1 but for refraction (1 / eta^2, eta >= 0.1 or its inverse), and lobes chosen by energy.
-      const bool sample_good = !s.valid || (std::isfinite(s.pdf) && s.pdf > 0 && s.weight[0] >= 0 && s.weight[2] >= 0 &&
-                                            s.weight[0] <= 1.1e4 && std::abs(dot(s.wi, s.wi) - 1) < 1e-3);
+      const bool eval_good = std::isfinite(e.pdf) && e.pdf >= 0 && std::isfinite(e.f_cos[0]) &&
+                             e.f_cos[0] >= 0 && std::isfinite(e.f_cos[2]) && e.f_cos[2] >= 0;
+      // Weights: at most 1 but for refraction (1 / eta^2, eta >= 0.1 or its inverse), and lobes chosen by
+      // energy.
+      const bool sample_good =
+          !s.valid || (std::isfinite(s.pdf) && s.pdf > 0 && s.weight[0] >= 0 && s.weight[2] >= 0 &&
+                       s.weight[0] <= 1.1e4 && std::abs(dot(s.wi, s.wi) - 1) < 1e-3);
       ASSERT_TRUE(eval_good && sample_good)
-          << "kind " << static_cast<int>(bsdf.kind) << " alpha " << alpha << " " << other << " eta " << bsdf.scalar(2)
-          << " wo " << wo[0] << " " << wo[1] << " " << wo[2] << " wi " << wi[0] << " " << wi[1] << " " << wi[2] << " u "
-          << u_lobe << " " << u0 << " " << u1 << ": f " << e.f_cos[0] << " pdf " << e.pdf << "; sampled " << s.wi[0]
-          << " " << s.wi[1] << " " << s.wi[2] << " weight " << s.weight[0] << " pdf " << s.pdf;
+          << "kind " << static_cast<int>(bsdf.kind) << " alpha " << alpha << " " << other << " eta "
+          << bsdf.scalar(2) << " wo " << wo[0] << " " << wo[1] << " " << wo[2] << " wi " << wi[0] << " "
+          << wi[1] << " " << wi[2] << " u " << u_lobe << " " << u0 << " " << u1 << ": f " << e.f_cos[0]
+          << " pdf " << e.pdf << "; sampled " << s.wi[0] << " " << s.wi[1] << " " << s.wi[2] << " weight "
+          << s.weight[0] << " pdf " << s.pdf;
     }
   }
 }

@@ -31,7 +31,8 @@ TEST(Fresnel, BrewsterAngle) {
   // There only the perpendicular component is left: R = ((eta^2 - 1) / (eta^2 + 1))^2 / 2.
   for (const double eta : {1.33, 1.5, 3.0, 1 / 1.5}) {
     const double cosine = 1 / std::sqrt(1 + eta * eta);
-    EXPECT_NEAR(dielectric_reflectance(cosine, eta), 0.5 * std::pow((eta * eta - 1) / (eta * eta + 1), 2), kRounding);
+    EXPECT_NEAR(dielectric_reflectance(cosine, eta), 0.5 * std::pow((eta * eta - 1) / (eta * eta + 1), 2),
+                kRounding);
   }
 }
 

@@ -15,7 +15,8 @@ TEST(Principled, WhiteGlassIsARoughDielectric) {
   const BsdfCase boundary =
       dielectric(kRoughness * kRoughness, kRoughness * kRoughness, 1.5f, render::kSeparableMasking);
   for (const Direction& wo : {direction(20, 0), direction(70, 30), direction(130, 60)}) {
-    for (const Direction& wi : {direction(40, 100), direction(75, 210), direction(110, 200), direction(165, 300)}) {
+    for (const Direction& wi :
+         {direction(40, 100), direction(75, 210), direction(110, 200), direction(165, 300)}) {
       const Eval mine = glass.eval(wo, wi), expected = boundary.eval(wo, wi);
       EXPECT_NEAR(mine.f_cos[0], expected.f_cos[0], kRounding * (1 + expected.f_cos[0]));
       EXPECT_NEAR(mine.pdf, expected.pdf, kRounding * (1 + expected.pdf));
@@ -58,8 +59,10 @@ TEST(Tints, AreFactorsOfTheLight) {
   const BsdfCase plain = dielectric(0.3f, 0.3f, 1.5f), tinted = dielectric(0.3f, 0.3f, 1.5f, render::kTinted);
   const double reflection[] = {0.7, 0.9, 0.2}, transmission[] = {0.7, 0.5, 1.0};
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(tinted.eval(wo, mirrored).f_cos[c], reflection[c] * plain.eval(wo, mirrored).f_cos[c], kRounding);
-    EXPECT_NEAR(tinted.eval(wo, through).f_cos[c], transmission[c] * plain.eval(wo, through).f_cos[c], kRounding);
+    EXPECT_NEAR(tinted.eval(wo, mirrored).f_cos[c], reflection[c] * plain.eval(wo, mirrored).f_cos[c],
+                kRounding);
+    EXPECT_NEAR(tinted.eval(wo, through).f_cos[c], transmission[c] * plain.eval(wo, through).f_cos[c],
+                kRounding);
   }
   EXPECT_EQ(tinted.eval(wo, through).pdf, plain.eval(wo, through).pdf);
 }

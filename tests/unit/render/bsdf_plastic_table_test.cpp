@@ -12,8 +12,8 @@ struct SampledEnergy {
   BoundaryEnergy mean, standard_error;
 };
 
-/// Share of the light at `cosine` that single scattering on Beckmann or GGX microfacets with separable masking lets
-/// through or reflects, by normals drawn with D cos(theta).
+/// Share of the light at `cosine` that single scattering on Beckmann or GGX microfacets with separable
+/// masking lets through or reflects, by normals drawn with D cos(theta).
 SampledEnergy sampled_energy(double cosine, const BoundaryFacets& facets, double eta, int samples) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform;
@@ -59,7 +59,8 @@ TEST(PlasticTable, EnergiesAreThoseOfSingleScattering) {
         for (const double cosine : {0.3, 0.9}) {
           const BoundaryEnergy table = boundary_energy(cosine, facets, eta, Quadrature::kFine);
           const auto [mean, error] = sampled_energy(cosine, facets, eta, 1 << 20);
-          EXPECT_NEAR(table.reflected, mean.reflected, 4 * error.reflected + kQuadrature) << alpha << " " << cosine;
+          EXPECT_NEAR(table.reflected, mean.reflected, 4 * error.reflected + kQuadrature)
+              << alpha << " " << cosine;
           EXPECT_NEAR(table.transmitted, mean.transmitted, 4 * error.transmitted + kQuadrature)
               << alpha << " " << cosine;
         }
@@ -69,7 +70,8 @@ TEST(PlasticTable, EnergiesAreThoseOfSingleScattering) {
 }
 
 TEST(PlasticTable, SmoothCoatsHaveTheFittedReflectance) {
-  // Exact values by quadrature of Fresnel's equations: 0.59623 inside 1.5, 0.09178 outside; the fits are good to 0.1 %.
+  // Exact values by quadrature of Fresnel's equations: 0.59623 inside 1.5, 0.09178 outside; the fits are good
+  // to 0.1 %.
   MaterialTable table;
   const auto inside = static_cast<std::size_t>(append_plastic_table(1.5f, {}, table));
   const auto outside = static_cast<std::size_t>(append_plastic_table(1 / 1.5f, {}, table));
@@ -78,12 +80,13 @@ TEST(PlasticTable, SmoothCoatsHaveTheFittedReflectance) {
 }
 
 TEST(PlasticTable, RoughCoatsTakeTheMeanOver64Cosines) {
-  // A coat of alpha 0.001 has the energies of a smooth one, and the mean of 2 c R(c) over i / 63 is 63/64 of the
-  // integral plus half of the ends / 64.
+  // A coat of alpha 0.001 has the energies of a smooth one, and the mean of 2 c R(c) over i / 63 is 63/64 of
+  // the integral plus half of the ends / 64.
   MaterialTable table;
   const auto offset = static_cast<std::size_t>(append_plastic_table(1.5f, {0.001, false, true}, table));
   const double expected = (63 * 0.59623 + 0.04) / 64;
-  // The trapezoidal rule stumbles at the critical angle: by 2 c times half a step of 1 / 63 at most, where c = 0.745.
+  // The trapezoidal rule stumbles at the critical angle: by 2 c times half a step of 1 / 63 at most, where c
+  // = 0.745.
   EXPECT_NEAR(table.coat_tables[offset + kPlasticInternal], expected, 0.012);
   EXPECT_NEAR(table.coat_tables[offset + kPlasticTransmittance + 63], 0.96, 1e-3);
 }

@@ -26,7 +26,8 @@ CameraRecord camera(CameraKind kind, float s = 1) {
 
 TEST(Camera, OrthographicRaysAreParallelAndInTheirPlaces) {
   const CameraRecord c = camera(CameraKind::kOrthographic);
-  const CameraRay ray = sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {Float(0.3f), Float(0.7f)}, Float(0.0f));
+  const CameraRay ray =
+      sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {Float(0.3f), Float(0.7f)}, Float(0.0f));
   EXPECT_FLOAT_EQ(ray.origin.x.lane(0), 0);
   EXPECT_FLOAT_EQ(ray.origin.y.lane(0), 0.5f);   // to the right
   EXPECT_FLOAT_EQ(ray.origin.z.lane(0), 0.75f);  // above
@@ -40,7 +41,8 @@ TEST(Camera, LensRaysMeetInThePlaneOfFocus) {
     c.focal_distance = 3;
     RandomLanes numbers(7);
     for (int k = 0; k < 20; ++k) {
-      const CameraRay ray = sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {numbers(), numbers()}, Float(0.0f));
+      const CameraRay ray =
+          sample_camera_ray(c, {Float(24.0f), Float(4.0f)}, {numbers(), numbers()}, Float(0.0f));
       const Vec3 p = ray.origin + ray.direction * ((3.0f - ray.origin.x) / ray.direction.x);
       const float spread = kind == CameraKind::kPerspective ? 3 : 1;
       for (int l = 0; l < kWidth; ++l) {
@@ -85,7 +87,8 @@ TEST(Camera, ClippingDistancesAreDepths) {
   c.near_clip = 2;
   c.far_clip = 5;
   RandomLanes numbers(7);
-  const CameraRay ray = sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
+  const CameraRay ray =
+      sample_camera_ray(c, {numbers(0, 32), numbers(0, 32)}, {Float(0.0f), Float(0.0f)}, Float(0.0f));
   const Vec3 end = ray.origin + ray.direction * visible_distance(c, ray.direction, Float(0.0f));
   for (int l = 0; l < kWidth; ++l) {
     EXPECT_NEAR(ray.origin.x.lane(l), 2, 1e-5f);
@@ -120,7 +123,8 @@ TEST(Camera, ConnectionsLeadBackToTheFilm) {
           const CameraConnection back = connect_to_camera(c, p, u, Float(0.0f), Mask::all());
           for (int l = 0; l < kWidth; ++l) {
             ASSERT_TRUE(back.valid.bits() >> l & 1);
-            // Points up to 30 away, known to 4e-6, are seen as close as 0.5: pixels are 1/16 of a unit at distance 1.
+            // Points up to 30 away, known to 4e-6, are seen as close as 0.5: pixels are 1/16 of a unit at
+            // distance 1.
             ASSERT_NEAR(back.film.x.lane(l), film.x.lane(l), 2e-3);
             ASSERT_NEAR(back.film.y.lane(l), film.y.lane(l), 2e-3);
             ASSERT_NEAR(length(back.lens - ray.origin).lane(l), 0, 1e-4);
@@ -137,8 +141,8 @@ TEST(Camera, ConnectionsAreValidBetweenTheClippingDistances) {
   c.near_clip = 2;
   c.far_clip = 5;
   const auto valid = [&](float depth) {
-    return connect_to_camera(c, {Float(depth), Float(0.1f), Float(0.2f)}, {Float(0.0f), Float(0.0f)}, Float(0.0f),
-                             Mask::all())
+    return connect_to_camera(c, {Float(depth), Float(0.1f), Float(0.2f)}, {Float(0.0f), Float(0.0f)},
+                             Float(0.0f), Mask::all())
                .valid.bits() == 0xffffu;
   };
   EXPECT_FALSE(valid(-3));
@@ -149,8 +153,8 @@ TEST(Camera, ConnectionsAreValidBetweenTheClippingDistances) {
 }
 
 TEST(Camera, ImportanceTurnsFilmIntoArea) {
-  // A patch of a plane at right angles to the ray, through one point of the lens: its share of a pixel by finite
-  // differences of the film position. In render space, whatever the scale of camera space.
+  // A patch of a plane at right angles to the ray, through one point of the lens: its share of a pixel by
+  // finite differences of the film position. In render space, whatever the scale of camera space.
   for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
     for (const float scale : {1.0f, 2.0f}) {
       CameraRecord c = camera(kind, scale);
@@ -159,18 +163,20 @@ TEST(Camera, ImportanceTurnsFilmIntoArea) {
       const Vec2 u{Float(0.8f), Float(0.3f)};
       const Vec3 p{Float(6.0f), Float(1.5f), Float(-2.0f)};
       const auto film = [&](float y, float z) {
-        // Through the same lens point the patch lies along y and z; its cosine to the ray is accounted for below.
-        return connect_to_camera(c, p + Vec3{Float(0.0f), Float(y), Float(z)}, u, Float(0.0f), Mask::all()).film;
+        // Through the same lens point the patch lies along y and z; its cosine to the ray is accounted for
+        // below.
+        return connect_to_camera(c, p + Vec3{Float(0.0f), Float(y), Float(z)}, u, Float(0.0f), Mask::all())
+            .film;
       };
       constexpr float h = 0.125f;
       const Vec2 y1 = film(h, 0), y0 = film(-h, 0), z1 = film(0, h), z0 = film(0, -h);
-      const double pixels =
-          std::abs((y1.x - y0.x).lane(0) * (z1.y - z0.y).lane(0) - (y1.y - y0.y).lane(0) * (z1.x - z0.x).lane(0)) /
-          (4.0 * h * h);
+      const double pixels = std::abs((y1.x - y0.x).lane(0) * (z1.y - z0.y).lane(0) -
+                                     (y1.y - y0.y).lane(0) * (z1.x - z0.x).lane(0)) /
+                            (4.0 * h * h);
       const CameraConnection seen = connect_to_camera(c, p, u, Float(0.0f), Mask::all());
       const Vec3 w = normalize(seen.lens - p);
-      // The value of a pixel: radiance x importance x cosine x area, a whole pixel's worth of film giving the radiance
-      // itself.
+      // The value of a pixel: radiance x importance x cosine x area, a whole pixel's worth of film giving the
+      // radiance itself.
       EXPECT_NEAR(seen.importance.lane(0) * std::abs(w.x.lane(0)), pixels, 1e-4 * pixels)
           << static_cast<int>(kind) << ' ' << scale;
     }

@@ -10,15 +10,19 @@ namespace tessera::test {
 namespace {
 
 TEST(ChiSquare, IncompleteGammaMatchesTables) {
-  EXPECT_NEAR(regularized_gamma_q(0.5, 0.5 * 3.841458820694124), 0.05, 1e-12);  // chi-square, 1 degree of freedom
+  EXPECT_NEAR(regularized_gamma_q(0.5, 0.5 * 3.841458820694124), 0.05,
+              1e-12);  // chi-square, 1 degree of freedom
   EXPECT_NEAR(regularized_gamma_q(5, 0.5 * 18.307038053275146), 0.05, 1e-12);   // 10
   EXPECT_NEAR(regularized_gamma_q(50, 0.5 * 135.80672317102676), 0.01, 1e-10);  // 100
   EXPECT_NEAR(regularized_gamma_q(1, 3), std::exp(-3.0), 1e-14);
 }
 
-TEST(ChiSquare, SidakLevelsMultiplyToTheWhole) { EXPECT_NEAR(std::pow(1 - sidak_level(0.01, 300), 300), 0.99, 1e-12); }
+TEST(ChiSquare, SidakLevelsMultiplyToTheWhole) {
+  EXPECT_NEAR(std::pow(1 - sidak_level(0.01, 300), 300), 0.99, 1e-12);
+}
 
-/// p-value of 10^5 uniform directions, of which a share is moved to the upper half, against the uniform density.
+/// p-value of 10^5 uniform directions, of which a share is moved to the upper half, against the uniform
+/// density.
 double p_value_with_bias(double share) {
   constexpr int kSamples = 100000;
   const SphereGrid grid(10, 20);
@@ -32,7 +36,8 @@ double p_value_with_bias(double share) {
     ++observed[grid.cell(r * std::cos(phi), r * std::sin(phi), z)];
   }
   const auto density = [](double, double, double) { return 0.25 / std::numbers::pi; };
-  for (std::size_t i = 0; i < grid.size(); ++i) expected[i] = kSamples * integrate_cell(density, grid.bounds(i));
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    expected[i] = kSamples * integrate_cell(density, grid.bounds(i));
   return chi_square_test(observed, expected).p_value;
 }
 

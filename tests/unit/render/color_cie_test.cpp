@@ -92,7 +92,8 @@ TEST(ReflectanceRgb, EdgesHaveTheirColours) {
 }
 
 TEST(BlackbodyRgb, FollowsThePlanckianLocus) {
-  // 6504 K is the correlated temperature of D65, which lies beside the locus by 0.003 in u'v': white to some 5 %.
+  // 6504 K is the correlated temperature of D65, which lies beside the locus by 0.003 in u'v': white to some
+  // 5 %.
   const Rgb white = blackbody_rgb(6504);
   EXPECT_NEAR(white.r / white.g, 1, 0.07);
   EXPECT_NEAR(white.b / white.g, 1, 0.07);
@@ -108,8 +109,8 @@ TEST(BlackbodyRgb, FollowsThePlanckianLocus) {
 }
 
 TEST(BlackbodyRgb, HasAMaximumOfOne) {
-  // At 2.8977719e-3 m K / 555 nm the peak lies where the eye is most sensitive: the luminance is a mean over values up
-  // to 1 near that peak.
+  // At 2.8977719e-3 m K / 555 nm the peak lies where the eye is most sensitive: the luminance is a mean over
+  // values up to 1 near that peak.
   EXPECT_NEAR(blackbody_luminance(2.8977719e-3f / 555e-9f), 0.99, 0.01);
   // Far from the peak almost nothing is visible.
   EXPECT_LT(blackbody_luminance(800), 1e-2);
@@ -131,17 +132,22 @@ struct Metal {
   }
   Rgb reflectance() const {
     const ConductorRgb c = rgb();
-    const auto f = [](float n, float absorption) { return static_cast<float>(normal_reflectance(n, absorption)); };
+    const auto f = [](float n, float absorption) {
+      return static_cast<float>(normal_reflectance(n, absorption));
+    };
     return {f(c.eta.r, c.k.r), f(c.eta.g, c.k.g), f(c.eta.b, c.k.b)};
   }
 };
 
-const Metal kGold{{1.47f, 1.46f, 1.45f, 1.38f, 1.31f, 1.04f, 0.62f, 0.43f, 0.29f, 0.21f, 0.14f, 0.13f},
-                  {1.952f, 1.958f, 1.948f, 1.914f, 1.849f, 1.833f, 2.081f, 2.455f, 2.863f, 3.272f, 3.697f, 4.103f}};
-const Metal kCopper{{1.32f, 1.28f, 1.25f, 1.24f, 1.25f, 1.22f, 1.18f, 1.02f, 0.70f, 0.30f, 0.22f, 0.21f},
-                    {2.116f, 2.207f, 2.305f, 2.397f, 2.483f, 2.564f, 2.608f, 2.577f, 2.704f, 3.205f, 3.747f, 4.205f}};
-const Metal kSilver{{0.05f, 0.05f, 0.04f, 0.04f, 0.05f, 0.05f, 0.05f, 0.06f, 0.05f, 0.06f, 0.05f, 0.04f},
-                    {2.070f, 2.275f, 2.462f, 2.657f, 2.869f, 3.093f, 3.324f, 3.586f, 3.858f, 4.152f, 4.483f, 4.838f}};
+const Metal kGold{
+    {1.47f, 1.46f, 1.45f, 1.38f, 1.31f, 1.04f, 0.62f, 0.43f, 0.29f, 0.21f, 0.14f, 0.13f},
+    {1.952f, 1.958f, 1.948f, 1.914f, 1.849f, 1.833f, 2.081f, 2.455f, 2.863f, 3.272f, 3.697f, 4.103f}};
+const Metal kCopper{
+    {1.32f, 1.28f, 1.25f, 1.24f, 1.25f, 1.22f, 1.18f, 1.02f, 0.70f, 0.30f, 0.22f, 0.21f},
+    {2.116f, 2.207f, 2.305f, 2.397f, 2.483f, 2.564f, 2.608f, 2.577f, 2.704f, 3.205f, 3.747f, 4.205f}};
+const Metal kSilver{
+    {0.05f, 0.05f, 0.04f, 0.04f, 0.05f, 0.05f, 0.05f, 0.06f, 0.05f, 0.06f, 0.05f, 0.04f},
+    {2.070f, 2.275f, 2.462f, 2.657f, 2.869f, 3.093f, 3.324f, 3.586f, 3.858f, 4.152f, 4.483f, 4.838f}};
 
 TEST(ConductorRgb, MetalsLookLikeThemselves) {
   const Rgb gold = kGold.reflectance();  // yellow
@@ -181,7 +187,8 @@ TEST(ConductorRgb, ReflectsWhatTheSpectrumReflects) {
 }
 
 TEST(DielectricEta, IsTakenAtTheSodiumLine) {
-  EXPECT_NEAR(dielectric_eta({{486.1f, 587.6f, 656.3f}, {1.5224f, 1.5168f, 1.5143f}}), 1.5167, 1e-4);  // N-BK7
+  EXPECT_NEAR(dielectric_eta({{486.1f, 587.6f, 656.3f}, {1.5224f, 1.5168f, 1.5143f}}), 1.5167,
+              1e-4);  // N-BK7
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ ShapeTable table_of(const Point (&corners)[3]) {
 }
 
 Surface surface(const ShapeTable& table, double u, double v, Vec3 o, Vec3 d) {
-  const Hit hit{Float(1.0f), Float(static_cast<float>(u)), Float(static_cast<float>(v)), Int(0), Int(0), Int(-1)};
+  const Hit hit{Float(1.0f), Float(static_cast<float>(u)), Float(static_cast<float>(v)), Int(0), Int(0),
+                Int(-1)};
   return surface_at(table, hit, o, d, Mask::all(), true);
 }
 
@@ -63,11 +64,12 @@ TEST(ExactHit, HasTheSameBitsHoweverItsWeightsWereRounded) {
     // 2^-20 and more is what a reciprocal of 12 bits and a Newton step leave, twice over.
     const Surface a = surface(table, u * (1 + 0x1p-20), v * (1 - 0x1p-21), o, d);
     const Surface b = surface(table, u * (1 - 0x1p-22), v * (1 + 0x1p-20), o, d);
-    EXPECT_TRUE(same_bits(a.p, b.p) && same_bits({a.uv.x, a.uv.y, a.error}, {b.uv.x, b.uv.y, b.error}) &&
-                same_bits({a.barycentric.x, a.barycentric.y, a.error}, {b.barycentric.x, b.barycentric.y, b.error}))
+    EXPECT_TRUE(
+        same_bits(a.p, b.p) && same_bits({a.uv.x, a.uv.y, a.error}, {b.uv.x, b.uv.y, b.error}) &&
+        same_bits({a.barycentric.x, a.barycentric.y, a.error}, {b.barycentric.x, b.barycentric.y, b.error}))
         << i;
-    // The ray itself is rounded: its direction by 2^-24 a coordinate over a way of at most 7, where it meets the
-    // triangle at an angle whose sine is `steep`.
+    // The ray itself is rounded: its direction by 2^-24 a coordinate over a way of at most 7, where it meets
+    // the triangle at an angle whose sine is `steep`.
     const Vec3 n = a.ng;
     const double steep = std::abs(dot(d, n).lane(0));
     EXPECT_LT(length(position(a) - target), 7 * 0x1p-21 / steep + 0x1p-20) << i;

@@ -22,7 +22,9 @@ wire::TileResult empty_result(std::uint32_t x0, std::uint32_t y0, std::uint32_t 
 }
 
 /// Value of a sample in R; the other channels are multiples of it.
-float shade(const SampleName& name) { return 1.0f / static_cast<float>(1 + name.x + 7 * name.y + 31 * name.index); }
+float shade(const SampleName& name) {
+  return 1.0f / static_cast<float>(1 + name.x + 7 * name.y + 31 * name.index);
+}
 
 /// All that `source` asks for, in batches of that size at most.
 template <class SourceAndFilm>

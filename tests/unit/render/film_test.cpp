@@ -43,15 +43,18 @@ TEST(TileAccumulator, AnyCutIntoNodesGivesTheSameBits) {
     const wire::TileResult whole = accumulate(values, 0, spp);
     for (std::uint32_t unit = 1; unit < spp; unit *= 2) {
       std::vector<wire::TileResult> nodes;
-      for (std::uint32_t begin = 0; begin < spp; begin += unit) nodes.push_back(accumulate(values, begin, std::min(begin + unit, spp)));
+      for (std::uint32_t begin = 0; begin < spp; begin += unit)
+        nodes.push_back(accumulate(values, begin, std::min(begin + unit, spp)));
       // Merge siblings until one is left, right ones first to vary the order.
       while (nodes.size() > 1) {
         bool merged = false;
         for (std::size_t i = nodes.size() - 1; i > 0 && !merged; --i) {
           auto &left = nodes[i - 1], &right = nodes[i];
-          if (!wire::are_siblings(left.sample_begin, left.sample_end, right.sample_begin, right.sample_end, spp)) continue;
-          wire::merge_pixel_nodes(left.channels, 1, left.counts.data(), left.values.data(), 1, right.counts.data(),
-                                  right.values.data(), 1);
+          if (!wire::are_siblings(left.sample_begin, left.sample_end, right.sample_begin, right.sample_end,
+                                  spp))
+            continue;
+          wire::merge_pixel_nodes(left.channels, 1, left.counts.data(), left.values.data(), 1,
+                                  right.counts.data(), right.values.data(), 1);
           left.sample_end = right.sample_end;
           nodes.erase(nodes.begin() + static_cast<std::ptrdiff_t>(i));
           merged = true;
@@ -88,7 +91,8 @@ TEST(PixelFilter, TablesHaveTheFiltersMoments) {
     EXPECT_EQ(axis.cdf.back(), 1);
     // The mean weight is 1: the filter keeps constants.
     double mean = 0;
-    for (std::size_t i = 0; i < axis.weight.size(); ++i) mean += double{axis.weight[i]} * (axis.cdf[i + 1] - axis.cdf[i]);
+    for (std::size_t i = 0; i < axis.weight.size(); ++i)
+      mean += double{axis.weight[i]} * (axis.cdf[i + 1] - axis.cdf[i]);
     EXPECT_NEAR(mean, 1, 1e-5);
   }
 }

@@ -115,7 +115,8 @@ TEST_F(InteractionTest, DeltaPartsOfMixesKeepTheirOwnWeight) {
 
 TEST_F(InteractionTest, MixesOfMixesPickAPartOfEach) {
   scene_.any_mix = true;
-  arrays_.materials.materials = {mix(1, 4, 0.5f), mix(2, 3, 0.25f), diffuse(0.8f), diffuse(0.4f), diffuse(0.2f)};
+  arrays_.materials.materials = {mix(1, 4, 0.5f), mix(2, 3, 0.25f), diffuse(0.8f), diffuse(0.4f),
+                                 diffuse(0.2f)};
   EXPECT_NEAR(f_cos(above_, above2_, 0.2f), 0.5f * (0.4f + 0.2f) * cos_over_pi_, kRounding);
   EXPECT_NEAR(f_cos(above_, above2_, 0.3f), 0.5f * (0.8f + 0.2f) * cos_over_pi_, kRounding);
 }
@@ -139,7 +140,8 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   Interaction at;
   interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
   const float nz = 1 / std::sqrt(1.25f);
-  EXPECT_NEAR(at.frame.z.x.lane(0), -0.5f * nz, 1e-5f);  // differences over 1/64 of values that are right to 6e-8
+  EXPECT_NEAR(at.frame.z.x.lane(0), -0.5f * nz,
+              1e-5f);  // differences over 1/64 of values that are right to 6e-8
   EXPECT_NEAR(at.frame.z.z.lane(0), nz, 1e-5f);
   // tan^2 of the tilt is 0.25, so alpha^2 = 1/32 [Estevez et al. 2019].
   const float z = above2_.z.lane(0), tan2 = (1 - z * z) / (z * z);

@@ -53,7 +53,8 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
     EXPECT_EQ(light.two_sided, 1);
     EXPECT_FLOAT_EQ(light.area, i < 2 ? 3 : 0);
     EXPECT_EQ(light.radiance[2], 6);
-    EXPECT_EQ(light.vertices[5], shapes.vertices[shapes.triangles[static_cast<std::size_t>(3 * i + 1)]].position[2]);
+    EXPECT_EQ(light.vertices[5],
+              shapes.vertices[shapes.triangles[static_cast<std::size_t>(3 * i + 1)]].position[2]);
   }
 }
 
@@ -88,8 +89,8 @@ TEST(AppendAreaLights, VertexNormalsCountWhereTheyAreNotTheTriangles) {
 }
 
 /// The lights of two triangles.
-std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& triangles,
-                                    std::int32_t texture = -1) {
+std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices,
+                                    const std::vector<std::uint32_t>& triangles, std::int32_t texture = -1) {
   ShapeTable shapes;
   shapes.vertices.assign(vertices.begin(), vertices.end());
   shapes.triangles.assign(triangles.begin(), triangles.end());
@@ -103,8 +104,10 @@ std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices, const s
 
 TEST(AppendAreaLights, TwoTrianglesMakeARectangle) {
   const std::vector<Vertex> square = {{{0, 0, 1}}, {{2, 0, 1}}, {{2, 3, 1}}, {{0, 3, 1}}};
-  for (const std::vector<std::uint32_t>& triangles :
-       {std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3}, {1, 2, 0, 3, 0, 2}, {0, 1, 3, 1, 2, 3}, {0, 3, 2, 2, 1, 0}}) {
+  for (const std::vector<std::uint32_t>& triangles : {std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3},
+                                                      {1, 2, 0, 3, 0, 2},
+                                                      {0, 1, 3, 1, 2, 3},
+                                                      {0, 3, 2, 2, 1, 0}}) {
     const std::vector<LightRecord> lights = two_lights(square, triangles);
     ASSERT_EQ(lights.size(), 2u);
     EXPECT_EQ(lights[0].same_as, -1);
@@ -132,7 +135,8 @@ TEST(AppendAreaLights, TwoTrianglesMakeARectangle) {
 TEST(AppendAreaLights, OtherPairsOfTrianglesStayApart) {
   const std::vector<Vertex> square = {{{0, 0, 1}}, {{2, 0, 1}}, {{2, 3, 1}}, {{0, 3, 1}}};
   const auto apart = [](const std::vector<LightRecord>& lights) {
-    return lights[0].kind == LightKind::kTriangle && lights[1].kind == LightKind::kTriangle && lights[1].same_as < 0;
+    return lights[0].kind == LightKind::kTriangle && lights[1].kind == LightKind::kTriangle &&
+           lights[1].same_as < 0;
   };
   EXPECT_FALSE(apart(two_lights(square, {0, 1, 2, 0, 2, 3})));
   EXPECT_TRUE(apart(two_lights(square, {0, 1, 2, 0, 2, 3}, 7)));  // a picture
@@ -180,7 +184,8 @@ TEST(AppendAreaLights, DescribesDisks) {
   q.inner_radius = 1;
   q.phi_max = static_cast<float>(kPi64);
   q.render_from_object = scaled(3, 0.5f, 9);
-  EXPECT_FLOAT_EQ(only_light(quadric_table(ShapeKind::kDisk, q)).area, static_cast<float>(kPi64 / 2 * 3 * 1.5));
+  EXPECT_FLOAT_EQ(only_light(quadric_table(ShapeKind::kDisk, q)).area,
+                  static_cast<float>(kPi64 / 2 * 3 * 1.5));
 }
 
 LightRecord record(LightKind kind) {
@@ -250,7 +255,8 @@ TextureImage constant_image(std::int32_t width, std::int32_t height, float value
 
 TEST(BuildEnvironment, KeepsFluxAndInvertsTheTransform) {
   const Affine turned = {{0, -2, 0, 9, 2, 0, 0, 9, 0, 0, 2, 9}};
-  for (const auto mapping : {EnvironmentMapping::kEqualAreaOctahedral, EnvironmentMapping::kLatitudeLongitude}) {
+  for (const auto mapping :
+       {EnvironmentMapping::kEqualAreaOctahedral, EnvironmentMapping::kLatitudeLongitude}) {
     const auto e = build_environment(constant_image(4, 4, 0.5f), mapping, 6, turned);
     ASSERT_TRUE(e.ok()) << e.status();
     EXPECT_NEAR(environment_flux(*e), 4 * kPi64 * 3, 1e-5);
@@ -314,11 +320,13 @@ TEST(BuildEnvironment, ReadsBytesThroughTheirEncoding) {
 
 TEST(BuildEnvironment, RefusesWhatCannotBe) {
   const auto message = [](const TextureImage& image, const Affine& a) {
-    return std::string(build_environment(image, EnvironmentMapping::kEqualAreaOctahedral, 1, a).status().message());
+    return std::string(
+        build_environment(image, EnvironmentMapping::kEqualAreaOctahedral, 1, a).status().message());
   };
   EXPECT_THAT(message(constant_image(4, 2, 1), {}), HasSubstr("must be square, this one is 4 x 2"));
   EXPECT_THAT(message({}, {}), HasSubstr("empty"));
-  EXPECT_THAT(message(constant_image(2, 2, 1), {{1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}}), HasSubstr("singular"));
+  EXPECT_THAT(message(constant_image(2, 2, 1), {{1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}}),
+              HasSubstr("singular"));
 }
 
 TEST(BuildEnvironment, DropsNegativeAndNonFiniteTexels) {

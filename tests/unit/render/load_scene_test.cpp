@@ -26,7 +26,8 @@ struct Mean {
 };
 
 /// Mean over all pixels of a 16 x 16 picture of the scene.
-Mean render_mean(const std::string& scene, std::uint32_t spp, std::uint32_t max_depth, const std::string& isa) {
+Mean render_mean(const std::string& scene, std::uint32_t spp, std::uint32_t max_depth,
+                 const std::string& isa) {
   v1::JobSpec job;
   job.mutable_settings()->set_spp(spp);
   job.mutable_settings()->set_max_depth(max_depth);
@@ -91,13 +92,15 @@ INSTANTIATE_TEST_SUITE_P(
                     "transmittance { constant { constant: 0.5 } } }",
                     1, 1e-5},
         // 1e-3: quadrature of the coat's internal reflectance, magnified by the white base.
-        FurnaceCase{"smooth_coat", "coated_diffuse { reflectance { constant { constant: 1 } } eta { constant: 1.5 } }",
-                    1, 3e-3}),
+        FurnaceCase{"smooth_coat",
+                    "coated_diffuse { reflectance { constant { constant: 1 } } eta { constant: 1.5 } }", 1,
+                    3e-3}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
-  // A floor seen from above: a disk of radius 1 at distance h, coaxial, gives the point under its centre the irradiance
-  // pi L / (1 + h^2) [Howell, configuration B-14]; the camera looks at that point through a narrow angle.
+  // A floor seen from above: a disk of radius 1 at distance h, coaxial, gives the point under its centre the
+  // irradiance pi L / (1 + h^2) [Howell, configuration B-14]; the camera looks at that point through a narrow
+  // angle.
   const char* scene = R"(
     materials { name: 'floor' diffuse { reflectance { constant { constant: 0.5 } } } }
     materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } }
@@ -119,9 +122,9 @@ TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
   ASSERT_TRUE(tile.ok());
   double mean = 0;
   for (int i = 0; i < 256; ++i) mean += double{tile->values[static_cast<std::size_t>(i)]} / 256 / 256;
-  // Off-axis point to a disk parallel to its plane [Howell, B-15]: F = (1 - (Z - 2 R^2) / sqrt(Z^2 - 4 R^2)) / 2 with H
-  // = h / a, R = r / a, Z = 1 + H^2 + R^2, for the disk's radius r at height h and the point's distance a from the
-  // axis.
+  // Off-axis point to a disk parallel to its plane [Howell, B-15]: F = (1 - (Z - 2 R^2) / sqrt(Z^2 - 4 R^2))
+  // / 2 with H = h / a, R = r / a, Z = 1 + H^2 + R^2, for the disk's radius r at height h and the point's
+  // distance a from the axis.
   const double a = 1.8, h = 2 / a, r = 1 / a, z = 1 + h * h + r * r;
   const double form_factor = 0.5 * (1 - (z - 2 * r * r) / std::sqrt(z * z - 4 * r * r));
   // 65536 stratified samples of a smooth integrand: far below 0.2 %.
@@ -129,7 +132,8 @@ TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
 }
 
 TEST(Shading, SortingPathsByMaterialDoesNotShow) {
-  // Three kinds of materials. A whole tile has enough paths to be sorted; a single pixel with one sample never has.
+  // Three kinds of materials. A whole tile has enough paths to be sorted; a single pixel with one sample
+  // never has.
   const std::string scene = absl::StrCat(R"(
     lights { infinite { radiance { constant: 1 } } }
     materials { name: 'floor' diffuse { reflectance { constant { constant: 0.5 } } } }
@@ -156,7 +160,8 @@ TEST(Shading, SortingPathsByMaterialDoesNotShow) {
       const auto pixel = file->scene->render_tile({x, y, x + 1, y + 1, 0, 1}, {}, stats);
       ASSERT_TRUE(pixel.ok());
       for (std::uint32_t c = 0; c < 3; ++c) {
-        EXPECT_EQ(pixel->values[c], whole->values[c * 256 + i]) << isa << ": pixel (" << x << ", " << y << ")";
+        EXPECT_EQ(pixel->values[c], whole->values[c * 256 + i])
+            << isa << ": pixel (" << x << ", " << y << ")";
       }
     }
   }
@@ -169,10 +174,13 @@ absl::Status load(const std::string& scene) {
 TEST(LoadScene, RefusesByName) {
   EXPECT_THAT(std::string(load("shapes { sphere { radius: 1 } material: 'gold' name: 'ball' }").message()),
               HasSubstr("shape 0 (ball): material 'gold' does not exist"));
-  EXPECT_THAT(std::string(load("shapes { sphere { radius: -1 } }").message()), HasSubstr("shape 0: its radius"));
-  EXPECT_THAT(std::string(load("shapes { sphere { radius: nan } }").message()), HasSubstr("shapes[0].sphere.radius"));
-  EXPECT_THAT(std::string(load("shapes { sphere { radius: 1 } world_from_object { elements: [1, 2] } }").message()),
-              HasSubstr("2 elements instead of 16"));
+  EXPECT_THAT(std::string(load("shapes { sphere { radius: -1 } }").message()),
+              HasSubstr("shape 0: its radius"));
+  EXPECT_THAT(std::string(load("shapes { sphere { radius: nan } }").message()),
+              HasSubstr("shapes[0].sphere.radius"));
+  EXPECT_THAT(
+      std::string(load("shapes { sphere { radius: 1 } world_from_object { elements: [1, 2] } }").message()),
+      HasSubstr("2 elements instead of 16"));
   EXPECT_THAT(std::string(load("materials { name: 'a' mix { a: 'a' b: 'a' } }").message()),
               HasSubstr("material 'a': it mixes itself"));
   EXPECT_THAT(std::string(load("textures { name: 't' scale { value { texture: 't' } } }").message()),
@@ -181,10 +189,12 @@ TEST(LoadScene, RefusesByName) {
               HasSubstr("material 'a': an index of refraction of 0"));
   EXPECT_THAT(std::string(load("lights { point { intensity { rgb { r: inf } } } }").message()),
               HasSubstr("lights[0].point.intensity.rgb.r"));
-  EXPECT_THAT(std::string(load("instances { object: 'tree' }").message()), HasSubstr("object 'tree' does not exist"));
+  EXPECT_THAT(std::string(load("instances { object: 'tree' }").message()),
+              HasSubstr("object 'tree' does not exist"));
 }
 
-/// `count` textures that are made of the one before twice, and materials likewise; their middle makes a sphere.
+/// `count` textures that are made of the one before twice, and materials likewise; their middle makes a
+/// sphere.
 std::string doubled_textures(int count) {
   std::string scene = "textures { name: 't0' noise {} } shapes { sphere { radius: 1 } material: 'm' }";
   for (int i = 1; i <= count; ++i) {
@@ -212,12 +222,15 @@ std::string nested_textures(int count) {
 
 TEST(LoadScene, RefusesAFewLinesThatWouldTakeForever) {
   EXPECT_EQ(load(doubled_textures(10)), absl::OkStatus());
-  EXPECT_THAT(std::string(load(doubled_textures(40)).message()), HasSubstr("texture 't12': it takes more than 4096"));
+  EXPECT_THAT(std::string(load(doubled_textures(40)).message()),
+              HasSubstr("texture 't12': it takes more than 4096"));
   EXPECT_EQ(load(nested_textures(60)), absl::OkStatus());
-  EXPECT_THAT(std::string(load(nested_textures(20'000)).message()), HasSubstr("more than 64 textures within one"));
+  EXPECT_THAT(std::string(load(nested_textures(20'000)).message()),
+              HasSubstr("more than 64 textures within one"));
   EXPECT_EQ(load(nested_mixes(64)), absl::OkStatus());
   for (const int count : {65, 20'000}) {
-    EXPECT_THAT(std::string(load(nested_mixes(count)).message()), HasSubstr("more than 64 mixes within one another"));
+    EXPECT_THAT(std::string(load(nested_mixes(count)).message()),
+                HasSubstr("more than 64 mixes within one another"));
   }
 }
 
@@ -232,7 +245,8 @@ TEST(LoadScene, AChannelOfAnImageIsOneThatThereIs) {
   job.set_height(8);
   job.mutable_settings()->set_spp(1);
   const auto no_blobs = [](const std::string&) { return absl::NotFoundError("none"); };
-  const auto loaded = render::load_scene(scene, job, no_blobs, {.isa = render::supported_isas().front(), .threads = 1});
+  const auto loaded =
+      render::load_scene(scene, job, no_blobs, {.isa = render::supported_isas().front(), .threads = 1});
   EXPECT_THAT(std::string(loaded.status().message()), HasSubstr("its channel is unknown"));
 }
 

@@ -44,9 +44,11 @@ double deviation(const Motion& m) {
   constexpr int kTimes = 4096;
   for (int i = 0; i < kTimes; ++i) {
     const double place = (i + 0.5) / kTimes * m.segments(), before = std::floor(place), part = place - before;
-    const Point a = m.at(before / m.segments()).apply({1, 0, 0}), b = m.at((before + 1) / m.segments()).apply({1, 0, 0});
+    const Point a = m.at(before / m.segments()).apply({1, 0, 0}),
+                b = m.at((before + 1) / m.segments()).apply({1, 0, 0});
     const Point c = m.at(place / m.segments()).apply({1, 0, 0});
-    most = std::max(most, length({a.x + part * (b.x - a.x) - c.x, a.y + part * (b.y - a.y) - c.y, a.z + part * (b.z - a.z) - c.z}));
+    most = std::max(most, length({a.x + part * (b.x - a.x) - c.x, a.y + part * (b.y - a.y) - c.y,
+                                  a.z + part * (b.z - a.z) - c.z}));
   }
   return most;
 }
@@ -71,15 +73,16 @@ TEST(Motion, TranslationRotationAndStretchEachGoAtConstantSpeed) {
   const Transform end = Transform::translation({-1, 4, 3}) * rotation_about_z(1.0) * scaling(3, 2, 0.5);
   const Motion m = motion(start, end);
   const double t = 0.3;
-  const Transform expected = Transform::translation({1 - 2 * t, 2 + 2 * t, 3}) * rotation_about_z(0.2 + 0.8 * t) *
-                             scaling(1 + 2 * t, 2, 3 - 2.5 * t);
+  const Transform expected = Transform::translation({1 - 2 * t, 2 + 2 * t, 3}) *
+                             rotation_about_z(0.2 + 0.8 * t) * scaling(1 + 2 * t, 2, 3 - 2.5 * t);
   EXPECT_LT(distance(m.at(t), expected), kRounding);
   EXPECT_LT(distance(m.at(0), start), kRounding);
   EXPECT_LT(distance(m.at(1), end), kRounding);
 }
 
 TEST(Motion, MirrorsStayMirrors) {
-  // Both are a half turn away from themselves with all axes reversed, so that the rotation is that of the proper parts.
+  // Both are a half turn away from themselves with all axes reversed, so that the rotation is that of the
+  // proper parts.
   const Motion m = motion(scaling(1, 1, -1), rotation_about_z(1.0) * scaling(1, 1, -1));
   for (const double t : {0.0, 0.2, 0.5, 0.8, 1.0}) {
     EXPECT_LT(distance(m.at(t), rotation_about_z(t) * scaling(1, 1, -1)), kRounding) << t;
@@ -89,7 +92,8 @@ TEST(Motion, MirrorsStayMirrors) {
 TEST(Motion, IsNeverFlatInBetween) {
   // A half turn: linear interpolation of the matrices would be flat half way.
   const Motion m = motion(scaling(1, 2, 1), rotation_about_z(std::numbers::pi) * scaling(2, 1, 1));
-  for (int i = 0; i <= 100; ++i) EXPECT_NEAR(m.at(i / 100.0).determinant(), (1 + i / 100.0) * (2 - i / 100.0), 1e-12);
+  for (int i = 0; i <= 100; ++i)
+    EXPECT_NEAR(m.at(i / 100.0).determinant(), (1 + i / 100.0) * (2 - i / 100.0), 1e-12);
 }
 
 TEST(Motion, StandsStillWithoutAnEnd) {
@@ -101,14 +105,16 @@ TEST(Motion, StandsStillWithoutAnEnd) {
 
 TEST(Motion, StraightWaysTakeOnePiece) {
   EXPECT_EQ(motion(Transform{}, Transform::translation({100, 0, 0})).segments(), 1);
-  EXPECT_EQ(motion(rotation_about_z(0.4), Transform::translation({3, 0, 0}) * rotation_about_z(0.4)).segments(), 1);
+  EXPECT_EQ(
+      motion(rotation_about_z(0.4), Transform::translation({3, 0, 0}) * rotation_about_z(0.4)).segments(), 1);
   EXPECT_EQ(motion(Transform{}, scaling(1, 5, 1)).segments(), 1);
   EXPECT_TRUE(motion(Transform{}, Transform::translation({100, 0, 0})).translates_only());
   EXPECT_FALSE(motion(Transform{}, scaling(1, 5, 1)).translates_only());
 }
 
 TEST(Motion, PiecesStayCloseToTheArc) {
-  for (const double angle : {1e-4, 0.01, 0.1, 0.5, 1.1}) EXPECT_LT(deviation(motion(Transform{}, rotation_about_z(angle))), 1e-5) << angle;
+  for (const double angle : {1e-4, 0.01, 0.1, 0.5, 1.1})
+    EXPECT_LT(deviation(motion(Transform{}, rotation_about_z(angle))), 1e-5) << angle;
   // Up to 128 pieces: (pi / 128)^2 / 8.
   EXPECT_LT(deviation(motion(Transform{}, rotation_about_z(std::numbers::pi))), 7.54e-5);
   EXPECT_EQ(motion(Transform{}, rotation_about_z(std::numbers::pi)).segments(), Motion::kMostSegments);
@@ -133,7 +139,7 @@ TEST(Motion, RefusesFlatAndMirroringOnes) {
 
 TEST(Motion, ProductsOfTwoTurnsTakeAllPieces) {
   const Motion still(Transform{}), slides = motion(Transform{}, Transform::translation({1, 0, 0})),
-               turns = motion(Transform{}, rotation_about_z(0.01));
+                                   turns = motion(Transform{}, rotation_about_z(0.01));
   EXPECT_EQ(segments_of_product(still, turns), turns.segments());
   EXPECT_EQ(segments_of_product(turns, still), turns.segments());
   EXPECT_EQ(segments_of_product(slides, slides), 1);
@@ -145,7 +151,12 @@ TEST(Motion, StepsAreEvenlySpacedAndFinite) {
   ASSERT_TRUE(append_steps([](double t) { return Transform::translation({8 * t, 0, 0}); }, 4, steps).ok());
   ASSERT_EQ(steps.size(), 5u);
   for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(steps[k].m[3], 2 * static_cast<float>(k));
-  EXPECT_FALSE(append_steps([](double t) { return Transform::translation({1e300 * t, 0, 0}); }, 1, steps).ok());
+  EXPECT_FALSE(append_steps(
+                   [](double t) {
+                     return Transform::translation({1e300 * t, 0, 0});
+                   },
+                   1, steps)
+                   .ok());
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr const char* kFilm = "film { width: 32 height: 32 filter { kind: BOX } } lights { infinite { radiance { constant: 1 } } } ";
+constexpr const char* kFilm =
+    "film { width: 32 height: 32 filter { kind: BOX } } lights { infinite { radiance { constant: 1 } } } ";
 constexpr const char* kCamera = "camera { perspective { fov_degrees: 40 } } ";
 constexpr const char* kAway = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1]";
 
@@ -29,32 +30,44 @@ absl::StatusOr<LoadedFile> load(const std::string& scene, std::uint32_t max_dept
 }
 
 TEST(MovingScene, FlatMotionIsRefusedByName) {
-  const auto flat = load(absl::StrCat(kCamera, "shapes { name: 'coin' sphere { radius: 1 } world_from_object { ", kAway,
-                                      " } world_from_object_end { elements: [1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto flat =
+      load(absl::StrCat(kCamera, "shapes { name: 'coin' sphere { radius: 1 } world_from_object { ", kAway,
+                        " } world_from_object_end { elements: [1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1] } }"));
   EXPECT_THAT(flat.status().message(), HasSubstr("shape 0 (coin)"));
   EXPECT_THAT(flat.status().message(), HasSubstr("singular"));
-  const auto turned = load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
-                                        " } world_from_object_end { elements: [1,0,0,0, 0,-1,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto turned =
+      load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
+                        " } world_from_object_end { elements: [1,0,0,0, 0,-1,0,0, 0,0,1,5, 0,0,0,1] } }"));
   EXPECT_THAT(turned.status().message(), HasSubstr("shape 0: its motion turns it inside out"));
-  const auto camera = load("camera { perspective { fov_degrees: 40 } world_from_camera_end { elements: [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }");
+  const auto camera = load(
+      "camera { perspective { fov_degrees: 40 } world_from_camera_end { elements: [0,0,0,0, 0,1,0,0, "
+      "0,0,1,0, 0,0,0,1] } }");
   EXPECT_THAT(camera.status().message(), HasSubstr("camera: "));
-  const auto instance = load(absl::StrCat(
-      kCamera, "objects { name: 'o' shapes { sphere { radius: 1 } } } instances { object: 'o' world_from_instance_end { "
-               "elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }"));
+  const auto instance = load(absl::StrCat(kCamera,
+                                          "objects { name: 'o' shapes { sphere { radius: 1 } } } instances { "
+                                          "object: 'o' world_from_instance_end { "
+                                          "elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }"));
   EXPECT_THAT(instance.status().message(), HasSubstr("instance 0 (o)"));
 }
 
 TEST(MovingScene, LampsStandStillWithAWarning) {
-  const auto file = load(absl::StrCat(kCamera, "shapes { name: 'lamp' sphere { radius: 1 } area_light { radiance { constant: 1 } } "
-                                               "world_from_object { ", kAway, " } world_from_object_end { "
-                                               "elements: [1,0,0,9, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto file =
+      load(absl::StrCat(kCamera,
+                        "shapes { name: 'lamp' sphere { radius: 1 } area_light { radiance { constant: 1 } } "
+                        "world_from_object { ",
+                        kAway,
+                        " } world_from_object_end { "
+                        "elements: [1,0,0,9, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }"));
   ASSERT_TRUE(file.ok()) << file.status();
-  EXPECT_THAT(file->scene->warnings(), ElementsAre(HasSubstr("shape 0 (lamp): shapes that emit light do not move")));
+  EXPECT_THAT(file->scene->warnings(),
+              ElementsAre(HasSubstr("shape 0 (lamp): shapes that emit light do not move")));
 }
 
 TEST(MovingScene, AnEndThatIsTheStartIsNoMotion) {
-  const auto file = load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } area_light { radiance { constant: 1 } } "
-                                               "world_from_object { ", kAway, " } world_from_object_end { ", kAway, " } }"));
+  const auto file = load(absl::StrCat(kCamera,
+                                      "shapes { sphere { radius: 1 } area_light { radiance { constant: 1 } } "
+                                      "world_from_object { ",
+                                      kAway, " } world_from_object_end { ", kAway, " } }"));
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(file->scene->warnings(), IsEmpty());
 }
@@ -67,7 +80,8 @@ std::vector<float> plane(const LoadedFile& file, const std::string& channel) {
   EXPECT_EQ(stats.dropped_samples, 0u);
   if (!tile.ok()) return {};
   for (std::size_t c = 0; c < tile->channels.size(); ++c) {
-    if (tile->channels[c].name == channel) return {tile->values.begin() + 1024 * c, tile->values.begin() + 1024 * (c + 1)};
+    if (tile->channels[c].name == channel)
+      return {tile->values.begin() + 1024 * c, tile->values.begin() + 1024 * (c + 1)};
   }
   ADD_FAILURE() << "no channel " << channel;
   return {};
@@ -83,15 +97,20 @@ constexpr const char* kCluster = R"(
 )";
 
 void expect_same(const std::string& camera_end, const std::string& world_end) {
-  const auto moving_camera = load(absl::StrCat(kCluster, "instances { object: 'cluster' } camera { perspective { fov_degrees: 40 } "
-                                               "world_from_camera_end { elements: [", camera_end, "] } }"));
-  const auto moving_world = load(absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' world_from_instance_end { elements: [",
-                                              world_end, "] } }"));
+  const auto moving_camera =
+      load(absl::StrCat(kCluster,
+                        "instances { object: 'cluster' } camera { perspective { fov_degrees: 40 } "
+                        "world_from_camera_end { elements: [",
+                        camera_end, "] } }"));
+  const auto moving_world = load(
+      absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' world_from_instance_end { elements: [",
+                   world_end, "] } }"));
   const auto still = load(absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' }"));
   ASSERT_TRUE(moving_camera.ok()) << moving_camera.status();
   ASSERT_TRUE(moving_world.ok()) << moving_world.status();
   ASSERT_TRUE(still.ok()) << still.status();
-  const std::vector<float> a = plane(*moving_camera, "depth.Z"), b = plane(*moving_world, "depth.Z"), c = plane(*still, "depth.Z");
+  const std::vector<float> a = plane(*moving_camera, "depth.Z"), b = plane(*moving_world, "depth.Z"),
+                           c = plane(*still, "depth.Z");
   ASSERT_EQ(a.size(), b.size());
   int others = 0, blurred = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -109,17 +128,24 @@ TEST(MovingScene, ACameraThatSlidesIsAWorldThatSlidesTheOtherWay) {
 
 TEST(MovingScene, ACameraThatTurnsIsAWorldThatTurnsTheOtherWay) {
   // About y, by asin(0.28); both turn about the camera's origin.
-  expect_same("0.96,0,0.28,0, 0,1,0,0, -0.28,0,0.96,0, 0,0,0,1", "0.96,0,-0.28,0, 0,1,0,0, 0.28,0,0.96,0, 0,0,0,1");
+  expect_same("0.96,0,0.28,0, 0,1,0,0, -0.28,0,0.96,0, 0,0,0,1",
+              "0.96,0,-0.28,0, 0,1,0,0, 0.28,0,0.96,0, 0,0,0,1");
 }
 
 TEST(MovingScene, ShapesOfAnObjectMoveWithinIt) {
-  // A shape that slides within an instance that slides: both ways add up, to the same as a shape of the world.
-  const auto within = load(absl::StrCat(
-      kCamera, "objects { name: 'o' shapes { sphere { radius: 1 } world_from_object_end { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } "
-               "instances { object: 'o' world_from_instance { ", kAway, " } world_from_instance_end { "
-               "elements: [1,0,0,0, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
-  const auto alone = load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway, " } world_from_object_end { "
-                                                "elements: [1,0,0,0.5, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
+  // A shape that slides within an instance that slides: both ways add up, to the same as a shape of the
+  // world.
+  const auto within =
+      load(absl::StrCat(kCamera,
+                        "objects { name: 'o' shapes { sphere { radius: 1 } world_from_object_end { elements: "
+                        "[1,0,0,0.5, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } "
+                        "instances { object: 'o' world_from_instance { ",
+                        kAway,
+                        " } world_from_instance_end { "
+                        "elements: [1,0,0,0, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
+  const auto alone = load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
+                                       " } world_from_object_end { "
+                                       "elements: [1,0,0,0.5, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
   ASSERT_TRUE(within.ok()) << within.status();
   ASSERT_TRUE(alone.ok()) << alone.status();
   for (const char* channel : {"depth.Z", "R"}) {
@@ -129,17 +155,19 @@ TEST(MovingScene, ShapesOfAnObjectMoveWithinIt) {
 }
 
 TEST(MovingScene, MirroredShapesKeepTheirFront) {
-  // One-sided emission is not to be had of moving shapes; the side of a medium's border is: a sphere that mirrors has its
-  // normals turned over, moving or not.
+  // One-sided emission is not to be had of moving shapes; the side of a medium's border is: a sphere that
+  // mirrors has its normals turned over, moving or not.
   const auto scene = [](const char* more) {
     return absl::StrCat(kCamera, R"(
       media { name: 'fog' extinction { constant { constant: 0.5 } } albedo { constant { constant: 0 } } }
       materials { name: 'none' interface { } }
       shapes { sphere { radius: 1 } material: 'none' interior_medium: 'fog'
-               world_from_object { elements: [-1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1] } )", more, " } settings { integrator: 'volpath' }");
+               world_from_object { elements: [-1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1] } )",
+                        more, " } settings { integrator: 'volpath' }");
   };
   const auto still = load(scene(""));
-  const auto moving = load(scene("world_from_object_end { elements: [-1,0,0,1e-6, 0,1,0,0, 0,0,1,5, 0,0,0,1] }"));
+  const auto moving =
+      load(scene("world_from_object_end { elements: [-1,0,0,1e-6, 0,1,0,0, 0,0,1,5, 0,0,0,1] }"));
   ASSERT_TRUE(still.ok()) << still.status();
   ASSERT_TRUE(moving.ok()) << moving.status();
   const std::vector<float> a = plane(*still, "R"), b = plane(*moving, "R");

@@ -100,9 +100,9 @@ struct Traced {
 
 std::unique_ptr<Accelerator> accelerate(const ShapeTable& table) {
   static const TextureTable textures;
-  auto built = Accelerator::build(table, textures,
-                                  {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
-                                  {1, TESSERA_STRING(TESSERA_ISA), false});
+  auto built = Accelerator::build(
+      table, textures, {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+      {1, TESSERA_STRING(TESSERA_ISA), false});
   EXPECT_TRUE(built.ok()) << built.status();
   return built.ok() ? *std::move(built) : nullptr;
 }
@@ -182,7 +182,8 @@ void expect_no_shadow_on_itself(const ShapeTable& table, float early, float late
     const Surface s = surface_at(table, ray.hit(), ray.origin(), ray.direction(), hit, false);
     // Down to a grazing angle of a thousandth.
     const Frame frame = Frame::from_normal(face_forward(s.ng, -ray.direction()));
-    const Float phi = uniform(0, 6.2831f), height = exp(uniform(-6.9f, 0.0f)), r = safe_sqrt(1.0f - sqr(height));
+    const Float phi = uniform(0, 6.2831f), height = exp(uniform(-6.9f, 0.0f)),
+                r = safe_sqrt(1.0f - sqr(height));
     const Vec3 w = frame.to_world({r * cos(phi), r * sin(phi), height});
     ray.aim(offset_origin(s, w), w);
     alignas(64) float distance[kWidth];

@@ -26,8 +26,8 @@ std::vector<Pair> samples(SamplerKind kind, std::uint32_t x, std::uint32_t y, in
 }
 
 TEST(SobolSampler, EveryAlignedPowerOfTwoRunIsANet) {
-  // A (0, m, 2)-net in base 2: each elementary interval of area 2^-m holds exactly one of 2^m points. Owen scrambling and
-  // shuffling keep that for every aligned run of the sequence.
+  // A (0, m, 2)-net in base 2: each elementary interval of area 2^-m holds exactly one of 2^m points. Owen
+  // scrambling and shuffling keep that for every aligned run of the sequence.
   const std::vector<Pair> points = samples(SamplerKind::kSobol, 17, 5, 3, 256);
   for (const int m : {4, 5, 6, 8}) {
     const int run = 1 << m;
@@ -36,9 +36,11 @@ TEST(SobolSampler, EveryAlignedPowerOfTwoRunIsANet) {
         std::set<std::pair<int, int>> cells;
         for (int i = first; i < first + run; ++i) {
           const auto& [u, v] = points[static_cast<std::size_t>(i)];
-          cells.emplace(static_cast<int>(u * static_cast<float>(1 << a)), static_cast<int>(v * static_cast<float>(1 << (m - a))));
+          cells.emplace(static_cast<int>(u * static_cast<float>(1 << a)),
+                        static_cast<int>(v * static_cast<float>(1 << (m - a))));
         }
-        EXPECT_EQ(cells.size(), static_cast<std::size_t>(run)) << "m " << m << " first " << first << " a " << a;
+        EXPECT_EQ(cells.size(), static_cast<std::size_t>(run))
+            << "m " << m << " first " << first << " a " << a;
       }
     }
   }
@@ -53,12 +55,14 @@ TEST(SobolSampler, PixelsDimensionsAndSeedsDiffer) {
   EXPECT_EQ(base, samples(SamplerKind::kSobol, 3, 4, 0, 16));
 }
 
-/// Mean of u v over pixels minus 1/4, in standard deviations: 7/144 is the variance of u v for independent u and v.
+/// Mean of u v over pixels minus 1/4, in standard deviations: 7/144 is the variance of u v for independent u
+/// and v.
 double product_z(SamplerKind kind, int dimension_a, int dimension_b) {
   double sum = 0;
   constexpr int kPixels = 4096;
   for (std::uint32_t p = 0; p < kPixels; ++p) {
-    const auto a = samples(kind, p % 64, p / 64, dimension_a, 16), b = samples(kind, p % 64, p / 64, dimension_b, 16);
+    const auto a = samples(kind, p % 64, p / 64, dimension_a, 16),
+               b = samples(kind, p % 64, p / 64, dimension_b, 16);
     sum += double{a[5].first} * b[5].second;
   }
   return (sum / kPixels - 0.25) / std::sqrt(7.0 / 144 / kPixels);
@@ -76,7 +80,8 @@ TEST(IndependentSampler, CoversTheSquare) {
   // Chi-square of 16 x 16 cells with 16 expected in each: 255 degrees of freedom, 1 - 1e-5 quantile 356.
   const auto points = samples(SamplerKind::kIndependent, 9, 9, 2, 4096);
   std::vector<int> cells(256, 0);
-  for (const auto& [u, v] : points) ++cells[static_cast<std::size_t>(static_cast<int>(u * 16) * 16 + static_cast<int>(v * 16))];
+  for (const auto& [u, v] : points)
+    ++cells[static_cast<std::size_t>(static_cast<int>(u * 16) * 16 + static_cast<int>(v * 16))];
   double chi2 = 0;
   for (const int n : cells) chi2 += (n - 16.0) * (n - 16.0) / 16;
   EXPECT_LT(chi2, 356);

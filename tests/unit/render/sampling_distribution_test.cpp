@@ -82,8 +82,8 @@ TEST(DiscreteSample, FollowsTheTableAndReusesTheNumber) {
   double sum = 0;
   for (const double w : weights) sum += w;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    // Stratified numbers: each piece of the unit interval that leads to a bin is off by one count at most; there are no
-    // more than one piece an entry of the table.
+    // Stratified numbers: each piece of the unit interval that leads to a bin is off by one count at most;
+    // there are no more than one piece an entry of the table.
     for (const int count : counts[i]) EXPECT_NEAR(count, weights[i] / sum * kN / kBins, 8.0) << i;
   }
   EXPECT_EQ(counts[1], std::vector<int>(kBins, 0));

@@ -24,19 +24,21 @@ TEST(OctahedralMap, HasItsLandmarks) {
   // As pbrt-v4: the centre is +z, the corners -z, the middles of the edges the horizon.
   expect_near(direction_from_octahedral(at(0.5f, 0.5f)), direction(0, 0, 1), 1e-6f);
   for (const float u : {0.0f, 1.0f}) {
-    for (const float v : {0.0f, 1.0f}) expect_near(direction_from_octahedral(at(u, v)), direction(0, 0, -1), 1e-6f);
+    for (const float v : {0.0f, 1.0f})
+      expect_near(direction_from_octahedral(at(u, v)), direction(0, 0, -1), 1e-6f);
   }
   expect_near(direction_from_octahedral(at(1, 0.5f)), direction(1, 0, 0), 1e-6f);
   expect_near(direction_from_octahedral(at(0, 0.5f)), direction(-1, 0, 0), 1e-6f);
   expect_near(direction_from_octahedral(at(0.5f, 1)), direction(0, 1, 0), 1e-6f);
   expect_near(direction_from_octahedral(at(0.5f, 0)), direction(0, -1, 0), 1e-6f);
   // Half-way to the edge: r = 1/2, z = 1 - r^2.
-  expect_near(direction_from_octahedral(at(0.75f, 0.5f)), {Float(std::sqrt(1 - 0.5625f)), Float(0.0f), Float(0.75f)},
-              1e-6f);
+  expect_near(direction_from_octahedral(at(0.75f, 0.5f)),
+              {Float(std::sqrt(1 - 0.5625f)), Float(0.0f), Float(0.75f)}, 1e-6f);
 }
 
 TEST(OctahedralMap, KeepsAreas) {
-  // The share of a grid's midpoints within a cap is the cap's share of the sphere, to the border's share of cells.
+  // The share of a grid's midpoints within a cap is the cap's share of the sphere, to the border's share of
+  // cells.
   constexpr int kN = 256;
   const Vec3 axis = direction(0.3f, -0.5f, -0.7f);
   int inside = 0;

@@ -33,7 +33,8 @@ double mean(const std::function<Float(Vec2)>& f) {
   return sum / (double{kGrid} * kGrid);
 }
 
-// Midpoint rule on 512^2 points: smooth integrands to 1e-5, indicator functions to the edge's share of cells, 1 / 512.
+// Midpoint rule on 512^2 points: smooth integrands to 1e-5, indicator functions to the edge's share of cells,
+// 1 / 512.
 constexpr double kSmooth = 2e-5, kEdge = 2e-3;
 
 Float one_where(Mask m) { return select(m, Float(1.0f), Float(0.0f)); }
@@ -41,18 +42,20 @@ Float one_where(Mask m) { return select(m, Float(1.0f), Float(0.0f)); }
 TEST(Warp, DiskIsUniform) {
   EXPECT_NEAR(mean([](Vec2 u) { return square_to_disk(u).x; }), 0, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return square_to_disk(u).y; }), 0, kSmooth);
-  EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).x); }), 0.25, kSmooth);  // of a uniform unit disk
+  EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).x); }), 0.25,
+              kSmooth);  // of a uniform unit disk
   EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).y); }), 0.25, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return one_where(square_to_disk_polar(u).radius < 0.3f); }), 0.09, kEdge);
-  EXPECT_NEAR(mean([](Vec2 u) { return one_where(square_to_disk_polar(u).angle < 1.0f); }), (1 + kPi / 4) / (2 * kPi),
-              kEdge);
+  EXPECT_NEAR(mean([](Vec2 u) { return one_where(square_to_disk_polar(u).angle < 1.0f); }),
+              (1 + kPi / 4) / (2 * kPi), kEdge);
   const Polar centre = square_to_disk_polar({Float(0.5f), Float(0.5f)});
   EXPECT_EQ(centre.radius.lane(0), 0);
   EXPECT_TRUE(std::isfinite(centre.angle.lane(0)));
 }
 
 TEST(Warp, CosineHemisphereFollowsTheCosine) {
-  // The cosine falls to zero as a square root: the midpoint rule is off by the step to the power of 3/2, 9e-5.
+  // The cosine falls to zero as a square root: the midpoint rule is off by the step to the power of 3/2,
+  // 9e-5.
   EXPECT_NEAR(mean([](Vec2 u) { return square_to_cosine_hemisphere(u).z; }), 2.0 / 3, 9e-5);
   EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_cosine_hemisphere(u).z); }), 0.5, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return length_squared(square_to_cosine_hemisphere(u)); }), 1, 1e-6);
@@ -70,8 +73,8 @@ TEST(Warp, SphereIsUniform) {
 
 TEST(Warp, ConeIsUniformAtAnyWidth) {
   for (const float width : {1.0f, 1e-2f, 1e-6f, 1e-12f}) {
-    // tan^2 of the angle to the axis, against its mean over the cone; 1 - cos itself would have no digits in the
-    // direction.
+    // tan^2 of the angle to the axis, against its mean over the cone; 1 - cos itself would have no digits in
+    // the direction.
     const auto squared_sine = [width](Vec2 u) {
       const Vec3 w = square_to_cone(u, width);
       return sqr(w.x * (1 / std::sqrt(width))) + sqr(w.y * (1 / std::sqrt(width)));

@@ -1,4 +1,5 @@
-// Scenes loaded one after the other share what they have in common, and give the same bits as if they did not.
+// Scenes loaded one after the other share what they have in common, and give the same bits as if they did
+// not.
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 
@@ -34,7 +35,8 @@ class SharedContent : public testing::Test {
     job_.mutable_settings()->set_max_depth(3);
   }
 
-  static std::unique_ptr<RenderScene> load(const v1::Scene& scene, const v1::JobSpec& job, SharedContents* contents) {
+  static std::unique_ptr<RenderScene> load(const v1::Scene& scene, const v1::JobSpec& job,
+                                           SharedContents* contents) {
     const BlobSource no_blobs = [](const std::string& digest) -> absl::StatusOr<BlobBytes> {
       return absl::NotFoundError(digest);
     };
@@ -45,7 +47,8 @@ class SharedContent : public testing::Test {
 
   static wire::TileResult picture(const RenderScene& scene, const v1::JobSpec& job) {
     RenderStats stats;
-    const auto tile = scene.render_tile({0, 0, job.width(), job.height(), 0, job.settings().spp()}, {}, stats);
+    const auto tile =
+        scene.render_tile({0, 0, job.width(), job.height(), 0, job.settings().spp()}, {}, stats);
     EXPECT_TRUE(tile.ok()) << tile.status();
     return tile.ok() ? *tile : wire::TileResult{};
   }
@@ -73,7 +76,8 @@ TEST_F(SharedContent, WhateverLooksAtTheSceneInAnotherWay) {
   expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_spp(16); });
   expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_seed(7); });
   expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_max_depth(1); });
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_sampler("independent"); });
+  expect_shared(true,
+                [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_sampler("independent"); });
   expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.set_width(20), job.set_height(20); });
   expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.add_aovs("normal"), job.add_aovs("albedo"); });
   expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
@@ -90,12 +94,14 @@ TEST_F(SharedContent, WhateverLooksAtTheSceneInAnotherWay) {
 }
 
 TEST_F(SharedContent, NothingThatMakesAnotherScene) {
-  expect_shared(false,
-                [](v1::Scene& scene, v1::JobSpec&) { scene.mutable_shapes(0)->mutable_sphere()->set_radius(2); });
+  expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
+    scene.mutable_shapes(0)->mutable_sphere()->set_radius(2);
+  });
   expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
     scene.mutable_camera()->mutable_world_from_camera()->set_elements(3, 0);  // positions are relative to it
   });
-  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_light_selection("uniform"); });
+  expect_shared(false,
+                [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_light_selection("uniform"); });
   expect_shared(false, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_integrator("light"); });
   expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
     *scene.mutable_camera()->mutable_world_from_camera_end() = scene.camera().world_from_camera();

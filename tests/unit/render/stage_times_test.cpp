@@ -24,16 +24,16 @@ TEST(StageTimes, AddUpToTheCpuTime) {
   for (const char* integrator : {"path", "volpath", "light"}) {
     const auto file = load(1, integrator);
     ASSERT_TRUE(file.ok()) << file.status();
-    // The counter goes on while the thread waits for a processor: one long wait between two stages looks like time that
-    // no stage has. It will not be there every time.
+    // The counter goes on while the thread waits for a processor: one long wait between two stages looks like
+    // time that no stage has. It will not be there every time.
     double best = 0;
     for (int attempt = 0; attempt < 6 && best < 0.9; ++attempt) {
       render::RenderStats stats;
       const auto start = wire::thread_cpu_time();
       ASSERT_TRUE(file->scene->render_tile({0, 0, 64, 64, 0, 64}, {}, stats).ok());
       const auto spent = static_cast<double>((wire::thread_cpu_time() - start).count());
-      const auto sum =
-          static_cast<double>(std::accumulate(stats.times.stages.begin(), stats.times.stages.end(), std::uint64_t{0}));
+      const auto sum = static_cast<double>(
+          std::accumulate(stats.times.stages.begin(), stats.times.stages.end(), std::uint64_t{0}));
       EXPECT_LE(sum, 1.001 * spent) << integrator;
       best = std::max(best, sum / spent);
     }

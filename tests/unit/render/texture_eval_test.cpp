@@ -115,9 +115,11 @@ void expect_agreement(const TextureNode& node) {
     const Mask active = Mask::from_bits(static_cast<std::uint32_t>(random() | 1) & 0xffff);
     const Spectrum actual = eval_texture(table, 1, TexturePoint::at(uv), active);
     for (int l = 0; l < kWidth; ++l) {
-      const Colour expected = active.bits() >> l & 1 ? image_reference(node, uv.x.lane(l), uv.y.lane(l)) : Colour{};
+      const Colour expected =
+          active.bits() >> l & 1 ? image_reference(node, uv.x.lane(l), uv.y.lane(l)) : Colour{};
       for (int c = 0; c < 3; ++c) {
-        // Coordinates reach 4 * 16 texels in floats: 4e-6 of a texel at each step; neighbours differ by 1 at most.
+        // Coordinates reach 4 * 16 texels in floats: 4e-6 of a texel at each step; neighbours differ by 1 at
+        // most.
         ASSERT_NEAR(actual.c[c].lane(l), expected.c[c], 5e-5) << uv.x.lane(l) << " " << uv.y.lane(l);
       }
     }
@@ -161,7 +163,8 @@ TEST(ImageTexture, NearestReadsTheTexelUnderThePoint) {
     TextureTable table;
     table.nodes = {node};
     for (int y = -12; y < 12; ++y) {
-      const Vec2 uv = {(to_float(Int::iota(-8)) + 0.5f) * (1.0f / 8), Float((static_cast<float>(y) + 0.5f) / 4)};
+      const Vec2 uv = {(to_float(Int::iota(-8)) + 0.5f) * (1.0f / 8),
+                       Float((static_cast<float>(y) + 0.5f) / 4)};
       const Spectrum actual = eval_texture(table, 0, TexturePoint::at(uv), Mask::all());
       for (int l = 0; l < kWidth; ++l) {
         EXPECT_FLOAT_EQ(actual.c[0].lane(l),
@@ -254,7 +257,8 @@ TEST(TextureTree, ScalesAndMixes) {
   TextureTable table;
   table.nodes = {constant(1, 2, 3), constant(0.5f, 0.25f, 2), constant(0.1f, 0.2f, 0.6f), scale, mix};
   const Vec2 uv = {Float(0.5f), Float(0.5f)};
-  const Spectrum product = eval_texture(table, 3, TexturePoint::at(uv), Mask::all()), mixed = eval_texture(table, 4, TexturePoint::at(uv), Mask::all());
+  const Spectrum product = eval_texture(table, 3, TexturePoint::at(uv), Mask::all()),
+                 mixed = eval_texture(table, 4, TexturePoint::at(uv), Mask::all());
   const float expected[3] = {0.5f, 0.5f, 6};
   for (int c = 0; c < 3; ++c) {
     EXPECT_FLOAT_EQ(product.c[c].lane(3), expected[c]);

@@ -50,7 +50,8 @@ std::string pfm(int width, int height, const std::vector<float>& pixels) {
   std::string bytes = "PF\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
   const auto row = static_cast<std::size_t>(width * 3);
   for (int y = height - 1; y >= 0; --y) {
-    bytes.append(reinterpret_cast<const char*>(&pixels[static_cast<std::size_t>(y) * row]), row * sizeof(float));
+    bytes.append(reinterpret_cast<const char*>(&pixels[static_cast<std::size_t>(y) * row]),
+                 row * sizeof(float));
   }
   return bytes;
 }
@@ -60,14 +61,16 @@ float channel8(const TextureImage& image, std::size_t texel, int c) {
 }
 
 // Two rows of three: red, green, blue above; black, grey, white below.
-const std::vector<std::uint8_t> kFlag = {255, 0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0, 128, 128, 128, 255, 255, 255};
+const std::vector<std::uint8_t> kFlag = {255, 0, 0, 0,   255, 0,   0,   0,   255,
+                                         0,   0, 0, 128, 128, 128, 255, 255, 255};
 
 void expect_flag(const TextureImage& image) {
   ASSERT_EQ(image.width, 3);
   ASSERT_EQ(image.height, 2);
   ASSERT_EQ(image.texels8.size(), 6u);
   for (std::size_t i = 0; i < 6; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(image.texels8[i] >> (8 * c) & 255, kFlag[i * 3 + c]) << i << " " << c;
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_EQ(image.texels8[i] >> (8 * c) & 255, kFlag[i * 3 + c]) << i << " " << c;
     EXPECT_EQ(image.texels8[i] >> 24, 255u);
   }
 }
@@ -89,7 +92,8 @@ TEST_F(TextureLoad, ReadsJpeg) {
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) pixels[static_cast<std::size_t>((y * 32 + x) * 3 + (y < 16 ? 0 : 2))] = 200;
   }
-  const auto image = load_texture_image(file("blocks.jpg", 32, 32, 3, OIIO::TypeDesc::UINT8, pixels), "blocks.jpg");
+  const auto image =
+      load_texture_image(file("blocks.jpg", 32, 32, 3, OIIO::TypeDesc::UINT8, pixels), "blocks.jpg");
   ASSERT_TRUE(image.ok()) << image.status();
   EXPECT_NEAR(image->texels8[5 * 32 + 5] & 255, 200, 12);
   EXPECT_NEAR(image->texels8[25 * 32 + 5] & 255, 0, 12);

@@ -48,7 +48,8 @@ TEST(Procedural, DotsLieInTheCellsOfPbrt) {
   for (int i = 0; i < kCells; ++i) {
     for (int j = 0; j < kCells; ++j) {
       // A dot of radius 0.35 that is shifted by at most 0.15 covers the centre of its cell.
-      const std::uint32_t bits = inside_dot({Float(static_cast<float>(i)), Float(static_cast<float>(j))}).bits();
+      const std::uint32_t bits =
+          inside_dot({Float(static_cast<float>(i)), Float(static_cast<float>(j))}).bits();
       dots += bits & 1;
       const Vec2 corner{Float(static_cast<float>(i) + 0.5f), Float(static_cast<float>(j) + 0.5f)};
       EXPECT_EQ(inside_dot(corner).bits(), 0u);  // 0.7 from the nearest centre that a dot can have

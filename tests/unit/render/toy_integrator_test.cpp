@@ -1,5 +1,5 @@
-// An algorithm that comes from outside, as CONTRIBUTING tells how to add one: what a textbook needs of the renderer,
-// and no more.
+// An algorithm that comes from outside, as CONTRIBUTING tells how to add one: what a textbook needs of the
+// renderer, and no more.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,9 +59,10 @@ TEST(ToyIntegrator, ASphereSeenFromFarIsItsColourTimesTheCosine) {
   ASSERT_NE(content, nullptr);
   constexpr std::uint32_t kSamples = 64;
   const wire::TileResult picture = render_kernel_scene(
-      *content, kSamples, [](const IntegratorContext& context) { return std::make_unique<FacingIntegrator>(context); });
-  // The mean of the cosine over a disk of radius 1 is 2/3; it covers pi / 4 of the film. A Sobol' picture of 65,536
-  // samples errs by far less than the standard error of independent ones, 0.37 / 256 = 0.0015.
+      *content, kSamples,
+      [](const IntegratorContext& context) { return std::make_unique<FacingIntegrator>(context); });
+  // The mean of the cosine over a disk of radius 1 is 2/3; it covers pi / 4 of the film. A Sobol' picture of
+  // 65,536 samples errs by far less than the standard error of independent ones, 0.37 / 256 = 0.0015.
   const double expected = M_PI / 4 * 2 / 3, colour[3] = {0.8, 0.4, 0.2};
   for (std::size_t c = 0; c < 3; ++c) {
     double sum = 0;

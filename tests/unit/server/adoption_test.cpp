@@ -27,7 +27,8 @@ class AdoptionTest : public CoordinatorTest {
     return leases.leases_size();
   }
 
-  grpc::Status try_submit(const v1::JobSpec& spec, const std::string& continued, bool fresh, std::string* id) {
+  grpc::Status try_submit(const v1::JobSpec& spec, const std::string& continued, bool fresh,
+                          std::string* id) {
     grpc::ClientContext context;
     v1::SubmitJobRequest request;
     request.set_request_id("adoption " + std::to_string(++requests_));

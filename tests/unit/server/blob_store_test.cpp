@@ -127,8 +127,8 @@ TEST(FileBlobStore, OutlivesTheProcessAndNoticesTornParts) {
 }
 
 std::size_t open_descriptors() {
-  return static_cast<std::size_t>(
-      std::distance(std::filesystem::directory_iterator{"/proc/self/fd"}, std::filesystem::directory_iterator{}));
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator{"/proc/self/fd"},
+                                                std::filesystem::directory_iterator{}));
 }
 
 TEST(FileBlobStore, UploadsThatWaitAndReadersOfOneBlobTakeNoDescriptors) {
@@ -183,7 +183,8 @@ TEST(FileBlobStore, LeavesRoomForOthers) {
   const support::TempDir directory;
   DiskSpace space{.free_bytes = 60'000, .total_bytes = 1'000'000, .free_files = 100, .total_files = 1000};
   const auto store_that_keeps = [&](std::optional<std::uint64_t> bytes) {
-    return make_file_blob_store(directory.path(), {.bytes = bytes, .space = [&](const auto&) { return space; }});
+    return make_file_blob_store(directory.path(),
+                                {.bytes = bytes, .space = [&](const auto&) { return space; }});
   };
   const auto usual = store_that_keeps({});  // a twentieth: 50,000 bytes, and 50 files
   EXPECT_TRUE(usual->check_room(10'000).ok());

@@ -89,7 +89,8 @@ TEST_F(BlobsTest, OnlyMissingOnesAreNamed) {
 
   request.add_blobs()->set_digest("../../etc/passwd");
   grpc::ClientContext second;
-  EXPECT_EQ(blobs_->FindMissing(&second, request, &response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(blobs_->FindMissing(&second, request, &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
 }
 
 TEST_F(BlobsTest, AnUploadGoesOnWhereItBroke) {
@@ -106,13 +107,16 @@ TEST_F(BlobsTest, AnUploadGoesOnWhereItBroke) {
 TEST_F(BlobsTest, WhatIsNotTheBlobIsRefused) {
   std::string wrong = bytes_.substr(0, 1'000'000);
   wrong[5] ^= 1;
-  EXPECT_EQ(upload_chunks(0, {wrong, bytes_.substr(1'000'000, 1'000'000), bytes_.substr(2'000'000)}).error_code(),
-            grpc::StatusCode::DATA_LOSS);
+  EXPECT_EQ(
+      upload_chunks(0, {wrong, bytes_.substr(1'000'000, 1'000'000), bytes_.substr(2'000'000)}).error_code(),
+      grpc::StatusCode::DATA_LOSS);
   EXPECT_EQ(query().stored_bytes(), 0u);
-  EXPECT_EQ(upload_chunks(0, {bytes_}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "a chunk above the cap";
+  EXPECT_EQ(upload_chunks(0, {bytes_}).error_code(), grpc::StatusCode::INVALID_ARGUMENT)
+      << "a chunk above the cap";
   EXPECT_EQ(upload_chunks(0, {}).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   blob_.set_size_bytes(3);
-  EXPECT_EQ(upload_chunks(0, {"four"}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "longer than announced";
+  EXPECT_EQ(upload_chunks(0, {"four"}).error_code(), grpc::StatusCode::INVALID_ARGUMENT)
+      << "longer than announced";
   blob_.set_size_bytes(std::uint64_t{1} << 50);
   EXPECT_EQ(upload_chunks(0, {"x"}).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   blob_.set_digest("../x");
@@ -123,12 +127,14 @@ TEST(BlobUpload, StopsWhereTheRoomEndsAndGoesOnWhenThereIsMore) {
   const support::TempDir directory;
   ASSERT_TRUE(DataDir::open(directory.path()).ok());
   DiskSpace space{.free_bytes = 100, .total_bytes = 1000};
-  const auto blobs = make_file_blob_store(directory.path(), {.bytes = 50, .space = [&](const auto&) { return space; }});
+  const auto blobs =
+      make_file_blob_store(directory.path(), {.bytes = 50, .space = [&](const auto&) { return space; }});
   const std::string bytes(40, 'b');
   v1::UploadRequest first;
   first.mutable_blob()->set_digest(wire::sha256_hex(bytes));
   first.mutable_blob()->set_size_bytes(60);
-  EXPECT_TRUE(absl::IsResourceExhausted(BlobUpload{*blobs}.take(first))) << "there never would be room for it";
+  EXPECT_TRUE(absl::IsResourceExhausted(BlobUpload{*blobs}.take(first)))
+      << "there never would be room for it";
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() / "partial")) << "so nothing was made";
 
   first.mutable_blob()->set_size_bytes(bytes.size());
@@ -179,11 +185,13 @@ TEST_F(BlobsTest, ADiskThatIsFullOfThemStillTakesResults) {
   request.set_request_id("one more");
   *request.mutable_spec() = spec;
   v1::SubmitJobResponse response;
-  EXPECT_EQ(farm_->SubmitJob(&context, request, &response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(farm_->SubmitJob(&context, request, &response).error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
   const std::string worker = register_worker();
   while (job(id).state() != v1::DONE) {
     const v1::LeaseResponse leases = lease(worker, 4);
-    for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+    for (const v1::Lease& lease : leases.leases())
+      ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
   }
   v1::WatchJobRequest watched;
   watched.set_job_id(id);

@@ -15,7 +15,8 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-WorkerInfo worker_of(const std::string& id, const std::vector<std::string>& classes, std::uint32_t threads = 1) {
+WorkerInfo worker_of(const std::string& id, const std::vector<std::string>& classes,
+                     std::uint32_t threads = 1) {
   return {.id = id,
           .name = id,
           .build = "",
@@ -51,7 +52,8 @@ void restore_old_job(Scheduler& scheduler, const std::string& bound = "avx2") {
                             .required_tags = {},
                             .bound = bound})
                   .ok());
-  const AcceptedResult result{.fingerprint = 1, .sequence = 1, .host = scheduler.number_of_host("old"), .units = {}};
+  const AcceptedResult result{
+      .fingerprint = 1, .sequence = 1, .host = scheduler.number_of_host("old"), .units = {}};
   ASSERT_TRUE(scheduler.restore_done("job", result).ok());
   ASSERT_TRUE(scheduler.restored("job").ok());
 }
@@ -62,7 +64,8 @@ TEST(Classes, AJobOfAnOldJournalGoesOnInOneClassOfItsIsa) {
   EXPECT_EQ(scheduler.job("job")->isa, "avx2");
   ASSERT_TRUE(scheduler.register_worker(worker_of("one", {"avx512/e/a", "avx2/e/a"}, 1), Time{0}).ok());
   ASSERT_TRUE(scheduler.register_worker(worker_of("two", {"avx2/e/b"}, 2), Time{0}).ok());
-  EXPECT_THAT(scheduler.lease({.worker = "one", .max_units = 1, .loaded_scenes = {}}, Time{0})->leases, IsEmpty());
+  EXPECT_THAT(scheduler.lease({.worker = "one", .max_units = 1, .loaded_scenes = {}}, Time{0})->leases,
+              IsEmpty());
   const auto granted = scheduler.lease({.worker = "two", .max_units = 1, .loaded_scenes = {}}, Time{0});
   ASSERT_EQ(granted->leases.size(), 1u) << "and no second opinion on a result of another class, maybe";
   EXPECT_EQ(granted->leases[0].token().unit_index(), 1u);

@@ -22,7 +22,8 @@ class SlowJournal final : public Journal {
     return result;
   }
   absl::StatusOr<std::string> read_result(const std::string&, std::uint64_t) override { return ""; }
-  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
+  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t,
+                                                       std::uint32_t) override {
     return std::vector<CoveredUnits>{};
   }
 
@@ -51,7 +52,8 @@ TEST(CommitQueue, WhatComesDuringACommitGoesTogetherIntoTheNext) {
     queue.push({unit(1)}, [&](const absl::Status&) { order.push_back(1); });
     journal.await_begin();
     for (int i = 2; i <= 4; ++i) {
-      queue.push({unit(static_cast<std::uint64_t>(i))}, [&order, i](const absl::Status&) { order.push_back(i); });
+      queue.push({unit(static_cast<std::uint64_t>(i))},
+                 [&order, i](const absl::Status&) { order.push_back(i); });
     }
     EXPECT_EQ(queue.waiting_bytes(), 4 * (sizeof(JournalEntry) + unit(1).payload.size()));
     journal.end_commit();

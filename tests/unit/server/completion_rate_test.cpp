@@ -25,8 +25,9 @@ TEST(CompletionRate, CountsFromTheFirstResultOn) {
 
 TEST(CompletionRate, FollowsWhatTheLastTwoMinutesWere) {
   CompletionRate rate;
-  for (int s = 0; s <= 600; ++s) rate.note(static_cast<std::uint64_t>(s), at(s));                     // one a second
-  for (int s = 601; s <= 800; ++s) rate.note(600 + 10 * static_cast<std::uint64_t>(s - 600), at(s));  // then ten
+  for (int s = 0; s <= 600; ++s) rate.note(static_cast<std::uint64_t>(s), at(s));  // one a second
+  for (int s = 601; s <= 800; ++s)
+    rate.note(600 + 10 * static_cast<std::uint64_t>(s - 600), at(s));  // then ten
   EXPECT_EQ(rate.time_for(1000, at(800)), at(100));
 }
 

@@ -89,7 +89,8 @@ v1::GetJobResponse CoordinatorTest::get_job(const std::string& id) {
 
 v1::JobStatus CoordinatorTest::job(const std::string& id) { return get_job(id).status(); }
 
-std::vector<v1::WatchJobResponse> CoordinatorTest::watch(const v1::WatchJobRequest& request, grpc::StatusCode code) {
+std::vector<v1::WatchJobResponse> CoordinatorTest::watch(const v1::WatchJobRequest& request,
+                                                         grpc::StatusCode code) {
   grpc::ClientContext context;
   const auto stream = farm_->WatchJob(&context, request);
   std::vector<v1::WatchJobResponse> messages;
@@ -121,8 +122,8 @@ v1::LeaseResponse CoordinatorTest::lease(const std::string& worker, std::uint32_
   return response;
 }
 
-grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Lease& lease, const std::string& payload,
-                                       std::chrono::milliseconds took) {
+grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Lease& lease,
+                                       const std::string& payload, std::chrono::milliseconds took) {
   grpc::ClientContext context;
   v1::CompleteRequest request;
   request.set_worker_id(worker);
@@ -135,7 +136,8 @@ grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Leas
   return work_->Complete(&context, request, &response);
 }
 
-grpc::Status CoordinatorTest::fail(const std::string& worker, const v1::Lease& lease, const std::string& message) {
+grpc::Status CoordinatorTest::fail(const std::string& worker, const v1::Lease& lease,
+                                   const std::string& message) {
   grpc::ClientContext context;
   v1::FailRequest request;
   request.set_worker_id(worker);

@@ -38,7 +38,8 @@ class CoordinatorTest : public testing::Test {
                                           grpc::StatusCode code = grpc::StatusCode::OK);
 
   std::string register_worker(const std::string& isa = "avx2");
-  v1::LeaseResponse lease(const std::string& worker, std::uint32_t units, std::chrono::milliseconds wait = {});
+  v1::LeaseResponse lease(const std::string& worker, std::uint32_t units,
+                          std::chrono::milliseconds wait = {});
   /// `took`: what the worker says that rendering took; 0: it does not say.
   grpc::Status complete(const std::string& worker, const v1::Lease& lease, const std::string& payload,
                         std::chrono::milliseconds took = {});

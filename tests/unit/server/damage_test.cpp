@@ -106,7 +106,8 @@ TEST_F(DamageTest, AlsoInAJobThatTheSchedulerHasForgotten) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
   const v1::LeaseResponse leases = lease(worker, 4);
-  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  for (const v1::Lease& lease : leases.leases())
+    ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
   // Another result is refused as long as the scheduler knows the job.
   while (!complete(worker, leases.leases(0), payload_for(leases.leases(0).unit(), /*seed=*/1)).ok()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -121,7 +122,8 @@ TEST_F(DamageTest, ResultsThatWereCutOffAreRenderedAgain) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
   const v1::LeaseResponse leases = lease(worker, 3);
-  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  for (const v1::Lease& lease : leases.leases())
+    ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
   stop();
   std::filesystem::resize_file(results(id), std::filesystem::file_size(results(id)) / 2);
   start(directory_.path());
@@ -147,7 +149,8 @@ TEST_F(DamageTest, AJobTakesOverWhatIsWholeOfAnother) {
 
 TEST_F(DamageTest, ADamagedBlobIsDroppedWhenSomebodyDoubtsIt) {
   start(directory_.path());
-  const std::string bytes = "a blob of some bytes, of which each is damaged in turn", digest = wire::sha256_hex(bytes);
+  const std::string bytes = "a blob of some bytes, of which each is damaged in turn",
+                    digest = wire::sha256_hex(bytes);
   const std::filesystem::path path = directory_.path() / "blobs" / digest.substr(0, 2) / digest;
   const auto download = [&](std::string& received) {
     v1::DownloadRequest request;

@@ -99,7 +99,8 @@ TEST_F(EntryLogTest, AManifestWithATornSlotHasTheOther) {
   {
     auto manifest = Manifest::open(machine_disk(), path()).value();
     EXPECT_FALSE(manifest.found());
-    for (std::uint64_t commit : {1, 2, 3}) ASSERT_TRUE(manifest.write({.commit = commit, .jobs = 10 * commit}).ok());
+    for (std::uint64_t commit : {1, 2, 3})
+      ASSERT_TRUE(manifest.write({.commit = commit, .jobs = 10 * commit}).ok());
   }
   EXPECT_EQ(Manifest::open(machine_disk(), path())->found()->jobs, 30u);
   const std::uint64_t size = std::filesystem::file_size(path());

@@ -22,8 +22,8 @@ const Expelled::Time kNow{hours{24 * 365 * 50}};
 std::string made_at(const Authority& authority, Role role, const std::string& name, Expelled::Time time) {
   const wire::Key key = wire::make_key();
   return authority
-      .certify(wire::to_pem(wire::make_request(key.get(), name).get()), {.role = role, .name = name, .hosts = {}},
-               time - kClockSlack, time + kCertificateLife)
+      .certify(wire::to_pem(wire::make_request(key.get(), name).get()),
+               {.role = role, .name = name, .hosts = {}}, time - kClockSlack, time + kCertificateLife)
       .value();
 }
 
@@ -73,7 +73,8 @@ TEST(ExpelledMembers, AreRememberedAndDamageIsNoticed) {
     EXPECT_FALSE(expelled->refuses(Role::kClient, "bob", ""));
   }
   // Nobody is let in because a line cannot be read.
-  for (const char* line : {"worker render7", "guest render7 5", "worker render7 five", "worker render7 5 6"}) {
+  for (const char* line :
+       {"worker render7", "guest render7 5", "worker render7 five", "worker render7 5 6"}) {
     std::ofstream{file} << line << '\n';
     EXPECT_TRUE(absl::IsDataLoss(Expelled::open(file).status())) << line;
   }
@@ -81,8 +82,8 @@ TEST(ExpelledMembers, AreRememberedAndDamageIsNoticed) {
 
 class Expelling : public TlsTest {
  protected:
-  grpc::StatusCode expel(const std::string& by, const std::string& role, const std::string& name, bool undo = false,
-                         bool unseen = false) {
+  grpc::StatusCode expel(const std::string& by, const std::string& role, const std::string& name,
+                         bool undo = false, bool unseen = false) {
     grpc::ClientContext context;
     v1::ExpelRequest request;
     request.set_unseen(unseen);
@@ -90,7 +91,8 @@ class Expelling : public TlsTest {
     request.set_name(name);
     request.set_undo(undo);
     response_.Clear();
-    const grpc::Status status = v1::FarmService::NewStub(channel_of(by))->Expel(&context, request, &response_);
+    const grpc::Status status =
+        v1::FarmService::NewStub(channel_of(by))->Expel(&context, request, &response_);
     message_ = status.error_message();
     return status.error_code();
   }
@@ -167,8 +169,8 @@ TEST_F(Expelling, AWorkerIsOutAtOnceAndANewCertificateLetsItIn) {
   const auto later = std::chrono::system_clock::now() + seconds{10};
   const std::filesystem::path fresh = folder_.path() / "fresh";
   ASSERT_TRUE(authority
-                  ->issue({.role = Role::kWorker, .name = "tessera-worker", .hosts = {}}, fresh, later - kClockSlack,
-                          later + hours{24})
+                  ->issue({.role = Role::kWorker, .name = "tessera-worker", .hosts = {}}, fresh,
+                          later - kClockSlack, later + hours{24})
                   .ok());
   EXPECT_EQ(register_code(channel(fresh)), OK);
   ASSERT_EQ(expel("admin", "worker", "tessera-worker", /*undo=*/true), OK);

@@ -26,7 +26,8 @@ class EmptyJournal : public Journal {
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t) override {
     return absl::OutOfRangeError(job);
   }
-  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t, std::uint32_t) override {
+  absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string&, std::uint64_t,
+                                                       std::uint32_t) override {
     return std::vector<CoveredUnits>();
   }
 };
@@ -90,12 +91,16 @@ FarmOptions farm_options(Retention retention) {
 TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
   SlowJournal journal;
   const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
-  const FarmOptions options = farm_options(
-      {.fetched = hours(0), .unfetched = hours(1), .max_bytes = 0, .blobs = hours(0), .interval = milliseconds(1)});
+  const FarmOptions options = farm_options({.fetched = hours(0),
+                                            .unfetched = hours(1),
+                                            .max_bytes = 0,
+                                            .blobs = hours(0),
+                                            .interval = milliseconds(1)});
   const auto farm = Farm::open(journal, *blobs, options, [](const absl::Status&) {});
   ASSERT_TRUE(farm.ok()) << farm.status();
   EXPECT_FALSE(journal.committed_early());
-  while (!journal.pruned()) std::this_thread::sleep_for(milliseconds{20});  // the test's own timeout is the limit
+  while (!journal.pruned())
+    std::this_thread::sleep_for(milliseconds{20});  // the test's own timeout is the limit
   EXPECT_TRUE((*farm)->list_jobs().jobs().empty());
 }
 
@@ -131,7 +136,9 @@ TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
     request.set_max_units(1);
     (*farm)->lease(
         request, {}, [] { return false; },
-        [&units](const absl::StatusOr<v1::LeaseResponse>& response) { units.set_value(response->leases_size()); });
+        [&units](const absl::StatusOr<v1::LeaseResponse>& response) {
+          units.set_value(response->leases_size());
+        });
   };
   lease("a", first);
   journal.wait_until_held();

@@ -1,5 +1,5 @@
-// A farm called by many threads at once, without gRPC in between: what the thread sanitizer says of it is about the
-// farm alone.
+// A farm called by many threads at once, without gRPC in between: what the thread sanitizer says of it is
+// about the farm alone.
 #include <google/protobuf/util/time_util.h>
 #include <gtest/gtest.h>
 
@@ -72,7 +72,8 @@ class FarmThreads : public testing::Test {
         EXPECT_TRUE(units.insert(result.unit().index()).second);
       }
       if (!batch->finished) continue;
-      EXPECT_TRUE(units.size() == kUnits || batch->response.status().state() == v1::CANCELLED) << units.size();
+      EXPECT_TRUE(units.size() == kUnits || batch->response.status().state() == v1::CANCELLED)
+          << units.size();
       farm_->note_fetched(id);
       return;
     }
@@ -108,8 +109,8 @@ class FarmThreads : public testing::Test {
     *request.mutable_token() = lease.token();
     request.set_payload(payload_for(lease.unit()));
     *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(3);
-    static_cast<void>(
-        answer_of<absl::StatusOr<v1::CompleteResponse>>([&](auto done) { farm_->complete(request, {}, done); }));
+    static_cast<void>(answer_of<absl::StatusOr<v1::CompleteResponse>>(
+        [&](auto done) { farm_->complete(request, {}, done); }));
   }
 
   std::unique_ptr<Journal> journal_;
@@ -137,7 +138,8 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
         const auto id = submit(10 * client + i);
         ASSERT_TRUE(id.ok()) << id.status();
         if (client == 2 && i % 2 == 1) {
-          static_cast<void>(answer_of<absl::StatusOr<v1::JobStatus>>([&](auto done) { farm_->cancel(*id, done); }));
+          static_cast<void>(
+              answer_of<absl::StatusOr<v1::JobStatus>>([&](auto done) { farm_->cancel(*id, done); }));
         }
         watch(*id);
       }

@@ -60,7 +60,8 @@ TEST(HostShares, OfTwoTheFasterIsUsual) {
 
 TEST(HostShares, UnevenCostsMakeNoHostSlow) {
   std::mt19937_64 random(1);
-  std::lognormal_distribution<double> cost(0, 1.15);  // two decades: the mean of 20 is uncertain by a factor of 1.4
+  std::lognormal_distribution<double> cost(
+      0, 1.15);  // two decades: the mean of 20 is uncertain by a factor of 1.4
   HostShares shares;
   for (int i = 0; i < 4000; ++i) {
     // Beyond 4.5 standard deviations seven times in a million, and then by far less than kSlow.

@@ -51,7 +51,8 @@ TEST_F(Hosts, SlowOnesAreNamed) {
   };
   start_again();
   const std::string id = submit(job_spec(/*ranges=*/256));  // 1024 units
-  const std::vector<std::string> workers = {register_host("usual"), register_host("as usual"), register_host("slow")};
+  const std::vector<std::string> workers = {register_host("usual"), register_host("as usual"),
+                                            register_host("slow")};
   for (int round = 0; round < 200; ++round) {
     for (const std::string& worker : workers) {
       const v1::LeaseResponse held = lease(worker, 1);
@@ -74,7 +75,8 @@ TEST_F(Hosts, SlowOnesAreNamed) {
 TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   const support::TempDir folder;
   start(folder.path());
-  const std::string liar = register_host("liar"), honest = register_host("honest"), third = register_host("third");
+  const std::string liar = register_host("liar"), honest = register_host("honest"),
+                    third = register_host("third");
   const std::string over = submit(job_spec());
   const v1::LeaseResponse leases = lease(liar, 16);
   ASSERT_GT(leases.leases_size(), 0);

@@ -120,7 +120,8 @@ TEST_F(JobsTest, AJobThatIsOverTakesNoMemoryAndIsFetchedFromTheJournal) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
   const v1::LeaseResponse leases = lease(worker, 100);
-  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  for (const v1::Lease& lease : leases.leases())
+    ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
   const v1::JobStatus before = job(id);
   // A late result is compared with the accepted one as long as its fingerprint is kept.
   while (!complete(worker, leases.leases(0), payload_for(leases.leases(0).unit(), /*seed=*/1)).ok()) {

@@ -100,8 +100,8 @@ class Joining : public testing::Test {
     return parsed.ok() ? parsed->secret : "";
   }
 
-  grpc::StatusCode join(const std::string& secret, const std::string& request, std::string* certificate = nullptr,
-                        const std::string& name = "render7") const {
+  grpc::StatusCode join(const std::string& secret, const std::string& request,
+                        std::string* certificate = nullptr, const std::string& name = "render7") const {
     grpc::ClientContext context;
     v1::JoinRequest message;
     message.set_secret(secret);
@@ -129,7 +129,8 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
   ASSERT_TRUE(wire::check_certificates(mine.string()).ok());
 
   const auto channel = member(mine);
-  EXPECT_EQ(call_code(channel, "/tessera.v1.WorkService/Register"), FAILED_PRECONDITION);  // of protocol 0, but heard
+  EXPECT_EQ(call_code(channel, "/tessera.v1.WorkService/Register"),
+            FAILED_PRECONDITION);  // of protocol 0, but heard
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/ListJobs"), PERMISSION_DENIED);
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/MakeJoinToken"), PERMISSION_DENIED);
 }
@@ -184,7 +185,8 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
 // Whatever is added to the services later on is walked over here too.
 TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
   const auto authority = Authority::open(farm() / "authority");
-  const auto at_main = grpc::CreateChannel(main_address(), wire::trusting_credentials(authority->certificate_pem()));
+  const auto at_main =
+      grpc::CreateChannel(main_address(), wire::trusting_credentials(authority->certificate_pem()));
   const auto at_join = stranger();
   int methods = 0;
   const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
@@ -239,7 +241,8 @@ TEST_F(Joining, TheAuthorityMustBeTheServersOwn) {
 }
 
 TEST(JoinToken, IsReadAsItIsWritten) {
-  const wire::JoinToken token{.port = 7071, .authority_digest = std::string(64, 'a'), .secret = std::string(32, '7')};
+  const wire::JoinToken token{
+      .port = 7071, .authority_digest = std::string(64, 'a'), .secret = std::string(32, '7')};
   const auto read = wire::parse_join_token(token.to_string());
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(read->port, token.port);

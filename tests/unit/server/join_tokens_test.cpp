@@ -50,7 +50,8 @@ TEST(JoinTokens, AreCalledBackOfTheMemberThatKnowsThem) {
   EXPECT_EQ(restarted->call_back("stranger").value(), 0U);
   EXPECT_EQ(restarted->call_back("render 8").value(), 1U);
   EXPECT_TRUE(absl::IsPermissionDenied(restarted->redeem(*shared, "render9", kAddress, kNow)));
-  EXPECT_TRUE(restarted->redeem(*unused, "render9", kAddress, kNow).ok()) << "nobody who was put out knows it";
+  EXPECT_TRUE(restarted->redeem(*unused, "render9", kAddress, kNow).ok())
+      << "nobody who was put out knows it";
 }
 
 TEST(JoinTokens, Expire) {

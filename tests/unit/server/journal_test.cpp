@@ -60,12 +60,14 @@ absl::StatusOr<std::string> contents_of(const std::filesystem::path& directory) 
   if (!journal.ok()) return journal.status();
   std::string all;
   const absl::Status status = (*journal)->recover([&](const JobRecord& record) {
-    absl::StrAppend(&all, record.added.id, record.added.request_id, record.added.spec, record.isa, record.ended.state);
+    absl::StrAppend(&all, record.added.id, record.added.request_id, record.added.spec, record.isa,
+                    record.ended.state);
     for (const JobRecord::Result& result : record.results) {
       absl::StrAppend(&all, result.units.first, result.units.ranges, result.digest, result.stats, result.host,
                       result.bytes, " ");
     }
-    for (const SchedulerEvent& event : record.events) absl::StrAppend(&all, event.kind, event.value, event.text, " ");
+    for (const SchedulerEvent& event : record.events)
+      absl::StrAppend(&all, event.kind, event.value, event.text, " ");
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
@@ -83,13 +85,14 @@ class JournalTest : public testing::Test {
   /// Turns the journal into one of a version that knew neither logs nor runs.
   void make_it_of_format_3() const {
     sqlite3* database = nullptr;
-    ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,
-                              checked_pages_vfs()),
+    ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database,
+                              SQLITE_OPEN_READWRITE, checked_pages_vfs()),
               SQLITE_OK);
-    ASSERT_EQ(sqlite3_exec(database,
-                           "PRAGMA locking_mode = EXCLUSIVE; ALTER TABLE results DROP COLUMN ranges; DROP TABLE logs;"
-                           "DELETE FROM meta WHERE key = 'commit'; UPDATE meta SET value = 3 WHERE key = 'format'",
-                           nullptr, nullptr, nullptr),
+    ASSERT_EQ(sqlite3_exec(
+                  database,
+                  "PRAGMA locking_mode = EXCLUSIVE; ALTER TABLE results DROP COLUMN ranges; DROP TABLE logs;"
+                  "DELETE FROM meta WHERE key = 'commit'; UPDATE meta SET value = 3 WHERE key = 'format'",
+                  nullptr, nullptr, nullptr),
               SQLITE_OK);
     sqlite3_close(database);
     std::filesystem::remove(directory_.path() / "manifest");
@@ -106,7 +109,8 @@ TEST_F(JournalTest, CopiesResultsOfOtherJobs) {
     auto journal = open();
     if (start == 0) {
       ASSERT_TRUE(
-          journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobEnded{"a", 3, "", 1}}).ok());
+          journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobEnded{"a", 3, "", 1}})
+              .ok());
       UnitDone copy = unit_done("b", 1);
       copy.payload.clear();
       copy.from_job = "a";
@@ -116,7 +120,8 @@ TEST_F(JournalTest, CopiesResultsOfOtherJobs) {
     } else {
       EXPECT_EQ(recover(*journal).size(), 1u);
     }
-    EXPECT_EQ(journal->read_result("b", 1).value(), payload_of("a", 2)) << "whatever becomes of the other job";
+    EXPECT_EQ(journal->read_result("b", 1).value(), payload_of("a", 2))
+        << "whatever becomes of the other job";
     EXPECT_EQ(journal->read_result("b", 2).value(), payload_of("b", 2));
     EXPECT_EQ(journal->read_job("a").status().code(), absl::StatusCode::kNotFound);
     const JobRecord record = journal->read_job("b").value();
@@ -192,7 +197,8 @@ TEST_F(JournalTest, ThereIsNothingBeyondTheLastResult) {
 TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
   constexpr std::uint64_t kResults = 2500;  // more than are looked up at a time
   std::vector<JournalEntry> entries = {job_added("a")};
-  for (std::uint64_t sequence = 1; sequence <= kResults; ++sequence) entries.push_back(unit_done("a", sequence));
+  for (std::uint64_t sequence = 1; sequence <= kResults; ++sequence)
+    entries.push_back(unit_done("a", sequence));
   auto journal = open();
   ASSERT_TRUE(journal->commit(entries).ok());
   ASSERT_TRUE(journal->commit({JobEnded{"a", v1::DONE, "", 17}, JobStats{"a", kResults, "all of it"}}).ok());
@@ -216,7 +222,8 @@ TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
   expect_results();
   // A job that goes on, after a page of it was read.
   ASSERT_TRUE(journal->commit({JobReopened{"a"}, unit_done("a", kResults + 1)}).ok());
-  for (const std::uint64_t sequence : {kResults + 1, std::uint64_t{1}, kResults, std::uint64_t{1024}, kResults + 1}) {
+  for (const std::uint64_t sequence :
+       {kResults + 1, std::uint64_t{1}, kResults, std::uint64_t{1024}, kResults + 1}) {
     EXPECT_EQ(journal->read_result("a", sequence).value(), payload_of("a", sequence));
   }
   // Another job can still take its results over.
@@ -229,7 +236,9 @@ TEST_F(JournalTest, AJobThatIsOverIsReadFromTheDisk) {
 
 TEST_F(JournalTest, WhatIsAddedUpIsNotReadAgain) {
   auto journal = open();
-  ASSERT_TRUE(journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobStats{"a", 2, "of two"}}).ok());
+  ASSERT_TRUE(
+      journal->commit({job_added("a"), unit_done("a", 1), unit_done("a", 2), JobStats{"a", 2, "of two"}})
+          .ok());
   ASSERT_TRUE(journal->commit({unit_done("a", 3)}).ok());
   journal.reset();
   const JobRecord record = recover(*open())[0];
@@ -331,17 +340,21 @@ TEST_F(JournalTest, AFlippedBitInAPageIsNoticedAndTheJournalMadeAnew) {
     for (const char* id : {"a", "b"}) {
       std::vector<JournalEntry> entries{job_added(id)};
       for (std::uint64_t sequence = 1; sequence <= 40; ++sequence) entries.push_back(unit_done(id, sequence));
-      entries.push_back(SchedulerEvent{.job = id, .kind = 12, .unit = 0, .value = 3, .host = "", .text = "a note"});
+      entries.push_back(
+          SchedulerEvent{.job = id, .kind = 12, .unit = 0, .value = 3, .host = "", .text = "a note"});
       ASSERT_TRUE(journal->commit(entries).ok());
     }
     ASSERT_TRUE(
-        journal->commit({SchedulerEvent{.job = "", .kind = 10, .unit = 0, .value = 0, .host = "h", .text = "w"}}).ok());
+        journal
+            ->commit({SchedulerEvent{.job = "", .kind = 10, .unit = 0, .value = 0, .host = "h", .text = "w"}})
+            .ok());
   }
   const std::string whole = contents_of(directory_.path()).value();
   const std::filesystem::path path = directory_.path() / "journal.sqlite";
   const std::uint64_t size = std::filesystem::file_size(path);
   const support::TempDir kept;
-  constexpr auto kAll = std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing;
+  constexpr auto kAll =
+      std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing;
   std::filesystem::copy(directory_.path(), kept.path(), kAll);
   // Bytes of the header, and some of all others; TESSERA_BYTE_STRIDE=1 takes every one, and an hour.
   const std::uint64_t stride = test::how_often("TESSERA_BYTE_STRIDE", 997, 97);
@@ -369,7 +382,8 @@ TEST_F(JournalTest, AJournalWithoutChecksumsGetsThem) {
   const std::filesystem::path path = directory_.path() / "journal.sqlite";
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, "PRAGMA journal_mode = WAL; CREATE TABLE old (value); INSERT INTO old VALUES (7)",
+  ASSERT_EQ(sqlite3_exec(database,
+                         "PRAGMA journal_mode = WAL; CREATE TABLE old (value); INSERT INTO old VALUES (7)",
                          nullptr, nullptr, nullptr),
             SQLITE_OK);
   sqlite3_close(database);
@@ -378,8 +392,8 @@ TEST_F(JournalTest, AJournalWithoutChecksumsGetsThem) {
   EXPECT_EQ(file.seekg(20).get(), 8);
   EXPECT_EQ(recover(*open())[0].added.id, "a");
   ASSERT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_pages_vfs()), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(database, "PRAGMA locking_mode = EXCLUSIVE; SELECT 1 / (value = 7) FROM old", nullptr, nullptr,
-                         nullptr),
+  EXPECT_EQ(sqlite3_exec(database, "PRAGMA locking_mode = EXCLUSIVE; SELECT 1 / (value = 7) FROM old",
+                         nullptr, nullptr, nullptr),
             SQLITE_OK);
   sqlite3_close(database);
 }
@@ -401,14 +415,16 @@ TEST_F(JournalTest, ANewerFormatIsRefused) {
   ASSERT_EQ(sqlite3_open_v2((directory_.path() / "journal.sqlite").c_str(), &database, SQLITE_OPEN_READWRITE,
                             checked_pages_vfs()),
             SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, "PRAGMA locking_mode = EXCLUSIVE; UPDATE meta SET value = 9 WHERE key = 'format'",
+  ASSERT_EQ(sqlite3_exec(database,
+                         "PRAGMA locking_mode = EXCLUSIVE; UPDATE meta SET value = 9 WHERE key = 'format'",
                          nullptr, nullptr, nullptr),
             SQLITE_OK);
   sqlite3_close(database);
   EXPECT_EQ(open_journal(directory_.path()).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
-// A child commits and says so on a pipe, until it is killed in the middle; whatever it had said must be there.
+// A child commits and says so on a pipe, until it is killed in the middle; whatever it had said must be
+// there.
 TEST_F(JournalTest, WhatWasAcknowledgedSurvivesKill9) {
   for (int round = 0; round < 5; ++round) {
     int ends[2];
@@ -431,7 +447,8 @@ TEST_F(JournalTest, WhatWasAcknowledgedSurvivesKill9) {
     std::uint64_t acknowledged = 0;
     // Killed after a different number of commits each time, wherever the child is by then.
     for (int i = 0; i < 5 + 4 * round; ++i) {
-      ASSERT_EQ(read(ends[0], &acknowledged, sizeof(acknowledged)), static_cast<ssize_t>(sizeof(acknowledged)));
+      ASSERT_EQ(read(ends[0], &acknowledged, sizeof(acknowledged)),
+                static_cast<ssize_t>(sizeof(acknowledged)));
     }
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);

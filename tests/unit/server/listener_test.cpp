@@ -30,8 +30,9 @@ class ListenerTest : public CoordinatorTest {
   grpc::Status list_jobs(const std::string& host) const {
     grpc::ChannelArguments arguments = wire::channel_arguments();
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    const auto stub = v1::FarmService::NewStub(grpc::CreateCustomChannel(
-        host + ":" + std::to_string(coordinator_->bound_port()), grpc::InsecureChannelCredentials(), arguments));
+    const auto stub = v1::FarmService::NewStub(
+        grpc::CreateCustomChannel(host + ":" + std::to_string(coordinator_->bound_port()),
+                                  grpc::InsecureChannelCredentials(), arguments));
     grpc::ClientContext context;
     context.set_wait_for_ready(true);
     context.set_deadline(std::chrono::system_clock::now() + seconds{20});

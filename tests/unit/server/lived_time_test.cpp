@@ -63,9 +63,9 @@ TEST_F(LivedTimeTest, AJobThatGoesOnEndsAnew) {
 }
 
 TEST_F(LivedTimeTest, ADamagedFileKeepsJobsForLonger) {
-  for (const char* text :
-       {"", "something else\n1\n", "tessera lived-time 1\n", "tessera lived-time 1\n-5\n",
-        "tessera lived-time 1\n10\na 11\n", "tessera lived-time 1\n10\na x\n", "tessera lived-time 1\n10\na 5\nb\n"}) {
+  for (const char* text : {"", "something else\n1\n", "tessera lived-time 1\n", "tessera lived-time 1\n-5\n",
+                           "tessera lived-time 1\n10\na 11\n", "tessera lived-time 1\n10\na x\n",
+                           "tessera lived-time 1\n10\na 5\nb\n"}) {
     std::ofstream{file_} << text;
     LivedTime time{file_};
     EXPECT_EQ(time.since_end_of("a"), Time{0}) << text;

@@ -1,4 +1,5 @@
-// Every way in which a data directory can be damaged: what was acknowledged is there after all, or is said to be lost.
+// Every way in which a data directory can be damaged: what was acknowledged is there after all, or is said to
+// be lost.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -23,8 +24,8 @@ namespace fs = std::filesystem;
 class Said {
  public:
   Said() : before_(spdlog::default_logger()) {
-    auto logger =
-        std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_, true));
+    auto logger = std::make_shared<spdlog::logger>(
+        "said", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_, true));
     logger->set_level(spdlog::level::warn);
     spdlog::set_default_logger(std::move(logger));
   }
@@ -141,9 +142,9 @@ class LossTest : public CoordinatorTest {
   std::string facts() {
     std::string facts;
     for (const v1::JobStatus& job : jobs()) {
-      absl::StrAppend(&facts, job.job_id(), " ", job.name(), " ", job.state(), " ", job.user(), " ", job.priority(),
-                      " ", job.units_done(), " of ", job.units_total(), " ", job.isa(), " ", job.submitted_unix_ms(),
-                      " ", job.finished_unix_ms(), "\n");
+      absl::StrAppend(&facts, job.job_id(), " ", job.name(), " ", job.state(), " ", job.user(), " ",
+                      job.priority(), " ", job.units_done(), " of ", job.units_total(), " ", job.isa(), " ",
+                      job.submitted_unix_ms(), " ", job.finished_unix_ms(), "\n");
     }
     return facts;
   }
@@ -162,7 +163,8 @@ class LossTest : public CoordinatorTest {
         for (const v1::UnitResult& result : message.results()) {
           EXPECT_EQ(result.payload(), payload_for(result.unit()))
               << "a wrong picture, of unit " << result.unit().index();
-          for (std::uint32_t i = 0; i < result.ranges(); ++i) units.insert(result.unit().index() + i * kTiles);
+          for (std::uint32_t i = 0; i < result.ranges(); ++i)
+            units.insert(result.unit().index() + i * kTiles);
         }
       }
       status = stream->Finish();
@@ -178,8 +180,8 @@ class LossTest : public CoordinatorTest {
     return status;
   }
 
-  /// A farm's data as a coordinator leaves it that is killed: some of the journal in its database, some in SQLite's
-  /// log.
+  /// A farm's data as a coordinator leaves it that is killed: some of the journal in its database, some in
+  /// SQLite's log.
   void make_store() {
     start(store_.path() / "data");
     const std::string fetched = submit(spec(1)), unfetched = submit(spec(2));
@@ -295,8 +297,8 @@ TEST_F(LossTest, NothingIsLostWithoutAWord) {
     EXPECT_NE(verdict, kSilent) << "something is lost, and nobody said so";
     if (HasFatalFailure()) break;
   }
-  std::printf("%zu damages: %d healed, %d named, %d silent\n", damages.size(), counts[kHealed], counts[kNamed],
-              counts[kSilent]);
+  std::printf("%zu damages: %d healed, %d named, %d silent\n", damages.size(), counts[kHealed],
+              counts[kNamed], counts[kSilent]);
 }
 
 TEST_F(LossTest, JobsAreMadeAnewFromWhatLiesBesideTheirResults) {
@@ -304,8 +306,10 @@ TEST_F(LossTest, JobsAreMadeAnewFromWhatLiesBesideTheirResults) {
   std::string said;
   EXPECT_EQ(judge(remove_journal, said), kHealed) << said;
   EXPECT_THAT(said, testing::HasSubstr("are taken from the logs beside the results"));
-  EXPECT_EQ(judge([](const fs::path& data) { fs::remove(data / "journal.sqlite-wal"); }, said), kHealed) << said;
-  EXPECT_EQ(judge([](const fs::path& data) { fs::resize_file(data / "journal.sqlite", 0); }, said), kHealed) << said;
+  EXPECT_EQ(judge([](const fs::path& data) { fs::remove(data / "journal.sqlite-wal"); }, said), kHealed)
+      << said;
+  EXPECT_EQ(judge([](const fs::path& data) { fs::resize_file(data / "journal.sqlite", 0); }, said), kHealed)
+      << said;
   EXPECT_EQ(judge(
                 [](const fs::path& data) {
                   for (const fs::directory_entry& entry : fs::directory_iterator(data / "results")) {

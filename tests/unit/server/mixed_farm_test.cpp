@@ -1,4 +1,5 @@
-// A farm of machines that round differently: who may work on what, what is said of it, and what is taken over.
+// A farm of machines that round differently: who may work on what, what is said of it, and what is taken
+// over.
 #include <gmock/gmock.h>
 
 #include "coordinator_fixture.h"
@@ -109,7 +110,8 @@ TEST_F(MixedFarmTest, TakesOverResultsOfOneClassIntoAJobOfOne) {
   EXPECT_EQ(lease(amd, 8).leases_size(), 0);
   EXPECT_EQ(lease(intel, 8).leases_size(), 5);
 
-  // Where only the others are left, their rest would never come: all is rendered again, unless the job was named.
+  // Where only the others are left, their rest would never come: all is rendered again, unless the job was
+  // named.
   start(directory_.path());
   amd = register_as("amd", kAmd);
   const v1::JobSpec more = spec_with(v1::BITS_SAME, 3);

@@ -1,5 +1,5 @@
-// Streams whose other end takes, or sends, nothing. Each of these ends because the coordinator ends it; a limit is the
-// test's own timeout.
+// Streams whose other end takes, or sends, nothing. Each of these ends because the coordinator ends it; a
+// limit is the test's own timeout.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -33,7 +33,8 @@ class OpenStreamsTest : public CoordinatorTest {
   }
 
   void wait_until_one_is_cut() const {
-    while (coordinator_->impl().streams->cut_count() == 0) std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    while (coordinator_->impl().streams->cut_count() == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }
 
   std::string big_ = std::string(3 * wire::kBlobChunkBytes, 'b');

@@ -55,7 +55,8 @@ TEST_F(RecoveryTest, AClientFetchesLater) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
   const v1::LeaseResponse leases = lease(worker, 4);
-  for (const v1::Lease& lease : leases.leases()) ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+  for (const v1::Lease& lease : leases.leases())
+    ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
 
   start(directory_.path());
   const v1::JobStatus status = job(id);

@@ -11,7 +11,8 @@
 
 namespace tessera::server {
 
-/// A square of `side` pixels in tiles of 16 x 16, of the scene that is this one blob; `ranges` of four samples a pixel.
+/// A square of `side` pixels in tiles of 16 x 16, of the scene that is this one blob; `ranges` of four
+/// samples a pixel.
 inline v1::JobSpec square_spec(const std::string& scene, std::uint32_t side, std::uint32_t ranges = 1) {
   v1::JobSpec spec;
   spec.mutable_scene()->set_digest(wire::sha256_hex(scene));

@@ -98,7 +98,8 @@ TEST_F(ResultCheckTest, RefusesWhatNoRendererReturns) {
     value = bad;
     EXPECT_THAT(message(), HasSubstr("channel G holds a value that no samples add up to")) << bad;
   }
-  for (const float good : {1.6e16f, -1.6e16f, -0.25f, 0.0f}) {  // filters with negative lobes make negative sums
+  for (const float good :
+       {1.6e16f, -1.6e16f, -0.25f, 0.0f}) {  // filters with negative lobes make negative sums
     value = good;
     EXPECT_TRUE(check().ok()) << good;
   }
@@ -108,7 +109,8 @@ TEST_F(ResultCheckTest, SquaresAreNotNegativeAndNormalsMayBe) {
   channels_ = result_.channels = wire::channels_for_aovs({"variance", "normal"}).value();
   result_.values.assign(12 * channels_.size(), 0.25f);
   const auto first_of = [&](const char* name) {
-    const auto found = std::find_if(channels_.begin(), channels_.end(), [&](const auto& c) { return c.name == name; });
+    const auto found =
+        std::find_if(channels_.begin(), channels_.end(), [&](const auto& c) { return c.name == name; });
     return result_.values.begin() + 12 * (found - channels_.begin());
   };
   *first_of("normal.X") = -4;

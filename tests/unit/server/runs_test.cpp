@@ -1,4 +1,5 @@
-// Units that are leased, returned and kept as one: the coordinator as workers, clients and its journal see it.
+// Units that are leased, returned and kept as one: the coordinator as workers, clients and its journal see
+// it.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -23,7 +24,8 @@ class RunsTest : public CoordinatorTest {
     worker_ = register_worker();
   }
 
-  /// Does what there is to do until `results` more results are in, or nothing is left. Returns the ranges of each.
+  /// Does what there is to do until `results` more results are in, or nothing is left. Returns the ranges of
+  /// each.
   std::vector<std::uint32_t> render(std::size_t results = kUnits) {
     std::vector<std::uint32_t> ranges;
     while (ranges.size() < results) {
@@ -41,7 +43,8 @@ class RunsTest : public CoordinatorTest {
   int expect_whole(const std::string& id) {
     v1::WatchJobRequest request;
     request.set_job_id(id);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<std::uint32_t>> ranges;  // by corner of the tile
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<std::uint32_t>>
+        ranges;  // by corner of the tile
     int results = 0;
     std::uint32_t units = 0;
     for (const v1::WatchJobResponse& message : watch(request)) {
@@ -50,7 +53,8 @@ class RunsTest : public CoordinatorTest {
         EXPECT_EQ(result.payload(), payload_for(result.unit()));
         EXPECT_EQ(tile.samples().end() - tile.samples().begin(), 4 * result.ranges());
         for (std::uint32_t i = tile.samples().begin(); i < tile.samples().end(); i += 4) {
-          EXPECT_TRUE(ranges[std::pair(tile.pixels().x0(), tile.pixels().y0())].insert(i).second) << "came twice";
+          EXPECT_TRUE(ranges[std::pair(tile.pixels().x0(), tile.pixels().y0())].insert(i).second)
+              << "came twice";
           ++units;
         }
         ++results;
@@ -146,7 +150,8 @@ TEST_F(RunsTest, ALeaseIsSealedForTheRunThatWasGranted) {
   samples.set_end(samples.begin() + 4);
   start(directory_.path());  // only the seal says what was granted
   worker_ = register_worker();
-  EXPECT_EQ(complete(worker_, first, payload_for(first.unit())).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(complete(worker_, first, payload_for(first.unit())).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_TRUE(complete(worker_, granted, payload_for(granted.unit())).ok());
 }
 

@@ -34,14 +34,19 @@ TEST(Scheduler, AUnitThatIsGrantedAnewToItsHolderIsNotRevoked) {
   spec.mutable_scene()->set_digest(std::string(64, 'a'));
   const auto plan = std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
 
-  // After a restart, the worker asks for units before it has said what it holds from the coordinator of before.
+  // After a restart, the worker asks for units before it has said what it holds from the coordinator of
+  // before.
   v1::LeaseToken held;
   for (const std::uint64_t epoch : {1, 2}) {
     Scheduler scheduler({.epoch = epoch});
-    ASSERT_TRUE(
-        scheduler
-            .add_job({.id = "job", .plan = plan, .scene_digest = "s", .isa = "avx2", .user = "", .required_tags = {}})
-            .ok());
+    ASSERT_TRUE(scheduler
+                    .add_job({.id = "job",
+                              .plan = plan,
+                              .scene_digest = "s",
+                              .isa = "avx2",
+                              .user = "",
+                              .required_tags = {}})
+                    .ok());
     ASSERT_TRUE(scheduler.register_worker(worker_called("w"), Time{0}).ok());
     ASSERT_TRUE(scheduler.register_worker(worker_called("other"), Time{0}).ok());
     const auto granted = scheduler.lease({.worker = "w", .max_units = 1, .loaded_scenes = {}}, Time{0});
@@ -50,7 +55,8 @@ TEST(Scheduler, AUnitThatIsGrantedAnewToItsHolderIsNotRevoked) {
       held = granted->leases[0].token();
       continue;
     }
-    EXPECT_TRUE(scheduler.heartbeat("w", {held}, Time{5000})->revoked.empty()) << "it goes on with what it holds";
+    EXPECT_TRUE(scheduler.heartbeat("w", {held}, Time{5000})->revoked.empty())
+        << "it goes on with what it holds";
     EXPECT_EQ(scheduler.heartbeat("other", {held}, Time{5000})->revoked.size(), 1u);
     scheduler.advance(Time{9000});
     EXPECT_EQ(scheduler.leases_out(), 1u) << "it was heard of";
@@ -73,7 +79,8 @@ TEST(Scheduler, LargeFarmsAreHeardOfLessOftenAndAreMorePatient) {
   EXPECT_EQ(scheduler.heartbeat_interval(), Time{3000});
   EXPECT_TRUE(scheduler.advance(Time{7999}).lost_workers.empty());
   grow(6000, 20'000);
-  EXPECT_EQ(scheduler.heartbeat_interval(), Time{5000}) << "and no less often, or dead workers are noticed too late";
+  EXPECT_EQ(scheduler.heartbeat_interval(), Time{5000})
+      << "and no less often, or dead workers are noticed too late";
   EXPECT_TRUE(scheduler.advance(Time{12'499}).lost_workers.empty());
   EXPECT_EQ(scheduler.advance(Time{12'500}).lost_workers.size(), 20'000u);
   EXPECT_EQ(scheduler.heartbeat_interval(), Time{1000});

@@ -69,7 +69,8 @@ class TlsTest : public testing::Test {
     std::string worker;
     return register_worker(channel, worker);
   }
-  static grpc::StatusCode register_worker(const std::shared_ptr<grpc::Channel>& channel, std::string& worker) {
+  static grpc::StatusCode register_worker(const std::shared_ptr<grpc::Channel>& channel,
+                                          std::string& worker) {
     grpc::ClientContext context;
     v1::RegisterResponse response;
     const grpc::Status status =

@@ -143,7 +143,8 @@ TEST_F(Tls, OlderVersionsOfTlsAreNotSpoken) {
     EXPECT_EQ(SSL_CTX_set_min_proto_version(context.get(), TLS1_VERSION), 1);
     EXPECT_EQ(SSL_CTX_set_max_proto_version(context.get(), version), 1);
     EXPECT_EQ(SSL_CTX_use_certificate_chain_file(context.get(), (alice / wire::kCertificateFile).c_str()), 1);
-    EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context.get(), (alice / wire::kKeyFile).c_str(), SSL_FILETYPE_PEM), 1);
+    EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context.get(), (alice / wire::kKeyFile).c_str(), SSL_FILETYPE_PEM),
+              1);
     const std::unique_ptr<BIO, wire::Freer<BIO_free_all>> connection{BIO_new_ssl_connect(context.get())};
     SSL* ssl = nullptr;
     BIO_get_ssl(connection.get(), &ssl);
@@ -182,8 +183,8 @@ TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
   const fs::path elsewhere = folder_.path() / "elsewhere";
   const auto now = Clock::now();
   ASSERT_TRUE(authority
-                  ->issue({.role = Role::kServer, .name = "tessera-server", .hosts = {"elsewhere.example"}}, elsewhere,
-                          now - hours{1}, now + hours{24})
+                  ->issue({.role = Role::kServer, .name = "tessera-server", .hosts = {"elsewhere.example"}},
+                          elsewhere, now - hours{1}, now + hours{24})
                   .ok());
   CoordinatorOptions options;
   options.listen = "127.0.0.1:0";

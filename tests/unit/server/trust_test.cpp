@@ -1,4 +1,5 @@
-// What the holder of one worker's certificate can do to the jobs of a farm: nothing beyond the units that it was given.
+// What the holder of one worker's certificate can do to the jobs of a farm: nothing beyond the units that it
+// was given.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -105,7 +106,9 @@ class OneDishonestCertificate : public TlsTest {
     }
     connect();
   }
-  void connect() { dishonest_ = channel_of("worker"), honest_ = channel_of("honest"), sound_ = channel_of("sound"); }
+  void connect() {
+    dishonest_ = channel_of("worker"), honest_ = channel_of("honest"), sound_ = channel_of("sound");
+  }
   void restart() {
     start();
     connect();
@@ -214,11 +217,13 @@ TEST_F(OneDishonestCertificate, ReturnsNoResultThatItHasNoLeaseFor) {
     v1::DeregisterRequest request;
     request.set_worker_id(honest);
     v1::DeregisterResponse response;
-    EXPECT_EQ(v1::WorkService::NewStub(dishonest_)->Deregister(&context, request, &response).error_code(), NOT_FOUND);
+    EXPECT_EQ(v1::WorkService::NewStub(dishonest_)->Deregister(&context, request, &response).error_code(),
+              NOT_FOUND);
   }
   EXPECT_EQ(job(id).state(), v1::RUNNING);
   EXPECT_EQ(complete(honest_, honest, leases[0], 0), OK);
-  for (const std::string& worker : invented) EXPECT_EQ(complete(dishonest_, worker, forged, 666), FAILED_PRECONDITION);
+  for (const std::string& worker : invented)
+    EXPECT_EQ(complete(dishonest_, worker, forged, 666), FAILED_PRECONDITION);
   EXPECT_THAT(in_quarantine(), IsEmpty());
   EXPECT_EQ(job(id).state(), v1::DONE);
 }
@@ -244,7 +249,8 @@ TEST_F(OneDishonestCertificate, KeepsNoLeasesAliveThatItWasNotGranted) {
   EXPECT_EQ(job(id).units_leased(), 0u);
 }
 
-// Three real leases of one unit for three invented hosts, from before restarts, and three equal wrong results.
+// Three real leases of one unit for three invented hosts, from before restarts, and three equal wrong
+// results.
 TEST_F(OneDishonestCertificate, HasOneVoteWhateverItsHostsAreCalled) {
   const std::string id = submit_job();
   const auto lease_first_unit = [&](const Channel& channel, const std::string& worker) {
@@ -266,7 +272,8 @@ TEST_F(OneDishonestCertificate, HasOneVoteWhateverItsHostsAreCalled) {
   const v1::Lease last = lease_first_unit(sound_, sound);
 
   EXPECT_EQ(complete(honest_, honest, own, 0), OK) << "granted before a restart, and not acknowledged";
-  EXPECT_EQ(complete(dishonest_, invented[1], held[2], 666), FAILED_PRECONDITION) << "the lease of its own other host";
+  EXPECT_EQ(complete(dishonest_, invented[1], held[2], 666), FAILED_PRECONDITION)
+      << "the lease of its own other host";
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(complete(dishonest_, invented[i], held[i], 666), ALREADY_EXISTS);
     EXPECT_THAT(in_quarantine(), IsEmpty());
@@ -280,7 +287,8 @@ class OtherUsers : public OneDishonestCertificate {
  protected:
   void render_all() {
     const std::string worker = enrol(honest_, "honest");
-    for (const v1::Lease& lease : lease(honest_, worker, 16)) EXPECT_EQ(complete(honest_, worker, lease, 0), OK);
+    for (const v1::Lease& lease : lease(honest_, worker, 16))
+      EXPECT_EQ(complete(honest_, worker, lease, 0), OK);
   }
   std::string submit_as(const std::string& user, const std::string& continued = "") {
     std::string id = continued;

@@ -34,7 +34,8 @@ TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
   units.take(2);                                                            // taken up out of turn
   EXPECT_EQ(units.take_pending(kAny), 1u);
   units.put_back(1);
-  units.finish({.fingerprint = 11, .sequence = 2, .units = {.first = 1}});  // while it waits to be given out again
+  units.finish(
+      {.fingerprint = 11, .sequence = 2, .units = {.first = 1}});  // while it waits to be given out again
   EXPECT_EQ(units.take_pending(kAny), 3u);
   EXPECT_EQ(units.take_pending(kAny), std::nullopt);
   EXPECT_EQ(units.done(), 2u);
@@ -61,7 +62,8 @@ TEST(UnitLedger, CountsFollowEveryChangeOfState) {
   EXPECT_EQ(units.done(), 0u);
   EXPECT_EQ(units.take_pending(kAny), 0u);
   EXPECT_EQ(units.take_pending(kAny), 2u);
-  units.finish({.fingerprint = 8, .sequence = 2, .units = {.first = 1}});  // a late result of a unit set aside
+  units.finish(
+      {.fingerprint = 8, .sequence = 2, .units = {.first = 1}});  // a late result of a unit set aside
   EXPECT_EQ(units.set_aside(), 0u);
 }
 

@@ -157,7 +157,8 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(12); }), HasSubstr("samples_per_unit"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(0); }), HasSubstr("samples_per_unit"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_spp(0); }), HasSubstr("spp"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }), HasSubstr("scene"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }),
+              HasSubstr("scene"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_blobs()->set_path("a.ply"); }), HasSubstr("a.ply"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.add_aovs("shadow"); }), HasSubstr("shadow"));
   // With noise, a unit has all samples of whole blocks of pixels.
@@ -168,7 +169,8 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
       spoil(s);
     });
   };
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_noise(1.5); }), HasSubstr("settings.noise is 1.5"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_noise(1.5); }),
+              HasSubstr("settings.noise is 1.5"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_spp(12); }), HasSubstr("16 or more"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_samples_per_unit(16); }), HasSubstr("samples_per_unit"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_tile_size(12); }), HasSubstr("a multiple of 8"));
@@ -178,7 +180,8 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
               HasSubstr("there is no integrator 'nosuch'"));
   const std::string text(5000, 'x');
   EXPECT_THAT(message([&](v1::JobSpec& s) { s.set_user(text); }), HasSubstr("too long"));
-  EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }), HasSubstr("too long"));
+  EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }),
+              HasSubstr("too long"));
   EXPECT_THAT(message([&](v1::JobSpec& s) {
                 for (int i = 0; i < 5000; ++i) s.add_required_tags("");
               }),

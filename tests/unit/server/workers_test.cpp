@@ -111,7 +111,8 @@ TEST_F(WorkersTest, AResultIsAnsweredWithTheNextUnits) {
   v1::LeaseRequest more;
   more.set_max_units(1);
   v1::CompleteResponse refused;
-  EXPECT_EQ(deliver(held.leases(0), "no result", refused, more).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(deliver(held.leases(0), "no result", refused, more).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(refused.more().leases_size(), 0);
 
   v1::CompleteResponse first;
@@ -161,11 +162,13 @@ TEST_F(WorkersTest, OnlyResultsOfTheUnitAreTaken) {
   EXPECT_EQ(complete(worker, first, damaged).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   v1::Lease beyond = first;
   beyond.mutable_token()->set_unit_index(99);
-  EXPECT_EQ(complete(worker, beyond, payload_for(first.unit())).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(complete(worker, beyond, payload_for(first.unit())).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
 
   EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok());
   EXPECT_TRUE(complete(worker, first, payload_for(first.unit())).ok()) << "idempotent";
-  EXPECT_EQ(complete(worker, first, payload_for(first.unit(), 1)).error_code(), grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(complete(worker, first, payload_for(first.unit(), 1)).error_code(),
+            grpc::StatusCode::ALREADY_EXISTS);
 }
 
 TEST_F(WorkersTest, HeartbeatsRevokeWhatWasCancelled) {

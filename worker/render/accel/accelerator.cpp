@@ -11,8 +11,8 @@ namespace tessera::render {
 
 namespace {
 
-/// Bounds of a transformed box given by its centre and half of its sides, with room for the roundings of transform and
-/// intersection.
+/// Bounds of a transformed box given by its centre and half of its sides, with room for the roundings of
+/// transform and intersection.
 void put_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3], RTCBounds& b) {
   const float* m = transform.m;
   float low[3], high[3];
@@ -42,7 +42,8 @@ void sdf_bounds(const RTCBoundsFunctionArguments* args) {
   const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
   const SdfGridRecord& grid = geometry.table->sdf_grids[geometry.table->shapes[geometry.shape].quadric];
   const std::int32_t lower = grid.voxels[args->primID];
-  const std::int32_t at[3] = {lower % grid.size[0], lower / grid.size[0] % grid.size[1], lower / grid.size[0] / grid.size[1]};
+  const std::int32_t at[3] = {lower % grid.size[0], lower / grid.size[0] % grid.size[1],
+                              lower / grid.size[0] / grid.size[1]};
   float centre[3], half[3];
   for (int i = 0; i < 3; ++i) {
     half[i] = 0.5f / static_cast<float>(grid.size[i] - 1);
@@ -77,7 +78,8 @@ Accelerator::~Accelerator() {
 absl::Status Accelerator::status(const std::string& what) const {
   const RTCError error = rtcGetDeviceError(device_);
   if (error == RTC_ERROR_NONE) return absl::OkStatus();
-  if (error == RTC_ERROR_OUT_OF_MEMORY) return absl::ResourceExhaustedError(absl::StrCat(what, ": out of memory"));
+  if (error == RTC_ERROR_OUT_OF_MEMORY)
+    return absl::ResourceExhaustedError(absl::StrCat(what, ": out of memory"));
   return absl::InternalError(absl::StrCat(what, ": Embree error ", static_cast<int>(error)));
 }
 
@@ -95,7 +97,8 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   if (shape.kind == ShapeKind::kTriangles) {
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, table.vertices.data(),
-                               std::size_t(shape.first_vertex) * sizeof(Vertex), sizeof(Vertex), shape.vertex_count);
+                               std::size_t(shape.first_vertex) * sizeof(Vertex), sizeof(Vertex),
+                               shape.vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, table.triangles.data(),
                                std::size_t(shape.first_triangle) * 12, 12, shape.triangle_count);
   } else if (shape.kind == ShapeKind::kCurves) {
@@ -103,13 +106,15 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   } else {
     const bool sdf = shape.kind == ShapeKind::kSdfGrid;
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, sdf ? static_cast<unsigned>(table.sdf_grids[shape.quadric].voxels.size()) : 1);
+    rtcSetGeometryUserPrimitiveCount(
+        geometry, sdf ? static_cast<unsigned>(table.sdf_grids[shape.quadric].voxels.size()) : 1);
     rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(QuadricGeometry{&table, index}));
     rtcSetGeometryBoundsFunction(geometry, sdf ? sdf_bounds : quadric_bounds, nullptr);
     rtcSetGeometryIntersectFunction(geometry, sdf ? callbacks.intersect_sdf : callbacks.intersect_quadric);
     rtcSetGeometryOccludedFunction(geometry, sdf ? callbacks.occluded_sdf : callbacks.occluded_quadric);
   }
-  if ((shape.flags & kHasAlpha) && (shape.kind == ShapeKind::kTriangles || shape.kind == ShapeKind::kCurves)) {
+  if ((shape.flags & kHasAlpha) &&
+      (shape.kind == ShapeKind::kTriangles || shape.kind == ShapeKind::kCurves)) {
     rtcSetGeometryUserData(geometry, &alphas_.emplace_back(AlphaGeometry{&table, &textures, index}));
     rtcSetGeometryIntersectFilterFunction(geometry, callbacks.filter_alpha);
     rtcSetGeometryOccludedFilterFunction(geometry, callbacks.filter_alpha);
@@ -133,15 +138,18 @@ void Accelerator::attach_instance(std::int32_t index, const ShapeTable& table) {
     }
   }
   rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(world_, geometry, static_cast<unsigned>(table.shapes.size()) + static_cast<unsigned>(index));
+  rtcAttachGeometryByID(world_, geometry,
+                        static_cast<unsigned>(table.shapes.size()) + static_cast<unsigned>(index));
   rtcReleaseGeometry(geometry);
 }
 
-absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable& shapes, const TextureTable& textures,
+absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable& shapes,
+                                                                const TextureTable& textures,
                                                                 const GeometryCallbacks& callbacks,
                                                                 const BuildOptions& options) {
   std::unique_ptr<Accelerator> self(new Accelerator);
-  const std::string isa = options.isa.empty() || options.isa == "neon" ? "" : absl::StrCat(",isa=", options.isa);
+  const std::string isa =
+      options.isa.empty() || options.isa == "neon" ? "" : absl::StrCat(",isa=", options.isa);
   self->device_ = rtcNewDevice(absl::StrCat("threads=", std::max(1, options.threads), isa).c_str());
   if (!self->device_) return absl::InternalError("Embree device: cannot be made");
   rtcSetDeviceMemoryMonitorFunction(self->device_, count_memory, &self->memory_bytes_);

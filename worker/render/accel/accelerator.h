@@ -21,7 +21,8 @@ struct TextureTable;
 
 struct BuildOptions {
   int threads = 1;
-  std::string isa;      // Embree traverses with the same ISA as the kernels, so that bits do not depend on the CPU
+  std::string
+      isa;  // Embree traverses with the same ISA as the kernels, so that bits do not depend on the CPU
   bool robust = false;  // watertight at edges, 11-23 % slower (measured, docs/architecture.md)
 };
 
@@ -34,9 +35,10 @@ class Accelerator {
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;
 
-  /// The tables must outlive the result: Embree reads vertices in place. Internal when Embree fails, for example
-  /// for want of memory.
-  static absl::StatusOr<std::unique_ptr<Accelerator>> build(const ShapeTable& shapes, const TextureTable& textures,
+  /// The tables must outlive the result: Embree reads vertices in place. Internal when Embree fails, for
+  /// example for want of memory.
+  static absl::StatusOr<std::unique_ptr<Accelerator>> build(const ShapeTable& shapes,
+                                                            const TextureTable& textures,
                                                             const GeometryCallbacks& callbacks,
                                                             const BuildOptions& options);
 
@@ -50,8 +52,8 @@ class Accelerator {
  private:
   Accelerator() = default;
   RTCScene new_scene(const BuildOptions& options) const;
-  void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes, const TextureTable& textures,
-                    const GeometryCallbacks& callbacks);
+  void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes,
+                    const TextureTable& textures, const GeometryCallbacks& callbacks);
   void attach_instance(std::int32_t index, const ShapeTable& shapes);
   absl::Status status(const std::string& what) const;
 

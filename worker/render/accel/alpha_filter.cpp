@@ -31,7 +31,7 @@ void filter_alpha(const RTCFilterFunctionNArguments* args) {
     const Mask active = Int::load(valid) != 0;
     Float alpha(shape.alpha);
     if (shape.alpha_texture >= 0) {
-      const Hit hit{Float(0.0f),          Float::load(uv[0]),      Float::load(uv[1]),
+      const Hit hit{Float(0.0f),          Float::load(uv[0]),  Float::load(uv[1]),
                     Int::load(primitive), Int(geometry.shape), Int(-1)};
       const Vec3 o{Float::load(ray[0]), Float::load(ray[1]), Float::load(ray[2])};
       const Vec3 d{Float::load(ray[3]), Float::load(ray[4]), Float::load(ray[5])};

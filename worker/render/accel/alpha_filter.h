@@ -6,8 +6,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// For hits and occlusion alike. The geometry's user pointer is its AlphaGeometry. The choice is a hash of the ray, so it is the same
-/// on every machine.
+/// For hits and occlusion alike. The geometry's user pointer is its AlphaGeometry. The choice is a hash of
+/// the ray, so it is the same on every machine.
 void filter_alpha(const RTCFilterFunctionNArguments* args);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -30,12 +30,13 @@ class Checksum {
   std::uint64_t state_ = 0xcbf29ce484222325u;
 };
 
-/// Mantissas over two octaves, for rsqrt differs between even and odd exponents, in steps that let all lower bits vary:
-/// tables of such instructions have 2^14 entries at most, of which each is met. Then every exponent, where results
-/// overflow, underflow or are flushed to zero. A multiple of 16 values.
+/// Mantissas over two octaves, for rsqrt differs between even and odd exponents, in steps that let all lower
+/// bits vary: tables of such instructions have 2^14 entries at most, of which each is met. Then every
+/// exponent, where results overflow, underflow or are flushed to zero. A multiple of 16 values.
 std::vector<float> sweep() {
   std::vector<float> values;
-  for (std::uint32_t bits = 0x3f800000u; bits < 0x40800000u; bits += 251) values.push_back(std::bit_cast<float>(bits));
+  for (std::uint32_t bits = 0x3f800000u; bits < 0x40800000u; bits += 251)
+    values.push_back(std::bit_cast<float>(bits));
   for (std::uint32_t exponent = 0; exponent < 256; ++exponent) {
     values.push_back(std::bit_cast<float>(exponent << 23 | 0x2aaaab));
   }

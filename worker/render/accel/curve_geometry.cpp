@@ -6,19 +6,20 @@ namespace tessera::render {
 
 RTCGeometry new_curve_geometry(RTCDevice device, const CurvesRecord& curves) {
   const bool ribbon = curves.kind == CurveKind::kRibbon;
-  // Cylinders are flat too: pbrt-v4's differ from its flat curves in nothing but their normals, and a fibre's BSDF
-  // stands for all that happens inside of it.
+  // Cylinders are flat too: pbrt-v4's differ from its flat curves in nothing but their normals, and a fibre's
+  // BSDF stands for all that happens inside of it.
   const RTCGeometryType type =
-      curves.bspline ? (ribbon ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BSPLINE_CURVE : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE)
-                     : (ribbon ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE : RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE);
+      curves.bspline
+          ? (ribbon ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BSPLINE_CURVE : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE)
+          : (ribbon ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE : RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE);
   RTCGeometry geometry = rtcNewGeometry(device, type);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves.points.data(), 0,
                              sizeof(CurvePoint), curves.points.size());
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, curves.starts.data(), 0,
                              sizeof(curves.starts[0]), curves.starts.size());
   if (ribbon) {
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, curves.normals.data(), 0,
-                               3 * sizeof(float), curves.points.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, curves.normals.data(),
+                               0, 3 * sizeof(float), curves.points.size());
   }
   rtcSetGeometryTessellationRate(geometry, static_cast<float>(curves.pieces));
   return geometry;

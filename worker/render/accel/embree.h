@@ -11,8 +11,8 @@
 
 namespace tessera::render {
 
-/// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through Embree, one
-/// ray at a time; it gives what packets give but for rounding, and is there to check them.
+/// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through
+/// Embree, one ray at a time; it gives what packets give but for rounding, and is there to check them.
 enum class Traversal { kCoherent, kIncoherent, kSingle };
 
 /// What one trace call needs besides the rays.
@@ -26,7 +26,8 @@ class TraceContext {
 #else
     rtcInitIntersectArguments(&intersect_);
     rtcInitOccludedArguments(&occluded_);
-    intersect_.flags = occluded_.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    intersect_.flags = occluded_.flags =
+        coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
 #endif
   }
 

@@ -20,7 +20,8 @@ struct GeometryCallbacks {
 struct EmbreeKernel {
   GeometryCallbacks callbacks;
   /// Asks a scene that outlives the query. `first_instance` is the Embree id of instance 0.
-  std::unique_ptr<RayQuery> (*make_query)(RTCScene scene, std::int32_t first_instance, bool single_rays) = nullptr;
+  std::unique_ptr<RayQuery> (*make_query)(RTCScene scene, std::int32_t first_instance,
+                                          bool single_rays) = nullptr;
 };
 
 }  // namespace tessera::render

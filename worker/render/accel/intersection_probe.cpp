@@ -55,7 +55,8 @@ struct Sums {
 
 Sums look_at(const ShapeTable& table, const ShapeRecord& shape, std::int32_t triangle, const Vec& eye) {
   Vec p[3];
-  const std::uint32_t* corner = &table.triangles[3 * static_cast<std::size_t>(shape.first_triangle + triangle)];
+  const std::uint32_t* corner =
+      &table.triangles[3 * static_cast<std::size_t>(shape.first_triangle + triangle)];
   for (std::size_t i = 0; i < 3; ++i) {
     const float* v = table.vertices[static_cast<std::size_t>(shape.first_vertex) + corner[i]].position;
     p[i] = {v[0], v[1], v[2]};
@@ -69,9 +70,9 @@ Sums look_at(const ShapeTable& table, const ShapeRecord& shape, std::int32_t tri
   const double distance = std::max(length(difference(middle, eye)), longest / 2);
   const double coordinates = std::max({largest(p[0]), largest(p[1]), largest(p[2]), largest(eye)});
 
-  // Measured on closed meshes (docs/numerics.md): the edges' own errors are a strip as wide as roundings of the
-  // distance; those of the boxes' sides are as large as roundings of the coordinates, and what slips between two of
-  // them goes by the square.
+  // Measured on closed meshes (docs/numerics.md): the edges' own errors are a strip as wide as roundings of
+  // the distance; those of the boxes' sides are as large as roundings of the coordinates, and what slips
+  // between two of them goes by the square.
   constexpr double kEdges = 1e-8, kBoxes = 0.07;
   const double missed = 0x1p-24 * coordinates / height;
   const double leak = std::min(1.0, kEdges * distance / height + kBoxes * missed * missed);
@@ -87,11 +88,13 @@ Sums look_at_some(const ShapeTable& table, const PlacedShape& placed, std::int64
   for (std::int64_t k = 0; k < count; ++k) {
     // Steps of the golden ratio: evenly spread, and in step with no mesh's own order.
     const double at = std::fmod((static_cast<double>(k) + 0.5) * std::numbers::phi, 1.0);
-    const auto triangle = count == shape.triangle_count ? static_cast<std::int32_t>(k)
-                                                        : static_cast<std::int32_t>(at * shape.triangle_count);
+    const auto triangle = count == shape.triangle_count
+                              ? static_cast<std::int32_t>(k)
+                              : static_cast<std::int32_t>(at * shape.triangle_count);
     sums += look_at(table, shape, triangle, placed.eye);
   }
-  const double each = static_cast<double>(shape.triangle_count) / static_cast<double>(std::max<std::int64_t>(count, 1));
+  const double each =
+      static_cast<double>(shape.triangle_count) / static_cast<double>(std::max<std::int64_t>(count, 1));
   sums.seen *= each, sums.leaking *= each, sums.too_fine *= each;
   return sums;
 }
@@ -114,8 +117,8 @@ IntersectionProbe probe_intersection(const ShapeTable& table) {
   for (std::size_t i = 0; i < placed.size(); i += step) {
     const ShapeRecord& shape = table.shapes[static_cast<std::size_t>(placed[i].shape)];
     const std::int64_t own =
-        std::max<std::int64_t>(kMostTriangles / 2 / looked_at,
-                               shape.triangle_count * (kMostTriangles / 2) / std::max<std::int64_t>(triangles, 1));
+        std::max<std::int64_t>(kMostTriangles / 2 / looked_at, shape.triangle_count * (kMostTriangles / 2) /
+                                                                   std::max<std::int64_t>(triangles, 1));
     const Sums sums = look_at_some(table, placed[i], std::min<std::int64_t>(own, shape.triangle_count));
     all += sums;
     if (sums.leak() > probe.shape_leak) probe.shape_leak = sums.leak(), probe.leaking_shape = placed[i].shape;

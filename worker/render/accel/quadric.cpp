@@ -25,12 +25,13 @@ TESSERA_INLINE Exact two_sum(Float a, Float b) {
 TESSERA_INLINE Exact exact_dot(const float (&a)[12], int row, Vec3 b, float c) {
   const Exact x = two_product(Float(a[row]), b.x), y = two_product(Float(a[row + 1]), b.y),
               z = two_product(Float(a[row + 2]), b.z);
-  const Exact xy = two_sum(x.value, y.value), zc = two_sum(z.value, Float(c)), all = two_sum(xy.value, zc.value);
+  const Exact xy = two_sum(x.value, y.value), zc = two_sum(z.value, Float(c)),
+              all = two_sum(xy.value, zc.value);
   return two_sum(all.value, ((x.rest + y.rest) + z.rest) + ((xy.rest + zc.rest) + all.rest));
 }
 
-/// Rays in the quadric's object space, with what rounding took off them: seen from a million radii away, a float's last
-/// place is a tenth of the radius.
+/// Rays in the quadric's object space, with what rounding took off them: seen from a million radii away, a
+/// float's last place is a tenth of the radius.
 struct ObjectRays {
   Vec3 o, d;
   Vec3 o_rest, d_rest;
@@ -59,13 +60,15 @@ struct ObjectRays {
   }
 };
 
-/// Nearest root in (t_near, t_far) whose point is inside the limits, or a negative number. The roots are t + rest -+
-/// half_chord, and `middle` is the point at t + rest.
+/// Nearest root in (t_near, t_far) whose point is inside the limits, or a negative number. The roots are t +
+/// rest -+ half_chord, and `middle` is the point at t + rest.
 template <class Inside>
 Float nearest_root(const ObjectRays& r, Mask meets, Float t, Float rest, Float half_chord, Vec3 middle,
                    Inside&& inside) {
   const Float t0 = t + (rest - half_chord), t1 = t + (rest + half_chord);
-  const auto usable = [&](Float root, Vec3 p) { return meets & (root > r.t_near) & (root < r.t_far) & inside(p); };
+  const auto usable = [&](Float root, Vec3 p) {
+    return meets & (root > r.t_near) & (root < r.t_far) & inside(p);
+  };
   const Mask first = usable(t0, middle - r.d * half_chord);
   const Mask second = and_not(usable(t1, middle + r.d * half_chord), first);
   return select(first, t0, select(second, t1, -1.0f));
@@ -84,8 +87,9 @@ Mask inside_limits(const QuadricRecord& q, ShapeKind kind, Vec3 p) {
   return inside;
 }
 
-/// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019]. The nearest
-/// point is found twice, the second time from the first, so that it does not cancel for far or tiny spheres.
+/// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019].
+/// The nearest point is found twice, the second time from the first, so that it does not cancel for far or
+/// tiny spheres.
 Float intersect_sphere(const QuadricRecord& q, const ObjectRays& r) {
   const Float inv_a = 1.0f / length_squared(r.d);
   const Float t = -dot(r.o, r.d) * inv_a;

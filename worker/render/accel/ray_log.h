@@ -16,7 +16,8 @@ struct RayLog {
     bool occluded;  // else: nearest
     bool coherent;
     std::int32_t count;  // rays
-    std::size_t first;   // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded)
+    std::size_t
+        first;  // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded)
     std::size_t stride() const { return (static_cast<std::size_t>(count) + 15) / 16 * 16; }
   };
   std::vector<Call> calls;

@@ -27,8 +27,8 @@ class RayQuery {
   /// `coherent`: neighbours have nearly the same origin and direction, as camera rays do.
   virtual void nearest(const RayArrays& rays, int n, bool coherent, const HitArrays& hits) const = 0;
 
-  /// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves the
-  /// distance. Rays that are not finite are blocked.
+  /// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves
+  /// the distance. Rays that are not finite are blocked.
   virtual void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const = 0;
 };
 

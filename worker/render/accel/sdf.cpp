@@ -21,7 +21,8 @@ Cubic cubic_along(const SdfVoxel& v, Vec3 p, Vec3 d) {
   // The field as k0 + k1 x + k2 y + k3 xy + z (k4 + k5 x + k6 y + k7 xy).
   const Float* c = v.corner;
   const Float k0 = c[0], k1 = c[1] - c[0], k2 = c[2] - c[0], k3 = (c[3] - c[2]) - k1;
-  const Float k4 = c[4] - c[0], k5 = (c[5] - c[4]) - k1, k6 = (c[6] - c[4]) - k2, k7 = ((c[7] - c[6]) - (c[5] - c[4])) - k3;
+  const Float k4 = c[4] - c[0], k5 = (c[5] - c[4]) - k1, k6 = (c[6] - c[4]) - k2,
+              k7 = ((c[7] - c[6]) - (c[5] - c[4])) - k3;
   // x y along the ray, and each bracket as a quadratic in t.
   const Float xy0 = p.x * p.y, xy1 = p.x * d.y + p.y * d.x, xy2 = d.x * d.y;
   const Float a0 = k0 + k1 * p.x + k2 * p.y + k3 * xy0, a1 = k1 * d.x + k2 * d.y + k3 * xy1, a2 = k3 * xy2;
@@ -40,8 +41,8 @@ void split(const Cubic& f, Float root, Mask usable, Float& low, Float& high, Flo
   f_low = select(second, value, f_low);
 }
 
-/// The first root in [0, end], or a negative number. The derivative's roots cut the range into monotonic parts; Newton's
-/// method within a bracket finds the root.
+/// The first root in [0, end], or a negative number. The derivative's roots cut the range into monotonic
+/// parts; Newton's method within a bracket finds the root.
 Float first_root(const Cubic& f, Float end, Mask active) {
   const Float a = 3.0f * f.c3, half_b = f.c2, c = f.c1;
   const Float discriminant = half_b * half_b - a * c;
@@ -84,11 +85,13 @@ auto solver(const void* user_pointer, unsigned primitive) {
   return [&grid, primitive](const PrimitiveRays& rays) {
     const Int lower(grid.voxels[primitive]);
     const Vec3 scale = sdf_scale(grid);
-    const Vec3 o = scaled(transform_point(grid.object_from_render, rays.o), scale) - voxel_position(grid, lower);
+    const Vec3 o =
+        scaled(transform_point(grid.object_from_render, rays.o), scale) - voxel_position(grid, lower);
     const Vec3 d = scaled(transform_vector(grid.object_from_render, rays.d), scale);
 
-    // The part of the ray within the voxel, and as much around it as the coordinates may be off by: a root on a face that
-    // rounding puts outside of both voxels would be a hole. Beyond its voxel the field goes on smoothly.
+    // The part of the ray within the voxel, and as much around it as the coordinates may be off by: a root on
+    // a face that rounding puts outside of both voxels would be a hole. Beyond its voxel the field goes on
+    // smoothly.
     const Float slack = (1.0f + max(max(abs(o.x), abs(o.y)), abs(o.z))) * 0x1p-21f;
     Float begin = rays.t_near, end = rays.t_far;
     Mask meets = rays.active;

@@ -1,5 +1,5 @@
-// Ray intersection with grids of signed distances: Embree's callbacks, one primitive a voxel that holds a piece of the
-// surface.
+// Ray intersection with grids of signed distances: Embree's callbacks, one primitive a voxel that holds a
+// piece of the surface.
 #pragma once
 
 #include "render/accel/embree.h"

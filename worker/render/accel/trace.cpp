@@ -53,8 +53,8 @@ void load_rays(const RayArrays& rays, int first, RayPacket& packet) {
   fill(0u, packet.flags);
 }
 
-/// Largest coordinate of a ray. Embree's own limit is 1.8e18: where its assertions are on, a ray beyond it, or one that
-/// is not finite, ends the program.
+/// Largest coordinate of a ray. Embree's own limit is 1.8e18: where its assertions are on, a ray beyond it,
+/// or one that is not finite, ends the program.
 constexpr float kFarthest = 1.8e18f;
 
 /// Rays of a packet that Embree takes. The others meet nothing and are blocked.
@@ -125,8 +125,8 @@ void trace_shadow_single(RTCScene scene, const RayArrays& rays, int n, float* di
 
 }  // namespace
 
-void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, std::int32_t first_instance,
-                   const HitArrays& hits) {
+void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
+                   std::int32_t first_instance, const HitArrays& hits) {
   if (traversal == Traversal::kSingle) return trace_nearest_single(scene, rays, n, first_instance, hits);
   TraceContext context(traversal);
   Packet packet;
@@ -144,11 +144,13 @@ void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal trave
     copy(packet.hit.v, hits.v + first);
     std::copy_n(packet.hit.primID, kPacket, hits.primitive + first);
     std::copy_n(packet.hit.geomID, kPacket, hits.shape + first);
-    for (int i = 0; i < kPacket; ++i) hits.instance[first + i] = instance_of(packet.hit.instID[0][i], first_instance);
+    for (int i = 0; i < kPacket; ++i)
+      hits.instance[first + i] = instance_of(packet.hit.instID[0][i], first_instance);
   }
 }
 
-void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, float* distance_in_blocked_out) {
+void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
+                  float* distance_in_blocked_out) {
   if (n == 0) return;
   // Embree leaves rays alone whose distance is negative: they count as blocked.
   for (int i = 0; i < n; i += kPacket) {

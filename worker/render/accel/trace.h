@@ -10,11 +10,12 @@
 namespace tessera::render::TESSERA_ISA {
 
 /// Does what RayQuery::nearest does. `first_instance` is the Embree id of instance 0.
-void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, std::int32_t first_instance,
-                   const HitArrays& hits);
+void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
+                   std::int32_t first_instance, const HitArrays& hits);
 
 /// Does what RayQuery::occluded does.
-void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal, float* distance_in_blocked_out);
+void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
+                  float* distance_in_blocked_out);
 
 /// Asks an Embree scene, which outlives the query.
 std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, std::int32_t first_instance, bool single_rays);

@@ -13,8 +13,8 @@ struct PrimitiveRays {
   Mask active;
 };
 
-/// Calls f(first lane, roots, bits of the lanes that hit) for every 16 rays. `solve` gives the nearest root of each active
-/// lane, or a negative number.
+/// Calls f(first lane, roots, bits of the lanes that hit) for every 16 rays. `solve` gives the nearest root
+/// of each active lane, or a negative number.
 template <class Solve, class F>
 void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&& f) {
   for (unsigned first = 0; first < n; first += kWidth) {
@@ -34,7 +34,8 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
       f_[7][i] = RTCRayN_tfar(ray, n, j);
     }
     const auto load = [&](int k) { return Float::load(f_[k]); };
-    const PrimitiveRays rays{{load(0), load(1), load(2)}, {load(3), load(4), load(5)}, load(6), load(7), Int::load(v) != 0};
+    const PrimitiveRays rays{
+        {load(0), load(1), load(2)}, {load(3), load(4), load(5)}, load(6), load(7), Int::load(v) != 0};
     const Float t = solve(rays);
     alignas(64) float roots[kWidth];
     t.store(roots);
@@ -63,11 +64,13 @@ void intersect_primitive(const RTCIntersectFunctionNArguments* args, Solve&& sol
 
 template <class Solve>
 void occluded_primitive(const RTCOccludedFunctionNArguments* args, Solve&& solve) {
-  for_each_root(args->valid, args->ray, args->N, solve, [&](unsigned first, const float*, std::uint32_t bits) {
-    for (; bits != 0; bits &= bits - 1) {
-      RTCRayN_tfar(args->ray, args->N, first + static_cast<unsigned>(__builtin_ctz(bits))) = -__builtin_inff();
-    }
-  });
+  for_each_root(args->valid, args->ray, args->N, solve,
+                [&](unsigned first, const float*, std::uint32_t bits) {
+                  for (; bits != 0; bits &= bits - 1) {
+                    RTCRayN_tfar(args->ray, args->N, first + static_cast<unsigned>(__builtin_ctz(bits))) =
+                        -__builtin_inff();
+                  }
+                });
 }
 
 }  // namespace tessera::render::TESSERA_ISA

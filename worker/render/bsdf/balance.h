@@ -1,10 +1,11 @@
-// Multiple scattering between microfacets, for models with kBalanced: single scattering times s(wo) s(wi), with factors
-// by which nothing is lost [balance_table.h]. Reciprocal as single scattering is, and sampled as that is: the density
-// is the same, and weights stay below the square of the largest factor, which for mirrors is 2.1.
+// Multiple scattering between microfacets, for models with kBalanced: single scattering times s(wo) s(wi),
+// with factors by which nothing is lost [balance_table.h]. Reciprocal as single scattering is, and sampled as
+// that is: the density is the same, and weights stay below the square of the largest factor, which for
+// mirrors is 2.1.
 //
-// Where facets absorb, light that scatters more than once is absorbed more than once: of what the factors add, a
-// conductor keeps F k / (1 - F (1 - k)) with its mean reflectance F and the mean energy k that single scattering keeps,
-// the geometric series of [Kulla & Conty 2017].
+// Where facets absorb, light that scatters more than once is absorbed more than once: of what the factors
+// add, a conductor keeps F k / (1 - F (1 - k)) with its mean reflectance F and the mean energy k that single
+// scattering keeps, the geometric series of [Kulla & Conty 2017].
 #pragma once
 
 #include "render/bsdf/balance_table.h"
@@ -49,7 +50,8 @@ class Balance {
   TESSERA_INLINE Float kept() const {
     const Position row = row_of(alpha2_x_);  // that of all rows, unless alphas are the same
     const Int entry = offset_ + row.index;
-    return lerp(row.t, gather(table_ + kBalanceKept, entry, lanes_), gather(table_ + kBalanceKept + 1, entry, lanes_));
+    return lerp(row.t, gather(table_ + kBalanceKept, entry, lanes_),
+                gather(table_ + kBalanceKept + 1, entry, lanes_));
   }
 
  private:
@@ -71,9 +73,10 @@ class Balance {
   Float alpha2_x_, alpha2_y_;
 };
 
-/// s(wo) s(wi) in lanes that have kBalanced, for directions mirrored so that wo is above; `below` says where it was
-/// not. Inlined, it would cost the materials that have none.
-[[gnu::noinline]] inline Float balance_factor(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask below, Mask lanes) {
+/// s(wo) s(wi) in lanes that have kBalanced, for directions mirrored so that wo is above; `below` says where
+/// it was not. Inlined, it would cost the materials that have none.
+[[gnu::noinline]] inline Float balance_factor(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask below,
+                                              Mask lanes) {
   const Balance balance(params, lanes);
   return balance.factor(wo, below) * balance.factor(mirror_if(wi.z < 0.0f, wi), below ^ (wi.z < 0.0f));
 }

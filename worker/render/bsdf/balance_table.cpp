@@ -27,8 +27,8 @@ struct Place {
         t(std::clamp(position - low, 0.0, 1.0)) {}
 };
 
-/// Anderson's acceleration of the fixed-point iteration x -> x + step(x) [Anderson 1965]: plain iteration takes
-/// hundreds of steps where a boundary hardly spreads light.
+/// Anderson's acceleration of the fixed-point iteration x -> x + step(x) [Anderson 1965]: plain iteration
+/// takes hundreds of steps where a boundary hardly spreads light.
 class Acceleration {
  public:
   /// Moves x on; `step` is that at x.
@@ -45,7 +45,8 @@ class Acceleration {
     const std::vector<double> shares = combination(step);
     for (std::size_t i = 0; i < x.size(); ++i) {
       double moved = step[i];
-      for (std::size_t k = 0; k < changes_.size(); ++k) moved -= shares[k] * (changes_[k].x[i] + changes_[k].step[i]);
+      for (std::size_t k = 0; k < changes_.size(); ++k)
+        moved -= shares[k] * (changes_[k].x[i] + changes_[k].step[i]);
       x[i] += std::clamp(moved, -kFarthest, kFarthest);
     }
   }
@@ -58,7 +59,8 @@ class Acceleration {
     std::vector<double> x, step;
   };
 
-  /// The combination of the changes of step that comes closest to `step`: normal equations, by Gauss's elimination.
+  /// The combination of the changes of step that comes closest to `step`: normal equations, by Gauss's
+  /// elimination.
   std::vector<double> combination(const std::vector<double>& step) const {
     const std::size_t n = changes_.size();
     const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
@@ -89,15 +91,17 @@ class Acceleration {
   std::vector<Change> changes_;
 };
 
-/// What single scattering gives of the light from each node (side, row, column) of a table to the nodes around where it
-/// goes, by their shares in interpolation. What s is at a node follows from the integral there, and from no average
-/// over its surroundings: those would have to be undone again, which has no stable solution.
+/// What single scattering gives of the light from each node (side, row, column) of a table to the nodes
+/// around where it goes, by their shares in interpolation. What s is at a node follows from the integral
+/// there, and from no average over its surroundings: those would have to be undone again, which has no stable
+/// solution.
 class Transport {
  public:
-  /// Rows lie between the smaller and the larger roughness, evenly in their square roots; one if these are equal.
+  /// Rows lie between the smaller and the larger roughness, evenly in their square roots; one if these are
+  /// equal.
   explicit Transport(const BalancedFacets& facets)
-      : scattering_{std::max(facets.alpha_x, kSmallestAlpha), std::max(facets.alpha_y, kSmallestAlpha), facets.beckmann,
-                    facets.separable_masking},
+      : scattering_{std::max(facets.alpha_x, kSmallestAlpha), std::max(facets.alpha_y, kSmallestAlpha),
+                    facets.beckmann, facets.separable_masking},
         eta_(facets.eta),
         rows_(facets.alpha_x == facets.alpha_y ? 1 : kTurnedRows),
         sides_(facets.eta > 0 ? 2 : 1) {
@@ -146,7 +150,8 @@ class Transport {
     for (int r = 0; r < rows_; ++r) {
       for (int c = 0; c < kBalanceCosines; ++c) {
         // 2 z dz = 4 x^3 dx
-        const double x = c / (kBalanceCosines - 1.0), weight = (c + 1 == kBalanceCosines ? 0.5 : 1) * x * x * x;
+        const double x = c / (kBalanceCosines - 1.0),
+                     weight = (c + 1 == kBalanceCosines ? 0.5 : 1) * x * x * x;
         const double* row = energy_.data() + static_cast<std::size_t>(node(0, r, c)) * count_;
         kept += weight * std::accumulate(row, row + count_, 0.0);
         all += weight;
@@ -166,7 +171,8 @@ class Transport {
     const double cosine_phi = azimuth(row), sine_phi = std::sqrt(1 - sqr(cosine_phi));
     double* energies = energy_.data() + static_cast<std::size_t>(node(side, row, column)) * count_;
     scatter_once(sine * cosine_phi, sine * sine_phi, z, scattering_, side == 0 ? eta_ : 1 / eta_,
-                 (rows_ == 1 ? fine : coarse).points, rows_ > 1, [&](double x, double y, double to, double energy) {
+                 (rows_ == 1 ? fine : coarse).points, rows_ > 1,
+                 [&](double x, double y, double to, double energy) {
                    spread(x, y, std::abs(to), to > 0 ? side : 1 - side, energy, energies);
                  });
   }
@@ -203,7 +209,8 @@ class Transport {
   std::vector<double> energy_;  // count_ rows of count_
 };
 
-/// Rows [row, row + count) of a table, all alike, or rows from `row` on, one for each of the facets' roughnesses.
+/// Rows [row, row + count) of a table, all alike, or rows from `row` on, one for each of the facets'
+/// roughnesses.
 void write_rows(const BalancedFacets& facets, int row, int count, float* out) {
   const Transport transport(facets);
   const std::vector<double> s = transport.balance();
@@ -228,8 +235,8 @@ void write_rows(const BalancedFacets& facets, int row, int count, float* out) {
 std::int32_t append_balance_table(const BalancedFacets& facets, MaterialTable& table) {
   const std::size_t offset = table.coat_tables.size();
   const int sides = facets.eta > 0 ? 2 : 1;
-  table.coat_tables.resize(offset + kBalanceFactors + static_cast<std::size_t>(sides * kBalanceRows * kBalanceCosines),
-                           1.0f);
+  table.coat_tables.resize(
+      offset + kBalanceFactors + static_cast<std::size_t>(sides * kBalanceRows * kBalanceCosines), 1.0f);
   float* out = table.coat_tables.data() + offset;
   out[kBalanceFirst] = out[kBalancePerRow] = 0;
   if (!facets.textured) {

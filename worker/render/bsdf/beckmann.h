@@ -1,5 +1,5 @@
-// Beckmann's distribution of microfacets, for microfacet.h: slopes are normal variates, with standard deviations
-// alpha / sqrt(2) [Beckmann & Spizzichino 1963; Walter et al. 2007].
+// Beckmann's distribution of microfacets, for microfacet.h: slopes are normal variates, with standard
+// deviations alpha / sqrt(2) [Beckmann & Spizzichino 1963; Walter et al. 2007].
 #pragma once
 
 #include "render/core/constants.h"
@@ -42,13 +42,14 @@ TESSERA_INLINE Float beckmann_density(Vec3 h, Float alpha_x, Float alpha_y) {
   constexpr float kNegligible = 60.0f;  // exp(-60) = 9e-27
   const Float z2 = max(sqr(h.z), kTiny);
   const Float slope2 = (sqr(h.x / alpha_x) + sqr(h.y / alpha_y)) / z2;
-  const Float density = kInvPi * exp(-min(slope2, kNegligible)) * sqr(length_squared(h) / z2) / (alpha_x * alpha_y);
+  const Float density =
+      kInvPi * exp(-min(slope2, kNegligible)) * sqr(length_squared(h) / z2) / (alpha_x * alpha_y);
   return select_or_zero(slope2 < kNegligible, density);
 }
 
-/// Microfacets::masking_length of a direction with cosine `z` whose tangential part has the stretched length `slope`.
-/// The rational function of [Walter et al. 2007] approximates G1 to 0.35 %, and so does all that follows from it:
-/// values, densities, and what Mitsuba 3 renders.
+/// Microfacets::masking_length of a direction with cosine `z` whose tangential part has the stretched length
+/// `slope`. The rational function of [Walter et al. 2007] approximates G1 to 0.35 %, and so does all that
+/// follows from it: values, densities, and what Mitsuba 3 renders.
 TESSERA_INLINE Float beckmann_masking_length(Float z, Float slope) {
   constexpr float kUnmasked = 1.6f;  // G1 = 1 from here on
   const Float a = z / max(slope, 1e-30f);
@@ -59,18 +60,20 @@ TESSERA_INLINE Float beckmann_masking_length(Float z, Float slope) {
   return select(a < kUnmasked, masked, z);
 }
 
-/// A slope of the surface stretched to alpha = 1, seen from the unit direction `w`; its normal is (-x, -y, 1). Sampled
-/// as [Heitz & d'Eon 2014] say, with the numerical inversion of [Jakob 2014].
+/// A slope of the surface stretched to alpha = 1, seen from the unit direction `w`; its normal is (-x, -y,
+/// 1). Sampled as [Heitz & d'Eon 2014] say, with the numerical inversion of [Jakob 2014].
 TESSERA_INLINE Vec2 beckmann_visible_slope(Vec3 w, Vec2 u) {
   constexpr float kInvSqrtPi = 0.56418958354776f;
   constexpr float kMargin = 1e-6f;
   const Float sine = sqrt(sqr(w.x) + sqr(w.y)), inverse = 1.0f / max(sine, 1e-20f);
-  // Along w's azimuth slopes x have density (cos - x sin) exp(-x^2) up to x = cot. In v = erf(x) its integral is
-  // cos (1 + v) + sin / sqrt(pi) exp(-x^2): increasing and concave, so that Newton's method converges from below. It
-  // begins with the solution for grazing directions.
+  // Along w's azimuth slopes x have density (cos - x sin) exp(-x^2) up to x = cot. In v = erf(x) its integral
+  // is cos (1 + v) + sin / sqrt(pi) exp(-x^2): increasing and concave, so that Newton's method converges from
+  // below. It begins with the solution for grazing directions.
   const Float u_x = clamp(u.x, kMargin, 1.0f - kMargin);
   const Float cot = w.z * inverse, highest = min(erf(cot), 1.0f - 0x1p-23f);
-  const auto integral = [&](Float v, Float x) { return fma(w.z, 1.0f + v, kInvSqrtPi * sine * exp(-sqr(x))); };
+  const auto integral = [&](Float v, Float x) {
+    return fma(w.z, 1.0f + v, kInvSqrtPi * sine * exp(-sqr(x)));
+  };
   const Float target = u_x * integral(highest, cot);
   Float v = highest - (highest + 1.0f) * erf(sqrt(-log(u_x)));
   for (int step = 0; step < 4; ++step) {

@@ -16,7 +16,8 @@ const HalfDisk& half_disk(Quadrature quadrature) {
 
 }  // namespace
 
-BoundaryEnergy boundary_energy(double cosine, const BoundaryFacets& facets, double eta, Quadrature quadrature) {
+BoundaryEnergy boundary_energy(double cosine, const BoundaryFacets& facets, double eta,
+                               Quadrature quadrature) {
   BoundaryEnergy energy;
   if (facets.alpha == 0) {
     double g;
@@ -27,7 +28,9 @@ BoundaryEnergy boundary_energy(double cosine, const BoundaryFacets& facets, doub
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
   const ScatteringFacets scattering{facets.alpha, facets.alpha, facets.beckmann, facets.separable_masking};
   scatter_once(sine, 0, cosine, scattering, eta, half_disk(quadrature).points, false,
-               [&](double, double, double z, double part) { (z > 0 ? energy.reflected : energy.transmitted) += part; });
+               [&](double, double, double z, double part) {
+                 (z > 0 ? energy.reflected : energy.transmitted) += part;
+               });
   return energy;
 }
 

@@ -1,11 +1,11 @@
-// How much of the light along a direction a rough dielectric boundary reflects and lets through, by quadrature: what
-// the tables of coats are made of.
+// How much of the light along a direction a rough dielectric boundary reflects and lets through, by
+// quadrature: what the tables of coats are made of.
 #pragma once
 
 namespace tessera::render {
 
-/// Parts of the light along a direction that a boundary reflects and lets through; what is missing from 1 would need
-/// more than one bounce on the microfacets.
+/// Parts of the light along a direction that a boundary reflects and lets through; what is missing from 1
+/// would need more than one bounce on the microfacets.
 struct BoundaryEnergy {
   double reflected = 0;
   double transmitted = 0;

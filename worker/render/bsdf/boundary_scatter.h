@@ -1,5 +1,5 @@
-// Light scattered once by a rough boundary, by quadrature in double precision: for the tables that are made when a
-// scene is loaded. The microfacets are those of microfacet.h.
+// Light scattered once by a rough boundary, by quadrature in double precision: for the tables that are made
+// when a scene is loaded. The microfacets are those of microfacet.h.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,9 @@ struct ScatteringFacets {
   bool separable_masking = false;
 
   /// Squared length of the tangential part of a direction, stretched.
-  double stretched2(double x, double y) const { return alpha_x * alpha_x * x * x + alpha_y * alpha_y * y * y; }
+  double stretched2(double x, double y) const {
+    return alpha_x * alpha_x * x * x + alpha_y * alpha_y * y * y;
+  }
   /// The masking lengths of Microfacets.
   double ggx_length(double x, double y, double z) const { return std::sqrt(stretched2(x, y) + z * z); }
   double masking_length(double x, double y, double z) const {
@@ -60,15 +62,15 @@ struct ScatteringFacets {
   }
 };
 
-/// Calls visit(x, y, z, energy) for directions into which light along the unit vector (ox, oy, oz), oz > 0, is
-/// scattered, with the part of its energy that goes there. `eta` is the index of the other side over that of the
-/// light's side, 0 for a perfect mirror. `points` are of the half y > 0 of the disk of visible normals; `mirrored`
-/// takes the other half too, which is superfluous for oy = 0.
+/// Calls visit(x, y, z, energy) for directions into which light along the unit vector (ox, oy, oz), oz > 0,
+/// is scattered, with the part of its energy that goes there. `eta` is the index of the other side over that
+/// of the light's side, 0 for a perfect mirror. `points` are of the half y > 0 of the disk of visible
+/// normals; `mirrored` takes the other half too, which is superfluous for oy = 0.
 ///
-/// Quadrature over the cap of normals that are visible if they are distributed as GGX, see Microfacets::sample_visible;
-/// Beckmann's are weighted by the ratio of the densities, at most 4 / e. Each normal scatters with G2 / G1. Where light
-/// leaves the right side or is totally reflected the integrand has edges: a lattice does better there than Gauss
-/// points.
+/// Quadrature over the cap of normals that are visible if they are distributed as GGX, see
+/// Microfacets::sample_visible; Beckmann's are weighted by the ratio of the densities, at most 4 / e. Each
+/// normal scatters with G2 / G1. Where light leaves the right side or is totally reflected the integrand has
+/// edges: a lattice does better there than Gauss points.
 template <class Visit>
 void scatter_once(double ox, double oy, double oz, const ScatteringFacets& facets, double eta,
                   const std::vector<HalfDisk::Point>& points, bool mirrored, Visit&& visit) {

@@ -1,9 +1,9 @@
-// The interface of the BSDF models. One model a file; all models are stateless, so one object serves every material of
-// its kind.
+// The interface of the BSDF models. One model a file; all models are stateless, so one object serves every
+// material of its kind.
 //
-// Directions are unit vectors in the local shading frame (normal +z, tangents x and y along dp/du and across), pointing
-// away from the surface. wo is where the path came from, wi where it goes on; both may lie below the surface. Radiance
-// is transported (refraction scales by 1/eta^2).
+// Directions are unit vectors in the local shading frame (normal +z, tangents x and y along dp/du and
+// across), pointing away from the surface. wo is where the path came from, wi where it goes on; both may lie
+// below the surface. Radiance is transported (refraction scales by 1/eta^2).
 #pragma once
 
 #include "render/bsdf/material_table.h"
@@ -19,7 +19,8 @@ struct BsdfParams {
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()
   Int flags;                 // MaterialFlags
-  std::int32_t some_flags;   // all that some lane has, of whatever kind: models look at their variants only where set
+  std::int32_t
+      some_flags;  // all that some lane has, of whatever kind: models look at their variants only where set
   // With kUsesExtended
   Spectrum extended_spectra[kExtendedSpectra];
   Float extended[kExtendedScalars];

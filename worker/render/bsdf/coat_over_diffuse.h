@@ -1,5 +1,5 @@
-// A dielectric coat over a Lambertian base: what the models of pbrt-v4 (coated_diffuse.h) and Mitsuba 3 (plastic.h)
-// have in common. They differ in the energies, which a class of theirs gives:
+// A dielectric coat over a Lambertian base: what the models of pbrt-v4 (coated_diffuse.h) and Mitsuba 3
+// (plastic.h) have in common. They differ in the energies, which a class of theirs gives:
 //
 //   class Coat {                                            // for directions above the surface
 //     Coat(const BsdfParams& params, Mask active);
@@ -7,10 +7,10 @@
 //     Mask smooth;
 //     bool any_rough() const;
 //     Float transmittance(Vec3 w) const;                    // T(w)
-//     Float reflectance(Vec3 w) const;                      // of the coat, not all of the rest where it absorbs
-//     Float internal;                                       // R
-//     Float one_minus_colour(Float rho) const;              // 1 - rho R, or what stands for it
-//     Spectrum tinted(const BsdfParams&, Spectrum) const;   // light that the coat reflected
+//     Float reflectance(Vec3 w) const;                      // of the coat, not all of the rest where it
+//     absorbs Float internal;                                       // R Float one_minus_colour(Float rho)
+//     const;              // 1 - rho R, or what stands for it Spectrum tinted(const BsdfParams&, Spectrum)
+//     const;   // light that the coat reflected
 //   };
 #pragma once
 
@@ -22,7 +22,8 @@ namespace tessera::render::TESSERA_ISA {
 
 inline constexpr int kCoatAlpha = 0, kCoatIndex = 2;  // scalar slots
 
-/// What depends on wo only: radiance that leaves along wo per irradiance that enters, and how to choose a lobe.
+/// What depends on wo only: radiance that leaves along wo per irradiance that enters, and how to choose a
+/// lobe.
 struct CoatLobes {
   Float fresnel_o;  // of the smooth coat; only meaningful there
   Spectrum base;    // T(wo) rho / (eta^2 (1 - rho R))
@@ -47,14 +48,14 @@ struct CoatLobes {
 
 /// f cos and pdf of both lobes, delta lobes apart, where `lit`.
 template <class Coat>
-TESSERA_INLINE BsdfEval eval_coat_lobes(const BsdfParams& params, const Coat& coat, const CoatLobes& lobes, Vec3 wo,
-                                        Vec3 wi, Mask lit) {
+TESSERA_INLINE BsdfEval eval_coat_lobes(const BsdfParams& params, const Coat& coat, const CoatLobes& lobes,
+                                        Vec3 wo, Vec3 wi, Mask lit) {
   const Float cosine = select_or_zero(lit, wi.z * kInvPi);
   BsdfEval result{lobes.base * (coat.transmittance(wi) * cosine), (1.0f - lobes.coat) * cosine};
   if (coat.any_rough()) {
     const Mask rough = and_not(lit, coat.smooth);
-    const MicrofacetReflection reflection =
-        with_microfacets(params, kCoatAlpha, [&](const auto& facets) { return eval_reflection(facets, wo, wi); });
+    const MicrofacetReflection reflection = with_microfacets(
+        params, kCoatAlpha, [&](const auto& facets) { return eval_reflection(facets, wo, wi); });
     const Float fresnel = fresnel_dielectric(reflection.cos_m, coat.eta).reflectance;
     result.f_cos += coat.tinted(params, Spectrum(select_or_zero(rough, fresnel * reflection.f_cos)));
     result.pdf += select_or_zero(rough, lobes.coat * reflection.pdf);
@@ -90,8 +91,8 @@ TESSERA_INLINE BsdfSample sample_coat_over_diffuse(const BsdfParams& params, Vec
   const Mask off_coat = u_lobe < lobes.coat;
   Vec3 wi{-wo.x, -wo.y, wo.z};
   if (any(active & off_coat) && coat.any_rough()) {
-    const Vec3 wm =
-        with_microfacets(params, kCoatAlpha, [&](const auto& facets) { return facets.sample_visible(wo, u); });
+    const Vec3 wm = with_microfacets(params, kCoatAlpha,
+                                     [&](const auto& facets) { return facets.sample_visible(wo, u); });
     wi = select(coat.smooth, wi, reflect(wo, wm, dot(wo, wm)));
   }
   if (any(and_not(active, off_coat))) wi = select(off_coat, wi, square_to_cosine_hemisphere(u));

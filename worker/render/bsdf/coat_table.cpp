@@ -57,14 +57,17 @@ double diffuse_mean(double alpha, double eta, F&& part) {
 /// R_int of a coat: the part of diffuse light from its inside that it reflects.
 double internal_reflectance(double alpha, double eta) {
   if (eta < 1) return diffuse_mean(alpha, 1 / eta, [](BoundaryEnergy e) { return e.reflected; });
-  // Total reflection makes that integrand rough, and interreflection magnifies its error. By reciprocity what is let
-  // through is known from outside, where all is smooth; what single scattering loses is small where edges are sharp.
-  const double transmitted = diffuse_mean(alpha, eta, [](BoundaryEnergy e) { return e.transmitted; }) / sqr(eta);
+  // Total reflection makes that integrand rough, and interreflection magnifies its error. By reciprocity what
+  // is let through is known from outside, where all is smooth; what single scattering loses is small where
+  // edges are sharp.
+  const double transmitted =
+      diffuse_mean(alpha, eta, [](BoundaryEnergy e) { return e.transmitted; }) / sqr(eta);
   return 1 - transmitted -
          diffuse_mean(alpha, 1 / eta, [](BoundaryEnergy e) { return 1 - e.reflected - e.transmitted; });
 }
 
-/// By how much absorption on the way up and down again takes from R_int, as far as it is known of a smooth coat.
+/// By how much absorption on the way up and down again takes from R_int, as far as it is known of a smooth
+/// coat.
 double internal_attenuation(double eta, double thickness) {
   if (thickness <= 0) return 1;
   constexpr int kSteps = 2048;
@@ -105,8 +108,8 @@ std::int32_t append_coat_table(float eta, float thickness, MaterialTable& table)
     for (int c = 0; c < kCoatCosines; ++c) {
       // Straight along the surface nothing is defined; the limit is.
       const double cosine = std::max(sqr(c / (kCoatCosines - 1.0)), 1e-9);
-      out[kCoatTransmittance + a * kCoatCosines + c] =
-          static_cast<float>(boundary_energy(cosine, {alpha}, eta).transmitted * attenuation(cosine, eta, thickness));
+      out[kCoatTransmittance + a * kCoatCosines + c] = static_cast<float>(
+          boundary_energy(cosine, {alpha}, eta).transmitted * attenuation(cosine, eta, thickness));
     }
   }
   return static_cast<std::int32_t>(offset);

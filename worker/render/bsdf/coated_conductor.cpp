@@ -12,16 +12,17 @@ namespace {
 
 constexpr int kAlpha = 0, kEta = 2, kBaseAlpha = 0, kThickness = 2;  // slots
 
-/// Visits of the base after which a walk is given up: less than 1e-3 of what is left is lost for the roughest coats.
+/// Visits of the base after which a walk is given up: less than 1e-3 of what is left is lost for the roughest
+/// coats.
 constexpr int kMostVisits = 24;
 
 /// Random numbers of a walk.
 class Stream {
  public:
   TESSERA_INLINE Stream(Vec3 a, Float b, Float c)
-      : state_(
-            hash(hash(hash(bit_cast<std::uint32_t>(a.x), bit_cast<std::uint32_t>(a.y)), bit_cast<std::uint32_t>(a.z)),
-                 hash(bit_cast<std::uint32_t>(b), bit_cast<std::uint32_t>(c)))) {}
+      : state_(hash(hash(hash(bit_cast<std::uint32_t>(a.x), bit_cast<std::uint32_t>(a.y)),
+                         bit_cast<std::uint32_t>(a.z)),
+                    hash(bit_cast<std::uint32_t>(b), bit_cast<std::uint32_t>(c)))) {}
 
   TESSERA_INLINE Float next() {
     state_ = state_ + 0x9e3779b9u;
@@ -36,8 +37,8 @@ class Stream {
   UInt state_;
 };
 
-/// The two boundaries with models of their own. Both are seen from between them: the coat from below, the base from
-/// above.
+/// The two boundaries with models of their own. Both are seen from between them: the coat from below, the
+/// base from above.
 class Layers {
  public:
   Float eta;
@@ -76,8 +77,8 @@ class Layers {
     const Float fresnel = fresnel_dielectric(wo.z, eta).reflectance;
     const Float off_coat =
         select_or_zero(~smooth_coat, eval_reflection(ggx_of(coat_alpha(0), coat_alpha(1)), wo, wi).pdf);
-    // The base's tilts count eta times as much outside, and so do the coat's for the part by which refraction follows
-    // them, twice.
+    // The base's tilts count eta times as much outside, and so do the coat's for the part by which refraction
+    // follows them, twice.
     const Float twice = sqr(eta - 1.0f) * 0.5f;
     const auto combined = [&](int i) {
       return min(sqrt(sqr(eta * base_params_.scalars[i]) + twice * sqr(coat_alpha(i))), 1.0f);
@@ -87,7 +88,9 @@ class Layers {
   }
 
  private:
-  TESSERA_INLINE Float coat_alpha(int i) const { return select_or_zero(~smooth_coat, coat_params_.scalars[i]); }
+  TESSERA_INLINE Float coat_alpha(int i) const {
+    return select_or_zero(~smooth_coat, coat_params_.scalars[i]);
+  }
 
   BsdfParams coat_params_, base_params_;
   Float thickness_;
@@ -165,7 +168,8 @@ BsdfEval CoatedConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, M
   return {select_or_zero(lit, f_cos), select_or_zero(lit, layers.density(wo, wi))};
 }
 
-BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                       Mask active) const {
   const Layers layers(params, active);
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);

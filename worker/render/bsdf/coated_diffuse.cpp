@@ -45,8 +45,8 @@ class Coat {
     alpha2_y_ = select_or_zero(rough_, sqr(params.scalars[kCoatAlpha + 1]));
     const TablePosition row(sqrt(0.5f * (alpha2_x_ + alpha2_y_)), kCoatAlphas);
     const Int entry = offset_ + row.index;
-    internal =
-        lerp(row.t, gather(tables_ + kCoatInternal, entry, active), gather(tables_ + kCoatInternal + 1, entry, active));
+    internal = lerp(row.t, gather(tables_ + kCoatInternal, entry, active),
+                    gather(tables_ + kCoatInternal + 1, entry, active));
   }
 
   TESSERA_INLINE bool any_rough() const { return any_rough_; }
@@ -67,8 +67,10 @@ class Coat {
     // eta_cos_t over eta is the cosine within the coat.
     if (absorbs_) analytic = analytic * exp(-min(thickness_ * eta / max(boundary.eta_cos_t, 1e-20f), 80.0f));
     if (!any_rough_) return analytic;
-    // The mean square of both roughnesses for light along the normal, that along the light's plane for grazing light.
-    const Float alpha2 = alpha2_x_ * sqr(w.x) + alpha2_y_ * sqr(w.y) + 0.5f * (alpha2_x_ + alpha2_y_) * sqr(w.z);
+    // The mean square of both roughnesses for light along the normal, that along the light's plane for
+    // grazing light.
+    const Float alpha2 =
+        alpha2_x_ * sqr(w.x) + alpha2_y_ * sqr(w.y) + 0.5f * (alpha2_x_ + alpha2_y_) * sqr(w.z);
     const TablePosition row(sqrt(alpha2), kCoatAlphas), column(w.z, kCoatCosines);
     const Int entry = offset_ + row.index * kCoatCosines + column.index;
     const auto along_row = [&](const float* start) {
@@ -94,7 +96,8 @@ BsdfEval CoatedDiffuseBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mas
   return eval_coat_over_diffuse<Coat>(params, wo, wi, active);
 }
 
-BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                     Mask active) const {
   return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
 }
 

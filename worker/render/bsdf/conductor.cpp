@@ -16,16 +16,16 @@ TESSERA_INLINE Spectrum reflectance(const BsdfParams& params, Float cos_m) {
   return select(params.with(kTinted), fresnel * params.extended_spectra[kTint], fresnel);
 }
 
-/// Mean reflectance for diffuse light: the Gauss-Jacobi rule with two points for the weight 2 cos(theta), to 6e-3
-/// for metals.
+/// Mean reflectance for diffuse light: the Gauss-Jacobi rule with two points for the weight 2 cos(theta), to
+/// 6e-3 for metals.
 TESSERA_INLINE Spectrum mean_reflectance(const BsdfParams& params) {
   constexpr float kCosines[] = {0.35505103f, 0.84494897f}, kWeights[] = {0.36391725f, 0.63608275f};
   return reflectance(params, Float(kCosines[0])) * Float(kWeights[0]) +
          reflectance(params, Float(kCosines[1])) * Float(kWeights[1]);
 }
 
-/// By how much scattering between the facets brightens single scattering, for directions above the surface. Inlined, it
-/// would cost the materials that have none.
+/// By how much scattering between the facets brightens single scattering, for directions above the surface.
+/// Inlined, it would cost the materials that have none.
 [[gnu::noinline]] Spectrum gain(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask rough) {
   const Balance balance(params, rough);
   const Float added = balance.factor(wo, Mask::none()) * balance.factor(wi, Mask::none()) - 1.0f;

@@ -20,7 +20,8 @@ TESSERA_INLINE Float relative_eta(const BsdfParams& params, Mask below) {
 }  // namespace
 
 BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
-  const Mask rough = and_not(active & (wo.z != 0.0f) & (wi.z != 0.0f), is_smooth_dielectric(params, kAlpha, kEta));
+  const Mask rough =
+      and_not(active & (wo.z != 0.0f) & (wi.z != 0.0f), is_smooth_dielectric(params, kAlpha, kEta));
   if (none(rough)) return {Spectrum(0.0f), 0.0f};
   const Mask below = wo.z < 0.0f;
   const Float eta = relative_eta(params, below);
@@ -36,8 +37,8 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
   const Float h2 = select(facing, length_squared(h), 1.0f);
   const Float r = fresnel_dielectric(oh / sqrt(h2), eta).reflectance;
 
-  // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted radiance is
-  // scaled by 1 / eta^2.
+  // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted
+  // radiance is scaled by 1 / eta^2.
   const Mask lit = rough & facing;
   BsdfEval result = with_microfacets(params, kAlpha, [&](const auto& facets) -> BsdfEval {
     const Float zi = abs_cos_theta(wi);
@@ -70,7 +71,8 @@ TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta,
   Float weight = select(reflected, 1.0f, 1.0f / sqr(eta));
   Float pdf = select(reflected, fresnel.reflectance, 1.0f - fresnel.reflectance);
   if (any_rough) {
-    // Density of the visible normal, apart from its cos_m, times the Jacobian of reflection or refraction with it.
+    // Density of the visible normal, apart from its cos_m, times the Jacobian of reflection or refraction
+    // with it.
     const Float visible = 2.0f * facets.density(wm) / (wo.z + facets.masking_length(wo));
     const Float g = fresnel.eta_cos_t;
     const Float jacobian = select(reflected, 0.25f, eta * g * cos_m / sqr(cos_m - g));
@@ -88,14 +90,16 @@ TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta,
 
 }  // namespace
 
-BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                  Mask active) const {
   const Mask below = wo.z < 0.0f;
   const Float eta = relative_eta(params, below);
   const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
   const bool any_rough = any(and_not(active, delta));
   wo = mirror_if(below, wo);
-  BsdfSample result = with_microfacets(
-      params, kAlpha, [&](const auto& facets) { return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u); });
+  BsdfSample result = with_microfacets(params, kAlpha, [&](const auto& facets) {
+    return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u);
+  });
   result.valid &= active;
   result.weight = tinted(params, ~result.transmission, result.weight);
   if (params.some_flags & kBalanced) {

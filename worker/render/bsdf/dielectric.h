@@ -1,5 +1,5 @@
-// The boundary of a dielectric: mirror and refraction, or microfacets that do both [Walter et al. 2007]. pbrt-v4's
-// "dielectric", Mitsuba 3's "dielectric" and "roughdielectric".
+// The boundary of a dielectric: mirror and refraction, or microfacets that do both [Walter et al. 2007].
+// pbrt-v4's "dielectric", Mitsuba 3's "dielectric" and "roughdielectric".
 //
 // spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
 // scalars[0, 1]  alpha along x and y; smooth where both are below kSmoothAlpha

@@ -14,7 +14,8 @@ struct Lobes {
   Mask lit;  // not black altogether
 
   TESSERA_INLINE explicit Lobes(const BsdfParams& params)
-      : reflectance(clamp(params.spectra[0], 0.0f, 1.0f)), transmittance(clamp(params.spectra[1], 0.0f, 1.0f)) {
+      : reflectance(clamp(params.spectra[0], 0.0f, 1.0f)),
+        transmittance(clamp(params.spectra[1], 0.0f, 1.0f)) {
     const Float r = reflectance.max_component(), sum = r + transmittance.max_component();
     lit = sum > 0.0f;
     reflection = r / select(lit, sum, 1.0f);
@@ -31,7 +32,8 @@ BsdfEval DiffuseTransmissionBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 w
           select(reflected, lobes.reflection, 1.0f - lobes.reflection) * cosine};
 }
 
-BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                           Mask active) const {
   const Lobes lobes(params);
   const Mask reflected = u_lobe < lobes.reflection;
   const Float probability = select(reflected, lobes.reflection, 1.0f - lobes.reflection);
@@ -39,14 +41,14 @@ BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Fl
   const Mask valid = active & lobes.lit & (wi.z > 0.0f) & (wo.z != 0.0f) & (probability > 0.0f);
   const Float pdf = probability * wi.z * kInvPi;
   wi.z = copysign(wi.z, select(reflected, wo.z, -wo.z));
-  return {
-      .wi = wi,
-      .weight = select(reflected, lobes.reflectance, lobes.transmittance) * (1.0f / select(valid, probability, 1.0f)),
-      .pdf = pdf,
-      .eta = 1.0f,
-      .valid = valid,
-      .specular = Mask::none(),
-      .transmission = ~reflected};
+  return {.wi = wi,
+          .weight = select(reflected, lobes.reflectance, lobes.transmittance) *
+                    (1.0f / select(valid, probability, 1.0f)),
+          .pdf = pdf,
+          .eta = 1.0f,
+          .valid = valid,
+          .specular = Mask::none(),
+          .transmission = ~reflected};
 }
 
 }  // namespace tessera::render::TESSERA_ISA

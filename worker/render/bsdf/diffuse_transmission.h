@@ -1,4 +1,5 @@
-// Lambertian reflection on the side of wo, Lambertian transmission to the other. pbrt-v4's "diffusetransmission".
+// Lambertian reflection on the side of wo, Lambertian transmission to the other. pbrt-v4's
+// "diffusetransmission".
 //
 // spectra[0]  reflectance, clamped to [0, 1]
 // spectra[1]  transmittance, clamped to [0, 1]

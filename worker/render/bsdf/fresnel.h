@@ -11,8 +11,8 @@ struct DielectricFresnel {
   Float eta_cos_t;    // eta times the cosine of the refracted direction; 0 for total reflection
 };
 
-/// A boundary between dielectrics. `cos_i` >= 0 is between the normal and a direction on its side; `eta` is the index
-/// of the other side over that of this side.
+/// A boundary between dielectrics. `cos_i` >= 0 is between the normal and a direction on its side; `eta` is
+/// the index of the other side over that of this side.
 TESSERA_INLINE DielectricFresnel fresnel_dielectric(Float cos_i, Float eta) {
   // eta^2 cos_t^2 by Snell's law; written so that eta = 1 gives exactly cos_i.
   const Float g2 = fma(eta - 1.0f, eta + 1.0f, sqr(cos_i));
@@ -24,8 +24,8 @@ TESSERA_INLINE DielectricFresnel fresnel_dielectric(Float cos_i, Float eta) {
   return {select(total, 1.0f, 0.5f * fma(parallel, parallel, sqr(perpendicular))), g};
 }
 
-/// The direction refracted at a boundary with unit normal `n`, for dot(w, n) = cos_i >= 0 and `fresnel` of the same
-/// arguments. Not meaningful for total reflection.
+/// The direction refracted at a boundary with unit normal `n`, for dot(w, n) = cos_i >= 0 and `fresnel` of
+/// the same arguments. Not meaningful for total reflection.
 TESSERA_INLINE Vec3 refract(Vec3 w, Vec3 n, Float cos_i, Float eta, DielectricFresnel fresnel) {
   return (n * (cos_i - fresnel.eta_cos_t) - w) * (1.0f / eta);
 }
@@ -45,7 +45,8 @@ TESSERA_INLINE Float fresnel_conductor(Float cos_i, Float eta, Float k) {
   const Float perpendicular = (even_s - odd) / max(even_s + odd, kTiny);
   const Float even_p = fma(cos2, a2_plus_b2, sqr(sin2)), odd_p = odd * sin2;
   const Float parallel = perpendicular * (even_p - odd_p) / max(even_p + odd_p, kTiny);
-  return max(0.5f * (perpendicular + parallel), 0.0f);  // rounding may leave less than nothing at Brewster's angle
+  return max(0.5f * (perpendicular + parallel),
+             0.0f);  // rounding may leave less than nothing at Brewster's angle
 }
 
 TESSERA_INLINE Spectrum fresnel_conductor(Float cos_i, Spectrum eta, Spectrum k) {

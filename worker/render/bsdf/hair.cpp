@@ -29,10 +29,10 @@ TESSERA_INLINE Float sqr_chain(Float x, int doublings) {
 Float scaled_bessel_i0(Float x) {
   constexpr float kBorder = 3.75f;
   const Float t = x * (1 / kBorder), small = min(t, 1.0f), large = 1.0f / max(t, 1.0f);
-  const Float near = exp(-min(x, kBorder)) * polynomial(sqr(small), 0.0045813f, 0.0360768f, 0.2659732f, 1.2067492f,
-                                                        3.0899424f, 3.5156229f, 1.0f);
-  const Float far = polynomial(large, 0.00392377f, -0.01647633f, 0.02635537f, -0.02057706f, 0.00916281f, -0.00157565f,
-                               0.00225319f, 0.01328592f, 0.39894228f) /
+  const Float near = exp(-min(x, kBorder)) * polynomial(sqr(small), 0.0045813f, 0.0360768f, 0.2659732f,
+                                                        1.2067492f, 3.0899424f, 3.5156229f, 1.0f);
+  const Float far = polynomial(large, 0.00392377f, -0.01647633f, 0.02635537f, -0.02057706f, 0.00916281f,
+                               -0.00157565f, 0.00225319f, 0.01328592f, 0.39894228f) /
                     sqrt(max(x, kBorder));
   return select(x < kBorder, near, far);
 }
@@ -165,7 +165,8 @@ BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec
     share = select(here, fibre.probability[p], share);
     variance = select(here, fibre.variance[p], variance);
     centre = select(here, fibre.centre(p), centre);
-    tilted = {select(here, fibre.tilted[p].sine, tilted.sine), select(here, fibre.tilted[p].cosine, tilted.cosine)};
+    tilted = {select(here, fibre.tilted[p].sine, tilted.sine),
+              select(here, fibre.tilted[p].cosine, tilted.cosine)};
     chosen |= here;
     sum += fibre.probability[p];
   }
@@ -173,7 +174,8 @@ BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec
   const Float u_phi = clamp((u_lobe - below) / max(share, 1e-30f), 0.0f, kOneMinusEpsilon);
 
   // M [d'Eon 2013], then N.
-  const Float c = clamp(1.0f + variance * log(max(u.x + (1.0f - u.x) * exp(-2.0f / variance), 1e-30f)), -1.0f, 1.0f);
+  const Float c =
+      clamp(1.0f + variance * log(max(u.x + (1.0f - u.x) * exp(-2.0f / variance), 1e-30f)), -1.0f, 1.0f);
   const Float sine =
       clamp(safe_sqrt(1.0f - sqr(c)) * cos(2.0f * kPi * u.y) * tilted.cosine - c * tilted.sine, -1.0f, 1.0f);
   const Inclination i{sine, safe_sqrt(1.0f - sqr(sine))};

@@ -48,10 +48,11 @@ enum MaterialFlags : std::int32_t {
   kOneSided = 1 << 17,  // black when seen from behind
   kHasBack = 1 << 18,   // MaterialRecord::back is what is seen from behind
   // What only the integrator looks at.
-  kHasOpacity = 1 << 19,      // `opacity` may be below 1
-  kPassesStraight = 1 << 20,  // kThinDielectric: going straight through is no scattering event in volumetric scenes
-  kMixed = 1 << 21,           // of an Interaction: it has a second part
-  kBendsSoftly = 1 << 22,     // with kHasBump: Material::bends_softly
+  kHasOpacity = 1 << 19,  // `opacity` may be below 1
+  kPassesStraight =
+      1 << 20,       // kThinDielectric: going straight through is no scattering event in volumetric scenes
+  kMixed = 1 << 21,  // of an Interaction: it has a second part
+  kBendsSoftly = 1 << 22,  // with kHasBump: Material::bends_softly
   // Another variant of the models.
   kBalanced = 1 << 23,  // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
 };
@@ -99,7 +100,8 @@ struct ExtendedRecord {
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
   std::vector<ExtendedRecord> extended;
-  // Energies of rough boundaries; layouts in bsdf/coat_table.h, bsdf/plastic_table.h and bsdf/balance_table.h.
+  // Energies of rough boundaries; layouts in bsdf/coat_table.h, bsdf/plastic_table.h and
+  // bsdf/balance_table.h.
   std::vector<float> coat_tables;
   std::vector<std::int32_t> coat_offsets;  // of those of bsdf/coat_table.h
 };

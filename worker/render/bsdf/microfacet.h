@@ -1,11 +1,11 @@
 // Rough boundaries as microfacets, anisotropic, with Smith's masking and shadowing.
 //
-// Normals are distributed as GGX [Trowbridge & Reitz 1975; Walter et al. 2007] or, with kBeckmann, as Beckmann's
-// [Beckmann & Spizzichino 1963]. Masking and shadowing are correlated by height [Heitz 2014] as in pbrt-v4 or, with
-// kSeparableMasking, independent of each other as in Mitsuba 3: G2(wo, wi) = G1(wo) G1(wi).
+// Normals are distributed as GGX [Trowbridge & Reitz 1975; Walter et al. 2007] or, with kBeckmann, as
+// Beckmann's [Beckmann & Spizzichino 1963]. Masking and shadowing are correlated by height [Heitz 2014] as in
+// pbrt-v4 or, with kSeparableMasking, independent of each other as in Mitsuba 3: G2(wo, wi) = G1(wo) G1(wi).
 //
-// All directions here lie above the surface (z >= 0): a model seen from below mirrors the world at z = 0, which
-// changes nothing, as the distributions are even in x and y.
+// All directions here lie above the surface (z >= 0): a model seen from below mirrors the world at z = 0,
+// which changes nothing, as the distributions are even in x and y.
 #pragma once
 
 #include "render/bsdf/beckmann.h"
@@ -23,8 +23,8 @@ inline constexpr float kSmoothAlpha = 1e-3f;
 struct Ggx {
   Float alpha_x, alpha_y;
 
-  /// D of the direction of `h`, which may have any length: area of microfacets that face it, per solid angle and per
-  /// area of the surface.
+  /// D of the direction of `h`, which may have any length: area of microfacets that face it, per solid angle
+  /// and per area of the surface.
   TESSERA_INLINE Float density(Vec3 h) const {
     constexpr float kTiny = 1e-37f;
     const Float area = alpha_x * alpha_y;
@@ -32,16 +32,21 @@ struct Ggx {
     return kInvPi * area * sqr(area * length_squared(h) / max(slope, kTiny));
   }
 
-  /// s(w) = cos(theta) (1 + 2 Lambda(w)), with which G1(w) = 2 z / (z + s(w)). For GGX it is |w| after the stretch that
-  /// makes the distribution a hemisphere.
-  TESSERA_INLINE Float masking_length(Vec3 w) const { return length(Vec3{alpha_x * w.x, alpha_y * w.y, w.z}); }
+  /// s(w) = cos(theta) (1 + 2 Lambda(w)), with which G1(w) = 2 z / (z + s(w)). For GGX it is |w| after the
+  /// stretch that makes the distribution a hemisphere.
+  TESSERA_INLINE Float masking_length(Vec3 w) const {
+    return length(Vec3{alpha_x * w.x, alpha_y * w.y, w.z});
+  }
 
   /// m with which G2(wo, wi) = 2 zo zi / m, from the masking lengths of both.
-  TESSERA_INLINE Float masking_pair(Float so, Float zo, Float si, Float zi) const { return fma(so, zi, si * zo); }
+  TESSERA_INLINE Float masking_pair(Float so, Float zo, Float si, Float zi) const {
+    return fma(so, zi, si * zo);
+  }
 
-  /// A normal with density D(wm) G1(wo) max(0, dot(wo, wm)) / cos(theta_o). By sampling the spherical cap that
-  /// reflection off the unit hemisphere covers [Dupuy & Benyoub 2023]. The cap is a disk by Lambert's equal-area
-  /// projection, which needs no trigonometry beyond the disk's and loses no precision near its pole.
+  /// A normal with density D(wm) G1(wo) max(0, dot(wo, wm)) / cos(theta_o). By sampling the spherical cap
+  /// that reflection off the unit hemisphere covers [Dupuy & Benyoub 2023]. The cap is a disk by Lambert's
+  /// equal-area projection, which needs no trigonometry beyond the disk's and loses no precision near its
+  /// pole.
   TESSERA_INLINE Vec3 sample_visible(Vec3 wo, Vec2 u) const {
     const Vec3 w = normalize(Vec3{alpha_x * wo.x, alpha_y * wo.y, wo.z});
     const Vec2 disk = square_to_disk(u);
@@ -83,8 +88,8 @@ TESSERA_INLINE Mask is_smooth(const BsdfParams& params, int slot) {
   return max(params.scalars[slot], params.scalars[slot + 1]) < kSmoothAlpha;
 }
 
-/// Also where indices match so well that roughness hardly spreads refracted light: a lobe no wider than that of
-/// kSmoothAlpha.
+/// Also where indices match so well that roughness hardly spreads refracted light: a lobe no wider than that
+/// of kSmoothAlpha.
 TESSERA_INLINE Mask is_smooth_dielectric(const BsdfParams& params, int alpha_slot, int eta_slot) {
   constexpr float kSmoothEta = 1e-3f;
   return is_smooth(params, alpha_slot) | (abs(params.scalars[eta_slot] - 1.0f) < kSmoothEta);
@@ -126,7 +131,8 @@ TESSERA_INLINE MicrofacetReflection eval_reflection(const Facets& facets, Vec3 w
   const Float d = facets.density(h);
   const Float so = facets.masking_length(wo), si = facets.masking_length(wi);
   // D G2 / (4 zo), and the visible density times the Jacobian 1 / (4 dot(wo, wm)).
-  return {0.5f * d * wi.z / facets.masking_pair(so, wo.z, si, wi.z), 0.5f * d / (wo.z + so), 0.5f * length(h)};
+  return {0.5f * d * wi.z / facets.masking_pair(so, wo.z, si, wi.z), 0.5f * d / (wo.z + so),
+          0.5f * length(h)};
 }
 
 /// `w` reflected at a normal with dot(w, wm) = cos_m.
@@ -138,8 +144,8 @@ TESSERA_INLINE Float reflection_pdf(const Facets& facets, Vec3 wo, Vec3 wm) {
   return 0.5f * facets.density(wm) / (wo.z + facets.masking_length(wo));
 }
 
-/// f cos / pdf of scattering at a visible normal, without the Fresnel factor: G2 / G1, at most 1. For refraction too,
-/// with wi mirrored to above the surface.
+/// f cos / pdf of scattering at a visible normal, without the Fresnel factor: G2 / G1, at most 1. For
+/// refraction too, with wi mirrored to above the surface.
 template <class Facets>
 TESSERA_INLINE Float visible_weight(const Facets& facets, Vec3 wo, Vec3 wi) {
   const Float so = facets.masking_length(wo), si = facets.masking_length(wi);

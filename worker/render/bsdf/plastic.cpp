@@ -32,16 +32,20 @@ class Coat {
     const Float position = clamp(w.z, 0.0f, 1.0f) * (kPlasticCosines - 1.0f);
     const Float low = min(floor(position), kPlasticCosines - 2.0f);
     const Int entry = offset_ + to_int(low);
-    const Float tabulated =
-        lerp(position - low, gather(transmittances_, entry, rough_), gather(transmittances_ + 1, entry, rough_));
+    const Float tabulated = lerp(position - low, gather(transmittances_, entry, rough_),
+                                 gather(transmittances_ + 1, entry, rough_));
     return select(smooth, analytic, tabulated);
   }
 
   TESSERA_INLINE Float reflectance(Vec3 w) const { return 1.0f - transmittance(w); }
 
-  TESSERA_INLINE Float one_minus_colour(Float rho) const { return 1.0f - select(nonlinear_, rho, 1.0f) * internal; }
+  TESSERA_INLINE Float one_minus_colour(Float rho) const {
+    return 1.0f - select(nonlinear_, rho, 1.0f) * internal;
+  }
 
-  static TESSERA_INLINE Spectrum tinted(const BsdfParams& params, Spectrum light) { return light * params.spectra[1]; }
+  static TESSERA_INLINE Spectrum tinted(const BsdfParams& params, Spectrum light) {
+    return light * params.spectra[1];
+  }
 
  private:
   Mask rough_;

@@ -1,12 +1,12 @@
-// A dielectric coat, smooth or rough, over a Lambertian base, as Mitsuba 3's "plastic" and "roughplastic" model it
-// [d'Eon & Irving 2011]:
+// A dielectric coat, smooth or rough, over a Lambertian base, as Mitsuba 3's "plastic" and "roughplastic"
+// model it [d'Eon & Irving 2011]:
 //
 //   f(wo, wi) = tint f_coat(wo, wi) + T(wo) T(wi) / (pi eta^2) rho / (1 - R)
 //
-// or, with kNonlinear, rho / (1 - rho R). T(w) is the part of light along w that the coat lets through and R the part
-// of diffuse light from the base that it sends back: Fresnel's for smooth coats, tables for rough ones
-// [plastic_table.h]. pbrt-v4's coat, whose energies are exact, is coated_diffuse.h. Seen from below it is the same
-// again.
+// or, with kNonlinear, rho / (1 - rho R). T(w) is the part of light along w that the coat lets through and R
+// the part of diffuse light from the base that it sends back: Fresnel's for smooth coats, tables for rough
+// ones [plastic_table.h]. pbrt-v4's coat, whose energies are exact, is coated_diffuse.h. Seen from below it
+// is the same again.
 //
 // spectra[0]     rho: reflectance of the base
 // spectra[1]     tint: factor of the light that the coat reflects

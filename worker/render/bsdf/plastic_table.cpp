@@ -6,8 +6,9 @@ namespace tessera::render {
 
 namespace {
 
-/// The part of diffuse light that a smooth boundary reflects; `eta` is the index of the other side over that of the
-/// light's side. Fits of 0.1 % for usual indices: [Egan & Hilgeman 1973] below 1, [d'Eon & Irving 2011] from 1 on.
+/// The part of diffuse light that a smooth boundary reflects; `eta` is the index of the other side over that
+/// of the light's side. Fits of 0.1 % for usual indices: [Egan & Hilgeman 1973] below 1, [d'Eon & Irving
+/// 2011] from 1 on.
 double diffuse_reflectance(double eta) {
   if (eta < 1) return -1.4399 * eta * eta + 0.7099 * eta + 0.6681 + 0.0636 / eta;
   const double x = 1 / eta;

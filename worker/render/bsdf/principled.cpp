@@ -6,8 +6,8 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Generalised Trowbridge-Reitz with exponent 1, of the clear coat [Burley 2012]. Its tail falls so slowly that the
-/// density over all normals is finite only thanks to the horizon.
+/// Generalised Trowbridge-Reitz with exponent 1, of the clear coat [Burley 2012]. Its tail falls so slowly
+/// that the density over all normals is finite only thanks to the horizon.
 struct Clearcoat {
   Float alpha2;
 
@@ -32,8 +32,8 @@ struct Clearcoat {
   }
 };
 
-/// The shares of the lobes and how likely each is to be sampled, at points seen along wo, mirrored to above the
-/// surface.
+/// The shares of the lobes and how likely each is to be sampled, at points seen along wo, mirrored to above
+/// the surface.
 struct Lobes {
   Mask inside;
   Float eta;          // of the other side over that of wo's
@@ -52,7 +52,9 @@ struct Lobes {
     scale = 1.0f / (1.0f + base + clearcoat);
   }
   /// Probability of refraction at a microfacet of this Fresnel reflectance; inside there is nothing else.
-  TESSERA_INLINE Float refraction(Float fresnel) const { return (1.0f - fresnel) * select(inside, 1.0f, glass); }
+  TESSERA_INLINE Float refraction(Float fresnel) const {
+    return (1.0f - fresnel) * select(inside, 1.0f, glass);
+  }
   /// ... and of reflection.
   TESSERA_INLINE Float reflection(Float fresnel) const { return 1.0f - refraction(fresnel); }
 };
@@ -89,7 +91,8 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   const Float masked = d * zi / facets.masking_pair(so, zo, si, zi), visible = d / (zo + so);
   Spectrum transmitted;
   for (int c = 0; c < kSpectrumLanes; ++c) transmitted.c[c] = safe_sqrt(params.spectra[0].c[c]);
-  const Spectrum mirror = select_or_zero(fresnel > 0.0f, reflectance(params, lobes, cos_o, fresnel) * (0.5f * masked));
+  const Spectrum mirror =
+      select_or_zero(fresnel > 0.0f, reflectance(params, lobes, cos_o, fresnel) * (0.5f * masked));
   transmitted *= lobes.glass * (1.0f - fresnel) * refraction * masked;
   BsdfEval result{select(reflected, mirror, transmitted),
                   select(reflected, lobes.reflection(fresnel) * lobes.scale * 0.5f * visible,
@@ -121,7 +124,8 @@ BsdfEval PrincipledBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
                     active & (wo.z != 0.0f) & (wi.z != 0.0f));
 }
 
-BsdfSample PrincipledBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample PrincipledBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                  Mask active) const {
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);
   const Lobes lobes(params, below);

@@ -1,6 +1,6 @@
 // Mitsuba 3's "principled", Disney's model [Burley 2012, 2015]: a metal, a glass (both GGX microfacets of one
-// roughness) and a diffuse base with sheen in proportions, under a clear coat. From inside there is only the glass;
-// where light cannot get through (no kHasInside) it is the same from below.
+// roughness) and a diffuse base with sheen in proportions, under a clear coat. From inside there is only the
+// glass; where light cannot get through (no kHasInside) it is the same from below.
 //
 // spectra[0]   base colour
 // scalars      roughness, anisotropic, eta: index below the surface over the index above

@@ -1,5 +1,5 @@
-// What the two principled models have in common: their slots and the terms of Disney's model [Burley 2012, 2015] as
-// Mitsuba 3 renders it.
+// What the two principled models have in common: their slots and the terms of Disney's model [Burley 2012,
+// 2015] as Mitsuba 3 renders it.
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -10,9 +10,9 @@ namespace tessera::render::TESSERA_ISA {
 
 // Slots: spectra[0] is the base colour, scalars[0..2] roughness, anisotropic and index, and then, extended:
 inline constexpr int kPrincipledRoughness = 0, kPrincipledAnisotropic = 1, kPrincipledEta = 2;
-inline constexpr int kPrincipledMetallic = 0, kPrincipledSpecTrans = 1, kPrincipledSpecTint = 2, kPrincipledSheen = 3,
-                     kPrincipledSheenTint = 4, kPrincipledFlatness = 5, kPrincipledClearcoat = 6,
-                     kPrincipledClearcoatGloss = 7, kPrincipledDiffTrans = 8;
+inline constexpr int kPrincipledMetallic = 0, kPrincipledSpecTrans = 1, kPrincipledSpecTint = 2,
+                     kPrincipledSheen = 3, kPrincipledSheenTint = 4, kPrincipledFlatness = 5,
+                     kPrincipledClearcoat = 6, kPrincipledClearcoatGloss = 7, kPrincipledDiffTrans = 8;
 
 /// (1 - c)^5, of Schlick's approximation.
 TESSERA_INLINE Float schlick_power(Float cosine) {
@@ -20,8 +20,8 @@ TESSERA_INLINE Float schlick_power(Float cosine) {
   return sqr(sqr(m)) * m;
 }
 
-/// How far Schlick's reflectance is on its way from that along the normal to 1: by the cosine on the side of the
-/// smaller index. `eta` is the index of the other side over that of `cosine`'s side.
+/// How far Schlick's reflectance is on its way from that along the normal to 1: by the cosine on the side of
+/// the smaller index. `eta` is the index of the other side over that of `cosine`'s side.
 TESSERA_INLINE Float schlick_weight(Float cosine, Float eta) {
   const Float refracted = safe_sqrt(1.0f - (1.0f - sqr(cosine)) / sqr(eta));
   return schlick_power(select(eta > 1.0f, cosine, refracted));
@@ -45,15 +45,17 @@ TESSERA_INLINE Microfacets principled_facets(const BsdfParams& params, Float rou
   constexpr float kSmallestAlpha = 1e-3f;
   const Float aspect = safe_sqrt(1.0f - 0.9f * params.scalars[kPrincipledAnisotropic]);
   const Float alpha2 = sqr(roughness);
-  return microfacets_of(params, max(alpha2 / max(aspect, 1e-3f), kSmallestAlpha), max(alpha2 * aspect, kSmallestAlpha));
+  return microfacets_of(params, max(alpha2 / max(aspect, 1e-3f), kSmallestAlpha),
+                        max(alpha2 * aspect, kSmallestAlpha));
 }
 
-/// Diffuse reflection, retro-reflection and fake subsurface scattering, without colour and 1 / pi. `cos_d` is between
-/// wi and the half vector.
+/// Diffuse reflection, retro-reflection and fake subsurface scattering, without colour and 1 / pi. `cos_d` is
+/// between wi and the half vector.
 TESSERA_INLINE Float principled_diffuse(const BsdfParams& params, Float zo, Float zi, Float cos_d) {
   const Float fo = schlick_power(zo), fi = schlick_power(zi);
   const Float retro = 2.0f * params.scalars[kPrincipledRoughness] * sqr(cos_d);
-  const Float surface = (1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + retro * (fo + fi + fo * fi * (retro - 1.0f));
+  const Float surface =
+      (1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + retro * (fo + fi + fo * fi * (retro - 1.0f));
   const Float flatness = params.extended[kPrincipledFlatness];
   const Float flat90 = 0.5f * retro;
   const Float flat = lerp(fo, Float(1.0f), flat90) * lerp(fi, Float(1.0f), flat90);

@@ -42,7 +42,8 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   const Float so = facets.masking_length(wo), si = facets.masking_length(mirrored);
   const Float half_density = select_or_zero(facing, 0.5f * facets.density(h));
   const Float fresnel = fresnel_dielectric(cos_o, eta).reflectance;
-  const Spectrum tinted = lerp(schlick_weight(cos_o, eta), tinted_normal_reflectance(colour, eta), Spectrum(1.0f));
+  const Spectrum tinted =
+      lerp(schlick_weight(cos_o, eta), tinted_normal_reflectance(colour, eta), Spectrum(1.0f));
   const Spectrum mirror = lerp(params.extended[kPrincipledSpecTint], Spectrum(fresnel), tinted);
   Spectrum f_cos = select(reflection, mirror, colour * (1.0f - fresnel)) *
                    (lobes.glass * half_density * zi / facets.masking_pair(so, zo, si, zi));
@@ -64,14 +65,16 @@ BsdfEval PrincipledThinBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Ma
                     active & (wo.z != 0.0f) & (wi.z != 0.0f));
 }
 
-BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+                                      Mask active) const {
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);
   const Lobes lobes(params);
 
   // Reflection and transmission by the glass, then by the base.
   const Mask glass = u_lobe < lobes.glass;
-  const Mask transmission = (glass & (u_lobe >= 0.5f * lobes.glass)) | (u_lobe >= lobes.glass + lobes.reflected);
+  const Mask transmission =
+      (glass & (u_lobe >= 0.5f * lobes.glass)) | (u_lobe >= lobes.glass + lobes.reflected);
   Vec3 wi = square_to_cosine_hemisphere(u), wm{0.0f, 0.0f, 1.0f};
   if (any(active & glass)) {
     wm = select(glass, lobes.facets(params, transmission).sample_visible(wo, u), wm);

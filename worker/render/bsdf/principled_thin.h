@@ -1,5 +1,5 @@
-// Mitsuba 3's "principledthin", Disney's model for sheets without thickness [Burley 2015]: glass that reflects and lets
-// through without bending, and a diffuse base that does both. Both sides are the same.
+// Mitsuba 3's "principledthin", Disney's model for sheets without thickness [Burley 2015]: glass that
+// reflects and lets through without bending, and a diffuse base that does both. Both sides are the same.
 //
 // spectra[0]   base colour
 // scalars      roughness, anisotropic, eta: index of the sheet over the index around it

@@ -1,5 +1,5 @@
-// A sheet of dielectric without thickness: all orders of reflection between its two sides, no refraction. pbrt-v4's
-// "thindielectric", Mitsuba 3's "thindielectric".
+// A sheet of dielectric without thickness: all orders of reflection between its two sides, no refraction.
+// pbrt-v4's "thindielectric", Mitsuba 3's "thindielectric".
 //
 // spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
 // scalars[2]     eta: index of the sheet over the index around it

@@ -17,15 +17,17 @@ absl::Status SceneBuilder::add_attributes(const v1::TriangleMesh& mesh, std::int
     const std::string where = absl::StrCat("attribute '", source.name(), "'");
     if (!bytes.ok()) return located(bytes.status(), where);
     const std::size_t channels = source.channels();
-    const std::size_t entries = static_cast<std::size_t>(source.per_face() ? record.triangle_count : record.vertex_count);
+    const std::size_t entries =
+        static_cast<std::size_t>(source.per_face() ? record.triangle_count : record.vertex_count);
     if ((channels != 1 && channels != 3) || bytes->bytes.size() != entries * channels * sizeof(float)) {
-      return absl::InvalidArgumentError(absl::StrCat(where, ": ", bytes->bytes.size(), " bytes are not ", entries, " values of ",
-                                                     channels, " channels (1 or 3)"));
+      return absl::InvalidArgumentError(absl::StrCat(where, ": ", bytes->bytes.size(), " bytes are not ",
+                                                     entries, " values of ", channels, " channels (1 or 3)"));
     }
     std::vector<float> values(entries * channels);
     if (!values.empty()) std::memcpy(values.data(), bytes->bytes.data(), bytes->bytes.size());
     for (const float x : values) {
-      if (!std::isfinite(x)) return absl::InvalidArgumentError(absl::StrCat(where, ": a value is not finite"));
+      if (!std::isfinite(x))
+        return absl::InvalidArgumentError(absl::StrCat(where, ": a value is not finite"));
     }
     MeshAttribute attribute;
     attribute.channels = static_cast<std::int32_t>(channels);
@@ -34,7 +36,8 @@ absl::Status SceneBuilder::add_attributes(const v1::TriangleMesh& mesh, std::int
       attribute.values = std::move(values);
     } else {
       // A corner of every triangle, as the winding of the triangle now is.
-      const std::uint32_t* index = arrays_.shapes.triangles.data() + 3 * static_cast<std::size_t>(record.first_triangle);
+      const std::uint32_t* index =
+          arrays_.shapes.triangles.data() + 3 * static_cast<std::size_t>(record.first_triangle);
       attribute.values.reserve(3 * channels * static_cast<std::size_t>(record.triangle_count));
       for (std::int32_t i = 0; i < 3 * record.triangle_count; ++i) {
         const float* value = values.data() + index[i] * channels;

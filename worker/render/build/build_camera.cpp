@@ -10,7 +10,8 @@ absl::Status SceneBuilder::build_camera() {
   const v1::Camera& camera = scene_.camera();
   auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
-  if (world_from_camera->determinant() == 0) return absl::InvalidArgumentError("camera: its transform is singular");
+  if (world_from_camera->determinant() == 0)
+    return absl::InvalidArgumentError("camera: its transform is singular");
 
   // Render space: as the world, but with the camera at its origin.
   camera_origin_ = world_from_camera->apply({0, 0, 0});
@@ -31,8 +32,8 @@ absl::Status SceneBuilder::build_camera() {
   record.height = static_cast<std::int32_t>(job_.height());
   if (algorithm_->work == wire::WorkKind::kPasses &&
       std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
-    return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithm_->name,
-                                                   "' works on all pixels of the film at once; 2^30 are the most"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", algorithm_->name, "' works on all pixels of the film at once; 2^30 are the most"));
   }
   if (algorithm_->joins_camera && camera.has_spherical()) {
     return absl::InvalidArgumentError(

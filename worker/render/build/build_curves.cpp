@@ -24,8 +24,8 @@ absl::StatusOr<std::vector<T>> array_of(const BlobSource& blobs, const v1::BlobR
   return values;
 }
 
-/// How many straight pieces keep every segment within a twentieth of its width [as pbrt-v4 cuts its curves up], as far
-/// as Embree can at its full speed.
+/// How many straight pieces keep every segment within a twentieth of its width [as pbrt-v4 cuts its curves
+/// up], as far as Embree can at its full speed.
 std::int32_t pieces_of(const CurvesRecord& curves) {
   constexpr double kTolerance = 0.05;
   double most = 1;
@@ -41,14 +41,16 @@ std::int32_t pieces_of(const CurvesRecord& curves) {
       }
       bend = std::max(bend, std::sqrt(squared));
     }
-    // |B''| <= 6 bend for Bezier curves, bend for B-splines; a chord of 1 / n leaves the curve by |B''| / (8 n^2).
+    // |B''| <= 6 bend for Bezier curves, bend for B-splines; a chord of 1 / n leaves the curve by |B''| / (8
+    // n^2).
     const double second = (curves.bspline ? 1 : 6) * bend;
     if (radius > 0) most = std::max(most, std::sqrt(second / (8 * kTolerance * 2 * radius)));
   }
   return static_cast<std::int32_t>(std::clamp(std::ceil(most), 4.0, 16.0));
 }
 
-bool place_points(const std::vector<float>& values, const Transform& placed_from_object, CurvesRecord& curves) {
+bool place_points(const std::vector<float>& values, const Transform& placed_from_object,
+                  CurvesRecord& curves) {
   const double scale = std::cbrt(std::abs(placed_from_object.determinant()));
   bool sound = true;
   curves.points.resize(values.size() / 4);
@@ -64,12 +66,14 @@ bool place_points(const std::vector<float>& values, const Transform& placed_from
   return sound;
 }
 
-bool place_normals(const std::vector<float>& values, const Transform& object_from_placed, CurvesRecord& curves) {
+bool place_normals(const std::vector<float>& values, const Transform& object_from_placed,
+                   CurvesRecord& curves) {
   const auto& m = object_from_placed.m;
   curves.normals.reserve(values.size() + 1);
   for (std::size_t i = 0; i < values.size(); i += 3) {
     const double x = values[i], y = values[i + 1], z = values[i + 2];
-    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z, m[2] * x + m[6] * y + m[10] * z};
+    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
+                  m[2] * x + m[6] * y + m[10] * z};
     const double l = length(n);
     if (!(l > 0) || !std::isfinite(l)) return false;
     for (const double c : {n.x, n.y, n.z}) curves.normals.push_back(static_cast<float>(c / l));
@@ -97,11 +101,13 @@ absl::Status SceneBuilder::add_curves(const v1::Shape& shape, const Transform& p
   // The kernels gather floats with 32-bit indices.
   constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() / 8;
   if (curves.starts.empty() || count > kMost || curves.starts.size() > kMost) {
-    return absl::InvalidArgumentError(absl::StrCat("curves have 1 to ", kMost, " segments and control points"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("curves have 1 to ", kMost, " segments and control points"));
   }
   for (const std::uint32_t start : curves.starts) {
     if (count < 4 || start > count - 4) {
-      return absl::InvalidArgumentError(absl::StrCat("a segment begins at control point ", start, " of ", count));
+      return absl::InvalidArgumentError(
+          absl::StrCat("a segment begins at control point ", start, " of ", count));
     }
   }
   if (!place_points(*points, placed_from_object, curves)) {

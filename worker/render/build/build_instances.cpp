@@ -1,4 +1,5 @@
-// Objects, their instances, and what moves. A moving shape is an object of its own, placed by a moving instance.
+// Objects, their instances, and what moves. A moving shape is an object of its own, placed by a moving
+// instance.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -35,12 +36,13 @@ absl::StatusOr<bool> SceneBuilder::moves(const v1::Shape& shape, bool instanced,
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return false;
   if (instanced || !shape.has_area_light() || shape.has_curves()) return true;
-  warnings_.push_back(
-      absl::StrCat(where, ": shapes that emit light do not move; it stays where it is when the shutter opens"));
+  warnings_.push_back(absl::StrCat(
+      where, ": shapes that emit light do not move; it stays where it is when the shutter opens"));
   return false;
 }
 
-absl::StatusOr<SceneBuilder::MovingShape> SceneBuilder::build_moving_shape(const v1::Shape& shape, bool instanced,
+absl::StatusOr<SceneBuilder::MovingShape> SceneBuilder::build_moving_shape(const v1::Shape& shape,
+                                                                           bool instanced,
                                                                            const std::string& where) {
   auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
@@ -68,7 +70,8 @@ absl::Status SceneBuilder::build_moving_shapes(const std::vector<int>& shapes) {
     if (!moving.ok()) return located(moving.status(), where);
     if (moving->object < 0) continue;
     const auto place = [&](double time) { return moving->motion.at(time); };
-    if (auto s = add_instance(moving->object, moving->motion.segments(), place); !s.ok()) return located(s, where);
+    if (auto s = add_instance(moving->object, moving->motion.segments(), place); !s.ok())
+      return located(s, where);
     instance_names_.resize(arrays_.shapes.instances.size(), where);
   }
   return absl::OkStatus();
@@ -116,7 +119,8 @@ absl::StatusOr<Point> SceneBuilder::anchor_of(const v1::Object& object) const {
 
 absl::StatusOr<SceneBuilder::ObjectParts> SceneBuilder::build_object(const v1::Object& object) {
   const auto place = [&](int i) {
-    return absl::StrCat("object '", object.name(), "', ", place_in_scene("shape", i, object.shapes(i).name()));
+    return absl::StrCat("object '", object.name(), "', ",
+                        place_in_scene("shape", i, object.shapes(i).name()));
   };
   ShapeTable& table = arrays_.shapes;
   ObjectParts parts;
@@ -161,7 +165,8 @@ absl::Status SceneBuilder::build_instances() {
     const std::string where = place_in_scene("instance", index++, instance.object());
     const auto parts = objects_.find(instance.object());
     if (parts == objects_.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(where, ": object '", instance.object(), "' does not exist"));
+      return absl::InvalidArgumentError(
+          absl::StrCat(where, ": object '", instance.object(), "' does not exist"));
     }
     if (auto s = build_instance(instance, parts->second, where); !s.ok()) return located(s, where);
     instance_names_.resize(arrays_.shapes.instances.size(), where);
@@ -198,7 +203,8 @@ absl::Status SceneBuilder::build_instance(const v1::Instance& instance, const Ob
   }
   for (const MovingShape& part : parts.moving) {
     const auto place = [&](double time) { return motion->at(time) * part.motion.at(time); };
-    if (auto s = add_instance(part.object, segments_of_product(*motion, part.motion), place); !s.ok()) return s;
+    if (auto s = add_instance(part.object, segments_of_product(*motion, part.motion), place); !s.ok())
+      return s;
   }
   return absl::OkStatus();
 }

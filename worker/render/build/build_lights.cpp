@@ -37,7 +37,8 @@ Point unit(Point v) {
 
 /// Rows of the rotation into a frame with its z axis along `axis` and its x axis along `side`.
 absl::Status put_rotation(Point side, Point axis, float (&rows)[9]) {
-  if (!(length(side) > 0) || !(length(axis) > 0)) return absl::InvalidArgumentError("its orientation is not defined");
+  if (!(length(side) > 0) || !(length(axis) > 0))
+    return absl::InvalidArgumentError("its orientation is not defined");
   const Point x = unit(side), z = unit(axis), y = cross(z, x);
   int i = 0;
   for (const Point row : {x, y, z}) {
@@ -52,7 +53,8 @@ absl::Status SceneBuilder::place_light(const v1::Matrix& matrix, LightRecord& re
   const auto world_from_light = Transform::from_proto(matrix);
   if (!world_from_light.ok()) return world_from_light.status();
   Transform light_from_world;
-  if (!world_from_light->invert(light_from_world)) return absl::InvalidArgumentError("its transform is singular");
+  if (!world_from_light->invert(light_from_world))
+    return absl::InvalidArgumentError("its transform is singular");
   put(world_from_light->apply({0, 0, 0}) - camera_origin_, record.position);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
@@ -74,7 +76,8 @@ absl::Status SceneBuilder::set_light_texture(const std::string& name, LightRecor
 absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) {
   if (light.portal().empty()) return absl::OkStatus();
   if (algorithm_->starts_at_lights) {
-    return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithm_->name, "' cannot begin at a portal"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("integrator '", algorithm_->name, "' cannot begin at a portal"));
   }
   if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
   const Point p0 = point_of(light.portal(0));
@@ -95,11 +98,12 @@ absl::Status SceneBuilder::build_lights() {
   arrays_.lights.textures = &arrays_.textures;
   int index = 0;
   for (const v1::Light& light : scene_.lights()) {
-    const std::string where =
-        light.name().empty() ? absl::StrCat("light ", index) : absl::StrCat("light ", index, " (", light.name(), ")");
+    const std::string where = light.name().empty() ? absl::StrCat("light ", index)
+                                                   : absl::StrCat("light ", index, " (", light.name(), ")");
     ++index;
     const float scale = light.has_scale() ? light.scale() : 1;
-    if (!std::isfinite(scale)) return absl::InvalidArgumentError(absl::StrCat(where, ": its scale is not finite"));
+    if (!std::isfinite(scale))
+      return absl::InvalidArgumentError(absl::StrCat(where, ": its scale is not finite"));
     if (auto s = add_light(light, scale); !s.ok()) return located(s, where);
   }
   return absl::OkStatus();
@@ -132,7 +136,8 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
       record.profile = spot.falloff() == v1::SpotLight::LINEAR ? kLinearAngle : kPlainProfile;
       if (status.ok() && !spot.texture().empty()) {
         if (cone >= 90)
-          return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
+          return absl::InvalidArgumentError(
+              "a spot light with a texture needs a cone angle below 90 degrees");
         record.tan_x = record.tan_y = static_cast<float>(std::tan(cone * kDegree));
         status = put_rotation(cross(point_of(spot.up()), axis), axis, record.vertices);
         if (status.ok()) status = set_light_texture(spot.texture(), record);
@@ -150,7 +155,8 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
       record.profile = projection.even_screen() ? kEvenScreen : kPlainProfile;
       const double aspect = projection.has_aspect() ? projection.aspect() : 1, fov = projection.fov_degrees();
       if (!(fov > 0 && fov < 180) || !(aspect > 0 && std::isfinite(aspect))) {
-        return absl::InvalidArgumentError("its field of view is not in (0, 180) degrees, or its aspect not above 0");
+        return absl::InvalidArgumentError(
+            "its field of view is not in (0, 180) degrees, or its aspect not above 0");
       }
       const double tangent = std::tan(fov * kDegree / 2);
       record.tan_x = static_cast<float>(tangent * std::max(aspect, 1.0));
@@ -180,7 +186,8 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
   auto world_from_light = Transform::from_proto(light.world_from_light());
   if (!world_from_light.ok()) return world_from_light.status();
   Transform light_from_world;
-  if (!world_from_light->invert(light_from_world)) return absl::InvalidArgumentError("its transform is singular");
+  if (!world_from_light->invert(light_from_world))
+    return absl::InvalidArgumentError("its transform is singular");
 
   // Paths from lights and portals have no other way to what is not sampled.
   const bool compensate = !algorithm_->starts_at_lights && light.portal().empty();
@@ -223,7 +230,8 @@ absl::Status SceneBuilder::add_area_lights(const v1::AreaLight& light, std::int3
   std::vector<LightRecord>& lights = arrays_.lights.lights;
   const std::size_t first = lights.size();
   const float pick = light.interpolated_normal_pick();
-  if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("area light: a probability is not within 0 and 1");
+  if (!(pick >= 0 && pick <= 1))
+    return absl::InvalidArgumentError("area light: a probability is not within 0 and 1");
   append_area_lights(arrays_.shapes, shape, radiance, light.two_sided(), textured.texture, lights, pick);
   for (std::size_t i = first; i < lights.size(); ++i) {
     arrays_.lights.any_interpolated = arrays_.lights.any_interpolated || lights[i].profile == kInterpolated;
@@ -239,9 +247,10 @@ absl::Status SceneBuilder::build_light_selection(float scene_radius) {
   if (light_selection_ == LightSelection::kTree || (light_selection_ == LightSelection::kAuto && many)) {
     lights.tree = build_light_tree(lights);
   }
-  lights.uses_normals =
-      !lights.tree.empty() || std::any_of(lights.lights.begin(), lights.lights.end(),
-                                          [](const LightRecord& light) { return light.kind == LightKind::kRectangle; });
+  lights.uses_normals = !lights.tree.empty() ||
+                        std::any_of(lights.lights.begin(), lights.lights.end(), [](const LightRecord& light) {
+                          return light.kind == LightKind::kRectangle;
+                        });
   return absl::OkStatus();
 }
 

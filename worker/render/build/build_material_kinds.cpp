@@ -15,7 +15,9 @@ namespace {
 constexpr int kAlphaU = 0, kAlphaV = 1, kEta = 2;
 constexpr float kSmoothAlpha = 1e-3f;  // as in bsdf/microfacet.h
 
-void put(const Rgb& rgb, SpectrumSlot& slot) { slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b; }
+void put(const Rgb& rgb, SpectrumSlot& slot) {
+  slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b;
+}
 
 SampledCurve curve(const v1::Spectrum& spectrum) {
   if (spectrum.has_sampled()) {
@@ -43,7 +45,8 @@ bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 
 
 }  // namespace
 
-absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
+absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& conductor,
+                                               MaterialRecord& record) {
   record.flags |= kUsesSecondSpectrum;
   if (conductor.has_reflectance()) {
     if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]); !s.ok()) return s;
@@ -92,7 +95,8 @@ absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectr
   if (auto s = set_tint(dielectric.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
   if (auto s = set_tint(dielectric.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
   if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
-  if (auto s = set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+  if (auto s =
+          set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
       !s.ok()) {
     return s;
   }
@@ -101,7 +105,8 @@ absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectr
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, MaterialRecord& record) {
+absl::Status SceneBuilder::set_thin_dielectric(const v1::ThinDielectricMaterial& sheet,
+                                               MaterialRecord& record) {
   record.kind = BsdfKind::kThinDielectric;
   record.flags |= kAllDelta | kUsesEta;
   if (sheet.passes_straight()) record.flags |= kPassesStraight;
@@ -117,8 +122,10 @@ absl::Status SceneBuilder::set_coat(const v1::CoatedDiffuseMaterial& coat, const
   record.kind = BsdfKind::kCoatedDiffuse;
   record.flags |= kUsesAlphas | kUsesEta;
   if (auto s = set_eta(coat.eta(), 1.5f, record); !s.ok()) return s;
-  if (auto s = set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
-  if (auto s = set_roughness(coat.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]); !s.ok()) {
+  if (auto s = set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+    return s;
+  if (auto s = set_roughness(coat.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+      !s.ok()) {
     return s;
   }
   const float thickness = coat.has_thickness() ? coat.thickness() : 0;
@@ -138,15 +145,18 @@ absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, Mater
   record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta;
   if (plastic.nonlinear()) record.flags |= kNonlinear;
   if (auto s = set_eta(plastic.eta(), kUsualEta, record); !s.ok()) return s;
-  if (auto s = set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+    return s;
   if (auto s = set_tint(plastic.tint(), record, record.spectra[1]); !s.ok()) return s;
   ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
   if (auto s = set_roughness(plastic.roughness(), record, u, v); !s.ok()) return s;
   if (u.texture >= 0 || v.texture >= 0 || u.value != v.value) {
-    return absl::InvalidArgumentError("the roughness of a plastic must be constant and the same along u and v");
+    return absl::InvalidArgumentError(
+        "the roughness of a plastic must be constant and the same along u and v");
   }
   if (u.value < kSmoothAlpha) u.value = v.value = 0;
-  const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0, (record.flags & kSeparableMasking) != 0};
+  const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0,
+                              (record.flags & kSeparableMasking) != 0};
   const auto [table, added] = plastic_tables_.try_emplace(
       {record.scalars[kEta].value, u.value, record.flags & (kBeckmann | kSeparableMasking)}, 0);
   if (added) table->second = append_plastic_table(record.scalars[kEta].value, facets, arrays_.materials);
@@ -154,8 +164,8 @@ absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, Mater
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMaterial& coated, const std::string& name,
-                                                MaterialRecord& record) {
+absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMaterial& coated,
+                                                const std::string& name, MaterialRecord& record) {
   record.kind = BsdfKind::kCoatedConductor;
   record.flags |= kUsesAlphas | kUsesEta;
   ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
@@ -169,7 +179,8 @@ absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMateria
   if (is_smooth(record) && smooth_base) record.flags |= kAllDelta;
   if (record.flags & (kBeckmann | kSeparableMasking)) {
     record.flags &= ~(kBeckmann | kSeparableMasking);
-    warnings_.push_back(absl::StrCat("material '", name, "': its microfacets are GGX with correlated masking"));
+    warnings_.push_back(
+        absl::StrCat("material '", name, "': its microfacets are GGX with correlated masking"));
   }
   const float thickness = coated.has_thickness() ? coated.thickness() : 0;
   if (!(thickness >= 0) || !std::isfinite(thickness))
@@ -215,20 +226,26 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
     const v1::FloatValue& value;
     float otherwise;
     ScalarSlot& slot;
-  } scalars[] = {
-      {principled.roughness(), 0.5f, record.scalars[0]},      {principled.anisotropic(), 0, record.scalars[1]},
-      {principled.specular(), 0.5f, record.scalars[kEta]},    {principled.metallic(), 0, extended.scalars[0]},
-      {principled.spec_trans(), 0, extended.scalars[1]},      {principled.spec_tint(), 0, extended.scalars[2]},
-      {principled.sheen(), 0, extended.scalars[3]},           {principled.sheen_tint(), 0, extended.scalars[4]},
-      {principled.flatness(), 0, extended.scalars[5]},        {principled.clearcoat(), 0, extended.scalars[6]},
-      {principled.clearcoat_gloss(), 0, extended.scalars[7]}, {principled.diff_trans(), 0, extended.scalars[8]}};
+  } scalars[] = {{principled.roughness(), 0.5f, record.scalars[0]},
+                 {principled.anisotropic(), 0, record.scalars[1]},
+                 {principled.specular(), 0.5f, record.scalars[kEta]},
+                 {principled.metallic(), 0, extended.scalars[0]},
+                 {principled.spec_trans(), 0, extended.scalars[1]},
+                 {principled.spec_tint(), 0, extended.scalars[2]},
+                 {principled.sheen(), 0, extended.scalars[3]},
+                 {principled.sheen_tint(), 0, extended.scalars[4]},
+                 {principled.flatness(), 0, extended.scalars[5]},
+                 {principled.clearcoat(), 0, extended.scalars[6]},
+                 {principled.clearcoat_gloss(), 0, extended.scalars[7]},
+                 {principled.diff_trans(), 0, extended.scalars[8]}};
   for (const auto& [value, otherwise, slot] : scalars) {
     if (auto s = set_scalar(value, otherwise, record, slot); !s.ok()) return s;
     // As the textured ones; the index is not one of these yet.
     const float highest = &slot == &extended.scalars[8] ? 2.0f : 1.0f;
     if (&slot != &record.scalars[kEta]) slot.value = std::clamp(slot.value, 0.0f, highest);
   }
-  if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok()) return s;
+  if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+    return s;
   if (!is_zero(record.scalars[1])) record.flags |= kAnisotropic;
   const bool transmits = !principled.thin() && !is_zero(extended.scalars[1]);
   if (transmits) record.flags |= kHasInside;
@@ -240,7 +257,8 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
   } else if (eta.texture >= 0) {
     record.flags |= kEtaFromSpecular;
   } else {
-    if (eta.value < 0 || eta.value > 1) return absl::InvalidArgumentError("its specular is not between 0 and 1");
+    if (eta.value < 0 || eta.value > 1)
+      return absl::InvalidArgumentError("its specular is not between 0 and 1");
     eta.value = eta_from_specular(transmits && eta.value == 0 ? 1e-3f : eta.value);
   }
   return eta.texture >= 0 ? absl::OkStatus() : check_eta(eta.value);
@@ -250,9 +268,11 @@ absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissio
                                                     MaterialRecord& record) {
   record.kind = BsdfKind::kDiffuseTransmission;
   record.flags |= kUsesSecondSpectrum;
-  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]); !s.ok())
+  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]);
+      !s.ok())
     return s;
-  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]); !s.ok())
+  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]);
+      !s.ok())
     return s;
   const float scale = material.has_scale() ? material.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");

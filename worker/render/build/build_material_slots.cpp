@@ -10,12 +10,14 @@ namespace {
 
 constexpr int kEta = 2;  // slot
 
-void put(const Rgb& rgb, SpectrumSlot& slot) { slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b; }
+void put(const Rgb& rgb, SpectrumSlot& slot) {
+  slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b;
+}
 
 }  // namespace
 
-absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record,
-                                        SpectrumSlot& slot) {
+absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise,
+                                        MaterialRecord& record, SpectrumSlot& slot) {
   if (value.has_texture()) {
     auto node = texture_node(value.texture());
     if (!node.ok()) return node.status();
@@ -53,14 +55,16 @@ absl::Status SceneBuilder::set_scalar(const v1::FloatValue& value, float otherwi
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::set_tint(const v1::SpectrumValue& value, MaterialRecord& record, SpectrumSlot& slot) {
+absl::Status SceneBuilder::set_tint(const v1::SpectrumValue& value, MaterialRecord& record,
+                                    SpectrumSlot& slot) {
   if (auto s = set_spectrum(value, {1, 1, 1}, record, slot); !s.ok()) return s;
-  if (slot.texture >= 0 || slot.value[0] != 1 || slot.value[1] != 1 || slot.value[2] != 1) record.flags |= kTinted;
+  if (slot.texture >= 0 || slot.value[0] != 1 || slot.value[1] != 1 || slot.value[2] != 1)
+    record.flags |= kTinted;
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u,
-                                         ScalarSlot& v) {
+absl::Status SceneBuilder::set_roughness(const v1::Roughness& roughness, MaterialRecord& record,
+                                         ScalarSlot& u, ScalarSlot& v) {
   if (roughness.remap()) record.flags |= kRemapAlpha;
   if (roughness.distribution() == v1::Roughness::BECKMANN) record.flags |= kBeckmann;
   if (roughness.separable_masking()) record.flags |= kSeparableMasking;
@@ -96,7 +100,8 @@ absl::Status SceneBuilder::check_eta(float eta) {
       absl::StrCat("an index of refraction of ", eta, " is not between ", kLowest, " and ", kHighest));
 }
 
-void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float eta, MaterialRecord& record) {
+void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float eta,
+                                           MaterialRecord& record) {
   if (roughness.has_multiple_scattering() && !roughness.multiple_scattering()) return;
   if (record.flags & kAllDelta) return;
   const ScalarSlot &u = record.scalars[0], &v = record.scalars[1];

@@ -10,8 +10,8 @@ namespace tessera::render {
 
 namespace {
 
-/// Step in u and v for differences of the texture at `node`: within a texel, where bilinear textures are linear, and as
-/// pbrt's for those that are not made of images.
+/// Step in u and v for differences of the texture at `node`: within a texel, where bilinear textures are
+/// linear, and as pbrt's for those that are not made of images.
 float difference_step(const TextureTable& table, int node) {
   constexpr float kPartOfTexel = 1.0f / 32, kUsual = 0.0005f;
   const TextureNode& texture = table.nodes[static_cast<std::size_t>(node)];
@@ -34,7 +34,8 @@ float difference_step(const TextureTable& table, int node) {
 absl::StatusOr<int> SceneBuilder::material_index(const std::string& name) const {
   if (name.empty()) return default_material_;
   const auto it = materials_.find(name);
-  if (it == materials_.end()) return absl::InvalidArgumentError(absl::StrCat("material '", name, "' does not exist"));
+  if (it == materials_.end())
+    return absl::InvalidArgumentError(absl::StrCat("material '", name, "' does not exist"));
   return it->second;
 }
 
@@ -43,7 +44,8 @@ absl::Status SceneBuilder::build_materials() {
   default_material_ = scene_.materials_size();
   for (const v1::Material& material : scene_.materials()) {
     if (!materials_.emplace(material.name(), static_cast<int>(materials_.size())).second) {
-      return absl::InvalidArgumentError(absl::StrCat("material '", material.name(), "': the name is used twice"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("material '", material.name(), "': the name is used twice"));
     }
   }
   for (const v1::Material& material : scene_.materials()) {
@@ -63,8 +65,8 @@ absl::Status SceneBuilder::build_materials() {
 }
 
 absl::Status SceneBuilder::check_mixes() const {
-  // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a surface
-  // needs no look, as light only gets there once.
+  // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a
+  // surface needs no look, as light only gets there once.
   constexpr int kUnknown = -1, kOnThePath = -2;
   const auto& records = arrays_.materials.materials;
   std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
@@ -79,7 +81,8 @@ absl::Status SceneBuilder::check_mixes() const {
       nesting[i] = 1 + std::max(nesting[records[i].mix_a], nesting[records[i].mix_b]);
     }
     if (nesting[i] != kUnknown && above + nesting[i] <= wire::kMaxNesting) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat("more than ", wire::kMaxNesting, " mixes within one another"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("more than ", wire::kMaxNesting, " mixes within one another"));
   };
   for (const auto& [name, index] : materials_) {
     if (auto s = look(index, 0); !s.ok()) return located(s, absl::StrCat("material '", name, "'"));
@@ -100,22 +103,32 @@ absl::Status SceneBuilder::set_kind(const v1::Material& material, MaterialRecord
   switch (material.kind_case()) {
     case v1::Material::kDiffuse:
       return set_spectrum(material.diffuse().reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]);
-    case v1::Material::kConductor: return set_conductor(material.conductor(), record);
-    case v1::Material::kDielectric: return set_dielectric(material.dielectric(), record);
-    case v1::Material::kThinDielectric: return set_thin_dielectric(material.thin_dielectric(), record);
-    case v1::Material::kCoatedDiffuse: return set_coat(material.coated_diffuse(), material.name(), record);
-    case v1::Material::kPlastic: return set_plastic(material.plastic(), record);
+    case v1::Material::kConductor:
+      return set_conductor(material.conductor(), record);
+    case v1::Material::kDielectric:
+      return set_dielectric(material.dielectric(), record);
+    case v1::Material::kThinDielectric:
+      return set_thin_dielectric(material.thin_dielectric(), record);
+    case v1::Material::kCoatedDiffuse:
+      return set_coat(material.coated_diffuse(), material.name(), record);
+    case v1::Material::kPlastic:
+      return set_plastic(material.plastic(), record);
     case v1::Material::kCoatedConductor:
       return set_coated_conductor(material.coated_conductor(), material.name(), record);
-    case v1::Material::kHair: return set_hair(material.hair(), record);
-    case v1::Material::kPrincipled: return set_principled(material.principled(), record);
-    case v1::Material::kDiffuseTransmission: return set_diffuse_transmission(material.diffuse_transmission(), record);
-    case v1::Material::kMix: return set_mix(material.mix(), record);
+    case v1::Material::kHair:
+      return set_hair(material.hair(), record);
+    case v1::Material::kPrincipled:
+      return set_principled(material.principled(), record);
+    case v1::Material::kDiffuseTransmission:
+      return set_diffuse_transmission(material.diffuse_transmission(), record);
+    case v1::Material::kMix:
+      return set_mix(material.mix(), record);
     case v1::Material::kInterface:
       record.kind = BsdfKind::kInterface;
       record.flags |= kAllDelta;
       return absl::OkStatus();
-    case v1::Material::KIND_NOT_SET: break;
+    case v1::Material::KIND_NOT_SET:
+      break;
   }
   return absl::InvalidArgumentError("its kind is missing or unknown");
 }

@@ -12,11 +12,12 @@ namespace {
 /// The kernels gather samples with 32-bit indices.
 constexpr std::size_t kMostSamples = std::size_t{1} << 30;
 
-/// Free flights through a medium with a grid take as many steps as its majorants are thick in the mean: what is denser
-/// than this, corner to corner, would take seconds a path.
+/// Free flights through a medium with a grid take as many steps as its majorants are thick in the mean: what
+/// is denser than this, corner to corner, would take seconds a path.
 constexpr double kLargestOpticalDepth = 1e6;
 
-/// Of the largest majorant along all three edges of the bounds, which no straight way through them is longer than.
+/// Of the largest majorant along all three edges of the bounds, which no straight way through them is longer
+/// than.
 double largest_optical_depth(const MediumRecord& medium) {
   Transform bounds_from_render, render_from_bounds;
   std::copy_n(medium.bounds_from_render.m, 12, bounds_from_render.m.begin());
@@ -43,7 +44,8 @@ absl::Status SceneBuilder::build_media() {
   }
   for (const v1::Medium& medium : scene_.media()) {
     MediumRecord record;
-    if (auto s = build_medium(medium, record); !s.ok()) return located(s, absl::StrCat("medium '", medium.name(), "'"));
+    if (auto s = build_medium(medium, record); !s.ok())
+      return located(s, absl::StrCat("medium '", medium.name(), "'"));
     if (!media_.emplace(medium.name(), static_cast<int>(arrays_.media.media.size())).second) {
       return absl::InvalidArgumentError(absl::StrCat("medium '", medium.name(), "': the name is used twice"));
     }
@@ -58,14 +60,17 @@ absl::Status SceneBuilder::build_media() {
 absl::StatusOr<int> SceneBuilder::medium_index(const std::string& name) const {
   if (name.empty() || !algorithm_->media) return -1;
   const auto it = media_.find(name);
-  if (it == media_.end()) return absl::InvalidArgumentError(absl::StrCat("medium '", name, "' does not exist"));
+  if (it == media_.end())
+    return absl::InvalidArgumentError(absl::StrCat("medium '", name, "' does not exist"));
   return it->second;
 }
 
 absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& record) {
   const float scale = medium.has_scale() ? medium.scale() : 1;
-  if (!std::isfinite(scale) || scale < 0) return absl::InvalidArgumentError("its scale is negative or not finite");
-  if (!(medium.g() > -1 && medium.g() < 1)) return absl::InvalidArgumentError("its asymmetry g is not within (-1, 1)");
+  if (!std::isfinite(scale) || scale < 0)
+    return absl::InvalidArgumentError("its scale is negative or not finite");
+  if (!(medium.g() > -1 && medium.g() < 1))
+    return absl::InvalidArgumentError("its asymmetry g is not within (-1, 1)");
   record.g = medium.g();
   if (auto s = set_medium_value(medium.extinction(), 1, scale, record.sigma_t); !s.ok())
     return located(s, "extinction");
@@ -74,7 +79,8 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
   if (auto s = set_medium_value(scattering, 0, medium.has_sigma_s() ? scale : 1, record.albedo); !s.ok()) {
     return located(s, "scattering");
   }
-  if (auto s = set_medium_value(medium.emission(), 0, 1, record.emission); !s.ok()) return located(s, "emission");
+  if (auto s = set_medium_value(medium.emission(), 0, 1, record.emission); !s.ok())
+    return located(s, "emission");
   record.emits = !black({record.emission.value[0], record.emission.value[1], record.emission.value[2]});
 
   int bounds = -1;
@@ -92,8 +98,8 @@ absl::Status SceneBuilder::build_medium(const v1::Medium& medium, MediumRecord& 
     }
     build_majorants(arrays_.media, record);
     if (const double depth = largest_optical_depth(record); !(depth <= kLargestOpticalDepth)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("its optical depth from corner to corner, ", depth, ", is above ", kLargestOpticalDepth));
+      return absl::InvalidArgumentError(absl::StrCat("its optical depth from corner to corner, ", depth,
+                                                     ", is above ", kLargestOpticalDepth));
     }
     return absl::OkStatus();
   }
@@ -147,9 +153,11 @@ absl::StatusOr<int> SceneBuilder::density_grid(const v1::VolumeGrid& grid) {
   const auto volume = wire::decode_volume(bytes->bytes);
   if (!volume.ok()) return located(volume.status(), absl::StrCat("volume ", grid.blob().digest()));
   if (volume->channels != 1 && volume->channels != 3) {
-    return absl::InvalidArgumentError(absl::StrCat("a grid has ", volume->channels, " channels instead of 1 or 3"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("a grid has ", volume->channels, " channels instead of 1 or 3"));
   }
-  if (volume->samples.size() > kMostSamples) return absl::ResourceExhaustedError("a grid has more than 2^30 samples");
+  if (volume->samples.size() > kMostSamples)
+    return absl::ResourceExhaustedError("a grid has more than 2^30 samples");
   if (std::any_of(volume->samples.begin(), volume->samples.end(), [](float x) { return x < 0; })) {
     return absl::InvalidArgumentError("a grid has a negative sample");
   }

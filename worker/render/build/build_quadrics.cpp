@@ -79,7 +79,8 @@ absl::Status SceneBuilder::add_sdf_grid(const v1::Shape& shape, const Transform&
         "a grid of distances has one channel and 2 to 2^30 samples, at least two along each axis");
   }
   Transform object_from_placed;
-  if (!placed_from_object.invert(object_from_placed)) return absl::InvalidArgumentError("its transform is singular");
+  if (!placed_from_object.invert(object_from_placed))
+    return absl::InvalidArgumentError("its transform is singular");
   if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
   SdfGridRecord grid;
   grid.render_from_object = placed_from_object.to_affine();

@@ -14,8 +14,8 @@ namespace {
 
 /// Of `choices`, the one called `name`, or the first when `name` is empty. InvalidArgument names them all.
 template <class T>
-absl::Status choose(const char* what, const std::string& name, std::initializer_list<std::pair<const char*, T>> choices,
-                    T& choice) {
+absl::Status choose(const char* what, const std::string& name,
+                    std::initializer_list<std::pair<const char*, T>> choices, T& choice) {
   std::string all;
   for (const auto& [own, value] : choices) {
     if (name.empty() || name == own) {
@@ -33,34 +33,35 @@ absl::Status SceneBuilder::build_algorithms() {
   const v1::RenderSettings& settings = job_.settings();
   if (auto s = wire::check_algorithm(job_); !s.ok()) return s;
   algorithm_ = wire::find_algorithm(settings.integrator());
-  if (auto s =
-          choose("sampler", settings.sampler(),
-                 {{"sobol", SamplerKind::kSobol}, {"independent", SamplerKind::kIndependent}}, tables_.sampler.kind);
+  if (auto s = choose("sampler", settings.sampler(),
+                      {{"sobol", SamplerKind::kSobol}, {"independent", SamplerKind::kIndependent}},
+                      tables_.sampler.kind);
       !s.ok()) {
     return s;
   }
-  if (auto s = choose("intersection", settings.intersection(),
-                      {{"auto", Intersection::kAuto}, {"fast", Intersection::kFast}, {"robust", Intersection::kRobust}},
-                      intersection_);
+  if (auto s = choose(
+          "intersection", settings.intersection(),
+          {{"auto", Intersection::kAuto}, {"fast", Intersection::kFast}, {"robust", Intersection::kRobust}},
+          intersection_);
       !s.ok()) {
     return s;
   }
   if (auto s = choose("traversal", settings.traversal(), {{"packet", false}, {"single", true}}, single_rays_);
       !s.ok())
     return s;
-  if (auto s = choose(
-          "light selection", settings.light_selection(),
-          {{"auto", LightSelection::kAuto},
-           {"tree", LightSelection::kTree},
-           {"mixed", LightSelection::kMixed},
-           {"power", LightSelection::kPower},
-           {"uniform", LightSelection::kUniform}},
-          light_selection_);
+  if (auto s = choose("light selection", settings.light_selection(),
+                      {{"auto", LightSelection::kAuto},
+                       {"tree", LightSelection::kTree},
+                       {"mixed", LightSelection::kMixed},
+                       {"power", LightSelection::kPower},
+                       {"uniform", LightSelection::kUniform}},
+                      light_selection_);
       !s.ok()) {
     return s;
   }
   bool by_chance = false;
-  if (auto s = choose("direct light", settings.direct_light(), {{"mis", false}, {"bsdf", true}}, by_chance); !s.ok())
+  if (auto s = choose("direct light", settings.direct_light(), {{"mis", false}, {"bsdf", true}}, by_chance);
+      !s.ok())
     return s;
   if (by_chance) light_selection_ = LightSelection::kNone;
   return absl::OkStatus();

@@ -32,7 +32,8 @@ void SceneBuilder::build_shading_groups() {
   tables_.shading_groups = static_cast<std::int32_t>((keys.size() + keys_a_group - 1) / keys_a_group);
   for (const ShapeRecord& shape : shapes) {
     const auto place = std::ranges::lower_bound(keys, key_of(shape)) - keys.begin();
-    tables_.shading_group.push_back(static_cast<std::uint8_t>(static_cast<std::size_t>(place) / keys_a_group));
+    tables_.shading_group.push_back(
+        static_cast<std::uint8_t>(static_cast<std::size_t>(place) / keys_a_group));
   }
 }
 

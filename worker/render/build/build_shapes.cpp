@@ -27,11 +27,13 @@ bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_ob
 }
 
 /// Shading normals through the inverse transpose, turned over when asked.
-void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed, bool turn, Vertex* vertices) {
+void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed, bool turn,
+                 Vertex* vertices) {
   const auto& m = object_from_placed.m;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const double x = mesh.normals[3 * i], y = mesh.normals[3 * i + 1], z = mesh.normals[3 * i + 2];
-    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z, m[2] * x + m[6] * y + m[10] * z};
+    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
+                  m[2] * x + m[6] * y + m[10] * z};
     const double l = length(n);
     const double scale = l > 0 && std::isfinite(l) ? (turn ? -1 : 1) / l : 0;
     vertices[i].normal[0] = static_cast<float>(n.x * scale);
@@ -42,8 +44,9 @@ void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed
 
 Point point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
 
-/// Winds triangles so that cross(p1 - p0, p2 - p0) is the geometric normal: on the side of the shading normals where
-/// there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when asked.
+/// Winds triangles so that cross(p1 - p0, p2 - p0) is the geometric normal: on the side of the shading
+/// normals where there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when
+/// asked.
 void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool with_normals, bool turn,
                       BigArray<std::uint32_t>& out) {
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -52,8 +55,8 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
     if (with_normals) {
       const Point p = point(vertices[a].position);
       const Point n = cross(point(vertices[b].position) - p, point(vertices[c].position) - p);
-      const double side =
-          dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) + dot(n, point(vertices[c].normal));
+      const double side = dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) +
+                          dot(n, point(vertices[c].normal));
       if (side != 0) swap = side < 0;
     }
     out.insert(out.end(), {a, swap ? c : b, swap ? b : c});
@@ -88,8 +91,8 @@ absl::Status SceneBuilder::build_shapes() {
   return build_instances();
 }
 
-absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
-                                       const std::string& where) {
+absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& placed_from_object,
+                                       bool instanced, const std::string& where) {
   ShapeRecord record;
   const auto material = material_index(shape.material());
   if (!material.ok()) return material.status();
@@ -107,7 +110,8 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
     case v1::Shape::kSphere:
     case v1::Shape::kDisk:
     case v1::Shape::kCylinder:
-      if (record.flags & kHasAlpha) warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
+      if (record.flags & kHasAlpha)
+        warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
       if (auto s = add_quadric(shape, placed_from_object, record); !s.ok()) return s;
       break;
     case v1::Shape::kSdfGrid:
@@ -132,14 +136,16 @@ absl::Status SceneBuilder::build_shape(const v1::Shape& shape, const Transform& 
     return absl::OkStatus();
   }
   if (instanced) {
-    warnings_.push_back(absl::StrCat(where, ": shapes of an object cannot emit light; its area light is left out"));
+    warnings_.push_back(
+        absl::StrCat(where, ": shapes of an object cannot emit light; its area light is left out"));
     return absl::OkStatus();
   }
   return add_area_lights(shape.area_light(), shape_index);
 }
 
 absl::Status SceneBuilder::set_media(const v1::Shape& shape, ShapeRecord& record) {
-  const auto interior = medium_index(shape.interior_medium()), exterior = medium_index(shape.exterior_medium());
+  const auto interior = medium_index(shape.interior_medium()),
+             exterior = medium_index(shape.exterior_medium());
   if (!interior.ok()) return interior.status();
   if (!exterior.ok()) return exterior.status();
   if (*interior == *exterior) return absl::OkStatus();
@@ -162,7 +168,8 @@ absl::Status SceneBuilder::set_alpha(const v1::Shape& shape, ShapeRecord& record
   return absl::OkStatus();
 }
 
-absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& placed_from_object, ShapeRecord& record) {
+absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& placed_from_object,
+                                    ShapeRecord& record) {
   const auto bytes = blobs_(shape.mesh().blob().digest());
   if (!bytes.ok()) return located(bytes.status(), absl::StrCat("mesh ", shape.mesh().blob().digest()));
   const auto mesh = wire::decode_mesh(bytes->bytes);
@@ -174,7 +181,8 @@ absl::Status SceneBuilder::add_mesh(const v1::Shape& shape, const Transform& pla
   constexpr std::size_t kMost =
       std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
   if (vertices > kMost || triangles > kMost) {
-    return absl::ResourceExhaustedError(absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
   }
   record.kind = ShapeKind::kTriangles;
   record.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);

@@ -35,11 +35,16 @@ absl::Status located(const absl::Status& status, const std::string& where) {
 
 Rgb emission(const v1::Spectrum& spectrum) {
   switch (spectrum.kind_case()) {
-    case v1::Spectrum::kRgb: return {spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()};
-    case v1::Spectrum::kConstant: return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
-    case v1::Spectrum::kSampled: return emission_rgb(curve_of(spectrum.sampled()));
-    case v1::Spectrum::kBlackbody: return blackbody_rgb(spectrum.blackbody().kelvin());
-    case v1::Spectrum::KIND_NOT_SET: break;
+    case v1::Spectrum::kRgb:
+      return {spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()};
+    case v1::Spectrum::kConstant:
+      return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
+    case v1::Spectrum::kSampled:
+      return emission_rgb(curve_of(spectrum.sampled()));
+    case v1::Spectrum::kBlackbody:
+      return blackbody_rgb(spectrum.blackbody().kelvin());
+    case v1::Spectrum::KIND_NOT_SET:
+      break;
   }
   return {};
 }
@@ -50,7 +55,9 @@ Rgb reflectance(const v1::Spectrum& spectrum) {
 }
 
 absl::Status check_spectrum(const v1::Spectrum& spectrum, const char* what) {
-  const auto bad = [&](auto... reason) { return absl::InvalidArgumentError(absl::StrCat(what, ": ", reason...)); };
+  const auto bad = [&](auto... reason) {
+    return absl::InvalidArgumentError(absl::StrCat(what, ": ", reason...));
+  };
   const v1::SampledSpectrum& sampled = spectrum.sampled();
   if (spectrum.has_sampled()) {
     if (sampled.values().empty() || sampled.values_size() != sampled.wavelengths_nm_size()) {
@@ -67,7 +74,8 @@ absl::Status check_spectrum(const v1::Spectrum& spectrum, const char* what) {
     return absl::OkStatus();
   }
   const Rgb rgb = emission(spectrum);
-  if (!std::isfinite(rgb.r) || !std::isfinite(rgb.g) || !std::isfinite(rgb.b)) return bad("a colour is not finite");
+  if (!std::isfinite(rgb.r) || !std::isfinite(rgb.g) || !std::isfinite(rgb.b))
+    return bad("a colour is not finite");
   return absl::OkStatus();
 }
 

@@ -13,19 +13,27 @@ constexpr int kInProgress = -2;
 
 TexelEncoding encoding_of(const v1::ImageTexture& image) {
   switch (image.encoding()) {
-    case v1::ImageTexture::LINEAR: return TexelEncoding::kLinear;
-    case v1::ImageTexture::SRGB: return TexelEncoding::kSrgb;
-    case v1::ImageTexture::GAMMA: return TexelEncoding::kGamma;
-    default: return TexelEncoding::kAuto;
+    case v1::ImageTexture::LINEAR:
+      return TexelEncoding::kLinear;
+    case v1::ImageTexture::SRGB:
+      return TexelEncoding::kSrgb;
+    case v1::ImageTexture::GAMMA:
+      return TexelEncoding::kGamma;
+    default:
+      return TexelEncoding::kAuto;
   }
 }
 
 WrapMode wrap_of(const v1::ImageTexture& image) {
   switch (image.wrap()) {
-    case v1::ImageTexture::CLAMP: return WrapMode::kClamp;
-    case v1::ImageTexture::BLACK: return WrapMode::kBlack;
-    case v1::ImageTexture::MIRROR: return WrapMode::kMirror;
-    default: return WrapMode::kRepeat;
+    case v1::ImageTexture::CLAMP:
+      return WrapMode::kClamp;
+    case v1::ImageTexture::BLACK:
+      return WrapMode::kBlack;
+    case v1::ImageTexture::MIRROR:
+      return WrapMode::kMirror;
+    default:
+      return WrapMode::kRepeat;
   }
 }
 
@@ -77,7 +85,8 @@ absl::Status SceneBuilder::decode_images() {
 absl::Status SceneBuilder::build_textures() {
   for (const v1::Texture& texture : scene_.textures()) {
     if (!textures_.emplace(texture.name(), &texture).second) {
-      return absl::InvalidArgumentError(absl::StrCat("texture '", texture.name(), "': the name is used twice"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("texture '", texture.name(), "': the name is used twice"));
     }
   }
   for (const v1::Texture& texture : scene_.textures()) {
@@ -100,7 +109,8 @@ absl::StatusOr<int> SceneBuilder::named_node(const std::string& name) {
     return it->second;
   }
   const auto it = textures_.find(name);
-  if (it == textures_.end()) return absl::InvalidArgumentError(absl::StrCat("texture '", name, "' does not exist"));
+  if (it == textures_.end())
+    return absl::InvalidArgumentError(absl::StrCat("texture '", name, "' does not exist"));
   if (texture_nesting_ == wire::kMaxNesting) {
     return absl::InvalidArgumentError(
         absl::StrCat("texture '", name, "': more than ", wire::kMaxNesting, " textures within one another"));
@@ -124,8 +134,8 @@ absl::StatusOr<int> SceneBuilder::add_node(const v1::Texture& texture) {
     if (input >= 0) lookups += node_lookups_[static_cast<std::size_t>(input)];
   }
   if (lookups > wire::kMaxTextureLookups) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("it takes more than ", wire::kMaxTextureLookups, " look-ups of the textures that it is made of"));
+    return absl::InvalidArgumentError(absl::StrCat("it takes more than ", wire::kMaxTextureLookups,
+                                                   " look-ups of the textures that it is made of"));
   }
   nodes.push_back(*std::move(made));
   node_lookups_.push_back(lookups);
@@ -135,7 +145,8 @@ absl::StatusOr<int> SceneBuilder::add_node(const v1::Texture& texture) {
 absl::StatusOr<int> SceneBuilder::texture_input(const v1::SpectrumValue& value, const Rgb& otherwise) {
   if (value.has_texture()) return named_node(value.texture());
   if (auto s = check_spectrum(value.constant(), "input"); !s.ok()) return s;
-  arrays_.textures.nodes.push_back(constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
+  arrays_.textures.nodes.push_back(
+      constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
   return static_cast<int>(arrays_.textures.nodes.size()) - 1;
 }
 
@@ -156,10 +167,18 @@ absl::Status SceneBuilder::set_mapping(const v1::UvMapping& mapping, TextureNode
   node.u_from_v = mapping.u_from_v();
   node.v_from_u = mapping.v_from_u();
   switch (mapping.source()) {
-    case v1::UvMapping::SPHERICAL: node.source = UvSource::kSpherical; break;
-    case v1::UvMapping::CYLINDRICAL: node.source = UvSource::kCylindrical; break;
-    case v1::UvMapping::PLANAR: node.source = UvSource::kPlanar; break;
-    default: node.source = UvSource::kSurface; break;
+    case v1::UvMapping::SPHERICAL:
+      node.source = UvSource::kSpherical;
+      break;
+    case v1::UvMapping::CYLINDRICAL:
+      node.source = UvSource::kCylindrical;
+      break;
+    case v1::UvMapping::PLANAR:
+      node.source = UvSource::kPlanar;
+      break;
+    default:
+      node.source = UvSource::kSurface;
+      break;
   }
   node.plain_uv = node.source == UvSource::kSurface && node.u_from_v == 0 && node.v_from_u == 0;
   return set_texture_space(mapping.texture_from_world(), node);
@@ -169,13 +188,22 @@ absl::Status SceneBuilder::set_noise(const v1::NoiseTexture& noise, TextureNode&
   constexpr std::uint32_t kMostOctaves = 64;
   node.kind = TextureKind::kNoise;
   switch (noise.kind()) {
-    case v1::NoiseTexture::WRINKLED: node.noise = NoiseKind::kWrinkled; break;
-    case v1::NoiseTexture::WINDY: node.noise = NoiseKind::kWindy; break;
-    case v1::NoiseTexture::MARBLE: node.noise = NoiseKind::kMarble; break;
-    default: node.noise = NoiseKind::kFbm; break;
+    case v1::NoiseTexture::WRINKLED:
+      node.noise = NoiseKind::kWrinkled;
+      break;
+    case v1::NoiseTexture::WINDY:
+      node.noise = NoiseKind::kWindy;
+      break;
+    case v1::NoiseTexture::MARBLE:
+      node.noise = NoiseKind::kMarble;
+      break;
+    default:
+      node.noise = NoiseKind::kFbm;
+      break;
   }
   if (noise.octaves() > kMostOctaves) {
-    return absl::InvalidArgumentError(absl::StrCat("it has ", noise.octaves(), " octaves, more than ", kMostOctaves));
+    return absl::InvalidArgumentError(
+        absl::StrCat("it has ", noise.octaves(), " octaves, more than ", kMostOctaves));
   }
   if (noise.has_octaves()) node.octaves = static_cast<std::int32_t>(noise.octaves());
   if (noise.has_roughness()) node.roughness = noise.roughness();
@@ -197,7 +225,9 @@ absl::Status SceneBuilder::set_direction(const v1::Point3& world, TextureNode& n
 }
 
 void SceneBuilder::fold(TextureNode& node) const {
-  const auto input = [&](int i) -> const TextureNode& { return arrays_.textures.nodes[static_cast<std::size_t>(node.inputs[i])]; };
+  const auto input = [&](int i) -> const TextureNode& {
+    return arrays_.textures.nodes[static_cast<std::size_t>(node.inputs[i])];
+  };
   const int count = node.kind == TextureKind::kMix ? 3 : node.kind == TextureKind::kScale ? 2 : 0;
   for (int i = 0; i < count; ++i) {
     if (input(i).kind != TextureKind::kConstant) return;
@@ -225,7 +255,8 @@ absl::StatusOr<TextureNode> SceneBuilder::image_node(const v1::ImageTexture& ima
   node.invert = image.invert();
   node.scale = image.has_scale() ? image.scale() : 1;
   // An enum of the wire may have any value, and the kernels read the texels at this offset.
-  if (!v1::ImageTexture::Channel_IsValid(image.channel())) return absl::InvalidArgumentError("its channel is unknown");
+  if (!v1::ImageTexture::Channel_IsValid(image.channel()))
+    return absl::InvalidArgumentError("its channel is unknown");
   node.channel = image.channel() == v1::ImageTexture::ALL ? -1 : static_cast<int>(image.channel()) - 1;
   if (auto s = set_mapping(image.mapping(), node); !s.ok()) return s;
   if (!std::isfinite(node.scale)) return absl::InvalidArgumentError("its scale is not finite");
@@ -240,7 +271,8 @@ absl::StatusOr<TextureNode> SceneBuilder::make_node(const v1::Texture& texture) 
     case v1::Texture::kConstant:
       if (auto s = check_spectrum(texture.constant(), "constant"); !s.ok()) return s;
       return constant_node(reflectance(texture.constant()));
-    case v1::Texture::kImage: return image_node(texture.image());
+    case v1::Texture::kImage:
+      return image_node(texture.image());
     case v1::Texture::kCheckerboard:
       node.kind = TextureKind::kCheckerboard;
       node.solid = texture.checkerboard().solid();
@@ -272,19 +304,22 @@ absl::StatusOr<TextureNode> SceneBuilder::make_node(const v1::Texture& texture) 
       } else if (from.has_constant()) {
         amount.mutable_constant()->set_constant(from.constant());
       }
-      inputs = {{&texture.mix().a(), {0, 0, 0}}, {&texture.mix().b(), {1, 1, 1}}, {&amount, {0.5f, 0.5f, 0.5f}}};
+      inputs = {
+          {&texture.mix().a(), {0, 0, 0}}, {&texture.mix().b(), {1, 1, 1}}, {&amount, {0.5f, 0.5f, 0.5f}}};
       break;
     }
     case v1::Texture::kMeshAttribute: {
       node.kind = TextureKind::kMeshAttribute;
       node.scale = texture.mesh_attribute().has_scale() ? texture.mesh_attribute().scale() : 1;
       if (!std::isfinite(node.scale)) return absl::InvalidArgumentError("its scale is not finite");
-      const auto [it, added] = attributes_.try_emplace(texture.mesh_attribute().attribute(), arrays_.textures.attribute_names);
+      const auto [it, added] =
+          attributes_.try_emplace(texture.mesh_attribute().attribute(), arrays_.textures.attribute_names);
       if (added) ++arrays_.textures.attribute_names;
       node.attribute = it->second;
       return node;
     }
-    case v1::Texture::KIND_NOT_SET: return absl::InvalidArgumentError("its kind is missing or unknown");
+    case v1::Texture::KIND_NOT_SET:
+      return absl::InvalidArgumentError("its kind is missing or unknown");
   }
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     auto input = texture_input(*inputs[i].first, inputs[i].second);

@@ -24,7 +24,8 @@ double thread_cpu_seconds() { return wire::in_seconds(wire::thread_cpu_time()); 
 class LoadedScene final : public RenderScene {
  public:
   static absl::StatusOr<std::unique_ptr<RenderScene>> load(const v1::Scene& scene, const v1::JobSpec& job,
-                                                           const BlobSource& blobs, const LoadOptions& options) {
+                                                           const BlobSource& blobs,
+                                                           const LoadOptions& options) {
     const Kernel* const kernel = find_kernel(options.isa);
     if (!kernel) {
       return absl::FailedPreconditionError(
@@ -66,7 +67,8 @@ class LoadedScene final : public RenderScene {
     const bool finished = fill(result, tile, *content_->rays, stop, own);
     // The counter runs on while the thread waits for a processor, evenly over the stages.
     const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
-    own.times *= cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_.clock_ticks() - ticks, 1));
+    own.times *=
+        cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_.clock_ticks() - ticks, 1));
     stats += own;
     if (!finished) return absl::CancelledError("the tile was stopped");
     return result;

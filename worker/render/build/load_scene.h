@@ -28,8 +28,8 @@ struct BlobBytes {
 /// Where the scene's blobs come from, by digest. May block; called from several threads.
 using BlobSource = std::function<absl::StatusOr<BlobBytes>(const std::string& digest)>;
 
-/// What the scenes that are loaded at a time have in common, for load_scene(): it finds there what it need not build
-/// again. Holds nothing alive. Thread-safe.
+/// What the scenes that are loaded at a time have in common, for load_scene(): it finds there what it need
+/// not build again. Holds nothing alive. Thread-safe.
 class SharedContents {
  public:
   /// Null when there is nothing with that key.
@@ -61,15 +61,15 @@ struct LoadOptions {
   std::string isa;                     // one of supported_isas()
   int threads = 1;                     // for building
   SharedContents* contents = nullptr;  // of the scenes loaded before, where there may be any
-  // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most memory. Of the
-  // blobs only images are read from then on.
+  // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most
+  // memory. Of the blobs only images are read from then on.
   std::function<void()> geometry_read = {};
 };
 
-/// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but the film,
-/// the sampler, the depth of paths and, where it stands still, the camera's direction and lens) is shared with that.
-/// InvalidArgument names the element that is at fault ("shape 12
-/// (lamp): material 'x' does not exist"); errors of the blob source pass through.
+/// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but
+/// the film, the sampler, the depth of paths and, where it stands still, the camera's direction and lens) is
+/// shared with that. InvalidArgument names the element that is at fault ("shape 12 (lamp): material 'x' does
+/// not exist"); errors of the blob source pass through.
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options);
 

@@ -29,7 +29,8 @@ double determinant(const Matrix3& m) {
 Matrix3 product(const Matrix3& a, const Matrix3& b) {
   Matrix3 r;
   for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) r[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+    for (std::size_t j = 0; j < 3; ++j)
+      r[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
   }
   return r;
 }
@@ -48,8 +49,8 @@ Matrix3 difference(const Matrix3& a, const Matrix3& b) {
   return r;
 }
 
-/// The orthogonal matrix nearest to `m`, by Newton's iteration with scaling [Higham 1986]; its determinant has the sign of
-/// m's. None for matrices that are singular to working precision.
+/// The orthogonal matrix nearest to `m`, by Newton's iteration with scaling [Higham 1986]; its determinant
+/// has the sign of m's. None for matrices that are singular to working precision.
 std::optional<Matrix3> orthogonal_factor(const Matrix3& m) {
   // Of unit size, so that no square over- or underflows.
   const double size = norm(m);
@@ -84,10 +85,18 @@ Motion::Quaternion Motion::from_rotation(const Matrix3& r) {
   const auto largest = std::max_element(squares, squares + 4) - squares;
   Quaternion q;
   switch (largest) {
-    case 0: q = {1 + trace, r[7] - r[5], r[2] - r[6], r[3] - r[1]}; break;
-    case 1: q = {r[7] - r[5], 1 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6]}; break;
-    case 2: q = {r[2] - r[6], r[1] + r[3], 1 - r[0] + r[4] - r[8], r[5] + r[7]}; break;
-    default: q = {r[3] - r[1], r[2] + r[6], r[5] + r[7], 1 - r[0] - r[4] + r[8]}; break;
+    case 0:
+      q = {1 + trace, r[7] - r[5], r[2] - r[6], r[3] - r[1]};
+      break;
+    case 1:
+      q = {r[7] - r[5], 1 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6]};
+      break;
+    case 2:
+      q = {r[2] - r[6], r[1] + r[3], 1 - r[0] + r[4] - r[8], r[5] + r[7]};
+      break;
+    default:
+      q = {r[3] - r[1], r[2] + r[6], r[5] + r[7], 1 - r[0] - r[4] + r[8]};
+      break;
   }
   const double l = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   return {q.w / l, q.x / l, q.y / l, q.z / l};
@@ -96,13 +105,16 @@ Motion::Quaternion Motion::from_rotation(const Matrix3& r) {
 Motion::Matrix3 Motion::to_rotation(const Quaternion& q) {
   const double xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z;
   const double wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
-  return {1 - 2 * (yy + zz), 2 * (xy - wz),     2 * (xz + wy),     2 * (xy + wz),    1 - 2 * (xx + zz),
-          2 * (yz - wx),     2 * (xz - wy),     2 * (yz + wx),     1 - 2 * (xx + yy)};
+  return {1 - 2 * (yy + zz), 2 * (xy - wz), 2 * (xz + wy), 2 * (xy + wz),    1 - 2 * (xx + zz),
+          2 * (yz - wx),     2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)};
 }
 
 double Motion::angle_between(const Quaternion& a, const Quaternion& b) {
-  const auto size = [](double w, double x, double y, double z) { return std::sqrt(w * w + x * x + y * y + z * z); };
-  return 2 * std::atan2(size(a.w - b.w, a.x - b.x, a.y - b.y, a.z - b.z), size(a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z));
+  const auto size = [](double w, double x, double y, double z) {
+    return std::sqrt(w * w + x * x + y * y + z * z);
+  };
+  return 2 * std::atan2(size(a.w - b.w, a.x - b.x, a.y - b.y, a.z - b.z),
+                        size(a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z));
 }
 
 Motion::Quaternion Motion::slerp(double t, const Quaternion& a, const Quaternion& b) {
@@ -112,7 +124,8 @@ Motion::Quaternion Motion::slerp(double t, const Quaternion& a, const Quaternion
     from = std::sin((1 - t) * angle) / std::sin(angle);
     to = std::sin(t * angle) / std::sin(angle);
   }
-  const Quaternion q{from * a.w + to * b.w, from * a.x + to * b.x, from * a.y + to * b.y, from * a.z + to * b.z};
+  const Quaternion q{from * a.w + to * b.w, from * a.x + to * b.x, from * a.y + to * b.y,
+                     from * a.z + to * b.z};
   const double l = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   return {q.w / l, q.x / l, q.y / l, q.z / l};
 }
@@ -123,14 +136,18 @@ absl::StatusOr<Motion> Motion::between(const Transform& start, const Transform& 
   motion.end_ = end;
   const double side = start.determinant();
   if ((side < 0) != (end.determinant() < 0)) {
-    return absl::InvalidArgumentError("its motion turns it inside out: one of its transforms mirrors, the other does not");
+    return absl::InvalidArgumentError(
+        "its motion turns it inside out: one of its transforms mirrors, the other does not");
   }
   const Transform* places[2] = {&start, &end};
   for (std::size_t i = 0; i < 2; ++i) {
     const Matrix3 m = linear_part(*places[i]);
     const std::optional<Matrix3> q = orthogonal_factor(m);
-    if (!q) return absl::InvalidArgumentError(i == 0 ? "its transform is singular" : "its transform at the end of its motion is singular");
-    // A rotation and a stretch that mirrors, if `m` does: both linear interpolation and rotation keep it a mirror.
+    if (!q)
+      return absl::InvalidArgumentError(i == 0 ? "its transform is singular"
+                                               : "its transform at the end of its motion is singular");
+    // A rotation and a stretch that mirrors, if `m` does: both linear interpolation and rotation keep it a
+    // mirror.
     Matrix3 rotation = *q;
     if (side < 0) std::transform(rotation.begin(), rotation.end(), rotation.begin(), std::negate<>());
     motion.rotations_[i] = from_rotation(rotation);
@@ -146,11 +163,12 @@ absl::StatusOr<Motion> Motion::between(const Transform& start, const Transform& 
 }
 
 void Motion::count_segments() {
-  // A chord over an angle a leaves the arc by a^2 / 8 of the radius; where the stretch grows by g at the same time, by another
-  // a g / 4.
+  // A chord over an angle a leaves the arc by a^2 / 8 of the radius; where the stretch grows by g at the same
+  // time, by another a g / 4.
   constexpr double kTolerance = 1e-5;
   const double turn = 2 * angle_between(rotations_[0], rotations_[1]);
-  const double growth = norm(difference(stretches_[0], stretches_[1])) / std::min(norm(stretches_[0]), norm(stretches_[1]));
+  const double growth =
+      norm(difference(stretches_[0], stretches_[1])) / std::min(norm(stretches_[0]), norm(stretches_[1]));
   const double pieces = std::ceil(std::sqrt(turn * (turn / 8 + growth / 4) / kTolerance));
   segments_ = static_cast<int>(std::clamp(pieces, 1.0, double{kMostSegments}));
 }
@@ -180,7 +198,8 @@ int segments_of_product(const Motion& left, const Motion& right) {
   return left.translates_only() && right.translates_only() ? 1 : Motion::kMostSegments;
 }
 
-absl::Status append_steps(const std::function<Transform(double)>& place, int segments, std::vector<Affine>& steps) {
+absl::Status append_steps(const std::function<Transform(double)>& place, int segments,
+                          std::vector<Affine>& steps) {
   for (int k = 0; k <= segments; ++k) {
     const Affine step = place(static_cast<double>(k) / segments).to_affine();
     if (!std::all_of(step.m, step.m + 12, [](float x) { return std::isfinite(x); })) {

@@ -1,5 +1,5 @@
-// The steps of load_scene(). Each reads one part of the Scene message and fills the tables; together they name every
-// concrete class of the renderer.
+// The steps of load_scene(). Each reads one part of the Scene message and fills the tables; together they
+// name every concrete class of the renderer.
 #pragma once
 
 #include <functional>
@@ -40,18 +40,18 @@ class SceneBuilder {
 
   /// Everything but the acceleration structure and what needs its bounds.
   absl::Status build_tables();
-  /// Fills the images that rays may look up, on all threads; the others stay empty. May run beside all that comes after
-  /// build_tables().
+  /// Fills the images that rays may look up, on all threads; the others stay empty. May run beside all that
+  /// comes after build_tables().
   absl::Status decode_images();
   /// Camera, film and sampler alone, over the tables of a scene with the same content_key().
   absl::Status rebuild_view();
-  /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does. Warns of what
-  /// the probe found.
+  /// Whether triangles are to be met by robust tests: as the job says, or as a probe of the tables does.
+  /// Warns of what the probe found.
   bool wants_robust_intersection();
   /// Whether rays are to be traced one by one.
   bool wants_single_rays() const { return single_rays_; }
-  /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats' range in an
-  /// instance's own space.
+  /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats'
+  /// range in an instance's own space.
   absl::Status check_instances(const float* centre, float radius) const;
   /// Lights that depend on the scene's size, and the distribution over all lights.
   absl::Status build_light_selection(float scene_radius);
@@ -64,7 +64,8 @@ class SceneBuilder {
   // build_camera.cpp
   absl::Status build_camera();
   absl::Status set_camera_motion(const Transform& start);
-  /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera space.
+  /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera
+  /// space.
   absl::Status set_screen(double half_side);
   absl::Status set_lens(float radius, float focal_distance);
   absl::Status build_filter();
@@ -91,7 +92,8 @@ class SceneBuilder {
   // build_media.cpp
   absl::Status build_media();
   absl::Status build_medium(const v1::Medium& medium, MediumRecord& record);
-  absl::Status set_medium_value(const v1::VolumeValue& value, float otherwise, float scale, MediumValue& result);
+  absl::Status set_medium_value(const v1::VolumeValue& value, float otherwise, float scale,
+                                MediumValue& result);
   absl::StatusOr<int> density_grid(const v1::VolumeGrid& grid);
   /// To the unit cube that the matrix places.
   absl::StatusOr<Affine> unit_cube_from_render(const v1::Matrix& world_from_cube) const;
@@ -112,13 +114,16 @@ class SceneBuilder {
   // build_material_slots.cpp: what several kinds have in common
   absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, MaterialRecord& record,
                             SpectrumSlot& slot);
-  absl::Status set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record, ScalarSlot& slot);
+  absl::Status set_scalar(const v1::FloatValue& value, float otherwise, MaterialRecord& record,
+                          ScalarSlot& slot);
   absl::Status set_tint(const v1::SpectrumValue& value, MaterialRecord& record, SpectrumSlot& slot);
-  absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u, ScalarSlot& v);
+  absl::Status set_roughness(const v1::Roughness& roughness, MaterialRecord& record, ScalarSlot& u,
+                             ScalarSlot& v);
   absl::Status set_eta(const v1::Spectrum& eta, float otherwise, MaterialRecord& record);
   /// Whether single precision can work with an index of refraction: from 1e-4 to 1e4.
   static absl::Status check_eta(float eta);
-  /// Gives a rough conductor (`eta` 0) or dielectric the table for multiple scattering, unless it asks for none.
+  /// Gives a rough conductor (`eta` 0) or dielectric the table for multiple scattering, unless it asks for
+  /// none.
   void set_multiple_scattering(const v1::Roughness& roughness, float eta, MaterialRecord& record);
   ExtendedRecord& extend(MaterialRecord& record);
 
@@ -127,13 +132,15 @@ class SceneBuilder {
   absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, MaterialRecord& record);
   absl::Status set_dielectric(const v1::DielectricMaterial& dielectric, MaterialRecord& record);
   absl::Status set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, MaterialRecord& record);
-  absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name, MaterialRecord& record);
+  absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, const std::string& name,
+                        MaterialRecord& record);
   absl::Status set_plastic(const v1::PlasticMaterial& plastic, MaterialRecord& record);
   absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, const std::string& name,
                                     MaterialRecord& record);
   absl::Status set_hair(const v1::HairMaterial& hair, MaterialRecord& record);
   absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialRecord& record);
-  absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialRecord& record);
+  absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material,
+                                        MaterialRecord& record);
 
   // build_shapes.cpp
   absl::Status build_shapes();
@@ -153,23 +160,27 @@ class SceneBuilder {
     Motion motion;
   };
   struct ObjectParts {
-    int still = -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
+    int still =
+        -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
     std::vector<MovingShape> moving;
     Point anchor;  // instance space; `still` is relative to it
   };
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
   absl::StatusOr<bool> moves(const v1::Shape& shape, bool instanced, const std::string& where);
-  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, bool instanced, const std::string& where);
+  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, bool instanced,
+                                                 const std::string& where);
   /// `shapes`: indices into those of the scene.
   absl::Status build_moving_shapes(const std::vector<int>& shapes);
   absl::Status build_objects();
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
-  /// A point among the shapes where they are all far from the origin of instance space, else that origin: floats hold
-  /// coordinates about the one as well as those about the other if the author had put it there.
+  /// A point among the shapes where they are all far from the origin of instance space, else that origin:
+  /// floats hold coordinates about the one as well as those about the other if the author had put it there.
   absl::StatusOr<Point> anchor_of(const v1::Object& object) const;
   absl::Status build_instances();
-  absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts, const std::string& where);
-  absl::Status add_instance(int object, int segments, const std::function<Transform(double)>& world_from_instance);
+  absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts,
+                              const std::string& where);
+  absl::Status add_instance(int object, int segments,
+                            const std::function<Transform(double)>& world_from_instance);
 
   // build_shading_groups.cpp: after materials, shapes and lights
   void build_shading_groups();
@@ -196,8 +207,9 @@ class SceneBuilder {
   enum class Intersection { kAuto, kFast, kRobust };
   Intersection intersection_ = Intersection::kAuto;
   LightSelection light_selection_ = LightSelection::kAuto;
-  std::vector<std::string> shape_names_, instance_names_;  // of each of ShapeTable::shapes and instances, for messages
-  Point camera_origin_;                                    // world space
+  std::vector<std::string> shape_names_,
+      instance_names_;   // of each of ShapeTable::shapes and instances, for messages
+  Point camera_origin_;  // world space
   Transform render_from_world_;
   std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
   std::map<std::string, const v1::Texture*> textures_;  // by name
@@ -206,21 +218,23 @@ class SceneBuilder {
     std::shared_ptr<TextureImage> image;
     bool needed = false;
   };
-  std::map<std::string, PendingImage> images_;                   // by digest and encoding
-  std::vector<bool> needed_nodes_;                               // texture nodes that need_images() has seen
-  std::vector<double> node_lookups_;  // of the textures' nodes; beyond the end: 1
+  std::map<std::string, PendingImage> images_;  // by digest and encoding
+  std::vector<bool> needed_nodes_;              // texture nodes that need_images() has seen
+  std::vector<double> node_lookups_;            // of the textures' nodes; beyond the end: 1
   int texture_nesting_ = 0;
-  std::map<std::string, int> materials_;                         // by name
-  std::map<std::string, ObjectParts> objects_;                   // by name
-  std::map<std::string, int> attributes_;                        // of meshes that textures look up, by name
-  std::map<std::string, int> media_;                             // by name; empty unless the integrator looks for media
-  std::map<std::tuple<float, float, int>, int> plastic_tables_;  // by index, roughness and kind of microfacets
+  std::map<std::string, int> materials_;        // by name
+  std::map<std::string, ObjectParts> objects_;  // by name
+  std::map<std::string, int> attributes_;       // of meshes that textures look up, by name
+  std::map<std::string, int> media_;            // by name; empty unless the integrator looks for media
+  std::map<std::tuple<float, float, int>, int>
+      plastic_tables_;  // by index, roughness and kind of microfacets
   std::map<BalancedFacets, int> balance_tables_;
   int default_material_ = 0;
 };
 
 /// Of transforms that fits_floats() refuses.
-inline constexpr const char* kBeyondFloats = "its transform scales by more, or by less, than 32-bit floats hold";
+inline constexpr const char* kBeyondFloats =
+    "its transform scales by more, or by less, than 32-bit floats hold";
 
 /// "shape 12 (lamp)"
 std::string place_in_scene(const char* what, int index, const std::string& name);

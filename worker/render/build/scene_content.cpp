@@ -39,8 +39,10 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                       wire::sha256_hex(relevant.SerializeAsString()));
 }
 
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene, const v1::JobSpec& job,
-                                                                  const BlobSource& blobs, const LoadOptions& options,
+absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
+                                                                  const v1::JobSpec& job,
+                                                                  const BlobSource& blobs,
+                                                                  const LoadOptions& options,
                                                                   const EmbreeKernel& embree) {
   auto content = std::make_shared<SceneContent>();
   SceneTables& tables = content->tables;
@@ -48,8 +50,9 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scen
   if (auto s = builder.build_tables(); !s.ok()) return s;
   if (options.geometry_read) options.geometry_read();
   // Images have nothing to do with the BVH. A worker of one thread uses one.
-  std::future<absl::Status> images = std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
-                                                [&] { return builder.decode_images(); });
+  std::future<absl::Status> images =
+      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
+                 [&] { return builder.decode_images(); });
   auto built = Accelerator::build(content->arrays.shapes, content->arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, builder.wants_robust_intersection()});
   if (auto s = images.get(); !s.ok()) return s;
@@ -61,15 +64,17 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scen
   for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
   content->material_names.resize(content->arrays.materials.materials.size(), "(default)");
   std::copy_n(accelerator.bounding_centre(), 3, content->arrays.lights.scene_centre);
-  if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok()) return s;
+  if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok())
+    return s;
   if (auto s = builder.build_light_selection(accelerator.bounding_radius()); !s.ok()) return s;
   return content;
 }
 
 absl::Status SceneBuilder::build_tables() {
-  for (const auto step : {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter,
-                          &SceneBuilder::build_textures, &SceneBuilder::build_media, &SceneBuilder::build_materials,
-                          &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
+  for (const auto step :
+       {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter,
+        &SceneBuilder::build_textures, &SceneBuilder::build_media, &SceneBuilder::build_materials,
+        &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
   decide_volumetric();
@@ -82,7 +87,8 @@ absl::Status SceneBuilder::rebuild_view() {
   tables_.camera = {};
   tables_.camera.medium = medium;
   tables_.aovs = {};
-  for (const auto step : {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter}) {
+  for (const auto step :
+       {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter}) {
     if (auto s = (this->*step)(); !s.ok()) return s;
   }
   return absl::OkStatus();

@@ -24,13 +24,15 @@ struct SceneContent {
   std::unique_ptr<RayQuery> rays;            // asks it
 };
 
-/// Key of the content: jobs that share it differ only in what SceneBuilder::rebuild_view() sets. Positions are relative to the
-/// camera's origin, so that stays; settings that are not named in it are taken to matter.
+/// Key of the content: jobs that share it differ only in what SceneBuilder::rebuild_view() sets. Positions
+/// are relative to the camera's origin, so that stays; settings that are not named in it are taken to matter.
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
 
 /// Errors as of load_scene().
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene, const v1::JobSpec& job,
-                                                                  const BlobSource& blobs, const LoadOptions& options,
+absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
+                                                                  const v1::JobSpec& job,
+                                                                  const BlobSource& blobs,
+                                                                  const LoadOptions& options,
                                                                   const EmbreeKernel& embree);
 
 }  // namespace tessera::render

@@ -9,7 +9,9 @@
 namespace tessera::render {
 
 Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+Point cross(Point a, Point b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 double length(Point a) { return std::sqrt(dot(a, a)); }
 
@@ -24,7 +26,8 @@ Point Transform::apply_vector(Point v) const {
 }
 
 double Transform::determinant() const {
-  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+         m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
 bool Transform::invert(Transform& out) const {
@@ -84,7 +87,8 @@ Transform Transform::translation(Point by) {
 absl::StatusOr<Transform> Transform::from_proto(const v1::Matrix& matrix) {
   if (matrix.elements().empty()) return Transform{};
   if (matrix.elements_size() != 16) {
-    return absl::InvalidArgumentError(absl::StrCat("a matrix has ", matrix.elements_size(), " elements instead of 16"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("a matrix has ", matrix.elements_size(), " elements instead of 16"));
   }
   const auto& e = matrix.elements();
   if (!std::all_of(e.begin(), e.end(), [](double x) { return std::isfinite(x); })) {

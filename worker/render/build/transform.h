@@ -33,8 +33,8 @@ struct Transform {
   static absl::StatusOr<Transform> from_proto(const v1::Matrix& matrix);
 };
 
-/// Whether 32-bit floats can do with a map and its inverse: squares of their elements are finite, and so are both
-/// determinants, which are not rounded to zero either.
+/// Whether 32-bit floats can do with a map and its inverse: squares of their elements are finite, and so are
+/// both determinants, which are not rounded to zero either.
 bool fits_floats(const Transform& map, const Transform& inverse);
 
 Point operator-(Point a, Point b);

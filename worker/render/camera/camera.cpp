@@ -16,7 +16,8 @@ struct CameraSpaceRay {
   Vec3 origin, direction;
 };
 
-/// Pinhole or thin lens [Kolb, Mitchell & Hanrahan 1995]: all rays through one film point meet on the plane of focus.
+/// Pinhole or thin lens [Kolb, Mitchell & Hanrahan 1995]: all rays through one film point meet on the plane
+/// of focus.
 CameraSpaceRay perspective_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens) {
   const Vec3 through{film.x, film.y, Float(1.0f)};
   if (camera.lens_radius <= 0) return {{Float(0.0f), Float(0.0f), Float(0.0f)}, through};
@@ -77,9 +78,15 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, 
                    fma(film.y, Float(camera.scale_y), Float(camera.offset_y))};
   CameraSpaceRay ray;
   switch (camera.kind) {
-    case CameraKind::kPerspective: ray = perspective_ray(camera, place, u_lens); break;
-    case CameraKind::kOrthographic: ray = orthographic_ray(camera, place, u_lens); break;
-    default: ray = spherical_ray(camera, place); break;
+    case CameraKind::kPerspective:
+      ray = perspective_ray(camera, place, u_lens);
+      break;
+    case CameraKind::kOrthographic:
+      ray = orthographic_ray(camera, place, u_lens);
+      break;
+    default:
+      ray = spherical_ray(camera, place);
+      break;
   }
   const WideAffine pose = pose_at(camera, time);
   CameraRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction))};
@@ -91,7 +98,8 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, 
   return result;
 }
 
-CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time, Mask active) {
+CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
+                                   Mask active) {
   const WideAffine pose = pose_at(camera, time);
   if (!camera.steps.empty()) point = point - place_of(pose);
   // Camera space: the axes of the camera's frame are orthogonal, but may be scaled.
@@ -117,21 +125,25 @@ CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 
   } else if (camera.lens_radius > 0) {
     // Where the ray from the lens meets the plane of focus, seen from the pinhole.
     const Float t = camera.focal_distance / depth;
-    place = {(lens.x + (p.x - lens.x) * t) * (1 / camera.focal_distance), (lens.y + (p.y - lens.y) * t) * (1 / camera.focal_distance)};
+    place = {(lens.x + (p.x - lens.x) * t) * (1 / camera.focal_distance),
+             (lens.y + (p.y - lens.y) * t) * (1 / camera.focal_distance)};
   } else {
     place = {p.x / depth, p.y / depth};
   }
-  result.film = {(place.x - camera.offset_x) * (1 / camera.scale_x), (place.y - camera.offset_y) * (1 / camera.scale_y)};
+  result.film = {(place.x - camera.offset_x) * (1 / camera.scale_x),
+                 (place.y - camera.offset_y) * (1 / camera.scale_y)};
   result.lens = transform_vector(pose, lens);
   if (!camera.steps.empty()) result.lens = result.lens + place_of(pose);
   const Vec3 to_point = p - lens;
   const Float distance_squared = length_squared(to_point);
   const Float cosine = depth / sqrt(distance_squared);
-  // Orthographic rays through one lens point are parallel; perspective ones cross the plane z = 1 under the cosine.
-  result.importance = camera.kind == CameraKind::kOrthographic ? 1.0f / (cosine * pixel_area)
-                                                               : 1.0f / (distance_squared * cosine * cosine * cosine * pixel_area);
-  // That was for areas of camera space, as seen along the ray: volumes scale by the product of the axes' lengths, and the ray
-  // takes its own part of that.
+  // Orthographic rays through one lens point are parallel; perspective ones cross the plane z = 1 under the
+  // cosine.
+  result.importance = camera.kind == CameraKind::kOrthographic
+                          ? 1.0f / (cosine * pixel_area)
+                          : 1.0f / (distance_squared * cosine * cosine * cosine * pixel_area);
+  // That was for areas of camera space, as seen along the ray: volumes scale by the product of the axes'
+  // lengths, and the ray takes its own part of that.
   const Float volume = length(axis(0)) * length(axis(1)) * unit_of_depth;
   result.importance *= length(transform_vector(pose, to_point)) / (sqrt(distance_squared) * volume);
   result.depth = p.z * unit_of_depth;

@@ -11,23 +11,24 @@ struct CameraRay {
   Vec3 direction;  // unit length
 };
 
-/// `film` is in pixels from the upper left corner of the film; `u_lens` uniform in the unit square. Here and below, `time` goes
-/// from 0 (the shutter opens) to 1; cameras that stand still do not look at it.
+/// `film` is in pixels from the upper left corner of the film; `u_lens` uniform in the unit square. Here and
+/// below, `time` goes from 0 (the shutter opens) to 1; cameras that stand still do not look at it.
 CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, Float time);
 
 /// How a point of the scene is seen through one point of the lens.
 struct CameraConnection {
-  Vec3 lens;        // point of the lens (kOrthographic: where the ray to the point begins), render space
-  Vec2 film;        // pixels from the upper left corner
-  // Radiance that leaves the point towards the lens, times this and the cosine there, is the point's part of the integral
-  // over surfaces that gives a pixel's value, for a box filter of one pixel.
+  Vec3 lens;  // point of the lens (kOrthographic: where the ray to the point begins), render space
+  Vec2 film;  // pixels from the upper left corner
+  // Radiance that leaves the point towards the lens, times this and the cosine there, is the point's part of
+  // the integral over surfaces that gives a pixel's value, for a box filter of one pixel.
   Float importance;
-  Float depth;      // along the camera's z axis
-  Mask valid;       // in front of the camera and within its clipping distances
+  Float depth;  // along the camera's z axis
+  Mask valid;   // in front of the camera and within its clipping distances
 };
 
 /// For kPerspective and kOrthographic cameras.
-CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time, Mask active);
+CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
+                                   Mask active);
 
 /// The distance along camera rays of unit `direction`, from their origins, up to which things are seen.
 Float visible_distance(const CameraRecord& camera, Vec3 direction, Float time);

@@ -66,7 +66,8 @@ Triple under_d65(F&& f) {
   return t;
 }
 
-/// Planck's law relative to its own maximum, which Wien's displacement law places at x = 4.9651142 [CODATA 2018].
+/// Planck's law relative to its own maximum, which Wien's displacement law places at x = 4.9651142 [CODATA
+/// 2018].
 double relative_planck(double nm, double kelvin) {
   constexpr double kSecondRadiationNmK = 1.438776877e7;
   constexpr double kWienX = 4.965114231744276;
@@ -75,8 +76,8 @@ double relative_planck(double nm, double kelvin) {
   return std::pow(x / kWienX, 5) * std::expm1(kWienX) / std::expm1(x);
 }
 
-/// The mean of `curve` over what one channel sees under D65. Only the positive part of the channel's response counts,
-/// so that the mean lies among the curve's values.
+/// The mean of `curve` over what one channel sees under D65. Only the positive part of the channel's response
+/// counts, so that the mean lies among the curve's values.
 double channel_mean(const SampledCurve& curve, int channel) {
   double sum = 0, weights = 0;
   for (int row = 0; row < kCieCount; ++row) {
@@ -108,8 +109,8 @@ double SampledCurve::at(double wavelength) const {
   const std::size_t n = std::min(nm.size(), value.size());
   if (n == 0) return 0;
   const auto end = nm.begin() + static_cast<std::ptrdiff_t>(n);
-  const auto upper =
-      static_cast<std::size_t>(std::upper_bound(nm.begin(), end, static_cast<float>(wavelength)) - nm.begin());
+  const auto upper = static_cast<std::size_t>(
+      std::upper_bound(nm.begin(), end, static_cast<float>(wavelength)) - nm.begin());
   if (upper == 0) return value[0];
   if (upper == n) return value[n - 1];
   const double t = (wavelength - nm[upper - 1]) / (double{nm[upper]} - nm[upper - 1]);
@@ -150,7 +151,8 @@ ConductorRgb conductor_rgb(const SampledCurve& eta, const SampledCurve& k) {
   });
   EtaK index[3];
   for (int i = 0; i < 3; ++i)
-    index[i] = index_with_reflectance(std::max(channel_mean(eta, i), 1e-3), std::clamp(reflectance.v[i], 0.0, 0.9999));
+    index[i] = index_with_reflectance(std::max(channel_mean(eta, i), 1e-3),
+                                      std::clamp(reflectance.v[i], 0.0, 0.9999));
   const auto f = [](double v) { return static_cast<float>(v); };
   return {{f(index[0].eta), f(index[1].eta), f(index[2].eta)}, {f(index[0].k), f(index[1].k), f(index[2].k)}};
 }

@@ -3,12 +3,13 @@
 // All integrals run over 360..830 nm with the CIE 1931 2-degree matching functions in steps of 5 nm.
 //
 // What "white" means differs between light and matter, as it does in pbrt-v4:
-//  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1 everywhere,
-//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948, 0.909),
-//    and D65 is (1, 1, 1) times its luminance.
+//  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1
+//  everywhere,
+//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948,
+//    0.909), and D65 is (1, 1, 1) times its luminance.
 //  - Reflectance is what an observer sees under D65, the white of Rec.709; a constant c is exactly (c, c, c).
-// The scene's `constant` spectrum stands for a colour without hue, and is (c, c, c) in both uses; no function here is
-// needed for it.
+// The scene's `constant` spectrum stands for a colour without hue, and is (c, c, c) in both uses; no function
+// here is needed for it.
 #pragma once
 
 #include <vector>
@@ -19,8 +20,8 @@ struct Rgb {
   float r = 0, g = 0, b = 0;
 };
 
-/// Piecewise linear, constant beyond its ends. Wavelengths in nanometres ascend; as many values as wavelengths. An
-/// empty curve is zero.
+/// Piecewise linear, constant beyond its ends. Wavelengths in nanometres ascend; as many values as
+/// wavelengths. An empty curve is zero.
 struct SampledCurve {
   std::vector<float> nm, value;
 
@@ -33,11 +34,12 @@ Rgb emission_rgb(const SampledCurve& spectrum);
 /// Reflectance or transmittance, clamped to [0, 1].
 Rgb reflectance_rgb(const SampledCurve& spectrum);
 
-/// emission_rgb of Planck's law at `kelvin`, scaled so that its greatest value over all wavelengths is 1 [pbrt-v4
-/// BlackbodySpectrum]. Black for temperatures that are not positive.
+/// emission_rgb of Planck's law at `kelvin`, scaled so that its greatest value over all wavelengths is 1
+/// [pbrt-v4 BlackbodySpectrum]. Black for temperatures that are not positive.
 Rgb blackbody_rgb(float kelvin);
 
-/// Luminance Y of the spectrum that emission_rgb and blackbody_rgb convert; pbrt-v4 divides light spectra by it.
+/// Luminance Y of the spectrum that emission_rgb and blackbody_rgb convert; pbrt-v4 divides light spectra by
+/// it.
 double emission_luminance(const SampledCurve& spectrum);
 double blackbody_luminance(float kelvin);
 
@@ -46,9 +48,9 @@ struct ConductorRgb {
   Rgb eta, k;
 };
 
-/// The indices that best stand for a metal in an RGB renderer: each channel has the normal-incidence reflectance that
-/// the spectral metal shows under D65 (clamped to [0, 0.9999]), and the mean eta over what that channel sees; k follows
-/// from these two.
+/// The indices that best stand for a metal in an RGB renderer: each channel has the normal-incidence
+/// reflectance that the spectral metal shows under D65 (clamped to [0, 0.9999]), and the mean eta over what
+/// that channel sees; k follows from these two.
 ConductorRgb conductor_rgb(const SampledCurve& eta, const SampledCurve& k);
 
 /// Index of refraction at the sodium D line, 589.3 nm.

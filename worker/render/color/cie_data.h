@@ -12,7 +12,8 @@ struct CieRow {
   double x, y, z;
 };
 
-/// Colour-matching functions of the CIE 1931 2-degree standard observer [CIE 15:2004, table T.4; CIE S 014-1].
+/// Colour-matching functions of the CIE 1931 2-degree standard observer [CIE 15:2004, table T.4; CIE S
+/// 014-1].
 inline constexpr std::array<CieRow, kCieCount> kCieMatching = {{
     // clang-format off
     {0.0001299, 0.000003917, 0.0006061}, {0.0002321, 0.000006965, 0.001086}, {0.0004149, 0.00001239, 0.001946},  // 360
@@ -50,15 +51,14 @@ inline constexpr std::array<CieRow, kCieCount> kCieMatching = {{
     // clang-format on
 }};
 
-/// Relative spectral power of CIE standard illuminant D65 from 360 nm on, every 10 nm; linear in between by definition
-/// [ISO 11664-2].
+/// Relative spectral power of CIE standard illuminant D65 from 360 nm on, every 10 nm; linear in between by
+/// definition [ISO 11664-2].
 inline constexpr std::array<double, 48> kIlluminantD65 = {
-    46.6383, 52.0891, 49.9755, 54.6482, 82.7549, 91.486, 93.4318, 86.6823,
-    104.865, 117.008, 117.812, 114.861, 115.923, 108.811, 109.354, 107.802,
-    104.79, 107.689, 104.405, 104.046, 100, 96.3342, 95.788, 88.6856,
-    90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268, 80.2146, 82.2778,
-    78.2842, 69.7213, 71.6091, 74.349, 61.604, 69.8856, 75.087, 63.5927,
-    46.4182, 66.8054, 63.3828, 64.304, 59.4519, 51.959, 57.4406, 60.3125,
+    46.6383, 52.0891, 49.9755, 54.6482, 82.7549, 91.486,  93.4318, 86.6823, 104.865, 117.008,
+    117.812, 114.861, 115.923, 108.811, 109.354, 107.802, 104.79,  107.689, 104.405, 104.046,
+    100,     96.3342, 95.788,  88.6856, 90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268,
+    80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349,  61.604,  69.8856, 75.087,  63.5927,
+    46.4182, 66.8054, 63.3828, 64.304,  59.4519, 51.959,  57.4406, 60.3125,
 };
 
 }  // namespace tessera::render

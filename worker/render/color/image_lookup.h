@@ -7,8 +7,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// One image with the way it is read. Coordinates are finite; (0, 0) is the lower left corner of the image, (1, 1) the
-/// upper right one, and texel centres lie at half-integers of the resolution, as in pbrt-v4.
+/// One image with the way it is read. Coordinates are finite; (0, 0) is the lower left corner of the image,
+/// (1, 1) the upper right one, and texel centres lie at half-integers of the resolution, as in pbrt-v4.
 class ImageLookup {
  public:
   /// `channel` is as in TextureNode.
@@ -24,8 +24,10 @@ class ImageLookup {
     const Float x = in_texels(st.x, image_.width) - 0.5f, y = in_texels(1.0f - st.y, image_.height) - 0.5f;
     const Float x_floor = floor(x), y_floor = floor(y);
     const Float tx = x - x_floor, ty = y - y_floor;
-    const Wrapped x0 = wrapped(to_int(x_floor), image_.width), x1 = wrapped(to_int(x_floor) + 1, image_.width);
-    const Wrapped y0 = wrapped(to_int(y_floor), image_.height), y1 = wrapped(to_int(y_floor) + 1, image_.height);
+    const Wrapped x0 = wrapped(to_int(x_floor), image_.width),
+                  x1 = wrapped(to_int(x_floor) + 1, image_.width);
+    const Wrapped y0 = wrapped(to_int(y_floor), image_.height),
+                  y1 = wrapped(to_int(y_floor) + 1, image_.height);
     return lerp(ty, lerp(tx, texel(x0, y0, active), texel(x1, y0, active)),
                 lerp(tx, texel(x0, y1, active), texel(x1, y1, active)));
   }
@@ -91,7 +93,8 @@ class ImageLookup {
 
   TESSERA_INLINE Spectrum byte_texel(Int index, Mask lanes) const {
     const UInt packed = gather(image_.texels8.data(), index, lanes);
-    if (channel_ == 3) return Spectrum(to_float(bit_cast<std::int32_t>(shift_right<24>(packed))) * (1.0f / 255));
+    if (channel_ == 3)
+      return Spectrum(to_float(bit_cast<std::int32_t>(shift_right<24>(packed))) * (1.0f / 255));
     if (channel_ >= 0) return Spectrum(decoded(channel_byte(packed, channel_), lanes));
     Spectrum result;
     for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = decoded(channel_byte(packed, i), lanes);
@@ -99,7 +102,9 @@ class ImageLookup {
   }
 
   static TESSERA_INLINE Int channel_byte(UInt packed, std::int32_t channel) {
-    const UInt shifted = channel == 0 ? packed : channel == 1 ? shift_right<8>(packed) : shift_right<16>(packed);
+    const UInt shifted = channel == 0   ? packed
+                         : channel == 1 ? shift_right<8>(packed)
+                                        : shift_right<16>(packed);
     return bit_cast<std::int32_t>(shifted & 255u);
   }
   TESSERA_INLINE Float decoded(Int byte, Mask lanes) const { return gather(image_.decode, byte, lanes); }

@@ -1,5 +1,5 @@
-// Perlin noise and its sums, 16 points at a time [Perlin 1985; Pharr, Jakob & Humphreys, Physically Based Rendering,
-// 3rd ed., sec. 10.6]. Points beyond +-2^22 are held there: floats have no fraction left.
+// Perlin noise and its sums, 16 points at a time [Perlin 1985; Pharr, Jakob & Humphreys, Physically Based
+// Rendering, 3rd ed., sec. 10.6]. Points beyond +-2^22 are held there: floats have no fraction left.
 #pragma once
 
 #include "render/core/vec.h"

@@ -1,8 +1,8 @@
 // The colour that the integrators carry, per lane of a wide value.
 //
-// A job renders either in linear Rec.709 (three components: R, G, B) or, one day, with four wavelengths. Which, only
-// this folder knows; everything else multiplies and adds Spectrum values. Kernels for RGB jobs carry three components
-// [docs/architecture.md, deviations].
+// A job renders either in linear Rec.709 (three components: R, G, B) or, one day, with four wavelengths.
+// Which, only this folder knows; everything else multiplies and adds Spectrum values. Kernels for RGB jobs
+// carry three components [docs/architecture.md, deviations].
 #pragma once
 
 #include "render/core/wide.h"

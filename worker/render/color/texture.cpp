@@ -50,7 +50,8 @@ Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
 }
 
 /// The first input where `first`, else the second.
-Spectrum either(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask first, Mask active) {
+Spectrum either(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask first,
+                Mask active) {
   const Mask on_first = active & first, on_second = and_not(active, first);
   Spectrum result(0.0f);
   if (any(on_first)) result = eval_texture(table, node.inputs[0], at, on_first);
@@ -58,7 +59,8 @@ Spectrum either(const TextureTable& table, const TextureNode& node, const Textur
   return result;
 }
 
-Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
+Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
+                      Mask active) {
   Float sum;
   if (node.solid) {
     const Vec3 p = transform_point(node.texture_from_render, at.p);
@@ -70,19 +72,22 @@ Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const 
   return either(table, node, at, sum - 2.0f * floor(sum * 0.5f) == 0.0f, active);
 }
 
-Spectrum direction_mix(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
+Spectrum direction_mix(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
+                       Mask active) {
   const Vec3 direction{Float(node.direction[0]), Float(node.direction[1]), Float(node.direction[2])};
   return lerp(abs(dot(at.n, direction)), eval_texture(table, node.inputs[1], at, active),
               eval_texture(table, node.inputs[0], at, active));
 }
 
 /// Interpolated over the triangle, or of the whole of it; black on shapes that have no such attribute.
-Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
+Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
+                        Mask active) {
   Spectrum result(0.0f);
   for_each_distinct(at.shape, active & (at.shape >= 0), [&](std::int32_t shape, Mask lanes) {
     const auto slot = static_cast<std::size_t>(shape * table.attribute_names + node.attribute);
     if (slot >= table.attribute_of_shape.size() || table.attribute_of_shape[slot] < 0) return;
-    const MeshAttribute& attribute = table.attributes[static_cast<std::size_t>(table.attribute_of_shape[slot])];
+    const MeshAttribute& attribute =
+        table.attributes[static_cast<std::size_t>(table.attribute_of_shape[slot])];
     const float* values = attribute.values.data();
     const std::int32_t corners = attribute.per_face ? 1 : 3, channels = attribute.channels;
     for (int c = 0; c < kSpectrumLanes; ++c) {
@@ -119,7 +124,8 @@ Spectrum eval_texture(const TextureTable& table, int texture, const TexturePoint
     case TextureKind::kMeshAttribute:
       return mesh_attribute(table, node, at, active);
     case TextureKind::kScale:
-      return eval_texture(table, node.inputs[0], at, active) * eval_texture(table, node.inputs[1], at, active);
+      return eval_texture(table, node.inputs[0], at, active) *
+             eval_texture(table, node.inputs[1], at, active);
     case TextureKind::kMix: {
       const Float amount = eval_texture_scalar(table, node.inputs[2], at, active);
       return lerp(amount, eval_texture(table, node.inputs[0], at, active),

@@ -1,4 +1,5 @@
-// Textures as the kernels read them: a tree of nodes over decoded images, filled by build/, the same for every ISA.
+// Textures as the kernels read them: a tree of nodes over decoded images, filled by build/, the same for
+// every ISA.
 #pragma once
 
 #include <cstdint>
@@ -42,30 +43,32 @@ struct TextureImage {
   TexelFormat format = TexelFormat::kFloat;
   BigArray<std::uint32_t> texels8;  // R | G << 8 | B << 16 | A << 24
   BigArray<float> texels32;         // four floats a texel
-  float decode[256] = {};              // 8-bit value -> linear
+  float decode[256] = {};           // 8-bit value -> linear
 };
 
 struct TextureNode {
   TextureKind kind = TextureKind::kConstant;
-  float value[3] = {0, 0, 0};             // kConstant
+  float value[3] = {0, 0, 0};                 // kConstant
   std::shared_ptr<const TextureImage> image;  // kImage
   WrapMode wrap = WrapMode::kRepeat;
   bool nearest = false;
-  bool invert = false;                    // 1 - value, after scale
+  bool invert = false;  // 1 - value, after scale
   float scale = 1;
-  std::int32_t channel = -1;              // -1: RGB; 0..3: that channel, in all components
-  // kImage, kCheckerboard, kDots: (u', v') = (scale_u u + u_from_v v + offset_u, v_from_u u + scale_v v + offset_v)
+  std::int32_t channel = -1;  // -1: RGB; 0..3: that channel, in all components
+  // kImage, kCheckerboard, kDots: (u', v') = (scale_u u + u_from_v v + offset_u, v_from_u u + scale_v v +
+  // offset_v)
   float scale_u = 1, scale_v = 1, offset_u = 0, offset_v = 0, u_from_v = 0, v_from_u = 0;
-  bool plain_uv = true;                   // the surface's own u and v, not mixed
-  bool solid = false;                     // kCheckerboard over space
+  bool plain_uv = true;  // the surface's own u and v, not mixed
+  bool solid = false;    // kCheckerboard over space
   UvSource source = UvSource::kSurface;
-  Affine texture_from_render;             // of all that look at the point
-  NoiseKind noise = NoiseKind::kFbm;      // kNoise, with `scale`
+  Affine texture_from_render;         // of all that look at the point
+  NoiseKind noise = NoiseKind::kFbm;  // kNoise, with `scale`
   std::int32_t octaves = 8;
   float roughness = 0.5f, variation = 0.2f;
-  float direction[3] = {0, 1, 0};         // kDirectionMix: render space
-  std::int32_t attribute = -1;            // kMeshAttribute: a name, TextureTable::attribute_of_shape
-  // Other nodes: kCheckerboard even, odd; kDots inside, outside; kScale value, factor; kMix a, b, amount; kDirectionMix a, b
+  float direction[3] = {0, 1, 0};  // kDirectionMix: render space
+  std::int32_t attribute = -1;     // kMeshAttribute: a name, TextureTable::attribute_of_shape
+  // Other nodes: kCheckerboard even, odd; kDots inside, outside; kScale value, factor; kMix a, b, amount;
+  // kDirectionMix a, b
   std::int32_t inputs[3] = {-1, -1, -1};
 };
 
@@ -80,7 +83,8 @@ struct TextureTable {
   std::vector<TextureNode> nodes;  // inputs come before the nodes that use them
   std::int32_t attribute_names = 0;
   std::vector<MeshAttribute> attributes;
-  std::vector<std::int32_t> attribute_of_shape;  // [shape * attribute_names + name], -1: none; empty: no shape has any
+  std::vector<std::int32_t>
+      attribute_of_shape;  // [shape * attribute_names + name], -1: none; empty: no shape has any
 };
 
 }  // namespace tessera::render

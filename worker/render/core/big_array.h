@@ -12,9 +12,9 @@
 
 namespace tessera::render {
 
-/// Gives arrays from 2 MiB on huge pages where the system has them: a table that is read at random misses the cache of
-/// page translations otherwise, and in a virtual machine each miss is two walks. 64 bytes beyond the end may be read: a
-/// row of a few elements may begin at the last one.
+/// Gives arrays from 2 MiB on huge pages where the system has them: a table that is read at random misses the
+/// cache of page translations otherwise, and in a virtual machine each miss is two walks. 64 bytes beyond the
+/// end may be read: a row of a few elements may begin at the last one.
 template <class T>
 struct BigArrayAllocator {
   using value_type = T;

@@ -1,8 +1,8 @@
 // Affine maps that change while the shutter is open.
 //
-// A motion is a row of matrices at evenly spaced times, the first when the shutter opens, the last when it closes. In between,
-// elements are interpolated linearly, here as in Embree, so that surfaces are where rays met them. build/motion.h sees to it
-// that there are enough of them.
+// A motion is a row of matrices at evenly spaced times, the first when the shutter opens, the last when it
+// closes. In between, elements are interpolated linearly, here as in Embree, so that surfaces are where rays
+// met them. build/motion.h sees to it that there are enough of them.
 #pragma once
 
 #include "render/core/affine.h"
@@ -11,10 +11,12 @@ namespace tessera::render::TESSERA_ISA {
 
 struct MovedAffine {
   WideAffine map;
-  Float shift;  // how large the translation's coordinates may be that `map` was computed from: for error bounds
+  Float
+      shift;  // how large the translation's coordinates may be that `map` was computed from: for error bounds
 };
 
-/// The motion with steps [first, first + segments] of each active lane at its `time` in [0, 1]; `segments` is at least 1 there.
+/// The motion with steps [first, first + segments] of each active lane at its `time` in [0, 1]; `segments` is
+/// at least 1 there.
 inline MovedAffine affine_at(const Affine* steps, Int first, Int segments, Float time, Mask active) {
   const Float place = time * to_float(segments);
   const Int before = max(min(to_int(place), segments - 1), 0);

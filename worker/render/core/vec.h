@@ -1,4 +1,5 @@
-// Wide vectors, points and frames. A Vec3 is a point, a direction or a normal; the name of the variable says which.
+// Wide vectors, points and frames. A Vec3 is a point, a direction or a normal; the name of the variable says
+// which.
 #pragma once
 
 #include "render/core/wide.h"
@@ -19,7 +20,9 @@ TESSERA_INLINE Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
 TESSERA_INLINE Vec3 operator*(Vec3 a, Float s) { return {a.x * s, a.y * s, a.z * s}; }
 TESSERA_INLINE Vec3 operator*(Float s, Vec3 a) { return a * s; }
 /// a s + b, rounded once.
-TESSERA_INLINE Vec3 fma(Vec3 a, Float s, Vec3 b) { return {fma(a.x, s, b.x), fma(a.y, s, b.y), fma(a.z, s, b.z)}; }
+TESSERA_INLINE Vec3 fma(Vec3 a, Float s, Vec3 b) {
+  return {fma(a.x, s, b.x), fma(a.y, s, b.y), fma(a.z, s, b.z)};
+}
 TESSERA_INLINE Float dot(Vec3 a, Vec3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
 TESSERA_INLINE Float length_squared(Vec3 a) { return dot(a, a); }
 TESSERA_INLINE Float length(Vec3 a) { return sqrt(length_squared(a)); }
@@ -54,7 +57,8 @@ struct Frame {
     const Float sign = copysign(Float(1.0f), n.z);
     const Float a = -1.0f / (sign + n.z);
     const Float b = n.x * n.y * a;
-    return {{fma(sign * a, sqr(n.x), Float(1.0f)), sign * b, -sign * n.x}, {b, fma(a, sqr(n.y), sign), -n.y}, n};
+    return {
+        {fma(sign * a, sqr(n.x), Float(1.0f)), sign * b, -sign * n.x}, {b, fma(a, sqr(n.y), sign), -n.y}, n};
   }
   /// x along the part of `tangent` that is perpendicular to the unit normal; arbitrary where there is none.
   static TESSERA_INLINE Frame from_normal_tangent(Vec3 n, Vec3 tangent) {

@@ -1,13 +1,13 @@
 // SPMD vectors: one C++ value for 16 lanes. The only file that knows how wide the machine is.
 //
-// Everything in namespace tessera::render::TESSERA_ISA is compiled once for every kernel ISA ("avx2", "avx512",
-// "neon"), with that ISA's compiler flags, into a library of its own that is chosen at start-up. A Wide<T> is as many native
-// vectors as make 16 lanes: one on AVX-512, two on AVX2, four on NEON. Built on Google Highway
-// [docs/decisions/0001-simd-library.md].
+// Everything in namespace tessera::render::TESSERA_ISA is compiled once for every kernel ISA ("avx2",
+// "avx512", "neon"), with that ISA's compiler flags, into a library of its own that is chosen at start-up. A
+// Wide<T> is as many native vectors as make 16 lanes: one on AVX-512, two on AVX2, four on NEON. Built on
+// Google Highway [docs/decisions/0001-simd-library.md].
 //
 // No approximate reciprocals or roots: their bits differ between CPU makers.
-// No #pragma once here: this file is precompiled, and what a compiler cache brings back was made when the file was of another age,
-// which GCC takes for another file.
+// No #pragma once here: this file is precompiled, and what a compiler cache brings back was made when the
+// file was of another age, which GCC takes for another file.
 #ifndef TESSERA_RENDER_CORE_WIDE_H
 #define TESSERA_RENDER_CORE_WIDE_H
 
@@ -20,7 +20,8 @@
 #include <utility>
 
 #ifndef TESSERA_ISA
-#error "kernel headers are for kernel libraries only (tessera_kernel_library in deploy/cmake/TesseraTargets.cmake)"
+#error \
+    "kernel headers are for kernel libraries only (tessera_kernel_library in deploy/cmake/TesseraTargets.cmake)"
 #endif
 
 namespace tessera::render::TESSERA_ISA {
@@ -151,8 +152,9 @@ struct Wide {
   }
   /// One native vector a part.
   template <class... P>
-    requires(sizeof...(P) == kParts && (std::is_same_v<P, Native<T>> && ...))
-  TESSERA_INLINE explicit Wide(P... parts) : v{parts...} {}
+  requires(sizeof...(P) == kParts && (std::is_same_v<P, Native<T>> && ...)) TESSERA_INLINE
+      explicit Wide(P... parts)
+      : v{parts...} {}
 
   /// `p` is aligned to 64 bytes and has 16 elements.
   static TESSERA_INLINE Wide load(const T* p) {
@@ -190,22 +192,22 @@ using Float = Wide<float>;
 using Int = Wide<std::int32_t>;
 using UInt = Wide<std::uint32_t>;
 
-#define TESSERA_WIDE_BINARY(op, function)                                                 \
-  template <class T>                                                                      \
-  TESSERA_INLINE Wide<T> operator op(Wide<T> a, Wide<T> b) {                              \
-    return Wide<T>::make([&](auto i) { return hn::function(a.v[i()], b.v[i()]); });       \
-  }                                                                                       \
-  template <class T>                                                                      \
-  TESSERA_INLINE Wide<T> operator op(Wide<T> a, std::type_identity_t<T> b) {              \
-    return a op Wide<T>(b);                                                               \
-  }                                                                                       \
-  template <class T>                                                                      \
-  TESSERA_INLINE Wide<T> operator op(std::type_identity_t<T> a, Wide<T> b) {              \
-    return Wide<T>(a) op b;                                                               \
-  }                                                                                       \
-  template <class T, class U>                                                             \
-  TESSERA_INLINE Wide<T>& operator op##=(Wide<T>& a, U b) {                               \
-    return a = a op b;                                                                    \
+#define TESSERA_WIDE_BINARY(op, function)                                           \
+  template <class T>                                                                \
+  TESSERA_INLINE Wide<T> operator op(Wide<T> a, Wide<T> b) {                        \
+    return Wide<T>::make([&](auto i) { return hn::function(a.v[i()], b.v[i()]); }); \
+  }                                                                                 \
+  template <class T>                                                                \
+  TESSERA_INLINE Wide<T> operator op(Wide<T> a, std::type_identity_t<T> b) {        \
+    return a op Wide<T>(b);                                                         \
+  }                                                                                 \
+  template <class T>                                                                \
+  TESSERA_INLINE Wide<T> operator op(std::type_identity_t<T> a, Wide<T> b) {        \
+    return Wide<T>(a) op b;                                                         \
+  }                                                                                 \
+  template <class T, class U>                                                       \
+  TESSERA_INLINE Wide<T>& operator op##=(Wide<T>& a, U b) {                         \
+    return a = a op b;                                                              \
   }
 TESSERA_WIDE_BINARY(+, Add)
 TESSERA_WIDE_BINARY(-, Sub)
@@ -232,19 +234,19 @@ TESSERA_INLINE auto greater_equal(V a, V b) {
 }
 }  // namespace detail
 
-#define TESSERA_WIDE_COMPARE(op, function)                                                                         \
-  template <class T>                                                                                               \
-  TESSERA_INLINE Mask operator op(Wide<T> a, Wide<T> b) {                                                          \
-    return make_parts<Mask>(                                                                                       \
-        [&](auto i) { return hn::RebindMask(Tag<float>(), function(a.v[i()], b.v[i()])); });                       \
-  }                                                                                                                \
-  template <class T>                                                                                               \
-  TESSERA_INLINE Mask operator op(Wide<T> a, std::type_identity_t<T> b) {                                          \
-    return a op Wide<T>(b);                                                                                        \
-  }                                                                                                                \
-  template <class T>                                                                                               \
-  TESSERA_INLINE Mask operator op(std::type_identity_t<T> a, Wide<T> b) {                                          \
-    return Wide<T>(a) op b;                                                                                        \
+#define TESSERA_WIDE_COMPARE(op, function)                                                   \
+  template <class T>                                                                         \
+  TESSERA_INLINE Mask operator op(Wide<T> a, Wide<T> b) {                                    \
+    return make_parts<Mask>(                                                                 \
+        [&](auto i) { return hn::RebindMask(Tag<float>(), function(a.v[i()], b.v[i()])); }); \
+  }                                                                                          \
+  template <class T>                                                                         \
+  TESSERA_INLINE Mask operator op(Wide<T> a, std::type_identity_t<T> b) {                    \
+    return a op Wide<T>(b);                                                                  \
+  }                                                                                          \
+  template <class T>                                                                         \
+  TESSERA_INLINE Mask operator op(std::type_identity_t<T> a, Wide<T> b) {                    \
+    return Wide<T>(a) op b;                                                                  \
   }
 TESSERA_WIDE_COMPARE(==, hn::Eq)
 TESSERA_WIDE_COMPARE(!=, hn::Ne)
@@ -272,9 +274,8 @@ TESSERA_INLINE Wide<T> shift_right(Wide<T> a) {
 /// mask ? a : b
 template <class T>
 TESSERA_INLINE Wide<T> select(Mask mask, Wide<T> a, Wide<T> b) {
-  return Wide<T>::make([&](auto i) {
-    return hn::IfThenElse(hn::RebindMask(Tag<T>(), mask.v[i()]), a.v[i()], b.v[i()]);
-  });
+  return Wide<T>::make(
+      [&](auto i) { return hn::IfThenElse(hn::RebindMask(Tag<T>(), mask.v[i()]), a.v[i()], b.v[i()]); });
 }
 template <class T>
 TESSERA_INLINE Wide<T> select(Mask mask, Wide<T> a, std::type_identity_t<T> b) {
@@ -291,9 +292,9 @@ TESSERA_INLINE Wide<T> select_or_zero(Mask mask, Wide<T> a) {
       [&](auto i) { return hn::IfThenElseZero(hn::RebindMask(Tag<T>(), mask.v[i()]), a.v[i()]); });
 }
 
-#define TESSERA_WIDE_FUNCTION1(name, function)                              \
-  TESSERA_INLINE Float name(Float a) {                                      \
-    return Float::make([&](auto i) { return hn::function(a.v[i()]); });     \
+#define TESSERA_WIDE_FUNCTION1(name, function)                          \
+  TESSERA_INLINE Float name(Float a) {                                  \
+    return Float::make([&](auto i) { return hn::function(a.v[i()]); }); \
   }
 TESSERA_WIDE_FUNCTION1(sqrt, Sqrt)
 TESSERA_WIDE_FUNCTION1(floor, Floor)
@@ -341,9 +342,9 @@ TESSERA_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) 
 }
 TESSERA_INLINE Float lerp(Float t, Float a, Float b) { return fma(t, b - a, a); }
 
-#define TESSERA_WIDE_MATH(name, function)                                               \
-  TESSERA_INLINE Float name(Float a) {                                                  \
-    return Float::make([&](auto i) { return hn::function(Tag<float>(), a.v[i()]); });   \
+#define TESSERA_WIDE_MATH(name, function)                                             \
+  TESSERA_INLINE Float name(Float a) {                                                \
+    return Float::make([&](auto i) { return hn::function(Tag<float>(), a.v[i()]); }); \
   }
 TESSERA_WIDE_MATH(exp, Exp)
 TESSERA_WIDE_MATH(log, Log)
@@ -388,8 +389,10 @@ TESSERA_INLINE Float pow(Float base, Float exponent) {
 }
 
 namespace detail {
-alignas(16) inline constexpr std::uint8_t kReversedNibbles[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
-alignas(16) inline constexpr std::uint8_t kReversedBytes[16] = {3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+alignas(16) inline constexpr std::uint8_t kReversedNibbles[16] = {0, 8, 4, 12, 2, 10, 6, 14,
+                                                                  1, 9, 5, 13, 3, 11, 7, 15};
+alignas(16) inline constexpr std::uint8_t kReversedBytes[16] = {3,  2,  1, 0, 7,  6,  5,  4,
+                                                                11, 10, 9, 8, 15, 14, 13, 12};
 }  // namespace detail
 
 /// Bit 0 becomes bit 31 and so on: nibbles by table, then the order of the bytes.
@@ -402,15 +405,17 @@ TESSERA_INLINE UInt reverse_bits(UInt a) {
     const auto high = hn::BitCast(d8, hn::And(hn::ShiftRight<4>(a.v[i()]), low_bits));
     const auto table = hn::LoadDup128(d8, detail::kReversedNibbles);
     const auto swapped_low = hn::BitCast(d, hn::TableLookupBytes(table, low));
-    const auto swapped = hn::Or(hn::ShiftLeft<4>(swapped_low), hn::BitCast(d, hn::TableLookupBytes(table, high)));
-    return hn::BitCast(d, hn::TableLookupBytes(hn::BitCast(d8, swapped), hn::LoadDup128(d8, detail::kReversedBytes)));
+    const auto swapped =
+        hn::Or(hn::ShiftLeft<4>(swapped_low), hn::BitCast(d, hn::TableLookupBytes(table, high)));
+    return hn::BitCast(
+        d, hn::TableLookupBytes(hn::BitCast(d8, swapped), hn::LoadDup128(d8, detail::kReversedBytes)));
   });
 }
 
 // ---------------------------------------------------------------- memory
 
-/// Every index is valid. Sixteen loads: with the microcode against data sampling, the gather instruction takes 1.5
-/// (AVX-512) to 2.5 times as long (AVX2) [docs/decisions/0001-simd-library.md].
+/// Every index is valid. Sixteen loads: with the microcode against data sampling, the gather instruction
+/// takes 1.5 (AVX-512) to 2.5 times as long (AVX2) [docs/decisions/0001-simd-library.md].
 template <class T>
 TESSERA_INLINE Wide<T> gather(const T* base, Int index) {
   alignas(64) std::int32_t at[kWidth];
@@ -440,8 +445,8 @@ using Float4 = Wide4<float>;
 using Int4 = Wide4<std::int32_t>;
 
 namespace detail {
-/// The four numbers at base + at(0), base + at(4), ... side by side in one native vector. Blending rows as they are
-/// loaded leaves the port free that inserting needs (AVX-512: 8 ns for all of gather4, not 13).
+/// The four numbers at base + at(0), base + at(4), ... side by side in one native vector. Blending rows as
+/// they are loaded leaves the port free that inserting needs (AVX-512: 8 ns for all of gather4, not 13).
 template <class T, class At>
 TESSERA_INLINE auto load_blocks(const T* base, At at) {
   const Tag<T> d;
@@ -472,8 +477,8 @@ class IndexPairs {
 };
 }  // namespace detail
 
-/// base[index[i]] .. base[index[i] + 3] for every lane, transposed: one load a lane instead of four. Lanes that are not active
-/// read base[0] .. base[3], which must be there, and give anything.
+/// base[index[i]] .. base[index[i] + 3] for every lane, transposed: one load a lane instead of four. Lanes
+/// that are not active read base[0] .. base[3], which must be there, and give anything.
 template <class T>
 TESSERA_INLINE Wide4<T> gather4(const T* base, Int index, Mask active) {
   const detail::IndexPairs at(select_or_zero(active, index));
@@ -483,11 +488,15 @@ TESSERA_INLINE Wide4<T> gather4(const T* base, Int index, Mask active) {
     const Tag<T> d;
     const hn::Repartition<std::uint64_t, Tag<T>> d64;
     // Lane k of each block of four is row k: a 4 x 4 transpose in every block.
-    const auto row = [&](int k) { return detail::load_blocks(base, [&](int i) { return at[kFirst + k + i]; }); };
+    const auto row = [&](int k) {
+      return detail::load_blocks(base, [&](int i) { return at[kFirst + k + i]; });
+    };
     const auto a = row(0), b = row(1);
     const auto e = row(2), f = row(3);
-    const auto ab_low = hn::BitCast(d64, hn::InterleaveLower(d, a, b)), ab_high = hn::BitCast(d64, hn::InterleaveUpper(d, a, b));
-    const auto ef_low = hn::BitCast(d64, hn::InterleaveLower(d, e, f)), ef_high = hn::BitCast(d64, hn::InterleaveUpper(d, e, f));
+    const auto ab_low = hn::BitCast(d64, hn::InterleaveLower(d, a, b)),
+               ab_high = hn::BitCast(d64, hn::InterleaveUpper(d, a, b));
+    const auto ef_low = hn::BitCast(d64, hn::InterleaveLower(d, e, f)),
+               ef_high = hn::BitCast(d64, hn::InterleaveUpper(d, e, f));
     result.c[0].v[part()] = hn::BitCast(d, hn::InterleaveLower(d64, ab_low, ef_low));
     result.c[1].v[part()] = hn::BitCast(d, hn::InterleaveUpper(d64, ab_low, ef_low));
     result.c[2].v[part()] = hn::BitCast(d, hn::InterleaveLower(d64, ab_high, ef_high));
@@ -509,7 +518,8 @@ TESSERA_INLINE int compress_store(Wide<T> a, Mask active, T* p) {
   }
   std::size_t written = 0;
   for_each_part([&](auto i) {
-    written += hn::CompressBlendedStore(a.v[i()], hn::RebindMask(Tag<T>(), active.v[i()]), Tag<T>(), p + written);
+    written +=
+        hn::CompressBlendedStore(a.v[i()], hn::RebindMask(Tag<T>(), active.v[i()]), Tag<T>(), p + written);
   });
   return static_cast<int>(written);
 }

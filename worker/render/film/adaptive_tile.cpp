@@ -84,7 +84,8 @@ void AdaptiveTile::open_block() {
     if (x >= film_width_ || y >= film_height_) continue;
     const auto number = static_cast<std::uint32_t>(block.pixels.size());
     block.all.push_back(number);
-    if (x >= result_.x0 && x < result_.x1 && y >= result_.y0 && y < result_.y1) block.inside.push_back(number);
+    if (x >= result_.x0 && x < result_.x1 && y >= result_.y0 && y < result_.y1)
+      block.inside.push_back(number);
     block.pixels.push_back({x, y});
   }
   for (std::uint32_t half : {0, 1}) {
@@ -126,9 +127,9 @@ void AdaptiveTile::take(const Given& given, const float* sample, std::size_t str
   }
 }
 
-/// The squared relative error of a pixel's mean over the pilot of one half: how far both halves of the pilot lie apart,
-/// averaged over block and colours. That is without bias for independent samples, (a - b)^2 / 4 having the variance of
-/// (a + b) / 2 as its mean, and sees what stratified ones gain.
+/// The squared relative error of a pixel's mean over the pilot of one half: how far both halves of the pilot
+/// lie apart, averaged over block and colours. That is without bias for independent samples, (a - b)^2 / 4
+/// having the variance of (a + b) / 2 as its mean, and sees what stratified ones gain.
 double AdaptiveTile::pilot_error(const Block& block, std::uint32_t half) const {
   double error = 0;
   for (std::size_t c = 0; c < kColors; ++c) {
@@ -162,11 +163,12 @@ void AdaptiveTile::finish(Block& block) {
   std::erase_if(blocks_, [&](const std::unique_ptr<Block>& other) { return other.get() == &block; });
 }
 
-/// The mean of both halves' means, as the sum that gives it when it is divided by the number of all samples. `variance`
-/// over that number is the variance of this mean, as it is where every sample weighs the same.
+/// The mean of both halves' means, as the sum that gives it when it is divided by the number of all samples.
+/// `variance` over that number is the variance of this mean, as it is where every sample weighs the same.
 void AdaptiveTile::put_pixel(const Block& block, std::size_t pixel) {
   const Block::Pixel& place = block.pixels[pixel];
-  const std::size_t to = std::size_t{place.y - result_.y0} * (result_.x1 - result_.x0) + (place.x - result_.x0);
+  const std::size_t to =
+      std::size_t{place.y - result_.y0} * (result_.x1 - result_.x0) + (place.x - result_.x0);
   const Block::Sums &a = block.halves[0][pixel], &b = block.halves[1][pixel];
   const double na = block.counts[0], nb = block.counts[1], n = na + nb;
   result_.counts[to] = block.counts[0] + block.counts[1];

@@ -31,7 +31,8 @@ TESSERA_INLINE Float sample_axis(FilterKind kind, const FilterAxis& axis, Float 
   const Float begin = gather(axis.cdf.data(), low), end = gather(axis.cdf.data() + 1, low);
   weight = weight * gather(axis.weight.data(), low);
   const Float inside = (u - begin) / max(end - begin, 1e-30f);
-  return ((to_float(low) + clamp(inside, 0.0f, 1.0f)) * (2.0f / static_cast<float>(axis.weight.size())) - 1.0f) *
+  return ((to_float(low) + clamp(inside, 0.0f, 1.0f)) * (2.0f / static_cast<float>(axis.weight.size())) -
+          1.0f) *
          radius;
 }
 

@@ -10,11 +10,13 @@
 
 namespace tessera::render {
 
-/// Asks for several samples of as many pixels as fit into a batch, the pixels along a Z-order curve, so that those of a
-/// packet are neighbours. No order of batches changes a pixel: its samples are summed along a fixed tree.
+/// Asks for several samples of as many pixels as fit into a batch, the pixels along a Z-order curve, so that
+/// those of a packet are neighbours. No order of batches changes a pixel: its samples are summed along a
+/// fixed tree.
 class FixedTile final : public SampleSource, public Film {
  public:
-  /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are finished.
+  /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are
+  /// finished.
   explicit FixedTile(wire::TileResult& result);
 
   std::size_t next(std::span<SampleName> names) override;

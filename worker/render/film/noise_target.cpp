@@ -6,8 +6,8 @@
 namespace tessera::render {
 namespace {
 
-/// Relative standard deviation of single samples at which a block ends with exactly the error asked for: that of the
-/// usual pixel, as far as stratification leaves it.
+/// Relative standard deviation of single samples at which a block ends with exactly the error asked for: that
+/// of the usual pixel, as far as stratification leaves it.
 constexpr double kUsualDeviation = 1.0 / 3;
 
 }  // namespace
@@ -16,8 +16,8 @@ std::uint32_t samples_for(const NoiseTarget& target, double pilot_error) {
   const std::uint32_t most = std::max(target.samples / 2, kPilotSamples);
   const double deviation = std::sqrt(pilot_error * kPilotSamples) / target.noise;
   // In proportion to the deviation: the fewest samples for a mean squared error [Neyman 1934]. The same error
-  // everywhere (the square of the deviation) would cost as many samples as no adaptation at all. So a block's error is
-  // the target times the root of its deviation over the usual one.
+  // everywhere (the square of the deviation) would cost as many samples as no adaptation at all. So a block's
+  // error is the target times the root of its deviation over the usual one.
   const double both = deviation * kUsualDeviation / target.noise;
   // Not a number is as bad as infinite.
   if (!(both / 2 < most)) return most;

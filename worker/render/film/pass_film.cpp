@@ -54,7 +54,8 @@ std::size_t PassFilm::pixel_at(std::uint32_t x, std::uint32_t y) const {
 void PassFilm::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
   for (std::size_t c = 0; c < channels_; ++c) {
     float* const plane = planes_.data() + c * all_.size();
-    for (std::size_t i = 0; i < names.size(); ++i) plane[pixel_at(names[i].x, names[i].y)] += planes[c * stride + i];
+    for (std::size_t i = 0; i < names.size(); ++i)
+      plane[pixel_at(names[i].x, names[i].y)] += planes[c * stride + i];
   }
 }
 
@@ -68,7 +69,8 @@ void PassFilm::add_splat(const Splat& splat) {
     return std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place - radius - 0.5f)), begin);
   };
   const auto last = [](float place, float radius, std::uint32_t end) {
-    return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place + radius - 0.5f)), std::int64_t{end} - 1);
+    return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place + radius - 0.5f)),
+                                  std::int64_t{end} - 1);
   };
   const std::int64_t first_x = first(splat.x, filter_.x.radius, result_.x0),
                      last_x = last(splat.x, filter_.x.radius, result_.x1);

@@ -1,4 +1,5 @@
-// All pixels of a unit, pass by pass: every pass is one sample of each of them, camera samples and splats together.
+// All pixels of a unit, pass by pass: every pass is one sample of each of them, camera samples and splats
+// together.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,8 @@ namespace tessera::render {
 
 class PassFilm final : public SampleSource, public Film {
  public:
-  /// `result` has its rectangle, sample range and channels set; counts and values are filled in by the last end_pass().
+  /// `result` has its rectangle, sample range and channels set; counts and values are filled in by the last
+  /// end_pass().
   PassFilm(wire::TileResult& result, const PixelFilterRecord& filter);
 
   /// Starts the next pass; false when there is none.

@@ -19,8 +19,9 @@ struct FilterSpec {
 /// One axis of a separable filter: the distribution |f| over [-radius, radius] as equal bins.
 struct FilterAxis {
   float radius = 0.5f;
-  std::vector<float> cdf;     // bins + 1 values from 0 to 1
-  std::vector<float> weight;  // a bin's sign times (integral of |f|) / (integral of f): the weights average to 1
+  std::vector<float> cdf;  // bins + 1 values from 0 to 1
+  std::vector<float>
+      weight;  // a bin's sign times (integral of |f|) / (integral of f): the weights average to 1
 };
 
 /// Box and triangle are sampled in closed form and have no tables.

@@ -9,17 +9,18 @@ namespace tessera::render {
 
 /// One sample of the film.
 struct SampleName {
-  std::uint32_t x, y;    // pixel of the film
-  std::uint32_t index;   // in its sequence
-  std::uint32_t stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a TileRequest
+  std::uint32_t x, y;   // pixel of the film
+  std::uint32_t index;  // in its sequence
+  std::uint32_t
+      stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a TileRequest
 };
 
 /// Says what is to be sampled next.
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
-  /// Fills `names` from the front; returns how many samples are wanted next, 0 when nothing more is. All samples of the
-  /// call before have been given to the film.
+  /// Fills `names` from the front; returns how many samples are wanted next, 0 when nothing more is. All
+  /// samples of the call before have been given to the film.
   virtual std::size_t next(std::span<SampleName> names) = 0;
   /// The pass that all these samples belong to, where work is done in passes (wire::WorkKind).
   virtual std::uint32_t pass() const { return 0; }

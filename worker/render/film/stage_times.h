@@ -33,8 +33,8 @@ struct StageTimes {
   std::array<std::uint64_t, kStageNames.size()> stages{};
   /// Of the batches alone that were looked into, one in some: shares of the stage kShading.
   std::array<std::uint64_t, kShadingPartNames.size()> shading_parts{};
-  /// kMaterials by the index of the material; empty where no batch was looked into. A packet's time is shared evenly
-  /// among its paths.
+  /// kMaterials by the index of the material; empty where no batch was looked into. A packet's time is shared
+  /// evenly among its paths.
   std::vector<std::uint64_t> materials;
 
   StageTimes& operator+=(const StageTimes& other);

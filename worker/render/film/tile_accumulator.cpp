@@ -51,8 +51,8 @@ void TileAccumulator::end_pixels() {
 void TileAccumulator::merge_top() {
   Node& left = stack_[depth_ - 2];
   const Node& right = stack_[depth_ - 1];
-  wire::merge_pixel_nodes(result_.channels, pixels_.size(), left.counts.data(), left.values.data(), pixels_.size(),
-                          right.counts.data(), right.values.data(), pixels_.size());
+  wire::merge_pixel_nodes(result_.channels, pixels_.size(), left.counts.data(), left.values.data(),
+                          pixels_.size(), right.counts.data(), right.values.data(), pixels_.size());
   --depth_;
 }
 

@@ -1,4 +1,5 @@
-// Sums the samples of a tile along the fixed binary tree of DESIGN "the same image everywhere" (docs/architecture.md).
+// Sums the samples of a tile along the fixed binary tree of DESIGN "the same image everywhere"
+// (docs/architecture.md).
 #pragma once
 
 #include <cstddef>
@@ -15,11 +16,11 @@ class TileAccumulator {
   /// `result` has its rectangle, sample range and channels set; the accumulator fills in counts and values.
   explicit TileAccumulator(wire::TileResult& result);
 
-  /// Indices into the tile's pixels, rows from the top; they outlive the calls of add_sample() and end_pixels() that
-  /// follow.
+  /// Indices into the tile's pixels, rows from the top; they outlive the calls of add_sample() and
+  /// end_pixels() that follow.
   void begin_pixels(std::span<const std::uint32_t> pixels);
-  /// The next sample, in order of its index, of every one of those pixels: channel c of pixel i is planes[c * stride +
-  /// i], the channels being those of kSum, in their order.
+  /// The next sample, in order of its index, of every one of those pixels: channel c of pixel i is planes[c *
+  /// stride + i], the channels being those of kSum, in their order.
   void add_sample(const float* planes, std::size_t stride);
   void end_pixels();
 

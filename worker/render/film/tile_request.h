@@ -23,9 +23,10 @@ struct RenderStats {
   std::uint64_t camera_rays = 0;
   std::uint64_t bounce_rays = 0;
   std::uint64_t shadow_rays = 0;
-  std::uint64_t dropped_samples = 0;  // not finite or beyond what a pixel can sum (film/summable.h); counted as black
-  // Samples far brighter than those around them (integrator/fireflies.h), and luminance summed over them and over
-  // all.
+  std::uint64_t dropped_samples =
+      0;  // not finite or beyond what a pixel can sum (film/summable.h); counted as black
+  // Samples far brighter than those around them (integrator/fireflies.h), and luminance summed over them and
+  // over all.
   std::uint64_t fireflies = 0;
   double firefly_light = 0, light = 0;
   std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample

@@ -1,4 +1,5 @@
-// Samples that stand out, counted as they go to the film and left as they are: clamping would darken the image.
+// Samples that stand out, counted as they go to the film and left as they are: clamping would darken the
+// image.
 #pragma once
 
 #include "render/core/wide.h"
@@ -6,8 +7,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// A sample is a firefly when it is so many times as bright as the mean of its batch, which it is part of: that of up
-/// to 1024 samples of neighbouring pixels.
+/// A sample is a firefly when it is so many times as bright as the mean of its batch, which it is part of:
+/// that of up to 1024 samples of neighbouring pixels.
 inline constexpr float kFireflyRatio = 100;
 
 /// Of all lanes.
@@ -19,8 +20,8 @@ inline double sum_of(Float a) {
   return sum;
 }
 
-/// `planes`: R, G and B of `samples` samples, with a stride of `stride`; each plane may be read up to a multiple of
-/// kWidth.
+/// `planes`: R, G and B of `samples` samples, with a stride of `stride`; each plane may be read up to a
+/// multiple of kWidth.
 inline void count_fireflies(const float* planes, std::size_t stride, int samples, RenderStats& stats) {
   const auto luminance = [&](int i) {
     const Float red = Float::load_unaligned(planes + i), green = Float::load_unaligned(planes + stride + i),

@@ -26,8 +26,8 @@ struct IntegratorContext {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// Takes all samples that `work` names, and whatever else the algorithm finds, to `film`. False when it was stopped
-  /// before the end.
+  /// Takes all samples that `work` names, and whatever else the algorithm finds, to `film`. False when it was
+  /// stopped before the end.
   virtual bool render(SampleSource& work, Film& film, std::stop_token stop) = 0;
 };
 

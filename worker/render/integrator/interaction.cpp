@@ -35,14 +35,15 @@ struct Route {
 
   /// Lanes seen from behind go on to what is there.
   void turn(const SceneTables& scene, Mask behind, Mask active) {
-    const Mask turns = and_not(active & behind & ((flags_of(scene, record, active) & kHasBack) != 0), mirrored);
+    const Mask turns =
+        and_not(active & behind & ((flags_of(scene, record, active) & kHasBack) != 0), mirrored);
     if (none(turns)) return;
     record = select(turns, gather(&scene.materials.materials.data()->back, record * kStride, turns), record);
     mirrored |= turns;
   }
 
-  /// Mixes go on to one of their parts, with the probability that the mix gives, until none is left. Materials do not
-  /// contain themselves (build/ sees to that); each level uses up part of u.
+  /// Mixes go on to one of their parts, with the probability that the mix gives, until none is left.
+  /// Materials do not contain themselves (build/ sees to that); each level uses up part of u.
   void pick_parts(const SceneTables& scene, const Surface& surface, Mask behind, Float u, Mask active) {
     for (;;) {
       const Mask mixed = active & is_mix(kind_of(scene, record, active));
@@ -53,7 +54,8 @@ struct Route {
         const Mask second = u < amount;
         record = select(lanes, select(second, Int(mix.mix_b), Int(mix.mix_a)), record);
         inherited = select(lanes, inherited | (mix.flags & kOneSided), inherited);
-        const Float rescaled = select(second, u / max(amount, 1e-30f), (u - amount) / max(1.0f - amount, 1e-30f));
+        const Float rescaled =
+            select(second, u / max(amount, 1e-30f), (u - amount) / max(1.0f - amount, 1e-30f));
         u = select(lanes, clamp(rescaled, 0.0f, kOneMinusEpsilon), u);
       });
       turn(scene, behind, mixed);
@@ -104,21 +106,24 @@ Vec3 bend_normal(const SceneTables& scene, const Surface& surface, Int record, M
 }
 
 /// Bends the normal of bumped lanes; `along` becomes the tangent that goes with the shading normal.
-Vec3 bump_normal(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask bumped, Vec3& along,
-                 MaterialPart& part) {
+Vec3 bump_normal(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask bumped,
+                 Vec3& along, MaterialPart& part) {
   part.ns = surface.ns;
   along = select(bumped, Frame::from_normal_tangent(surface.ns, along).x, along);
   Vec3 n = bend_normal(scene, surface, record, bumped);
-  // Facets that wo does not see from the surface's side are seen by their mirror images [Schuessler et al. 2017].
+  // Facets that wo does not see from the surface's side are seen by their mirror images [Schuessler et al.
+  // 2017].
   const Mask soft = bumped & ((part.flags & kBendsSoftly) != 0);
   const Mask hidden = soft & (dot(wo, surface.ns) * dot(wo, n) <= 0.0f);
   n = select(hidden, surface.ns * (2.0f * dot(n, surface.ns)) - n, n);
   const Float cosine2 = sqr(dot(n, surface.ns));
-  part.bump_alpha2 = select_or_zero(soft, min(0.125f * max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-6f), 1.0f));
+  part.bump_alpha2 =
+      select_or_zero(soft, min(0.125f * max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-6f), 1.0f));
   return n;
 }
 
-void set_frame(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask active, MaterialPart& part) {
+void set_frame(const SceneTables& scene, const Surface& surface, Vec3 wo, Int record, Mask active,
+               MaterialPart& part) {
   if (!scene.any_tangents) {
     part.frame = Frame::from_normal(surface.ns);
     return;
@@ -155,7 +160,8 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
 }
 
 /// Fills both parts of mixes; of mixes of mixes, one part of each.
-void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at) {
+void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
+                    Interaction& at) {
   Route first{surface.material};
   const Mask behind = dot(wo, surface.ns) < 0.0f;
   first.turn(scene, behind, active);
@@ -182,13 +188,15 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
   at.material = whole;
   // Delta is what both are; opacity is that of the mix.
   constexpr std::int32_t kOwn = kHasOpacity | kPassesStraight;
-  const Int both = (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) | (at.flags & ~(kAllDelta | kOwn));
+  const Int both =
+      (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) | (at.flags & ~(kAllDelta | kOwn));
   at.flags = select(mixed, both | kMixed, at.flags);
 }
 
 /// Lanes in which the part scatters light from wi to wo at all, given both in its frame.
 Mask scatters(const MaterialPart& part, Vec3 lo, Vec3 wi, Float li_z, Mask active) {
-  if (part.params.some_flags & kOneSided) active = and_not(active, ((part.flags & kOneSided) != 0) & (lo.z <= 0.0f));
+  if (part.params.some_flags & kOneSided)
+    active = and_not(active, ((part.flags & kOneSided) != 0) & (lo.z <= 0.0f));
   if (part.params.some_flags & kBendsSoftly) {
     // A bent normal must not make light shine through.
     active = and_not(active, ((part.flags & kBendsSoftly) != 0) & (dot(wi, part.ns) * li_z <= 0.0f));
@@ -196,8 +204,8 @@ Mask scatters(const MaterialPart& part, Vec3 lo, Vec3 wi, Float li_z, Mask activ
   return active;
 }
 
-/// Part of the light from wi that the bumps themselves do not shadow [Estevez et al. 2019]: without it bent normals
-/// show a hard terminator. 1 where nothing is bent.
+/// Part of the light from wi that the bumps themselves do not shadow [Estevez et al. 2019]: without it bent
+/// normals show a hard terminator. 1 where nothing is bent.
 Float unshadowed(const MaterialPart& part, Vec3 wi) {
   const Float cosine2 = sqr(dot(wi, part.ns));
   const Float tangent2 = max(1.0f - cosine2, 0.0f) / max(cosine2, 1e-12f);
@@ -238,8 +246,9 @@ BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, 
   return result;
 }
 
-/// `sample` is of one part of a mix, chosen with probability `share`: with what the other would do, chosen with the
-/// rest. A part whose densities are not those of its samples (coated_conductor.h) cannot share in the weight.
+/// `sample` is of one part of a mix, chosen with probability `share`: with what the other would do, chosen
+/// with the rest. A part whose densities are not those of its samples (coated_conductor.h) cannot share in
+/// the weight.
 void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 wo, Float share, Mask lanes,
                       BsdfSample& sample) {
   const Mask spread = and_not(lanes & sample.valid, sample.specular);
@@ -273,7 +282,8 @@ Spectrum albedo_of_part(const MaterialPart& at, Mask active) {
 
 }  // namespace
 
-void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at) {
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
+              Interaction& at) {
   if (scene.any_mix) {
     interact_mixed(scene, surface, wo, u, active, at);
   } else {

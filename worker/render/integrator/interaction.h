@@ -1,5 +1,5 @@
-// From a surface point to a BSDF with its parameters: sides and mixes resolved, textures looked up, normals bent.
-// Shared by all integrators.
+// From a surface point to a BSDF with its parameters: sides and mixes resolved, textures looked up, normals
+// bent. Shared by all integrators.
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -20,15 +20,16 @@ struct MaterialPart {
   Float bump_alpha2;  // squared roughness of a surface that is tilted as much as the bent normal
 };
 
-/// What scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed the first part
-/// counts 1 - amount, and `second` the rest.
+/// What scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed the
+/// first part counts 1 - amount, and `second` the rest.
 struct Interaction : MaterialPart {
   Float amount;
   MaterialPart second;
 };
 
 /// Fills `at`. `wo` is where the path came from; `u` picks the parts of mixes of mixes.
-void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active, Interaction& at);
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
+              Interaction& at);
 
 /// Where light is scattered back to the side of wo only.
 TESSERA_INLINE Mask reflects_only(const Interaction& at) {

@@ -40,8 +40,8 @@ constexpr const char* kIsas[] = {"avx512", "avx2", "neon"};
 
 std::string module_of(const std::string& isa) { return "libtessera_kernel_" + isa + ".so"; }
 
-/// The folders in which dlopen() looks: the program's run path (deploy/cmake/TesseraOptions.cmake), which the loader
-/// does not tell where it does not exist, then those of the system's configuration.
+/// The folders in which dlopen() looks: the program's run path (deploy/cmake/TesseraOptions.cmake), which the
+/// loader does not tell where it does not exist, then those of the system's configuration.
 std::string search_path() {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -52,7 +52,8 @@ std::string search_path() {
   if (self == nullptr || dlinfo(self, RTLD_DI_SERINFOSIZE, &size) != 0) return path;
   std::vector<std::max_align_t> buffer(size.dls_size / sizeof(std::max_align_t) + 1);
   auto* const folders = reinterpret_cast<Dl_serinfo*>(buffer.data());
-  if (dlinfo(self, RTLD_DI_SERINFOSIZE, folders) != 0 || dlinfo(self, RTLD_DI_SERINFO, folders) != 0) return path;
+  if (dlinfo(self, RTLD_DI_SERINFOSIZE, folders) != 0 || dlinfo(self, RTLD_DI_SERINFO, folders) != 0)
+    return path;
   for (unsigned int i = 0; i < folders->dls_cnt; ++i) {
     const std::string folder = folders->dls_serpath[i].dls_name;
     if (folder != own) path += ", " + folder;
@@ -95,8 +96,9 @@ std::vector<std::string> arithmetic_classes(const std::vector<std::string>& isas
   std::vector<std::string> classes;
   for (const std::string& isa : isas) {
     const Kernel* const kernel = find_kernel(isa);
-    classes.push_back(kernel == nullptr ? isa
-                                        : wire::arithmetic_class(isa, embree_version(), kernel->arithmetic_checksum()));
+    classes.push_back(kernel == nullptr
+                          ? isa
+                          : wire::arithmetic_class(isa, embree_version(), kernel->arithmetic_checksum()));
   }
   return classes;
 }
@@ -113,8 +115,8 @@ std::string why_no_kernels() {
   }
   if (modules.empty())
     return "this processor has neither AVX-512 nor AVX2 nor NEON, and there are kernels for no other";
-  return "no kernels: one of " + modules + " is needed; they belong into the folder lib beside bin. Looked in " +
-         search_path() + reasons;
+  return "no kernels: one of " + modules +
+         " is needed; they belong into the folder lib beside bin. Looked in " + search_path() + reasons;
 }
 
 RenderStats& RenderStats::operator+=(const RenderStats& other) {

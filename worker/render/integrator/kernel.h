@@ -1,4 +1,5 @@
-// The seam between code that runs everywhere and the kernels, which are compiled once an ISA into modules of their own.
+// The seam between code that runs everywhere and the kernels, which are compiled once an ISA into modules of
+// their own.
 #pragma once
 
 #include <cstdint>

@@ -34,10 +34,12 @@ constexpr Algorithm kAlgorithms[] = {
 
 std::uint64_t read_clock() { return clock_ticks(); }
 
-constexpr EmbreeKernel kEmbree{{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
-                               &make_embree_query};
+constexpr EmbreeKernel kEmbree{
+    {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
+    &make_embree_query};
 
-constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA), &kEmbree, kAlgorithms, &read_clock, &arithmetic_checksum};
+constexpr Kernel kKernel{TESSERA_STRING(TESSERA_ISA), &kEmbree, kAlgorithms, &read_clock,
+                         &arithmetic_checksum};
 
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA

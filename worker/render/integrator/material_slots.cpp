@@ -18,13 +18,15 @@ std::int32_t any_of(Int flags, Mask active) {
   return result;
 }
 
-/// A texture's value within the range of its slot: files hold whatever they hold. What is no number becomes 0.
+/// A texture's value within the range of its slot: files hold whatever they hold. What is no number becomes
+/// 0.
 TESSERA_INLINE Float bounded(Float value, float highest) {
   return select_or_zero(value > 0.0f, min(value, Float(highest)));
 }
 
 /// Overwrites the textured slots.
-void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured, BsdfParams& params) {
+void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured,
+                      BsdfParams& params) {
   for_each_distinct(record, textured, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
     for (int i = 0; i < kMaterialSpectra; ++i) {
@@ -48,7 +50,9 @@ void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int reco
 void load_constants(const SceneTables& scene, Int record, Mask active, BsdfParams& params) {
   const MaterialRecord* records = scene.materials.materials.data();
   const auto* base = reinterpret_cast<const float*>(records);
-  const auto row_at = [&](const float& first) { return gather4(base + (&first - base), record * kStride, active); };
+  const auto row_at = [&](const float& first) {
+    return gather4(base + (&first - base), record * kStride, active);
+  };
   const auto spectrum_at = [&](const SpectrumSlot& slot) {
     const Float4 row = row_at(slot.value[0]);
     Spectrum value;
@@ -79,7 +83,8 @@ void load_constants(const MaterialRecord& material, BsdfParams& params) {
 }
 
 /// The slots of the ExtendedRecords of `lanes`.
-void load_extended(const SceneTables& scene, const TexturePoint& at, Int record, Mask lanes, BsdfParams& params) {
+void load_extended(const SceneTables& scene, const TexturePoint& at, Int record, Mask lanes,
+                   BsdfParams& params) {
   const ExtendedRecord* records = scene.materials.extended.data();
   const auto* base = reinterpret_cast<const float*>(records);
   const Int index = gather(&scene.materials.materials.data()->extended, record * kStride, lanes);
@@ -133,8 +138,8 @@ void specular_to_eta(Mask lanes, BsdfParams& params) {
 
 }  // namespace
 
-void load_parameters(const SceneTables& scene, const Surface& surface, Int record, const MaterialRecord* common,
-                     Mask active, MaterialPart& part) {
+void load_parameters(const SceneTables& scene, const Surface& surface, Int record,
+                     const MaterialRecord* common, Mask active, MaterialPart& part) {
   BsdfParams& params = part.params;
   params.flags = part.flags;
   params.some_flags = any_of(part.flags, active);
@@ -149,7 +154,8 @@ void load_parameters(const SceneTables& scene, const Surface& surface, Int recor
   if (some_use(kHasTextures)) {
     const Mask textured = active & params.with(kHasTextures);
     look_up_textures(scene, texture_point(surface), record, textured, params);
-    if (some_use(kConductorReflectance)) reflectance_to_k(textured & params.with(kConductorReflectance), params);
+    if (some_use(kConductorReflectance))
+      reflectance_to_k(textured & params.with(kConductorReflectance), params);
     if (some_use(kEtaFromSpecular)) specular_to_eta(textured & params.with(kEtaFromSpecular), params);
   }
   if (!some_use(kUsesExtended)) return;

@@ -21,7 +21,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths) {
     const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
     const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
                reversed = reverse_bits(bit_cast<std::uint32_t>(name.c[2]));
-    const UInt hash = Sampler::stream_hash(Sampler::pixel_hash(seed_, px, py), bit_cast<std::uint32_t>(name.c[3]));
+    const UInt hash =
+        Sampler::stream_hash(Sampler::pixel_hash(seed_, px, py), bit_cast<std::uint32_t>(name.c[3]));
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     // Where on the film, and where on the lens.
@@ -98,14 +99,15 @@ void SampleBatch::drop_bad_samples() {
       ++stats_.dropped_samples;
       if (stats_.warnings.size() >= 8) continue;
       const SampleName& name = names_[i + std::countr_zero(bits)];
-      stats_.warnings.push_back("pixel (" + std::to_string(name.x) + ", " + std::to_string(name.y) + "), sample " +
-                                std::to_string(name.index) +
+      stats_.warnings.push_back("pixel (" + std::to_string(name.x) + ", " + std::to_string(name.y) +
+                                "), sample " + std::to_string(name.index) +
                                 ": radiance is not finite or beyond 1e15; counted as black");
     }
   }
 }
 
-/// Leaves the samples in planes_, channels in the order of wire::channels_for_aovs; returns the stride between them.
+/// Leaves the samples in planes_, channels in the order of wire::channels_for_aovs; returns the stride
+/// between them.
 std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
@@ -124,7 +126,8 @@ std::size_t SampleBatch::fill_planes() {
       for (int c = 0; c < 3; ++c) put_summable(Float::load(albedo_.c[c] + i));
     }
     if (aovs.normal) {
-      for (const auto& component : {normal_.x, normal_.y, normal_.z}) put_summable(Float::load(component + i));
+      for (const auto& component : {normal_.x, normal_.y, normal_.z})
+        put_summable(Float::load(component + i));
     }
     if (aovs.depth) put_summable(Float::load(depth_ + i));
   }

@@ -1,5 +1,5 @@
-// Samples of the film on their way: named by a source, started through the camera, and given to the film once their
-// paths have ended. What all algorithms share whose paths begin at the eye.
+// Samples of the film on their way: named by a source, started through the camera, and given to the film once
+// their paths have ended. What all algorithms share whose paths begin at the eye.
 #pragma once
 
 #include <vector>
@@ -17,10 +17,11 @@ class SampleBatch {
   explicit SampleBatch(const IntegratorContext& context)
       : scene_(context.scene), seed_(context.seed), stats_(context.stats) {}
 
-  /// Asks for the next samples, and starts a path for each: entries 0 .. size() - 1 of `paths`, in slots of the same
-  /// number. False when nothing more is wanted.
+  /// Asks for the next samples, and starts a path for each: entries 0 .. size() - 1 of `paths`, in slots of
+  /// the same number. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths);
-  /// The paths have ended. Fireflies are counted where light was `scattered`: where not, what is bright is a lamp.
+  /// The paths have ended. Fireflies are counted where light was `scattered`: where not, what is bright is a
+  /// lamp.
   void finish(Film& film, bool scattered);
 
   int size() const { return size_; }

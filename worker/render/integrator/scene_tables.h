@@ -52,8 +52,8 @@ struct SceneTables {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
-  // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that 16 of them
-  // mostly have one material. Empty where all shapes are alike.
+  // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
+  // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;
   std::int32_t shading_groups = 0;
   bool any_textures = false;  // some material looks a texture up

@@ -1,5 +1,6 @@
-// Clocks for the stages of a batch. Two reads of the processor's counter a stage and batch cost nothing that can be
-// measured; what goes on within shading is looked at in one batch of paths in 17 (a prime: no rhythm of tiles).
+// Clocks for the stages of a batch. Two reads of the processor's counter a stage and batch cost nothing that
+// can be measured; what goes on within shading is looked at in one batch of paths in 17 (a prime: no rhythm
+// of tiles).
 #pragma once
 
 #include <bit>

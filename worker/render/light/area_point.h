@@ -15,9 +15,10 @@ struct AreaPoint {
   Float extent;        // largest coordinate of the shape about its own origin
 };
 
-/// Density by area of a point that is chosen uniformly by area in object space, `object_area` being all of it. `n` is
-/// the unit normal there, in object space; areas scale by |det M| |M^-T n|.
-TESSERA_INLINE Float stretched_density(Float object_area, const WideAffine& to, const WideAffine& from, Vec3 n) {
+/// Density by area of a point that is chosen uniformly by area in object space, `object_area` being all of
+/// it. `n` is the unit normal there, in object space; areas scale by |det M| |M^-T n|.
+TESSERA_INLINE Float stretched_density(Float object_area, const WideAffine& to, const WideAffine& from,
+                                       Vec3 n) {
   const auto& m = to.m;
   const Float determinant = dot(Vec3{m[0], m[1], m[2]}, cross({m[4], m[5], m[6]}, {m[8], m[9], m[10]}));
   return 1.0f / (object_area * abs(determinant) * length(transform_normal(from, n)));
@@ -41,7 +42,8 @@ TESSERA_INLINE AreaPoint sample_sphere_area(const LightLanes& lanes, Vec2 u) {
   const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
   const Vec3 n = in_object * (1.0f / radius);
   return {transform_point(to, in_object), quadric.front(normalize(transform_normal(from, n))),
-          stretched_density(zone_area(quadric), to, from, n), max_abs(transform_vector(to, {radius, radius, radius}))};
+          stretched_density(zone_area(quadric), to, from, n),
+          max_abs(transform_vector(to, {radius, radius, radius}))};
 }
 TESSERA_INLINE Float sphere_area_density(const LightLanes& lanes, Vec3 point) {
   const QuadricLanes quadric(lanes);
@@ -59,7 +61,8 @@ TESSERA_INLINE AreaPoint sample_cylinder_area(const LightLanes& lanes, Vec2 u) {
   const WideAffine to = quadric.affine(&QuadricRecord::render_from_object);
   const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
   return {transform_point(to, {n.x * radius, n.y * radius, lerp(u.y, z_min, z_max)}),
-          quadric.front(normalize(transform_normal(from, n))), stretched_density(zone_area(quadric), to, from, n),
+          quadric.front(normalize(transform_normal(from, n))),
+          stretched_density(zone_area(quadric), to, from, n),
           max_abs(transform_vector(to, {radius, radius, max(abs(z_min), abs(z_max))}))};
 }
 TESSERA_INLINE Float cylinder_area_density(const LightLanes& lanes, Vec3 point) {
@@ -73,8 +76,10 @@ TESSERA_INLINE Float cylinder_area_density(const LightLanes& lanes, Vec3 point) 
 /// An affine map keeps a uniform density of a plane figure uniform, so any transform will do.
 TESSERA_INLINE AreaPoint sample_disk_area(const LightLanes& lanes, Vec2 u) {
   const QuadricLanes quadric(lanes);
-  const Float radius = quadric.field(&QuadricRecord::radius), inner = quadric.field(&QuadricRecord::inner_radius);
-  // The unit disk, drawn out to the ring between the radii and squeezed into the sector; both keep ratios of areas.
+  const Float radius = quadric.field(&QuadricRecord::radius),
+              inner = quadric.field(&QuadricRecord::inner_radius);
+  // The unit disk, drawn out to the ring between the radii and squeezed into the sector; both keep ratios of
+  // areas.
   const Polar unit = square_to_disk_polar(u);
   const Float r = sqrt(lerp(sqr(unit.radius), sqr(inner), sqr(radius)));
   const Float turn = select(unit.angle < 0.0f, unit.angle + 2.0f * kPi, unit.angle);
@@ -82,8 +87,8 @@ TESSERA_INLINE AreaPoint sample_disk_area(const LightLanes& lanes, Vec2 u) {
   const WideAffine to = quadric.affine(&QuadricRecord::render_from_object);
   const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
   return {transform_point(to, {r * cos(phi), r * sin(phi), quadric.field(&QuadricRecord::height)}),
-          quadric.front(normalize(transform_normal(from, {0.0f, 0.0f, 1.0f}))), 1.0f / lanes.field(&LightRecord::area),
-          max_abs(transform_vector(to, {radius, radius, 0.0f}))};
+          quadric.front(normalize(transform_normal(from, {0.0f, 0.0f, 1.0f}))),
+          1.0f / lanes.field(&LightRecord::area), max_abs(transform_vector(to, {radius, radius, 0.0f}))};
 }
 
 /// A kRectangle's corner, the unit vectors along its sides and across, and the sides' lengths.
@@ -118,9 +123,9 @@ TESSERA_INLINE TrianglePoint sample_triangle_area(const LightLanes& lanes, Vec2 
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
   const Float size = max(max_abs(e1), max_abs(e2));
   const Barycentric b = square_to_triangle(u);
-  return {
-      {fma(p2, b.b2, fma(p1, b.b1, p0 * b.b0)), triangle_normal(e1, e2, size), 1.0f / lanes.field(&LightRecord::area), size},
-      {b.b1, b.b2}};
+  return {{fma(p2, b.b2, fma(p1, b.b1, p0 * b.b0)), triangle_normal(e1, e2, size),
+           1.0f / lanes.field(&LightRecord::area), size},
+          {b.b1, b.b2}};
 }
 
 }  // namespace tessera::render::TESSERA_ISA

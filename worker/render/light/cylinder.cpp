@@ -8,7 +8,8 @@ namespace {
 /// The wall of a cylinder, sampled uniformly in object space.
 class CylinderLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     const LightLanes lanes{table, light, active};
     const AreaPoint at = sample_cylinder_area(lanes, u);
     return sample_from_point(lanes, from.p, at.point, at.normal, at.density, at.extent);

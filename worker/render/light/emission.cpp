@@ -27,7 +27,8 @@ Directions within_pyramid(const LightLanes& lanes, Vec2 u) {
   const Float tan_x = lanes.field(&LightRecord::tan_x), tan_y = lanes.field(&LightRecord::tan_y);
   const Vec3 local = normalize(Vec3{(2.0f * u.x - 1.0f) * tan_x, (2.0f * u.y - 1.0f) * tan_y, Float(1.0f)});
   // The rows of the map into light space are its axes, as they are orthonormal.
-  const Vec3 w = lanes.field3(&LightRecord::vertices, 0) * local.x + lanes.field3(&LightRecord::vertices, 3) * local.y +
+  const Vec3 w = lanes.field3(&LightRecord::vertices, 0) * local.x +
+                 lanes.field3(&LightRecord::vertices, 3) * local.y +
                  lanes.field3(&LightRecord::vertices, 6) * local.z;
   return {normalize(w), 4.0f * tan_x * tan_y * local.z * local.z * local.z};
 }
@@ -75,14 +76,16 @@ AreaPoint sample_area(LightKind kind, const LightLanes& lanes, Vec2 u, Vec2& bar
   return point.at;
 }
 
-Emission from_surface(const LightTable& table, LightKind kind, Int light, Vec2 u_place, Vec2 u_direction, Mask active) {
+Emission from_surface(const LightTable& table, LightKind kind, Int light, Vec2 u_place, Vec2 u_direction,
+                      Mask active) {
   const LightLanes lanes{table, light, active};
   Vec2 barycentric{Float(0.0f), Float(0.0f)};
   const AreaPoint at = sample_area(kind, lanes, u_place, barycentric);
   // Either side of a two-sided emitter, by the first half of one number.
   const Mask two_sided = lanes.field(&LightRecord::two_sided) != 0;
   const Mask back = two_sided & (u_direction.x >= 0.5f);
-  u_direction.x = select(two_sided, select(back, 2.0f * u_direction.x - 1.0f, 2.0f * u_direction.x), u_direction.x);
+  u_direction.x =
+      select(two_sided, select(back, 2.0f * u_direction.x - 1.0f, 2.0f * u_direction.x), u_direction.x);
   const Vec3 normal = select(back, -at.normal, at.normal);
   const Vec3 direction = Frame::from_normal(normal).to_world(square_to_cosine_hemisphere(u_direction));
 
@@ -96,7 +99,8 @@ Emission from_surface(const LightTable& table, LightKind kind, Int light, Vec2 u
 }  // namespace
 
 Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active) {
-  Emission result{no_offset(), no_offset(), {Float(0.0f), Float(0.0f), Float(1.0f)}, Spectrum(0.0f), Mask::none()};
+  Emission result{
+      no_offset(), no_offset(), {Float(0.0f), Float(0.0f), Float(1.0f)}, Spectrum(0.0f), Mask::none()};
   for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t k, Mask lanes) {
     const auto kind = static_cast<LightKind>(k);
     Emission one;

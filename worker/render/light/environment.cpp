@@ -50,13 +50,13 @@ void copy_texels(const TextureImage& image, float scale, Environment& e) {
 }
 
 float brightness(const Environment& e, std::int32_t x, std::int32_t y) {
-  const float* t =
-      &e.texels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(e.width) + static_cast<std::size_t>(x))];
+  const float* t = &e.texels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(e.width) +
+                                  static_cast<std::size_t>(x))];
   return (t[0] + t[1] + t[2]) * (1.0f / 3);
 }
 
-/// Integral over a texel of the map as it is looked up (see infinite.cpp): the interpolated map reaches half a texel
-/// into its neighbours, and must be sampled wherever it is not black.
+/// Integral over a texel of the map as it is looked up (see infinite.cpp): the interpolated map reaches half
+/// a texel into its neighbours, and must be sampled wherever it is not black.
 float lookup_mean(const Environment& e, std::int32_t x, std::int32_t y) {
   if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return brightness(e, x, y);
   constexpr float kWeight[3] = {0.125f, 0.75f, 0.125f};
@@ -80,8 +80,8 @@ double row_weight(const Environment& e, std::int32_t y) {
 /// Below this share of the light, what is brighter than the mean is not worth a shadow ray.
 constexpr float kSmallestShare = 0.02f;
 
-/// Takes the mean off the weights of all texels, down to zero; returns which part of their sum is left, 0 when all
-/// weights are as before.
+/// Takes the mean off the weights of all texels, down to zero; returns which part of their sum is left, 0
+/// when all weights are as before.
 float leave_mean_to_bsdfs(const Environment& e, std::vector<float>& weights) {
   double sum = 0, solid_angle = 0;
   for (const float w : weights) sum += w;
@@ -104,8 +104,8 @@ float leave_mean_to_bsdfs(const Environment& e, std::vector<float>& weights) {
 
 }  // namespace
 
-absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping, float scale,
-                                              const Affine& render_from_light, bool compensate) {
+absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping,
+                                              float scale, const Affine& render_from_light, bool compensate) {
   Environment e;
   e.mapping = mapping;
   e.render_from_light = render_from_light;
@@ -117,10 +117,11 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
     return e;
   }
 
-  if (image.width <= 0 || image.height <= 0) return absl::InvalidArgumentError("the environment image is empty");
+  if (image.width <= 0 || image.height <= 0)
+    return absl::InvalidArgumentError("the environment image is empty");
   if (mapping == EnvironmentMapping::kEqualAreaOctahedral && image.width != image.height)
-    return absl::InvalidArgumentError(
-        absl::StrCat("an octahedral environment image must be square, this one is ", image.width, " x ", image.height));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "an octahedral environment image must be square, this one is ", image.width, " x ", image.height));
   e.width = image.width;
   e.height = image.height;
   copy_texels(image, scale, e);
@@ -134,7 +135,8 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
   if (compensate) e.sampled_share = leave_mean_to_bsdfs(e, weights);
   e.distribution = Piecewise2d::build(weights, e.width, e.height);
   // Beside the radiance, so that a sample reads one cache line for both.
-  for (std::size_t cell = 0; cell < weights.size(); ++cell) e.texels[4 * cell + 3] = e.distribution.density[cell];
+  for (std::size_t cell = 0; cell < weights.size(); ++cell)
+    e.texels[4 * cell + 3] = e.distribution.density[cell];
   return e;
 }
 

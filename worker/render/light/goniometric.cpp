@@ -5,10 +5,12 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// A point light whose intensity in every direction is an equal-area octahedral map [pbrt-v4 GoniometricLight].
+/// A point light whose intensity in every direction is an equal-area octahedral map [pbrt-v4
+/// GoniometricLight].
 class GoniometricLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     LightSample s = point_light().sample(table, light, from, u, active);
     const LightLanes lanes{table, light, active};
     const Vec2 map = octahedral_from_direction(normalize(lanes.to_light(-s.wi)));

@@ -9,7 +9,8 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 const Environment& environment_of(const LightTable& table, std::int32_t light) {
-  return table.environments[static_cast<std::size_t>(table.lights[static_cast<std::size_t>(light)].environment)];
+  return table
+      .environments[static_cast<std::size_t>(table.lights[static_cast<std::size_t>(light)].environment)];
 }
 
 struct Texel {
@@ -25,7 +26,9 @@ Texel whole_texel(const Environment& e, Int x, Int y, Mask active) {
   return result;
 }
 
-Spectrum texel(const Environment& e, Int x, Int y, Mask active) { return whole_texel(e, x, y, active).radiance; }
+Spectrum texel(const Environment& e, Int x, Int y, Mask active) {
+  return whole_texel(e, x, y, active).radiance;
+}
 
 /// pbrt-v4 reads its octahedral maps without interpolation.
 Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
@@ -35,7 +38,8 @@ Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
 
 /// Round about in u, up to the poles in v.
 Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
-  // As Mitsuba 3 does it: columns have their centres at half-integers, but the first and last rows lie on the poles.
+  // As Mitsuba 3 does it: columns have their centres at half-integers, but the first and last rows lie on the
+  // poles.
   const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height - 1);
   const Float x_floor = floor(x), y_floor = floor(y);
   const Int left = to_int(x_floor), top = to_int(y_floor);
@@ -52,7 +56,8 @@ Spectrum uniform_radiance(const LightRecord& record, Mask active) {
   return result;
 }
 
-/// The parallelogram through which the light comes, to the side of its normal only [pbrt-v4 PortalImageInfiniteLight].
+/// The parallelogram through which the light comes, to the side of its normal only [pbrt-v4
+/// PortalImageInfiniteLight].
 struct PortalPlane {
   Vec3 corner, side_u, side_v, normal;
   Float area;
@@ -80,13 +85,15 @@ Mask through_portal(const Environment& e, Vec3 origin, Vec3 wi, Mask active) {
   const Vec3 at = fma(wi, t, origin - plane.corner);
   // Coordinates along the sides of a parallelogram.
   const Float a = dot(cross(at, plane.side_v), plane.normal), b = dot(cross(plane.side_u, at), plane.normal);
-  return active & (slope < 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) & (b <= plane.area);
+  return active & (slope < 0.0f) & (t > 0.0f) & (a >= 0.0f) & (a <= plane.area) & (b >= 0.0f) &
+         (b <= plane.area);
 }
 
 Spectrum map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, Mask active) {
   if (e.mapping == EnvironmentMapping::kUniform) return uniform_radiance(record, active);
   const Vec3 w = normalize(transform_vector(e.light_from_render, wi));
-  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral) return nearest(e, octahedral_from_direction(w), active);
+  if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral)
+    return nearest(e, octahedral_from_direction(w), active);
   return bilinear(e, latlong_from_direction(w).uv, active);
 }
 
@@ -119,14 +126,16 @@ Float map_pdf(const Environment& e, Vec3 w, Mask active) {
       return piecewise2d_density(e.distribution, octahedral_from_direction(w), active) * kInv4Pi;
     case EnvironmentMapping::kLatitudeLongitude: {
       const LatLong place = latlong_from_direction(w);
-      return piecewise2d_density(e.distribution, place.uv, active) * (kInv2Pi * kInvPi) / max(place.sin_theta, 1e-12f);
+      return piecewise2d_density(e.distribution, place.uv, active) * (kInv2Pi * kInvPi) /
+             max(place.sin_theta, 1e-12f);
     }
   }
   return select_or_zero(active, Float(kInv4Pi));
 }
 
 /// A point of the portal, uniformly; the environment is looked up behind it.
-LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 reference, Vec2 u, Mask active) {
+LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 reference, Vec2 u,
+                          Mask active) {
   const PortalPlane plane(e);
   const Vec3 to = fma(plane.side_v, u.y, fma(plane.side_u, u.x, plane.corner - reference));
   const Float distance_squared = length_squared(to);
@@ -143,13 +152,16 @@ LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 
 /// Light from all directions, sampled in proportion to the radiance of an environment map.
 class InfiniteLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
-    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Spectrum(0.0f), Float(0.0f), Mask::none(),
-                       Mask::none()};
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
+    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance),
+                       Spectrum(0.0f),     Float(0.0f),
+                       Mask::none(),       Mask::none()};
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
       if (e.portal_area > 0) {
-        result = select(lanes, sample_portal(e, table.lights[static_cast<std::size_t>(i)], from.p, u, lanes), result);
+        result = select(lanes, sample_portal(e, table.lights[static_cast<std::size_t>(i)], from.p, u, lanes),
+                        result);
         return;
       }
       const MapSample s = sample_map(e, table.lights[static_cast<std::size_t>(i)], u, lanes);
@@ -161,7 +173,8 @@ class InfiniteLight final : public LightModel {
     return result;
   }
 
-  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3, Vec3, Mask active) const override {
+  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3, Vec3,
+            Mask active) const override {
     Float result(0.0f);
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
@@ -188,7 +201,8 @@ const LightModel& infinite_light() {
 
 Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
   const Environment& e = environment_of(table, light);
-  return map_radiance(e, table.lights[static_cast<std::size_t>(light)], wi, through_portal(e, origin, wi, active));
+  return map_radiance(e, table.lights[static_cast<std::size_t>(light)], wi,
+                      through_portal(e, origin, wi, active));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

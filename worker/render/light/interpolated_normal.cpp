@@ -7,20 +7,21 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 Mask is_interpolated(const LightTable& table, Int light, Mask active) {
-  return active & (gather_member(table.lights.data(), &LightRecord::profile, light, active) == kInterpolated) &
+  return active &
+         (gather_member(table.lights.data(), &LightRecord::profile, light, active) == kInterpolated) &
          (kind_of(table, light, active) == static_cast<std::int32_t>(LightKind::kTriangle));
 }
 
 }  // namespace
 
-Float interpolated_normal_factor(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Float distance,
-                                 Float bsdf_pdf, Mask active) {
+Float interpolated_normal_factor(const LightTable& table, Int light, const Surface& surface, Vec3 wo,
+                                 Float distance, Float bsdf_pdf, Mask active) {
   const Mask wanted = is_interpolated(table, light, active);
   if (none(wanted)) return Float(1.0f);
   const LightLanes lanes{table, light, wanted};
   // Either side of a two-sided emitter is a front.
-  const Float side =
-      select((lanes.field(&LightRecord::two_sided) != 0) & (dot(surface.ng, wo) < 0.0f), Float(-1.0f), Float(1.0f));
+  const Float side = select((lanes.field(&LightRecord::two_sided) != 0) & (dot(surface.ng, wo) < 0.0f),
+                            Float(-1.0f), Float(1.0f));
   const Float cos_s = dot(surface.ns, wo) * side, cos_g = dot(surface.ng, wo) * side;
   const Mask lit = wanted & (cos_s > 0.0f);
   const Float pick = lanes.field(&LightRecord::tan_x), area = lanes.field(&LightRecord::tan_y);
@@ -31,8 +32,8 @@ Float interpolated_normal_factor(const LightTable& table, Int light, const Surfa
   return select(wanted, select_or_zero(lit, factor), Float(1.0f));
 }
 
-Float interpolated_normal_factor(const LightTable& table, Int light, Vec3 reference, const LightSample& sample,
-                                 Float bsdf_pdf, Mask active) {
+Float interpolated_normal_factor(const LightTable& table, Int light, Vec3 reference,
+                                 const LightSample& sample, Float bsdf_pdf, Mask active) {
   const Mask wanted = is_interpolated(table, light, active);
   if (none(wanted)) return Float(1.0f);
   const auto field = [&](std::int32_t LightRecord::*member) {

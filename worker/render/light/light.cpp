@@ -27,8 +27,9 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
 
 const LightModel& light_model(LightKind kind) {
   static const std::array<const LightModel*, static_cast<std::size_t>(LightKind::kCount)> models = {
-      &point_light(),  &spot_light(), &distant_light(),  &infinite_light(),   &triangle_light(),   &rectangle_light(),
-      &sphere_light(), &disk_light(), &cylinder_light(), &projection_light(), &goniometric_light()};
+      &point_light(),    &spot_light(),       &distant_light(),    &infinite_light(),
+      &triangle_light(), &rectangle_light(),  &sphere_light(),     &disk_light(),
+      &cylinder_light(), &projection_light(), &goniometric_light()};
   return *models[static_cast<std::size_t>(kind)];
 }
 
@@ -42,7 +43,8 @@ LightSample sample_light(const LightTable& table, Int light, const Receiver& fro
     const Vec3 point = fma(result.wi, result.distance, from.p);
     const Mask lit = result.valid & active;
     result.radiance =
-        select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit), result.radiance);
+        select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit),
+               result.radiance);
   }
   return result;
 }
@@ -57,8 +59,8 @@ Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 b
   // Quadrics are found again from a point near them.
   const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive), shape, Int(-1)};
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-  return texture_factor(table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)),
-                        textured);
+  return texture_factor(
+      table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)), textured);
 }
 
 Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {

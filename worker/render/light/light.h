@@ -11,8 +11,8 @@ namespace tessera::render::TESSERA_ISA {
 /// A point that light falls on, in render space.
 struct Receiver {
   Vec3 p;
-  // Where light is scattered back by a surface only: its unit shading normal, on that side. Lights may be sampled in
-  // proportion to the cosine with it. Zero: not known, or no surface.
+  // Where light is scattered back by a surface only: its unit shading normal, on that side. Lights may be
+  // sampled in proportion to the cosine with it. Zero: not known, or no surface.
   Vec3 normal;
 
   // In all lanes: so far down a path that sampling a light precisely would cost more than it saves.
@@ -24,14 +24,14 @@ struct Receiver {
 
 /// A direction towards a light, as seen from a reference point.
 struct LightSample {
-  Vec3 wi;         // unit, from the reference point towards the light
-  Float distance;  // of a shadow ray that ends just before the light (its own error bound taken off); huge for lights
-                   // at infinity
-  Spectrum
-      radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or irradiance
-  Float pdf;     // of wi, solid angle, given the light; 1 for delta lights
-  Mask valid;    // there is a direction with radiance > 0 and pdf > 0
-  Mask delta;    // no other strategy can find this direction
+  Vec3 wi;            // unit, from the reference point towards the light
+  Float distance;     // of a shadow ray that ends just before the light (its own error bound taken off); huge
+                      // for lights at infinity
+  Spectrum radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or
+                      // irradiance
+  Float pdf;          // of wi, solid angle, given the light; 1 for delta lights
+  Mask valid;         // there is a direction with radiance > 0 and pdf > 0
+  Mask delta;         // no other strategy can find this direction
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
 };
 
@@ -39,11 +39,12 @@ class LightModel {
  public:
   virtual ~LightModel() = default;
   /// Samples light `light` (lanes may hold different lights of this kind) as seen from `from`.
-  virtual LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const = 0;
-  /// Density with which sample() gives the direction `wi`, which from `from` hits the light's surface at `point`
-  /// with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
-  virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
-                    Mask active) const = 0;
+  virtual LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                             Mask active) const = 0;
+  /// Density with which sample() gives the direction `wi`, which from `from` hits the light's surface at
+  /// `point` with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
+  virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
+                    Vec3 normal, Mask active) const = 0;
 };
 
 /// The model of a kind.
@@ -57,7 +58,8 @@ Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 w
 /// Radiance that an area light emits towards `wo` from `surface` (zero from the back of a one-sided emitter).
 Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);
 
-/// Radiance of one environment light that arrives at `origin` along direction `wi`; `light` is the same for all lanes.
+/// Radiance of one environment light that arrives at `origin` along direction `wi`; `light` is the same for
+/// all lanes.
 Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -31,7 +31,8 @@ struct LightLanes {
     // A row of four: none of the arrays ends the record.
     const Float4 row = gather4((table.lights.data()->*member) + first,
                                light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
-    return {select_or_zero(active, row.c[0]), select_or_zero(active, row.c[1]), select_or_zero(active, row.c[2])};
+    return {select_or_zero(active, row.c[0]), select_or_zero(active, row.c[1]),
+            select_or_zero(active, row.c[2])};
   }
   TESSERA_INLINE Spectrum radiance() const {
     const Vec3 rgb = field3(&LightRecord::radiance);
@@ -72,9 +73,9 @@ inline constexpr float kInfiniteDistance = 1e18f;
 
 TESSERA_INLINE Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
-/// How far off the plane through `point` a ray from `reference`, `distance` away, may really end, for rounding at
-/// either end. `extent` is the emitter's. Each coordinate at the light is off by at most eight roundings
-/// (shape/surface.cpp), and so is the origin that the ray starts from.
+/// How far off the plane through `point` a ray from `reference`, `distance` away, may really end, for
+/// rounding at either end. `extent` is the emitter's. Each coordinate at the light is off by at most eight
+/// roundings (shape/surface.cpp), and so is the origin that the ray starts from.
 TESSERA_INLINE Float ray_end_error(Vec3 reference, Vec3 point, Float extent, Float distance) {
   constexpr float kCoordinateError = 0x1p-21f * 1.7320508f;  // along the normal
   return (max_abs(reference) + max_abs(point) + extent + distance) * kCoordinateError;

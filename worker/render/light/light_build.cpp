@@ -28,7 +28,8 @@ void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightR
   const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
   Vec p[3];
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const std::size_t vertex = static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    const std::size_t vertex =
+        static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
     for (std::size_t i = 0; i < 3; ++i)
       p[corner][i] = light.vertices[corner * 3 + i] = table.vertices[vertex].position[i];
   }
@@ -45,7 +46,8 @@ bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRec
   const Vec n = cross({double{v[3]} - v[0], double{v[4]} - v[1], double{v[5]} - v[2]},
                       {double{v[6]} - v[0], double{v[7]} - v[1], double{v[8]} - v[2]});
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const std::size_t vertex = static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    const std::size_t vertex =
+        static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
     const float* at = table.vertices[vertex].normal;
     const Vec normal = {at[0], at[1], at[2]};
     if (length(cross(n, normal)) > 1e-4 * length(n) * length(normal)) return true;
@@ -53,8 +55,8 @@ bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRec
   return false;
 }
 
-void describe_triangles(const ShapeTable& shapes, const ShapeRecord& record, float interpolated_pick, LightRecord light,
-                        std::vector<LightRecord>& lights) {
+void describe_triangles(const ShapeTable& shapes, const ShapeRecord& record, float interpolated_pick,
+                        LightRecord light, std::vector<LightRecord>& lights) {
   const std::size_t first = lights.size();
   double area = 0;
   for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
@@ -89,7 +91,8 @@ double cylinder_area(const QuadricRecord& q) {
 }
 
 double disk_area(const QuadricRecord& q) {
-  const double in_object = 0.5 * q.phi_max * (double{q.radius} * q.radius - double{q.inner_radius} * q.inner_radius);
+  const double in_object =
+      0.5 * q.phi_max * (double{q.radius} * q.radius - double{q.inner_radius} * q.inner_radius);
   return in_object * length(cross(column(q.render_from_object, 0), column(q.render_from_object, 1)));
 }
 
@@ -97,8 +100,9 @@ double disk_area(const QuadricRecord& q) {
 double similarity_scale(const Affine& a) {
   const Vec x = column(a, 0), y = column(a, 1), z = column(a, 2);
   const double scale = length(x);
-  const double skew = std::max({std::abs(length(y) - scale), std::abs(length(z) - scale), std::abs(dot(x, y)) / scale,
-                                std::abs(dot(x, z)) / scale, std::abs(dot(y, z)) / scale});
+  const double skew =
+      std::max({std::abs(length(y) - scale), std::abs(length(z) - scale), std::abs(dot(x, y)) / scale,
+                std::abs(dot(x, z)) / scale, std::abs(dot(y, z)) / scale});
   return skew <= 1e-4 * scale ? scale : 0;
 }
 
@@ -138,8 +142,9 @@ void describe_sphere(const QuadricRecord& q, LightRecord& light) {
 
 }  // namespace
 
-void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
-                        std::int32_t texture, std::vector<LightRecord>& lights, float interpolated_pick) {
+void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance,
+                        bool two_sided, std::int32_t texture, std::vector<LightRecord>& lights,
+                        float interpolated_pick) {
   ShapeRecord& record = shapes.shapes[static_cast<std::size_t>(shape)];
   record.first_light = static_cast<std::int32_t>(lights.size());
   LightRecord light;
@@ -160,7 +165,8 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
       break;
     case ShapeKind::kCylinder:
       light.kind = LightKind::kCylinder;
-      light.area = static_cast<float>(cylinder_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
+      light.area =
+          static_cast<float>(cylinder_area(shapes.quadrics[static_cast<std::size_t>(record.quadric)]));
       break;
     case ShapeKind::kSdfGrid:
     case ShapeKind::kCurves:
@@ -203,8 +209,9 @@ double light_power(const LightTable& table, const LightRecord& light) {
 
 double sampled_power(const LightTable& table, const LightRecord& light) {
   if (light.same_as >= 0) return 0;
-  const double share =
-      light.environment >= 0 ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share : 1;
+  const double share = light.environment >= 0
+                           ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share
+                           : 1;
   const double power = share * light_power(table, light);
   return std::isfinite(power) && power > 0 ? power : 0;
 }
@@ -229,12 +236,13 @@ AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
     emitters[emitter_of(i)] += power.back();
   }
   if (total == 0) return none;
-  const auto shining = static_cast<double>(
-      std::count_if(emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
+  const auto shining = static_cast<double>(std::count_if(
+      emitters.begin(), emitters.end(), [](const auto& emitter) { return emitter.second > 0; }));
   std::vector<double> weights(power.size(), 0);
   for (std::size_t i = 0; i < power.size(); ++i) {
     if (power[i] > 0)
-      weights[i] = by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
+      weights[i] =
+          by_power * power[i] / total + (1 - by_power) / shining * power[i] / emitters[emitter_of(i)];
   }
   AliasTable selection = AliasTable::build(weights);
   for (std::size_t i = 0; i < power.size(); ++i) {

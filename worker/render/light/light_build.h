@@ -7,26 +7,30 @@
 
 namespace tessera::render {
 
-/// Appends a light for every primitive of `shape` (which stands in the world, not in an object) and sets the shape's
-/// first_light. Two triangles in a row that make a rectangle, without a texture, get two records of one light.
-/// `texture` as in LightRecord. Spheres that are cut or not evenly scaled get radius 0, which has them sampled by area.
-/// `interpolated_pick` above 0 makes triangles kInterpolated whose vertex normals are not their own.
-void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance, bool two_sided,
-                        std::int32_t texture, std::vector<LightRecord>& lights, float interpolated_pick = 0);
+/// Appends a light for every primitive of `shape` (which stands in the world, not in an object) and sets the
+/// shape's first_light. Two triangles in a row that make a rectangle, without a texture, get two records of
+/// one light. `texture` as in LightRecord. Spheres that are cut or not evenly scaled get radius 0, which has
+/// them sampled by area. `interpolated_pick` above 0 makes triangles kInterpolated whose vertex normals are
+/// not their own.
+void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance,
+                        bool two_sided, std::int32_t texture, std::vector<LightRecord>& lights,
+                        float interpolated_pick = 0);
 
-/// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's radius.
+/// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's
+/// radius.
 double light_power(const LightTable& table, const LightRecord& light);
 
-/// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), a quarter by power and the
-/// rest evenly; by LightTable::tree, or by the tree where there are several lights and else mixed; or not at all.
+/// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), a quarter by
+/// power and the rest evenly; by LightTable::tree, or by the tree where there are several lights and else
+/// mixed; or not at all.
 enum class LightSelection { kAuto, kTree, kMixed, kPower, kUniform, kNone };
 
-/// Power that light sampling is there to find: none of lights that another stands for, of compensated environments the
-/// part above their mean.
+/// Power that light sampling is there to find: none of lights that another stands for, of compensated
+/// environments the part above their mean.
 double sampled_power(const LightTable& table, const LightRecord& light);
 
-/// A distribution over table.lights that does not look at the receiver (kAuto, kTree: mixed); empty but for zeros in
-/// pmf where nothing is to be sampled.
+/// A distribution over table.lights that does not look at the receiver (kAuto, kTree: mixed); empty but for
+/// zeros in pmf where nothing is to be sampled.
 AliasTable selection_of_lights(const LightTable& table, LightSelection kind);
 
 }  // namespace tessera::render

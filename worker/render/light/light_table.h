@@ -28,29 +28,31 @@ enum class LightKind : std::int32_t {
   kCount
 };
 
-/// One light: a delta light, an environment, or one emitting primitive (a triangle, a sphere, a disk). Two triangles
-/// that make a rectangle are one light: both have the same record, but for their primitives. Render space.
+/// One light: a delta light, an environment, or one emitting primitive (a triangle, a sphere, a disk). Two
+/// triangles that make a rectangle are one light: both have the same record, but for their primitives. Render
+/// space.
 struct LightRecord {
   LightKind kind = LightKind::kPoint;
   std::int32_t shape = -1;     // kTriangle, kRectangle, kSphere, kDisk, kCylinder
   std::int32_t primitive = 0;  // kTriangle, kRectangle: within the shape
   std::int32_t two_sided = 0;
-  float radiance[3] = {0, 0, 0};  // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
-  float area = 0;                 // of lights with a shape, kRectangle: of the whole; render-space units squared
+  float radiance[3] = {0, 0,
+                       0};  // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
+  float area = 0;           // of lights with a shape, kRectangle: of the whole; render-space units squared
   float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere: the centre
-  float radius = 0;               // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
-  float direction[3] = {0, 0,
-                        1};  // kSpot: axis; kDistant: in which the light travels; kRectangle: its normal; unit length
-  float cos_outer = 0;       // kSpot: of the whole cone
-  float cos_inner = 0;       // kSpot: where the falloff begins
+  float radius = 0;  // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
+  float direction[3] = {
+      0, 0, 1};  // kSpot: axis; kDistant: in which the light travels; kRectangle: its normal; unit length
+  float cos_outer = 0;            // kSpot: of the whole cone
+  float cos_inner = 0;            // kSpot: where the falloff begins
   std::int32_t environment = -1;  // kInfinite: index into LightTable::environments
-  // kTriangle: its corners. kRectangle: a corner, and the unit vectors along the two sides from it. kSpot, kProjection,
-  // kGoniometric: rows of the rotation of directions from render to light space.
+  // kTriangle: its corners. kRectangle: a corner, and the unit vectors along the two sides from it. kSpot,
+  // kProjection, kGoniometric: rows of the rotation of directions from render to light space.
   float vertices[9] = {};
   std::int32_t texture = -1;  // factor of the radiance, a node of LightTable::textures; -1: none
   std::int32_t profile = 0;   // LightProfile
-  // kProjection, kSpot with a texture: half of the picture's sides at distance 1; kRectangle: its sides; kInterpolated:
-  // the probability with which Mitsuba picks the mesh, and the mesh's area.
+  // kProjection, kSpot with a texture: half of the picture's sides at distance 1; kRectangle: its sides;
+  // kInterpolated: the probability with which Mitsuba picks the mesh, and the mesh's area.
   float tan_x = 0, tan_y = 0;
   std::int32_t same_as = -1;  // kRectangle, its second triangle: the light that is picked for both; else -1
 };
@@ -72,11 +74,12 @@ struct Environment {
   Affine light_from_render;  // rotation (scale allowed) of directions
   Affine render_from_light;
   std::int32_t width = 0, height = 0;
-  BigArray<float> texels;    // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
+  BigArray<float>
+      texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;  // over the unit square of the map, density proportional to luminance x Jacobian
-  float sampled_share = 1;   // of the light, that the distribution is about: the rest is left to BSDF sampling
-  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space. It travels
-  // to the side that the cross product of the sides points to.
+  float sampled_share = 1;  // of the light, that the distribution is about: the rest is left to BSDF sampling
+  // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
+  // It travels to the side that the cross product of the sides points to.
   float portal[9] = {};
   float portal_area = 0;
 };

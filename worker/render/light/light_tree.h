@@ -1,5 +1,5 @@
-// A hierarchy of lights from which one is picked by what it may bring to a point: a light tree [Conty Estevez & Kulla
-// 2018], but sixteen children wide.
+// A hierarchy of lights from which one is picked by what it may bring to a point: a light tree [Conty Estevez
+// & Kulla 2018], but sixteen children wide.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@ namespace tessera::render {
 
 inline constexpr int kLightTreeWidth = 16;
 
-/// Sixteen children, each one light or many: where they are, where they shine, how brightly. What is not there has no
-/// intensity.
+/// Sixteen children, each one light or many: where they are, where they shine, how brightly. What is not
+/// there has no intensity.
 struct alignas(64) LightTreeNode {
   template <class T>
   using Each = T[kLightTreeWidth];
@@ -18,8 +18,10 @@ struct alignas(64) LightTreeNode {
   Each<float> centre[3] = {};  // of a sphere about them, render space
   Each<float> radius = {};
   Each<float> axis[3] = {};  // of their mean normal, weighed by intensity; unit
-  Each<float> mean = {};  // length of the mean of the unit normals: 1 when all are the same, 0 when there is no telling
-  Each<float> cos_reach = {};         // of the largest angle off the axis at which one of them shines; -2: all around
+  Each<float> mean =
+      {};  // length of the mean of the unit normals: 1 when all are the same, 0 when there is no telling
+  Each<float> cos_reach =
+      {};  // of the largest angle off the axis at which one of them shines; -2: all around
   Each<float> intensity = {};         // a mean over colours; lights without a normal count four times
   Each<std::int32_t> two_sided = {};  // they shine to both sides of their normals
   Each<std::int32_t> link = {};       // a node; ~light where there is only one
@@ -31,7 +33,8 @@ struct LightTree {
   std::vector<std::uint32_t> paths;  // of each light: children to go to, the root's in the lowest four bits
   // Lights at infinity have no place among the nodes. Each is picked as often as the root.
   std::vector<std::int32_t> unbounded;
-  std::vector<float> shares;  // of each light: probability that it, or the root, is picked; 0 for lights in neither
+  std::vector<float>
+      shares;  // of each light: probability that it, or the root, is picked; 0 for lights in neither
 
   bool empty() const { return shares.empty(); }
 };

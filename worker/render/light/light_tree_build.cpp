@@ -105,7 +105,8 @@ void bound_quadric(const LightTable& table, const LightRecord& light, Bounds& b)
     b.add(at);
   }
   if (disk) {
-    // Normals are mapped by the inverse transpose: the cross product of what two tangents become, up to its sign.
+    // Normals are mapped by the inverse transpose: the cross product of what two tangents become, up to its
+    // sign.
     const Vec x = {m[0], m[4], m[8]}, y = {m[1], m[5], m[9]}, z_axis = {m[2], m[6], m[10]};
     Vec n = unit(cross(x, y));
     if ((dot(n, z_axis) < 0) != ((shape.flags & kFlipNormal) != 0)) n = n * -1;
@@ -141,8 +142,8 @@ Bounds bounds_of(const LightTable& table, const LightRecord& light) {
       bound_quadric(table, light, b);
       break;
     default:
-      // Shines from a point, and what has no normal counts four times; a spot into its cone, beyond cos_inner ever
-      // less.
+      // Shines from a point, and what has no normal counts four times; a spot into its cone, beyond cos_inner
+      // ever less.
       b.intensity = 4 * radiance;
       bound_ball(vec(light.position), 0, b);
       b.cone.angle = kPi64;
@@ -156,7 +157,8 @@ Bounds bounds_of(const LightTable& table, const LightRecord& light) {
   return b;
 }
 
-/// The measure of directions that lights shine in, weighed by a cosine [Conty Estevez & Kulla 2018, equation 1].
+/// The measure of directions that lights shine in, weighed by a cosine [Conty Estevez & Kulla 2018, equation
+/// 1].
 double directions(const Bounds& b) {
   const double o = b.cone.angle, w = std::min(o + b.reach, kPi64);
   return 2 * kPi64 * (1 - std::cos(o)) +
@@ -222,7 +224,8 @@ class Builder {
   };
 
   static int bucket_of(const Item& item, std::size_t axis, double low, double size) {
-    return std::clamp(static_cast<int>(kBuckets * (item.bounds.centre()[axis] - low) / size), 0, kBuckets - 1);
+    return std::clamp(static_cast<int>(kBuckets * (item.bounds.centre()[axis] - low) / size), 0,
+                      kBuckets - 1);
   }
 
   /// Reorders `items` so that the first so many are one part.
@@ -265,7 +268,8 @@ class Builder {
       for (std::size_t i = kBuckets; i-- > 1;) above[i] = add_cost(buckets[i], sum);
       sum = {};
       for (std::size_t i = 0; i + 1 < kBuckets; ++i) {
-        const double below = add_cost(buckets[i], sum), cost = (below + above[i + 1]) * (largest / size[axis]);
+        const double below = add_cost(buckets[i], sum),
+                     cost = (below + above[i + 1]) * (largest / size[axis]);
         if (below > 0 && above[i + 1] > 0 && cost < best.cost) best = {cost, axis, static_cast<int>(i)};
       }
     }
@@ -322,9 +326,9 @@ bool is_bounded(const LightRecord& light) {
 }  // namespace
 
 int count_bounded_lights(const LightTable& table) {
-  return static_cast<int>(std::count_if(table.lights.begin(), table.lights.end(), [&](const LightRecord& light) {
-    return is_bounded(light) && sampled_power(table, light) > 0;
-  }));
+  return static_cast<int>(std::count_if(
+      table.lights.begin(), table.lights.end(),
+      [&](const LightRecord& light) { return is_bounded(light) && sampled_power(table, light) > 0; }));
 }
 
 LightTree build_light_tree(const LightTable& table) {

@@ -6,8 +6,8 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// Least part of what comes in from lights that a node's estimate may say: normals may be bent, a mix has two, and the
-/// mean over many lights is a guess.
+/// Least part of what comes in from lights that a node's estimate may say: normals may be bent, a mix has
+/// two, and the mean over many lights is a guess.
 constexpr float kLeastPart = 0.02f;
 
 /// One receiver, the same in all lanes.
@@ -16,16 +16,16 @@ struct OneReceiver {
   bool on_surface;
 };
 
-/// The mean of max(cos, 0) over directions of which the mean vector has a length of `mean` and a cosine of `cosine`
-/// with what they are measured against. Exact for one direction and for all.
+/// The mean of max(cos, 0) over directions of which the mean vector has a length of `mean` and a cosine of
+/// `cosine` with what they are measured against. Exact for one direction and for all.
 Float mean_cosine(Float cosine, Float mean) {
   const Float c = cosine * mean;
   return 0.5f * (c + safe_sqrt(fma(c, c, 0.25f * fnma(mean, mean, Float(1.0f)))));
 }
 
-/// What each of a node's sixteen children may bring to the receiver, but for what is in between: intensity over
-/// distance squared, times the cosines at either end, as means over the child's directions and extent. Zero for what
-/// turns its back on the receiver.
+/// What each of a node's sixteen children may bring to the receiver, but for what is in between: intensity
+/// over distance squared, times the cosines at either end, as means over the child's directions and extent.
+/// Zero for what turns its back on the receiver.
 Float importance(const LightTreeNode& node, const OneReceiver& at) {
   const Vec3 centre{Float::load(node.centre[0]), Float::load(node.centre[1]), Float::load(node.centre[2])};
   const Vec3 axis{Float::load(node.axis[0]), Float::load(node.axis[1]), Float::load(node.axis[2])};
@@ -59,7 +59,8 @@ struct Weights {
 
   explicit Weights(Float weights) {
     weights.store(each);
-    for (int q = 0; q < 4; ++q) quads[q] = (each[4 * q] + each[4 * q + 1]) + (each[4 * q + 2] + each[4 * q + 3]);
+    for (int q = 0; q < 4; ++q)
+      quads[q] = (each[4 * q] + each[4 * q + 1]) + (each[4 * q + 2] + each[4 * q + 3]);
     total = (quads[0] + quads[1]) + (quads[2] + quads[3]);
   }
   /// Of a child; zero for all where nothing can be reached.

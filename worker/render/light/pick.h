@@ -16,8 +16,8 @@ struct LightPick {
 /// Whether lights are to be sampled at all.
 TESSERA_INLINE bool samples_lights(const LightTable& table) { return !table.selection.threshold.empty(); }
 
-/// A light for each receiver, by LightTable::tree where there is one, else by LightTable::selection. `u` is uniform in
-/// [0, 1). Lights are to be sampled.
+/// A light for each receiver, by LightTable::tree where there is one, else by LightTable::selection. `u` is
+/// uniform in [0, 1). Lights are to be sampled.
 LightPick pick_light(const LightTable& table, const Receiver& from, Float u, Mask active);
 
 /// The probability with which pick_light() gives `light`; zero where it never does.

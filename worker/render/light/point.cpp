@@ -7,7 +7,8 @@ namespace {
 /// Shines equally in all directions from one point.
 class PointLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2,
+                     Mask active) const override {
     const LightLanes lanes{table, light, active};
     const Vec3 position = lanes.field3(&LightRecord::position);
     const Vec3 to_light = position - from.p;

@@ -4,11 +4,12 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// A slide projector: a point light within a pyramid, its intensity a picture [pbrt-v4 ProjectionLight; Mitsuba 3
-/// projector].
+/// A slide projector: a point light within a pyramid, its intensity a picture [pbrt-v4 ProjectionLight;
+/// Mitsuba 3 projector].
 class ProjectionLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     LightSample s = point_light().sample(table, light, from, u, active);
     const LightLanes lanes{table, light, active};
     const Vec3 w = lanes.to_light(-s.wi);

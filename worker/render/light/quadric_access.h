@@ -9,7 +9,8 @@ namespace tessera::render::TESSERA_ISA {
 /// The quadrics of 16 lights.
 class QuadricLanes {
  public:
-  TESSERA_INLINE explicit QuadricLanes(const LightLanes& lanes) : table_(*lanes.table.shapes), active_(lanes.active) {
+  TESSERA_INLINE explicit QuadricLanes(const LightLanes& lanes)
+      : table_(*lanes.table.shapes), active_(lanes.active) {
     const Int shape = lanes.field(&LightRecord::shape);
     quadric_ = gather_member(table_.shapes.data(), &ShapeRecord::quadric, shape, active_);
     flip_ = (gather_member(table_.shapes.data(), &ShapeRecord::flags, shape, active_) & kFlipNormal) != 0;

@@ -7,8 +7,8 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// A rectangle is sampled by area below this solid angle, where its parametrisation by solid angle loses its digits and
-/// the two are all but the same.
+/// A rectangle is sampled by area below this solid angle, where its parametrisation by solid angle loses its
+/// digits and the two are all but the same.
 constexpr float kSmallestSolidAngle = 2e-3f;
 
 /// A rectangular light seen from a receiver.
@@ -32,15 +32,17 @@ struct View {
   /// Of a point of the rectangle: parts of the two sides.
   Vec2 parts(Vec3 point) const {
     const Vec3 p = point - sides.corner;
-    return {clamp(dot(p, sides.x) / sides.width, 0.0f, 1.0f), clamp(dot(p, sides.y) / sides.height, 0.0f, 1.0f)};
+    return {clamp(dot(p, sides.x) / sides.width, 0.0f, 1.0f),
+            clamp(dot(p, sides.y) / sides.height, 0.0f, 1.0f)};
   }
 };
 
-/// Two triangles of an emitting mesh that make a rectangle, sampled by the solid angle that it is seen under, times the
-/// cosine.
+/// Two triangles of an emitting mesh that make a rectangle, sampled by the solid angle that it is seen under,
+/// times the cosine.
 class RectangleLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     const LightLanes lanes{table, light, active};
     if (from.roughly) {
       const AreaPoint at = rectangle_point(lanes, RectangleSides(lanes), u);
@@ -59,7 +61,8 @@ class RectangleLight final : public LightModel {
   Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
             Mask active) const override {
     const LightLanes lanes{table, light, active};
-    const Float by_area = pdf_from_point(lanes, from.p, wi, point, normal, 1.0f / lanes.field(&LightRecord::area));
+    const Float by_area =
+        pdf_from_point(lanes, from.p, wi, point, normal, 1.0f / lanes.field(&LightRecord::area));
     if (from.roughly) return by_area;
     const View view(lanes, from);
     const Vec2 u = view.seen.invert(view.parts(point));

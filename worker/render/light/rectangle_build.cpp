@@ -13,8 +13,8 @@ double dot(const double (&a)[3], const double (&b)[3]) { return a[0] * b[0] + a[
 const float* corner(const LightRecord& triangle, int k) { return triangle.vertices + 3 * (k % 3); }
 bool same_point(const float* a, const float* b) { return std::equal(a, a + 3, b); }
 
-/// Whether the corner `k` of one triangle and `opposite` make a rectangle with what they share. Fills its sides, in the
-/// order that keeps the front.
+/// Whether the corner `k` of one triangle and `opposite` make a rectangle with what they share. Fills its
+/// sides, in the order that keeps the front.
 bool is_rectangle(const LightRecord& triangle, int k, const float* opposite, double (&x)[3], double (&y)[3]) {
   const float *p = corner(triangle, k), *next = corner(triangle, k + 1), *last = corner(triangle, k + 2);
   double off[3];

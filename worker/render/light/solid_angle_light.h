@@ -6,8 +6,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// The receiver's cosine with the direction to a corner. Never zero: the normal may be bent, and the light goes on
-/// between its corners.
+/// The receiver's cosine with the direction to a corner. Never zero: the normal may be bent, and the light
+/// goes on between its corners.
 TESSERA_INLINE Float corner_weight(const Receiver& from, Vec3 to_corner, Float inverse_distance) {
   return max(dot(from.normal, to_corner) * inverse_distance, 0.02f);
 }

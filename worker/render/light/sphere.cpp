@@ -37,13 +37,14 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   const Vec3 local = square_to_cone(u, c.one_minus_cos_max);
   LightSample s;
   s.wi = Frame::from_normal(c.axis).to_world(local);
-  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre and h the
-  // half chord; written as a quotient because b and h may be close.
+  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre
+  // and h the half chord; written as a quotient because b and h may be close.
   const Float b = c.distance * local.z;
   const Float off_axis_squared = sqr(c.distance) * (sqr(local.x) + sqr(local.y));
   const Float half_chord = safe_sqrt(sqr(c.radius) - off_axis_squared);
   const Float distance = c.clearance_squared / max(b + half_chord, 1e-30f);
-  // At the limb the error along the ray grows no further than the chord over which the surface bends away by that much.
+  // At the limb the error along the ray grows no further than the chord over which the surface bends away by
+  // that much.
   const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
   const Float cos_light = max(half_chord, sqrt(0.5f * c.radius * error)) / c.radius;
   s.distance = shortened(distance, error, cos_light);
@@ -69,7 +70,8 @@ Float surface_pdf(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, 
 /// A sphere: its solid angle is sampled uniformly from outside, else its surface.
 class SphereLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     const LightLanes lanes{table, light, active};
     const Cone c = cone(lanes, from.p);
     const Mask by_surface = and_not(active, c.usable);
@@ -83,9 +85,11 @@ class SphereLight final : public LightModel {
     const LightLanes lanes{table, light, active};
     const Cone c = cone(lanes, from.p);
     const Mask by_surface = and_not(active, c.usable);
-    Float density = select_or_zero(lanes.shines_towards(normal, -wi) & c.usable, cone_pdf(c.one_minus_cos_max));
+    Float density =
+        select_or_zero(lanes.shines_towards(normal, -wi) & c.usable, cone_pdf(c.one_minus_cos_max));
     if (any(by_surface)) {
-      density = select(by_surface, surface_pdf({table, light, by_surface}, from.p, wi, point, normal), density);
+      density =
+          select(by_surface, surface_pdf({table, light, by_surface}, from.p, wi, point, normal), density);
     }
     return density;
   }

@@ -4,12 +4,13 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// A point light within a cone. The intensity falls from whole at cos_inner to none at cos_outer as a smoothstep of the
-/// cosine [pbrt-v4 SpotLight] or in proportion to the angle [Mitsuba 3 spot]. A texture covers the square about the
-/// cone.
+/// A point light within a cone. The intensity falls from whole at cos_inner to none at cos_outer as a
+/// smoothstep of the cosine [pbrt-v4 SpotLight] or in proportion to the angle [Mitsuba 3 spot]. A texture
+/// covers the square about the cone.
 class SpotLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     LightSample s = point_light().sample(table, light, from, u, active);
     const LightLanes lanes{table, light, active};
     const Float cosine = -dot(lanes.field3(&LightRecord::direction), s.wi);
@@ -18,7 +19,8 @@ class SpotLight final : public LightModel {
     // A cone without a soft edge is a step.
     const Mask soft = width > 0.0f;
     const Float t = clamp((cosine - outer) / select(soft, width, 1.0f), 0.0f, 1.0f);
-    Float falloff = select(soft, t * t * (3.0f - 2.0f * t), select(cosine >= outer, Float(1.0f), Float(0.0f)));
+    Float falloff =
+        select(soft, t * t * (3.0f - 2.0f * t), select(cosine >= outer, Float(1.0f), Float(0.0f)));
     const Mask linear = active & soft & (lanes.field(&LightRecord::profile) == kLinearAngle);
     if (any(linear)) {
       const Float angle = acos(clamp(cosine, -1.0f, 1.0f)), outer_angle = acos(outer);
@@ -29,8 +31,8 @@ class SpotLight final : public LightModel {
     if (table.any_textures) {
       const Vec3 w = lanes.to_light(-s.wi);
       const Float scale = 0.5f / (lanes.field(&LightRecord::tan_x) * max(w.z, 1e-30f));
-      s.radiance =
-          s.radiance * lanes.texture_at({fma(w.x, scale, 0.5f), fma(w.y, scale, 0.5f)}, active & (falloff > 0.0f));
+      s.radiance = s.radiance * lanes.texture_at({fma(w.x, scale, 0.5f), fma(w.y, scale, 0.5f)},
+                                                 active & (falloff > 0.0f));
     }
     s.valid &= falloff > 0.0f;
     return s;

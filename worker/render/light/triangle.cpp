@@ -8,7 +8,8 @@ namespace {
 /// One triangle of an emitting mesh, sampled uniformly by area.
 class TriangleLight final : public LightModel {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) const override {
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
     const LightLanes lanes{table, light, active};
     const TrianglePoint sampled = sample_triangle_area(lanes, u);
     const AreaPoint& at = sampled.at;

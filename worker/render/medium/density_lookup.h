@@ -44,7 +44,8 @@ TESSERA_INLINE Spectrum grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
 TESSERA_INLINE Spectrum density_at(const MediumTable& table, const MediumValue& value, Vec3 p, Mask active) {
   Spectrum result;
   for (int c = 0; c < kSpectrumLanes; ++c) result.c[c] = Float(value.value[c]);
-  if (value.grid >= 0) result = result * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
+  if (value.grid >= 0)
+    result = result * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
   return result;
 }
 

@@ -9,7 +9,8 @@ namespace tessera::render::TESSERA_ISA {
 class MajorantWalk {
  public:
   /// Rays are `distance` long at most; parts outside the medium's bounds are empty.
-  TESSERA_INLINE MajorantWalk(const MediumRecord& medium, Vec3 origin, Vec3 direction, Float distance, Mask active)
+  TESSERA_INLINE MajorantWalk(const MediumRecord& medium, Vec3 origin, Vec3 direction, Float distance,
+                              Mask active)
       : medium_(medium) {
     const Vec3 o = transform_point(medium.bounds_from_render, origin);
     const Vec3 d = transform_vector(medium.bounds_from_render, direction);
@@ -29,8 +30,8 @@ class MajorantWalk {
     for (int a = 0; a < 3; ++a) start_axis(a, from[a], along[a]);
   }
 
-  /// Moves every lane that still runs to its next tentative collision, `u` uniform in [0, 1), and says which met one; the
-  /// others have come to their ends.
+  /// Moves every lane that still runs to its next tentative collision, `u` uniform in [0, 1), and says which
+  /// met one; the others have come to their ends.
   TESSERA_INLINE Mask advance(Float u) {
     Float depth = -log(1.0f - u);  // optical depth to go
     Mask moving = active_;
@@ -41,7 +42,8 @@ class MajorantWalk {
       const Float leave = min(wall, end_);
       const Float crossing = max(leave - t_, 0.0f) * majorant;
       const Mask collides = moving & (majorant > 0.0f) & (depth < crossing);
-      t_ = select(collides, t_ + depth / select(collides, majorant, 1.0f), select(moving, max(leave, t_), t_));
+      t_ =
+          select(collides, t_ + depth / select(collides, majorant, 1.0f), select(moving, max(leave, t_), t_));
       majorant_ = select(collides, majorant, majorant_);
       moving = and_not(moving, collides);
       depth = depth - select_or_zero(moving, crossing);
@@ -75,8 +77,8 @@ class MajorantWalk {
     delta_[a] = select(moves, abs(inverse) * (1.0f / n), Float(1e30f));
     stride_[a] = select(up, Int(1), Int(-1));
   }
-  /// Into the cell behind `wall`. Rays that leave the last cell have come to their ends, whatever rounding says of `t`: far
-  /// from a small medium a step may be too short to change it.
+  /// Into the cell behind `wall`. Rays that leave the last cell have come to their ends, whatever rounding
+  /// says of `t`: far from a small medium a step may be too short to change it.
   TESSERA_INLINE void step(Mask moving, Float wall) {
     for (int a = 0; a < 3; ++a) {
       const Mask crosses = moving & (next_[a] <= wall);

@@ -36,7 +36,8 @@ Spectrum component_probabilities(Spectrum throughput) {
 
 Float weighed_sum(Spectrum a, Spectrum b) { return (a * b).mean() * kSpectrumLanes; }
 
-Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Spectrum throughput, Vec2 u, Mask active) {
+Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Spectrum throughput, Vec2 u,
+                          Mask active) {
   // A component, and a distance by it.
   const Spectrum probability = component_probabilities(throughput);
   Float sigma(medium.sigma_t.value[kSpectrumLanes - 1]), above = probability.c[0];
@@ -62,8 +63,8 @@ Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Sp
   flight.emission = Spectrum(0.0f);
   const Spectrum albedo = constant(medium.albedo);
   if (medium.emits) {
-    flight.emission =
-        select_or_zero(flight.scattered, flight.weight * (Spectrum(1.0f) - albedo) * constant(medium.emission));
+    flight.emission = select_or_zero(flight.scattered,
+                                     flight.weight * (Spectrum(1.0f) - albedo) * constant(medium.emission));
   }
   flight.weight = select(flight.scattered, flight.weight * albedo, flight.weight);
   return flight;
@@ -82,8 +83,8 @@ Coefficients coefficients_at(const MediumTable& table, const MediumRecord& mediu
   return result;
 }
 
-Flight tracked_flight(const MediumTable& table, const MediumRecord& medium, const MediumRays& rays, Spectrum throughput,
-                      NumberStream& numbers, Mask active) {
+Flight tracked_flight(const MediumTable& table, const MediumRecord& medium, const MediumRays& rays,
+                      Spectrum throughput, NumberStream& numbers, Mask active) {
   Flight flight{Mask::none(), rays.distance, Spectrum(1.0f), Spectrum(0.0f)};
   MajorantWalk walk(medium, rays.origin, rays.direction, rays.distance, active);
   for (;;) {
@@ -93,7 +94,8 @@ Flight tracked_flight(const MediumTable& table, const MediumRecord& medium, cons
     const Coefficients at = coefficients_at(table, medium, p, collided);
     const Spectrum sigma_n = max(Spectrum(walk.majorant()) - at.sigma_t, 0.0f);
     if (medium.emits) {
-      const Spectrum absorbed = max(at.sigma_t - at.sigma_s, 0.0f) * density_at(table, medium.emission, p, collided);
+      const Spectrum absorbed =
+          max(at.sigma_t - at.sigma_s, 0.0f) * density_at(table, medium.emission, p, collided);
       flight.emission += select_or_zero(collided, flight.weight * absorbed * (1.0f / walk.majorant()));
     }
     // A real collision or none, in proportion to what the path still carries.
@@ -164,7 +166,8 @@ Flight sample_flight(const MediumTable& table, const MediumRays& rays, Spectrum 
   return result;
 }
 
-Spectrum sample_transmittance(const MediumTable& table, const MediumRays& rays, NumberStream& numbers, Mask active) {
+Spectrum sample_transmittance(const MediumTable& table, const MediumRays& rays, NumberStream& numbers,
+                              Mask active) {
   Spectrum result(1.0f);
   for_each_distinct(rays.medium, active, [&](std::int32_t m, Mask lanes) {
     const MediumRecord& medium = table.media[static_cast<std::size_t>(m)];

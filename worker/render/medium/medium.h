@@ -1,9 +1,10 @@
 // Light in participating media: where it scatters, and how much comes through.
 //
-// Free flights are unbiased: in closed form where the medium is the same everywhere, by delta tracking along a grid of
-// majorants elsewhere [Woodcock et al. 1965; Novak et al. 2018]. Media whose extinction has a colour are sampled with the
-// mixture of its components' densities, weighed by the throughput of the path: one-sample multiple importance sampling
-// [Wilkie et al. 2014; Kutz et al. 2017], so that no weight grows beyond the mixture's.
+// Free flights are unbiased: in closed form where the medium is the same everywhere, by delta tracking along
+// a grid of majorants elsewhere [Woodcock et al. 1965; Novak et al. 2018]. Media whose extinction has a
+// colour are sampled with the mixture of its components' densities, weighed by the throughput of the path:
+// one-sample multiple importance sampling [Wilkie et al. 2014; Kutz et al. 2017], so that no weight grows
+// beyond the mixture's.
 #pragma once
 
 #include "render/color/spectrum.h"
@@ -33,7 +34,7 @@ struct MediumRays {
 
 /// What became of a ray.
 struct Flight {
-  Mask scattered;     // at `t`; else it came through
+  Mask scattered;  // at `t`; else it came through
   Float t;
   Spectrum weight;    // factor of the throughput
   Spectrum emission;  // radiance taken up on the way, by the throughput before it
@@ -43,11 +44,13 @@ struct Flight {
 Flight sample_flight(const MediumTable& table, const MediumRays& rays, Spectrum throughput, Vec2 u,
                      NumberStream& numbers, Mask active);
 
-/// An unbiased estimate of the part of light that comes through: exact where the medium is the same everywhere, by
-/// ratio tracking elsewhere.
-Spectrum sample_transmittance(const MediumTable& table, const MediumRays& rays, NumberStream& numbers, Mask active);
+/// An unbiased estimate of the part of light that comes through: exact where the medium is the same
+/// everywhere, by ratio tracking elsewhere.
+Spectrum sample_transmittance(const MediumTable& table, const MediumRays& rays, NumberStream& numbers,
+                              Mask active);
 
-/// Henyey-Greenstein phase function [Henyey & Greenstein 1941]: value and density for `wi`, given `wo`; both point away.
+/// Henyey-Greenstein phase function [Henyey & Greenstein 1941]: value and density for `wi`, given `wo`; both
+/// point away.
 Float phase_value(const MediumTable& table, Int medium, Vec3 wo, Vec3 wi, Mask active);
 struct PhaseSample {
   Vec3 wi;

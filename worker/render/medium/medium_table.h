@@ -11,9 +11,9 @@ namespace tessera::render {
 /// Samples at the centres of the cells of the unit cube.
 struct DensityGrid {
   std::int32_t size[3] = {1, 1, 1};
-  std::int32_t channels = 1;    // 1 or 3, together
-  Affine grid_from_render;      // to the unit cube
-  std::vector<float> samples;   // x fastest
+  std::int32_t channels = 1;   // 1 or 3, together
+  Affine grid_from_render;     // to the unit cube
+  std::vector<float> samples;  // x fastest
 };
 
 /// A quantity of a medium: the same everywhere, or `grid` (an index into MediumTable::grids) times `value`.
@@ -31,9 +31,9 @@ struct MediumRecord {
   bool emits = false;
   bool homogeneous = true;
   // Not homogeneous: where the medium is, and bounds of sigma_t there.
-  Affine bounds_from_render;         // to the unit cube
+  Affine bounds_from_render;  // to the unit cube
   std::int32_t cells[3] = {1, 1, 1};
-  std::vector<float> majorants;      // largest component of sigma_t in a cell of the unit cube, x fastest
+  std::vector<float> majorants;  // largest component of sigma_t in a cell of the unit cube, x fastest
 };
 
 struct MediumTable {
@@ -41,7 +41,8 @@ struct MediumTable {
   std::vector<DensityGrid> grids;
 };
 
-/// Fills cells and majorants of a medium that is not homogeneous, whose other members are set [Novak et al. 2014].
+/// Fills cells and majorants of a medium that is not homogeneous, whose other members are set [Novak et al.
+/// 2014].
 void build_majorants(const MediumTable& table, MediumRecord& medium);
 
 }  // namespace tessera::render

@@ -1,5 +1,5 @@
-// A distribution over the unit square whose density is bilinear: a first guess of an integrand that is known at the
-// four corners [Hart et al. 2020].
+// A distribution over the unit square whose density is bilinear: a first guess of an integrand that is known
+// at the four corners [Hart et al. 2020].
 #pragma once
 
 #include "render/core/constants.h"

@@ -26,7 +26,8 @@ TESSERA_INLINE DiscreteSample sample_discrete(const AliasTable& table, Float u, 
 
   // Stretch the part of the bin that was hit to [0, 1); neither part is empty where it was hit.
   const Float above = in_bin - threshold, rest = 1.0f - threshold;
-  const Float remapped = select(stay, in_bin, above) / select(stay, threshold, select(rest > 0.0f, rest, 1.0f));
+  const Float remapped =
+      select(stay, in_bin, above) / select(stay, threshold, select(rest > 0.0f, rest, 1.0f));
   return {index, gather(table.pmf.data(), index, active), min(remapped, kOneMinusEpsilon)};
 }
 

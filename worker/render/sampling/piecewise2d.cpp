@@ -74,7 +74,8 @@ Piecewise2d Piecewise2d::build(std::span<const float> weights, std::int32_t widt
     if (row_sums[y] == 0) std::fill(row.begin(), row.end(), 1.0);
     const double sum = row_sums[y] == 0 ? static_cast<double>(columns) : row_sums[y];
     write_cdf(row, sum, &result.conditional_cdf[y * (columns + 1)]);
-    append_guide(&result.conditional_cdf[y * (columns + 1)], width, result.conditional_guides, result.conditional_guide);
+    append_guide(&result.conditional_cdf[y * (columns + 1)], width, result.conditional_guides,
+                 result.conditional_guide);
   }
   return result;
 }

@@ -1,4 +1,5 @@
-// A piecewise-constant distribution over the unit square: rows by a marginal CDF, columns by conditional CDFs.
+// A piecewise-constant distribution over the unit square: rows by a marginal CDF, columns by conditional
+// CDFs.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +16,14 @@ struct Piecewise2d {
   std::vector<float> marginal_cdf;  // height + 1 values from 0 to 1
   BigArray<float> conditional_cdf;  // height rows of width + 1 values from 0 to 1
   BigArray<float> density;          // width * height; integrates to 1 over the unit square
-  // Where to look in a CDF: entry k of a row's guide is the cell in which k / (entries - 1) lies [Chen & Asau 1974].
+  // Where to look in a CDF: entry k of a row's guide is the cell in which k / (entries - 1) lies [Chen & Asau
+  // 1974].
   std::int32_t marginal_guides = 0, conditional_guides = 0;  // entries of a row, a power of two plus one
   BigArray<std::int32_t> marginal_guide;                     // one row
   BigArray<std::int32_t> conditional_guide;                  // height rows
 
-  /// `weights` are row-major, rows from v = 0 on; not normalised. Negative or non-finite weights count as zero; all zero:
-  /// uniform.
+  /// `weights` are row-major, rows from v = 0 on; not normalised. Negative or non-finite weights count as
+  /// zero; all zero: uniform.
   static Piecewise2d build(std::span<const float> weights, std::int32_t width, std::int32_t height);
 };
 

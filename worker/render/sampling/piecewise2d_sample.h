@@ -46,8 +46,8 @@ TESSERA_INLINE CdfPlace invert_cdf(const float* cdf, Int first, const std::int32
 
 /// A point of the unit square, distributed as `p`; `u` is uniform in [0, 1)^2.
 TESSERA_INLINE Piecewise2dPlace locate_piecewise2d(const Piecewise2d& p, Vec2 u, Mask active) {
-  const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.marginal_guide.data(), Int(0),
-                                                  p.marginal_guides, u.y, active);
+  const detail::CdfPlace row = detail::invert_cdf(p.marginal_cdf.data(), Int(0), p.marginal_guide.data(),
+                                                  Int(0), p.marginal_guides, u.y, active);
   const detail::CdfPlace column =
       detail::invert_cdf(p.conditional_cdf.data(), row.cell * (p.width + 1), p.conditional_guide.data(),
                          row.cell * p.conditional_guides, p.conditional_guides, u.x, active);

@@ -1,5 +1,5 @@
-// Sample sequences. A value is a pure function of (seed, pixel, sample index, dimension), so any machine can make any
-// sample of any pixel.
+// Sample sequences. A value is a pure function of (seed, pixel, sample index, dimension), so any machine can
+// make any sample of any pixel.
 #pragma once
 
 #include "render/core/constants.h"
@@ -28,8 +28,9 @@ TESSERA_INLINE UInt pascal_reversed(UInt x) {
   return x ^ shift_right<16>(x & 0xffff0000u);
 }
 
-/// The sequences of 16 (pixel, sample) pairs. "sobol" pads the first two Sobol' dimensions: each pair of dimensions is
-/// the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel and dimension [Burley 2020].
+/// The sequences of 16 (pixel, sample) pairs. "sobol" pads the first two Sobol' dimensions: each pair of
+/// dimensions is the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel
+/// and dimension [Burley 2020].
 class Sampler {
  public:
   /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index.
@@ -37,7 +38,8 @@ class Sampler {
       : kind_(kind), pixel_(pixel), reversed_sample_(reversed_sample) {}
 
   static TESSERA_INLINE UInt pixel_hash(std::uint64_t seed, UInt x, UInt y) {
-    return hash(hash(x, UInt(static_cast<std::uint32_t>(seed))), hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
+    return hash(hash(x, UInt(static_cast<std::uint32_t>(seed))),
+                hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
   }
 
   /// Of one of the pixel's sequences: independent of those of other streams; stream 0 is the pixel itself.

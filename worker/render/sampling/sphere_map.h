@@ -1,5 +1,5 @@
-// The maps between the unit square of an image and all directions. (0, 0) is the image's upper left corner: u runs along
-// rows, v down the columns.
+// The maps between the unit square of an image and all directions. (0, 0) is the image's upper left corner: u
+// runs along rows, v down the columns.
 #pragma once
 
 #include "render/core/constants.h"
@@ -7,7 +7,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Equal-area octahedral, +z in the middle of the square and -z at its corners [Clarberg 2008], oriented as in pbrt-v4.
+/// Equal-area octahedral, +z in the middle of the square and -z at its corners [Clarberg 2008], oriented as
+/// in pbrt-v4.
 TESSERA_INLINE Vec3 direction_from_octahedral(Vec2 uv) {
   const Float u = 2.0f * uv.x - 1.0f, v = 2.0f * uv.y - 1.0f;
   const Float au = abs(u), av = abs(v);
@@ -29,11 +30,12 @@ TESSERA_INLINE Vec2 octahedral_from_direction(Vec3 w) {
   const Float av = phi * r, au = r - av;
   const Mask lower = w.z < 0.0f;
   const Float fu = select(lower, 1.0f - av, au), fv = select(lower, 1.0f - au, av);
-  return {clamp(0.5f * (copysign(fu, w.x) + 1.0f), 0.0f, 1.0f), clamp(0.5f * (copysign(fv, w.y) + 1.0f), 0.0f, 1.0f)};
+  return {clamp(0.5f * (copysign(fu, w.x) + 1.0f), 0.0f, 1.0f),
+          clamp(0.5f * (copysign(fv, w.y) + 1.0f), 0.0f, 1.0f)};
 }
 
-/// Latitude-longitude as in Mitsuba 3: +y at the top, the left and right edges at -z, a quarter of the way along at +x.
-/// `sin_theta` is the sine of the angle to +y.
+/// Latitude-longitude as in Mitsuba 3: +y at the top, the left and right edges at -z, a quarter of the way
+/// along at +x. `sin_theta` is the sine of the angle to +y.
 struct LatLong {
   Vec2 uv;
   Float sin_theta;

@@ -8,10 +8,14 @@ namespace tessera::render::TESSERA_ISA {
 
 class SphericalRectangle {
  public:
-  /// `corner` is relative to the point of view; `x` and `y` are the unit vectors along the sides from it, which are at
-  /// right angles, `normal` the one across.
+  /// `corner` is relative to the point of view; `x` and `y` are the unit vectors along the sides from it,
+  /// which are at right angles, `normal` the one across.
   TESSERA_INLINE SphericalRectangle(Vec3 corner, Vec3 x, Vec3 y, Vec3 normal, Float width, Float height)
-      : width_(width), height_(height), x0_(dot(corner, x)), y0_(dot(corner, y)), z_(abs(dot(corner, normal))) {
+      : width_(width),
+        height_(height),
+        x0_(dot(corner, x)),
+        y0_(dot(corner, y)),
+        z_(abs(dot(corner, normal))) {
     y1_ = y0_ + height_;
     const Corners whole(x0_, x0_ + width_, y0_, y1_, z_);
     for (int i = 0; i < 4; ++i) inverse_[i] = whole.inverse[i];
@@ -26,10 +30,11 @@ class SphericalRectangle {
   /// 1 / distance of the corners: the one given, the others going round by way of x.
   TESSERA_INLINE Float inverse_distance(int corner) const { return inverse_[corner]; }
 
-  /// Parts of the sides at which a direction meets the rectangle that is uniform within it. The relative error is about
-  /// 1e-6 over the solid angle.
+  /// Parts of the sides at which a direction meets the rectangle that is uniform within it. The relative
+  /// error is about 1e-6 over the solid angle.
   TESSERA_INLINE Vec2 sample(Vec2 u) const {
-    // z components of the normals of the planes through the sides, which point away; angles between two of them.
+    // z components of the normals of the planes through the sides, which point away; angles between two of
+    // them.
     const Float x1 = x0_ + width_;
     const Float n0 = -y0_ / distance(y0_, z_), n2 = y1_ / distance(y1_, z_), n3 = -x0_ / distance(x0_, z_);
     const Float g2 = acos(clamp(-n2 * n3, -1.0f, 1.0f)), g3 = acos(clamp(-n3 * n0, -1.0f, 1.0f));
@@ -44,7 +49,8 @@ class SphericalRectangle {
     const Float d = distance(x, z_);
     const Float h = lerp(u.y, y0_ / distance(y0_, d), y1_ / distance(y1_, d));
     const Float y = min(max(h * d / max(safe_sqrt(fma(-h, h, 1.0f)), 1e-18f), y0_), y1_);
-    return {clamp((x - x0_) / max(width_, 1e-37f), 0.0f, 1.0f), clamp((y - y0_) / max(height_, 1e-37f), 0.0f, 1.0f)};
+    return {clamp((x - x0_) / max(width_, 1e-37f), 0.0f, 1.0f),
+            clamp((y - y0_) / max(height_, 1e-37f), 0.0f, 1.0f)};
   }
 
   /// The u with which sample() gives a point.

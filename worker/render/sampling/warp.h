@@ -1,5 +1,5 @@
-// Maps from the unit square to the shapes and directions that are sampled. Each keeps areas, so that strata of the
-// square stay strata of the result; `u` is uniform in [0, 1)^2.
+// Maps from the unit square to the shapes and directions that are sampled. Each keeps areas, so that strata
+// of the square stay strata of the result; `u` is uniform in [0, 1)^2.
 #pragma once
 
 #include "render/core/constants.h"
@@ -35,7 +35,8 @@ TESSERA_INLINE Vec3 square_to_cosine_hemisphere(Vec2 u) {
 }
 TESSERA_INLINE Float cosine_hemisphere_pdf(Float cos_theta) { return max(cos_theta, 0.0f) * kInvPi; }
 
-/// Uniform within the cone around +z whose half-angle has 1 - cosine `one_minus_cos_max`. Exact for narrow cones.
+/// Uniform within the cone around +z whose half-angle has 1 - cosine `one_minus_cos_max`. Exact for narrow
+/// cones.
 TESSERA_INLINE Vec3 square_to_cone(Vec2 u, Float one_minus_cos_max) {
   const Float x = u.x * one_minus_cos_max;  // 1 - cos(theta)
   const Float sin_theta = safe_sqrt(x * (2.0f - x));

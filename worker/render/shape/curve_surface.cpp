@@ -84,7 +84,8 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
   ng = select(l2 > 1e-12f, normalize(ng), Frame::from_normal(tangent).x);
   const Vec3 across = cross(ng, tangent);
 
-  // The offset of the ray from the axis: for what faces the ray the same all along it, and so without the error of t.
+  // The offset of the ray from the axis: for what faces the ray the same all along it, and so without the
+  // error of t.
   const Vec3 from_axis = o - axis.p;
   const Float offset = dot(ribbon ? fma(d, hit.t, from_axis) : from_axis, across);
   const Float radius = max(axis.radius, 0.0f);
@@ -104,10 +105,12 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
     u_first = gather(record.params.data(), hit.primitive * 2, active);
     u_last = gather(record.params.data() + 1, hit.primitive * 2, active);
   }
-  // Rays leave a flat curve from two widths off it, so that they do not meet the same curve turned their way [pbrt-v4].
+  // Rays leave a flat curve from two widths off it, so that they do not meet the same curve turned their way
+  // [pbrt-v4].
   const Float extent = largest_coordinate(axis.p) + radius;
   s.p = select(active, p, s.p);
-  s.error = select(active, along_normal(ng, extent * kPositionError + (ribbon ? Float(0.0f) : radius * 4.0f)), s.error);
+  s.error = select(active, along_normal(ng, extent * kPositionError + (ribbon ? Float(0.0f) : radius * 4.0f)),
+                   s.error);
   s.ng = select(active, ng, s.ng);
   s.ns = select(active, ns, s.ns);
   s.uv = {select(active, lerp(u, u_first, u_last), s.uv.x), select(active, h * 0.5f + 0.5f, s.uv.y)};

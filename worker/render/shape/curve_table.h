@@ -19,9 +19,10 @@ struct CurvesRecord {
   std::int32_t bspline = 0;  // uniform B-splines; else Bezier
   std::vector<CurvePoint> points;
   std::vector<std::uint32_t> starts;  // first of four control points of every segment: primitives
-  std::vector<float> normals;  // kRibbon: x y z a control point, unit, and one float more for Embree's wide loads
-  std::vector<float> params;   // u at the beginning and the end of every segment; empty: 0 and 1
-  std::int32_t pieces = 4;     // straight pieces that a segment is as good as
+  std::vector<float>
+      normals;  // kRibbon: x y z a control point, unit, and one float more for Embree's wide loads
+  std::vector<float> params;  // u at the beginning and the end of every segment; empty: 0 and 1
+  std::int32_t pieces = 4;    // straight pieces that a segment is as good as
 };
 
 }  // namespace tessera::render

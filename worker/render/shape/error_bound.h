@@ -5,7 +5,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// 2^-21: eight roundings of a float. Interpolating a point takes about five; the rest covers the intersector's own.
+/// 2^-21: eight roundings of a float. Interpolating a point takes about five; the rest covers the
+/// intersector's own.
 inline constexpr float kPositionError = 4.76837158e-7f;
 
 TESSERA_INLINE Float largest_coordinate(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }

@@ -11,12 +11,13 @@ namespace {
 /// A sample of the grid, the nearest one for places outside.
 Float sample_at(const SdfGridRecord& grid, Int x, Int y, Int z, Mask active) {
   const auto inside = [](Int i, std::int32_t size) { return min(max(i, 0), size - 1); };
-  const Int index = (inside(z, grid.size[2]) * grid.size[1] + inside(y, grid.size[1])) * grid.size[0] + inside(x, grid.size[0]);
+  const Int index = (inside(z, grid.size[2]) * grid.size[1] + inside(y, grid.size[1])) * grid.size[0] +
+                    inside(x, grid.size[0]);
   return gather(grid.samples.data(), index, active);
 }
 
-/// The gradient that is continuous across voxels: a blend of those of the eight voxels about the nearest sample, each
-/// continued to `p` [Hansson-Soederlund, Evans & Akenine-Moeller 2022]. `p` in grid coordinates.
+/// The gradient that is continuous across voxels: a blend of those of the eight voxels about the nearest
+/// sample, each continued to `p` [Hansson-Soederlund, Evans & Akenine-Moeller 2022]. `p` in grid coordinates.
 Vec3 smooth_gradient(const SdfGridRecord& grid, Vec3 p, Mask active) {
   const Float along[3] = {p.x, p.y, p.z};
   Int cell[3], low[3];  // of the voxel around p, and of the lower of the eight
@@ -71,11 +72,12 @@ Vec3 smooth_gradient(const SdfGridRecord& grid, Vec3 p, Mask active) {
 
 }  // namespace
 
-void sdf_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
-                 Surface& s) {
+void sdf_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
+                 Mask active, Surface& s) {
   const SdfGridRecord& grid = table.sdf_grids[static_cast<std::size_t>(shape.quadric)];
   const Vec3 scale = sdf_scale(grid);
-  const Vec3 guess = transform_point(grid.object_from_render, o) + transform_vector(grid.object_from_render, d) * hit.t;
+  const Vec3 guess =
+      transform_point(grid.object_from_render, o) + transform_vector(grid.object_from_render, d) * hit.t;
   const Int lower = gather(grid.voxels.data(), hit.primitive, active);
   const SdfVoxel voxel(grid, lower, active);
   const Vec3 corner = voxel_position(grid, lower);
@@ -91,13 +93,15 @@ void sdf_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& h
   Vec3 ng = normalize(transform_normal(grid.object_from_render, gradient));
   Vec3 ns = ng;
   if (grid.smooth_normals) {
-    ns = face_forward(normalize(transform_normal(grid.object_from_render, smooth_gradient(grid, in_grid, active))), ng);
+    ns = face_forward(
+        normalize(transform_normal(grid.object_from_render, smooth_gradient(grid, in_grid, active))), ng);
   }
   if (shape.flags & kFlipNormal) ng = -ng, ns = -ns;
 
   const auto& m = grid.render_from_object.m;
   const Vec3 spread = transform_vector(grid.render_from_object, {Float(1.0f), Float(1.0f), Float(1.0f)});
-  const Float extent = largest_coordinate(p) + largest_coordinate(spread) + std::abs(m[3]) + std::abs(m[7]) + std::abs(m[11]);
+  const Float extent =
+      largest_coordinate(p) + largest_coordinate(spread) + std::abs(m[3]) + std::abs(m[7]) + std::abs(m[11]);
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * (4 * kPositionError)), s.error);
   s.ng = select(active, ng, s.ng);

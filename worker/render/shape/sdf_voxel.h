@@ -12,7 +12,8 @@ struct SdfVoxel {
   TESSERA_INLINE SdfVoxel(const SdfGridRecord& grid, Int lower, Mask active) {
     const std::int32_t row = grid.size[0], slice = grid.size[0] * grid.size[1];
     for (int i = 0; i < 8; ++i) {
-      corner[i] = gather(grid.samples.data() + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice, lower, active);
+      corner[i] =
+          gather(grid.samples.data() + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice, lower, active);
     }
   }
   TESSERA_INLINE Float value(Vec3 p) const {
@@ -25,7 +26,8 @@ struct SdfVoxel {
       const auto edge = [&](int i) { return corner[low + i + step] - corner[low + i]; };
       return lerp(v, lerp(u, edge(0), edge(a)), lerp(u, edge(b), edge(a + b)));
     };
-    return {difference(0, 1, 2, 4, p.y, p.z), difference(0, 2, 1, 4, p.x, p.z), difference(0, 4, 1, 2, p.x, p.y)};
+    return {difference(0, 1, 2, 4, p.y, p.z), difference(0, 2, 1, 4, p.x, p.z),
+            difference(0, 4, 1, 2, p.x, p.y)};
   }
 };
 

@@ -1,7 +1,8 @@
 // Geometry as the kernels read it: plain arrays, filled by build/, the same for every ISA.
 //
-// Positions are in render space: world space minus the camera's origin (subtracted in double), so that floats are
-// finest where the camera looks. Shapes of an Object stay in instance space; an InstanceRecord places them.
+// Positions are in render space: world space minus the camera's origin (subtracted in double), so that floats
+// are finest where the camera looks. Shapes of an Object stay in instance space; an InstanceRecord places
+// them.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +18,16 @@ enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk, kCylinder, kSd
 
 /// Bits of ShapeRecord::flags.
 enum ShapeFlags : std::int32_t {
-  kFlipNormal = 1,   // all but kTriangles: the geometric normal is the negative of the kind's own. Triangles are wound so
-                     // that cross(p1 - p0, p2 - p0) is the geometric normal.
-  kHasNormals = 2,   // shading normals
+  kFlipNormal = 1,  // all but kTriangles: the geometric normal is the negative of the kind's own. Triangles
+                    // are wound so that cross(p1 - p0, p2 - p0) is the geometric normal.
+  kHasNormals = 2,  // shading normals
   kHasUvs = 4,
-  kHasAlpha = 8,     // opacity below 1 somewhere: its Embree geometry has filter functions
+  kHasAlpha = 8,       // opacity below 1 somewhere: its Embree geometry has filter functions
   kMediumBorder = 16,  // interior and exterior differ
 };
 
-/// One shape; its index is its Embree geometry id, in whichever Embree scene it lies. The kernels read the first two
-/// rows of four members each at once.
+/// One shape; its index is its Embree geometry id, in whichever Embree scene it lies. The kernels read the
+/// first two rows of four members each at once.
 struct ShapeRecord {
   ShapeKind kind = ShapeKind::kTriangles;
   std::int32_t material = 0;
@@ -35,8 +36,8 @@ struct ShapeRecord {
   // kTriangles
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
   std::int32_t first_vertex = 0;    // in ShapeTable::vertices
-  std::int32_t quadric = 0;  // kSphere, kDisk, kCylinder: in ShapeTable::quadrics; kSdfGrid: in ShapeTable::sdf_grids;
-                             // kCurves: in ShapeTable::curves
+  std::int32_t quadric = 0;         // kSphere, kDisk, kCylinder: in ShapeTable::quadrics; kSdfGrid: in
+                                    // ShapeTable::sdf_grids; kCurves: in ShapeTable::curves
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
@@ -64,19 +65,21 @@ struct QuadricRecord {
   float height = 0;        // disk
   float z_min = -1, z_max = 1, phi_max = 6.28318530718f;
   std::int32_t partial = 0;  // a sphere that is not whole, or a disk or cylinder cut by phi_max
-  std::int32_t maps_uv = 0;  // (u', v') = (uv_map[0] u + uv_map[1] v + uv_map[2], uv_map[3] u + ...) of pbrt's parameters
+  std::int32_t maps_uv =
+      0;  // (u', v') = (uv_map[0] u + uv_map[1] v + uv_map[2], uv_map[3] u + ...) of pbrt's parameters
   float uv_map[6] = {1, 0, 0, 0, 1, 0};
 };
 
-/// The zero level of samples that are trilinear in between. They fill the unit cube of object space, the first and last
-/// along an axis on its faces.
+/// The zero level of samples that are trilinear in between. They fill the unit cube of object space, the
+/// first and last along an axis on its faces.
 struct SdfGridRecord {
   Affine render_from_object;
   Affine object_from_render;
   std::int32_t size[3] = {2, 2, 2};
   std::int32_t smooth_normals = 0;
-  std::vector<float> samples;        // x fastest
-  std::vector<std::int32_t> voxels;  // samples at the lower corners of the voxels that hold a piece of the surface: primitives
+  std::vector<float> samples;  // x fastest
+  std::vector<std::int32_t>
+      voxels;  // samples at the lower corners of the voxels that hold a piece of the surface: primitives
 };
 
 struct InstanceRecord {

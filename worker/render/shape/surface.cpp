@@ -55,8 +55,8 @@ TESSERA_INLINE Int4 gather_row(const ShapeTable& table, int first, Int shape, Ma
 
 /// Weights of a triangle's second and third vertex where a ray meets it [Moller1997], with a division that
 /// rounds alike on every machine: Embree's are found with an approximate one
-/// (docs/decisions/0019-arithmetic-classes.md). `from_ray` leads from the first vertex to a point of the ray, `normal`
-/// is cross(e1, e2). Embree's stand where the ray lies in the triangle's plane.
+/// (docs/decisions/0019-arithmetic-classes.md). `from_ray` leads from the first vertex to a point of the ray,
+/// `normal` is cross(e1, e2). Embree's stand where the ray lies in the triangle's plane.
 TESSERA_INLINE Vec2 exact_weights(Vec3 e1, Vec3 e2, Vec3 normal, Vec3 from_ray, Vec3 d, Vec2 approximate) {
   const Vec3 moment = cross(d, from_ray);
   const Float inverse = 1.0f / dot(d, normal);
@@ -67,8 +67,8 @@ TESSERA_INLINE Vec2 exact_weights(Vec3 e1, Vec3 e2, Vec3 normal, Vec3 from_ray, 
   return {select(usable, b1, approximate.x), select(usable, b2, approximate.y)};
 }
 
-TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Vec3 o, Vec3 d, Mask active,
-                                     bool want_tangents, Surface& s) {
+TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, Int flags, Vec3 o, Vec3 d,
+                                     Mask active, bool want_tangents, Surface& s) {
   const Int4 range = gather_row(table, offsetof(ShapeRecord, first_triangle) / 4, hit.shape, active);
   static_assert(offsetof(ShapeRecord, first_vertex) == offsetof(ShapeRecord, first_triangle) + 4);
   const Int first_triangle = range.c[0], first_vertex = range.c[1];
@@ -206,8 +206,8 @@ void map_parameters(const QuadricRecord& q, ObjectPoint& point) {
   point.dpdv = (dpdv * Float(m[0]) - dpdu * Float(m[1])) * Float(inverse);
 }
 
-void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
-                     bool want_tangents, Surface& s) {
+void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
+                     Mask active, bool want_tangents, Surface& s) {
   const QuadricRecord& q = table.quadrics[shape.quadric];
   const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
   const Vec3 guess = fma(od, hit.t, oo);
@@ -219,8 +219,9 @@ void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hi
 
   // The transform's own roundings count: the extent of the object about its origin, seen in render space.
   const Vec3 spread = transform_vector(q.render_from_object, Vec3{point.extent, point.extent, point.extent});
-  const Float extent = largest_coordinate(p) + largest_coordinate(spread) + std::abs(q.render_from_object.m[3]) +
-                       std::abs(q.render_from_object.m[7]) + std::abs(q.render_from_object.m[11]);
+  const Float extent = largest_coordinate(p) + largest_coordinate(spread) +
+                       std::abs(q.render_from_object.m[3]) + std::abs(q.render_from_object.m[7]) +
+                       std::abs(q.render_from_object.m[11]);
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
   s.ng = select(active, ng, s.ng);
@@ -268,8 +269,9 @@ Placement placement_at(const ShapeTable& table, Int instance, Float time, Mask p
 void place_instances(const Placement& at, Mask placed, bool want_tangents, Surface& s) {
   const WideAffine &to = at.to, &from = at.from;
   const Vec3 p = transform_point(to, s.p);
-  const Float growth = largest_coordinate(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
-                                          abs(Vec3{to.m[2], to.m[6], to.m[10]}));
+  const Float growth =
+      largest_coordinate(abs(Vec3{to.m[0], to.m[4], to.m[8]}) + abs(Vec3{to.m[1], to.m[5], to.m[9]}) +
+                         abs(Vec3{to.m[2], to.m[6], to.m[10]}));
   const Vec3 ng = normalize(transform_normal(from, s.ng));
   const Float extent = largest_coordinate(p) + largest_coordinate(s.p) * growth + at.shift;
   s.error = select(placed, s.error * growth + along_normal(ng, extent * kPositionError), s.error);
@@ -291,8 +293,9 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   const Int kind = what.c[0], flags = what.c[2], first_light = what.c[3];
 
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-  Surface s{zero,    Float(0.0f), zero,          zero,          {Float(0.0f), Float(0.0f)}, zero, zero, Int(0),
-            Int(-1), hit.shape,   hit.primitive, {hit.u, hit.v}};
+  Surface s{zero,          Float(0.0f),   zero,   zero,    {Float(0.0f), Float(0.0f)},
+            zero,          zero,          Int(0), Int(-1), hit.shape,
+            hit.primitive, {hit.u, hit.v}};
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
   const Mask placed = active & (hit.instance >= 0);
   Placement placement;

@@ -9,7 +9,7 @@ namespace tessera::render::TESSERA_ISA {
 
 /// What a ray met. `shape` is -1 for a miss; `instance` is -1 outside instances.
 struct Hit {
-  Float t;  // ray parameter
+  Float t;     // ray parameter
   Float u, v;  // barycentric weights of vertices 1 and 2 (triangles)
   Int primitive;
   Int shape;
@@ -20,20 +20,20 @@ struct Hit {
 /// A point on a surface, in render space.
 struct Surface {
   Vec3 p;
-  Float error;   // distance along `ng` within which the true surface lies
-  Vec3 ng;       // geometric normal, unit
-  Vec3 ns;       // shading normal, unit, on the side of ng
+  Float error;  // distance along `ng` within which the true surface lies
+  Vec3 ng;      // geometric normal, unit
+  Vec3 ns;      // shading normal, unit, on the side of ng
   Vec2 uv;
   Vec3 dpdu, dpdv;  // only with `want_tangents`
   Int material;
-  Int light;     // -1: does not emit
+  Int light;  // -1: does not emit
   Int shape, primitive;
   Vec2 barycentric;
 };
 
-/// Geometry at the active hits of rays with origin `o` and direction `d`. Hit points are recomputed from the surface
-/// itself (barycentrics, reprojection), not from the ray, so that `error` depends on the shape and not on t
-/// [Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., sec. 6.8].
+/// Geometry at the active hits of rays with origin `o` and direction `d`. Hit points are recomputed from the
+/// surface itself (barycentrics, reprojection), not from the ray, so that `error` depends on the shape and
+/// not on t [Pharr, Jakob & Humphreys, Physically Based Rendering, 4th ed., sec. 6.8].
 Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents);
 
 TESSERA_INLINE TexturePoint texture_point(const Surface& s) {

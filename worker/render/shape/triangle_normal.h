@@ -4,8 +4,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// The power of two that brings sides to size 1, `size` being the largest of their coordinates: products of four
-/// lengths of 1e-10 or 1e10 are beyond a float.
+/// The power of two that brings sides to size 1, `size` being the largest of their coordinates: products of
+/// four lengths of 1e-10 or 1e10 are beyond a float.
 TESSERA_INLINE Float scale_of_sides(Float size) {
   constexpr std::uint32_t kExponent = 0x7f800000, kTwiceOne = 0x7f000000;
   return bit_cast<float>(UInt(kTwiceOne) - (bit_cast<std::uint32_t>(size) & kExponent));

@@ -13,7 +13,8 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Cosines with shading and geometric normal do not cancel as they do on a path from the eye [Veach 1997, section 5.3].
+/// Cosines with shading and geometric normal do not cancel as they do on a path from the eye [Veach 1997,
+/// section 5.3].
 Float normal_ratio(const Surface& s, const Frame& frame, Vec3 from, Vec3 to) {
   const Float in = abs(dot(from, frame.z)) / max(abs(dot(from, s.ng)), 1e-6f);
   return in * abs(dot(to, s.ng)) / max(abs(dot(to, frame.z)), 1e-6f);
@@ -60,8 +61,9 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 
     const DiscreteSample choice =
         sample_discrete(scene_.lights.selection, sampler.get_2d(dimension::kEmitter).x, active);
-    const Emission ray = sample_emission(scene_.lights, choice.index, sampler.get_2d(dimension::kEmissionPlace),
-                                         sampler.get_2d(dimension::kEmissionDirection), active);
+    const Emission ray =
+        sample_emission(scene_.lights, choice.index, sampler.get_2d(dimension::kEmissionPlace),
+                        sampler.get_2d(dimension::kEmissionDirection), active);
     const Mask alive = active & ray.valid & (choice.pmf > 0.0f);
     const Float scale = 1.0f / (select(alive, choice.pmf, 1.0f) * static_cast<float>(scene_.camera.width) *
                                 static_cast<float>(scene_.camera.height));
@@ -86,7 +88,8 @@ void LightTracer::advance(int depth, Film& film) {
 void LightTracer::intersect() {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, false, hits_.arrays());
+  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, false,
+                hits_.arrays());
 }
 
 void LightTracer::shade(int depth, const FilmRect& rect) {
@@ -100,13 +103,15 @@ void LightTracer::shade(int depth, const FilmRect& rect) {
     const WidePath path = load(scene_, paths_, i);
     if (scene_.any_motion) found.time = path.time;
     Event e(path,
-            {scene_.sampler.kind, gather(pixel_hash_, path.slot, active), gather(reversed_sample_, path.slot, active)},
+            {scene_.sampler.kind, gather(pixel_hash_, path.slot, active),
+             gather(reversed_sample_, path.slot, active)},
             dimension::kFirstLightEvent + depth * dimension::kPairsPerLightEvent);
     Vertex& v = e.vertex;
     v.wo = -path.direction;
     v.time = found.time;
     v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
-    interact(scene_, v.surface, v.wo, e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).y, hit, v.at);
+    interact(scene_, v.surface, v.wo, e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).y, hit,
+             v.at);
     if (scene_.any_opacity) {
       if (const Mask partly = partly_open(v, hit); any(partly)) {
         open_surface(scene_, e.sampler.get_2d(e.first_pair + dimension::kLobe).y, partly, v);
@@ -122,17 +127,18 @@ void LightTracer::join_to_camera(const Event& e, Mask hit, const FilmRect& rect)
   const Vertex& v = e.vertex;
   const Mask wanted = joinable(v, hit);
   if (none(wanted)) return;
-  const CameraConnection eye = connect_to_camera(scene_.camera, v.surface.p,
-                                                 e.sampler.get_2d(e.first_pair + dimension::kJoinLens), v.time, wanted);
+  const CameraConnection eye = connect_to_camera(
+      scene_.camera, v.surface.p, e.sampler.get_2d(e.first_pair + dimension::kJoinLens), v.time, wanted);
   const Mask seen = wanted & eye.valid & lands(eye.film, rect);
   if (none(seen)) return;
   const Vec3 to_eye = eye.lens - v.surface.p;
   const Float distance = length(to_eye);
   const Vec3 w = to_eye * (1.0f / max(distance, 1e-30f));
-  // Radiance towards the eye of light that comes from where the path comes from; the cosine at the light's side is the
-  // shading normal's, so the geometric one takes its place.
+  // Radiance towards the eye of light that comes from where the path comes from; the cosine at the light's
+  // side is the shading normal's, so the geometric one takes its place.
   const BsdfEval bsdf = eval_bsdf(v.at, w, v.wo, seen);
-  const Float geometry = eye.importance * abs(dot(w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
+  const Float geometry =
+      eye.importance * abs(dot(w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
   const Spectrum value = e.path.beta * bsdf.f_cos * (geometry * scene_.exposure);
   Mask shines = and_not(seen, is_black(value));
   for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(value.c[c]);
@@ -167,8 +173,8 @@ void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight * transport;
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
-  alive &=
-      survive_roulette(next.beta, next.roulette_scale, e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).x);
+  alive &= survive_roulette(next.beta, next.roulette_scale,
+                            e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).x);
 
   // Entries are read 16 at a time before they are overwritten, and never move up.
   kept += append(scene_, next, alive, paths_, kept);
@@ -176,8 +182,8 @@ void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
 
 void LightTracer::trace_connections(Film& film) {
   const StageTimer timer(stats_.times, Stage::kShadow);
-  rays_.occluded(arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)), connections_.size,
-                 connections_.distance);
+  rays_.occluded(arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)),
+                 connections_.size, connections_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
   splats_.clear();
   for (int i = 0; i < connections_.size; ++i) {

@@ -1,9 +1,9 @@
-// Light tracing: paths begin at the lights, and every point that they are scattered at is joined to the camera [Arvo
-// 1986; Dutre, Lafortune & Willems 1993]. What it finds easily, caustics above all, is what path tracing hardly finds,
-// and the other way round: surfaces seen in a mirror stay black.
+// Light tracing: paths begin at the lights, and every point that they are scattered at is joined to the
+// camera [Arvo 1986; Dutre, Lafortune & Willems 1993]. What it finds easily, caustics above all, is what path
+// tracing hardly finds, and the other way round: surfaces seen in a mirror stay black.
 //
-// A pass traces as many paths as the film has pixels; they may land anywhere on it. Lights that the camera sees
-// directly are added by camera rays.
+// A pass traces as many paths as the film has pixels; they may land anywhere on it. Lights that the camera
+// sees directly are added by camera rays.
 #pragma once
 
 #include <stop_token>
@@ -21,7 +21,11 @@ namespace tessera::render::TESSERA_ISA {
 class LightTracer final : public Integrator {
  public:
   explicit LightTracer(const IntegratorContext& context)
-      : scene_(context.scene), rays_(context.rays), seed_(context.seed), stats_(context.stats), eye_(context, 0) {}
+      : scene_(context.scene),
+        rays_(context.rays),
+        seed_(context.seed),
+        stats_(context.stats),
+        eye_(context, 0) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 

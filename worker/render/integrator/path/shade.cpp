@@ -34,11 +34,12 @@ struct Wavefront::Event {
 
 namespace {
 
-/// Paths end at random only after this many further events. Measured: docs/decisions/0006-media-and-passing.md.
+/// Paths end at random only after this many further events. Measured:
+/// docs/decisions/0006-media-and-passing.md.
 constexpr int kRouletteStart = 3;
 
-/// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in media,
-/// whose points come arbitrarily close to lamps.
+/// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in
+/// media, whose points come arbitrarily close to lamps.
 constexpr int kFirstRoughEvent = 2;
 
 /// Power heuristic with exponent 2 [Veach 1997], for one sample of each strategy.
@@ -136,15 +137,15 @@ void Wavefront::add_emission(const Event& e, Mask hit) {
   Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit);
   const Mask weighed = lit & (e.path.pdf > 0.0f);
   if (any(weighed)) {
-    const Float pdf =
-        light_pdf(scene_.lights, surface.light, e.reference, e.path.direction, surface.p, surface.ng, weighed) *
-        pick_pmf(scene_.lights, surface.light, e.reference, weighed);
+    const Float pdf = light_pdf(scene_.lights, surface.light, e.reference, e.path.direction, surface.p,
+                                surface.ng, weighed) *
+                      pick_pmf(scene_.lights, surface.light, e.reference, weighed);
     radiance *= select(weighed, power_heuristic(e.path.pdf, pdf), 1.0f);
   }
   if (scene_.lights.any_interpolated) {
     const Float distance = length(surface.p - e.reference.p);
-    radiance *=
-        interpolated_normal_factor(scene_.lights, surface.light, surface, e.vertex.wo, distance, e.path.pdf, lit);
+    radiance *= interpolated_normal_factor(scene_.lights, surface.light, surface, e.vertex.wo, distance,
+                                           e.path.pdf, lit);
   }
   batch_.add_radiance(radiance * e.path.beta, e.path.slot, lit);
 }
@@ -174,12 +175,13 @@ void Wavefront::sample_one_light(const Event& e, Mask events, int depth) {
   const Float weight = select(light.delta, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
   Spectrum contribution = e.path.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
   if (scene_.lights.any_interpolated) {
-    contribution *= interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
+    contribution *=
+        interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
   }
   const Mask shines = and_not(reachable, is_black(contribution));
 
-  // From the offset origin to the point just before the light: the offset of a large surface may exceed the light's
-  // own margin, and would then make the light shadow itself.
+  // From the offset origin to the point just before the light: the offset of a large surface may exceed the
+  // light's own margin, and would then make the light shadow itself.
   WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
@@ -196,7 +198,8 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight;
   next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
-  next.roulette_scale = select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
+  next.roulette_scale =
+      select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
   next.slot = e.path.slot;
   if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
   next.time = v.time;

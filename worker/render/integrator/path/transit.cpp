@@ -1,5 +1,5 @@
-// What happens to light between two scattering events in volumetric scenes: media that it flies through, surfaces that
-// it passes without being scattered.
+// What happens to light between two scattering events in volumetric scenes: media that it flies through,
+// surfaces that it passes without being scattered.
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/passing.h"
@@ -14,7 +14,8 @@ using dimension::kMostCrossings;
 /// Length of rays that meet nothing.
 constexpr float kEndless = 1e18f;
 
-NumberStream stream_of(const SampleBatch& batch, Int slot, dimension::Stream use, int depth, int round, Mask active) {
+NumberStream stream_of(const SampleBatch& batch, Int slot, dimension::Stream use, int depth, int round,
+                       Mask active) {
   return NumberStream(hash(batch.key(slot, active), UInt(dimension::stream_key(use, depth, round))));
 }
 
@@ -100,7 +101,8 @@ void Wavefront::retrace(int count) {
     const Mask active = Mask::first(count - i);
     const Int path = Int::load(transit_.path + i);
     const Hit hit = load_hit(transit_.hits, i);
-    HitState::for_each([&](const auto& from, auto& to) { scatter_lanes(from, to, path, active); }, hit, hits_);
+    HitState::for_each([&](const auto& from, auto& to) { scatter_lanes(from, to, path, active); }, hit,
+                       hits_);
   }
 }
 
@@ -117,7 +119,8 @@ void Wavefront::march_shadow_rays(int depth) {
   // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
   int n = shadows_.size;
   for (int round = 0; n > 0 && round <= kMostCrossings; ++round) {
-    rays_.nearest(arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time)), n, false, hits_.arrays());
+    rays_.nearest(arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time)), n, false,
+                  hits_.arrays());
     stats_.shadow_rays += static_cast<std::uint64_t>(n);
     int kept = 0;
     for (int i = 0; i < n; i += kWidth) kept = march(depth, round, i, Mask::first(n - i), kept);
@@ -137,7 +140,8 @@ int Wavefront::march(int depth, int round, int i, Mask active, int kept) {
     NumberStream numbers = stream_of(batch_, ray.slot, dimension::Stream::kShadow, depth, round, active);
     const MediumRays rays{ray.medium, ray.origin, ray.direction, select(met, hit.t, ray.distance)};
     ray.contribution =
-        select(inside, ray.contribution * sample_transmittance(scene_.media, rays, numbers, inside), ray.contribution);
+        select(inside, ray.contribution * sample_transmittance(scene_.media, rays, numbers, inside),
+               ray.contribution);
   }
   const Mask arrived = and_not(active, met);
   if (any(arrived)) batch_.add_radiance(ray.contribution, ray.slot, arrived);

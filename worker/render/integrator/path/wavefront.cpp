@@ -34,7 +34,8 @@ void Wavefront::advance(int depth) {
 void Wavefront::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
-  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent, hits_.arrays());
+  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent,
+                hits_.arrays());
   if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
 }
 

@@ -1,5 +1,5 @@
-// The path tracer as a wavefront: a batch of paths advances one scattering event at a time, 16 paths wide [Laine,
-// Karras & Aila 2013].
+// The path tracer as a wavefront: a batch of paths advances one scattering event at a time, 16 paths wide
+// [Laine, Karras & Aila 2013].
 #pragma once
 
 #include <stop_token>
@@ -18,7 +18,11 @@ class Wavefront final : public Integrator {
   explicit Wavefront(const IntegratorContext& context) : Wavefront(context, context.scene.max_depth) {}
   /// `max_depth`: scattering events on a path; 0 finds what emits, seen from the eye.
   Wavefront(const IntegratorContext& context, std::int32_t max_depth)
-      : scene_(context.scene), rays_(context.rays), stats_(context.stats), max_depth_(max_depth), batch_(context) {}
+      : scene_(context.scene),
+        rays_(context.rays),
+        stats_(context.stats),
+        max_depth_(max_depth),
+        batch_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
@@ -33,8 +37,8 @@ class Wavefront final : public Integrator {
   /// Times of rays as a query wants them.
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
 
-  // Volumetric scenes, see transit.cpp. transit() moves every path on to its next scattering event, march_shadow_rays()
-  // shadow rays to their lights.
+  // Volumetric scenes, see transit.cpp. transit() moves every path on to its next scattering event,
+  // march_shadow_rays() shadow rays to their lights.
   void transit(int depth);
   Mask fly(Int path, int depth, int round, Mask active);
   void retrace(int n);

@@ -1,5 +1,5 @@
-// Which pair of dimensions of a sample's sequence serves what, for all algorithms. Fixed, so that a feature that is
-// switched on moves no other's samples.
+// Which pair of dimensions of a sample's sequence serves what, for all algorithms. Fixed, so that a feature
+// that is switched on moves no other's samples.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,8 @@ static_assert(kFlight + kDeepest < kOpacity);
 static_assert(kOpacity + kDeepest < kLightPath);
 static_assert(kFirstLightEvent < INT32_MAX - (kDeepest + 1) * kPairsPerLightEvent);
 
-// Number streams (medium.h), for decisions whose number is not known beforehand: one for each use, event and round.
+// Number streams (medium.h), for decisions whose number is not known beforehand: one for each use, event and
+// round.
 enum class Stream : std::uint32_t { kTransit = 1, kShadow = 2 };
 /// Most surfaces that one ray may pass, a round each.
 inline constexpr int kMostCrossings = 1000;

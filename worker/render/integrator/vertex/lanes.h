@@ -59,8 +59,9 @@ TESSERA_INLINE void for_each_component(F&& f, First&& first, Rest&&... rest) {
 // A field's 16 entries from entry i on, or at `index`; the active ones stored there, or behind one another.
 template <class T, class Memory>
 TESSERA_INLINE void load_lanes(const Memory& from, int i, T& value) {
-  for_each_component([&](auto& to, const auto& lanes) { to = std::decay_t<decltype(to)>::load(&lanes[0] + i); }, value,
-                     from);
+  for_each_component(
+      [&](auto& to, const auto& lanes) { to = std::decay_t<decltype(to)>::load(&lanes[0] + i); }, value,
+      from);
 }
 template <class T, class Memory>
 TESSERA_INLINE void store_lanes(const T& value, Memory& to, int i) {
@@ -69,28 +70,32 @@ TESSERA_INLINE void store_lanes(const T& value, Memory& to, int i) {
 template <class T, class Memory>
 TESSERA_INLINE T gather_lanes(const Memory& from, Int index, Mask active) {
   T value;
-  for_each_component([&](auto& to, const auto& lanes) { to = gather(&lanes[0], index, active); }, value, from);
+  for_each_component([&](auto& to, const auto& lanes) { to = gather(&lanes[0], index, active); }, value,
+                     from);
   return value;
 }
 template <class T, class Memory>
 TESSERA_INLINE void scatter_lanes(const T& value, Memory& to, Int index, Mask active) {
-  for_each_component([&](const auto& from, auto& lanes) { scatter(from, &lanes[0], index, active); }, value, to);
+  for_each_component([&](const auto& from, auto& lanes) { scatter(from, &lanes[0], index, active); }, value,
+                     to);
 }
 template <class T, class Memory>
 TESSERA_INLINE void append_lanes(const T& value, Mask active, Memory& to, int i) {
-  for_each_component([&](const auto& from, auto& lanes) { compress_store(from, active, &lanes[0] + i); }, value, to);
+  for_each_component([&](const auto& from, auto& lanes) { compress_store(from, active, &lanes[0] + i); },
+                     value, to);
 }
 /// 16 entries at `index` become those from entry i on.
 template <class Memory>
 TESSERA_INLINE void copy_lanes(const Memory& from, Int index, Memory& to, int i) {
-  for_each_component([&](const auto& source, auto& lanes) { gather(&source[0], index).store(&lanes[0] + i); }, from,
-                     to);
+  for_each_component([&](const auto& source, auto& lanes) { gather(&source[0], index).store(&lanes[0] + i); },
+                     from, to);
 }
 /// In the active lanes; the others become anything.
 template <class Memory>
 TESSERA_INLINE void copy_lanes(const Memory& from, Int index, Mask active, Memory& to, int i) {
-  for_each_component([&](const auto& source, auto& lanes) { gather(&source[0], index, active).store(&lanes[0] + i); },
-                     from, to);
+  for_each_component(
+      [&](const auto& source, auto& lanes) { gather(&source[0], index, active).store(&lanes[0] + i); }, from,
+      to);
 }
 
 /// Hits of rays, entry by entry.

@@ -9,11 +9,12 @@ namespace {
 
 constexpr int kTransmissionTint = 1, kEta = 2;  // slots of thin_dielectric.h
 
-Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const Surface& surface, Mask lanes) {
+Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const Surface& surface,
+                 Mask lanes) {
   if (!(material.flags & kHasOpacity)) return Float(1.0f);
   if (material.opacity.texture < 0) return Float(material.opacity.value);
-  return clamp(eval_texture_scalar(scene.textures, material.opacity.texture, texture_point(surface), lanes), 0.0f,
-               1.0f);
+  return clamp(eval_texture_scalar(scene.textures, material.opacity.texture, texture_point(surface), lanes),
+               0.0f, 1.0f);
 }
 
 /// All orders of internal reflection of a sheet.
@@ -35,7 +36,8 @@ Int seen_material(const SceneTables& scene, const Surface& surface, Vec3 d, Mask
   const MaterialRecord* materials = scene.materials.materials.data();
   const Int record = surface.material * kStride;
   const Mask two_faced = active & ((gather(&materials->flags, record, active) & kHasBack) != 0);
-  return select(two_faced & (dot(d, surface.ns) > 0.0f), gather(&materials->back, record, two_faced), surface.material);
+  return select(two_faced & (dot(d, surface.ns) > 0.0f), gather(&materials->back, record, two_faced),
+                surface.material);
 }
 
 }  // namespace
@@ -43,7 +45,8 @@ Int seen_material(const SceneTables& scene, const Surface& surface, Vec3 d, Mask
 Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active) {
   Float result(1.0f);
   for_each_distinct(material, active, [&](std::int32_t m, Mask lanes) {
-    result = select(lanes, opacity_of(scene, scene.materials.materials[static_cast<std::size_t>(m)], surface, lanes),
+    result = select(lanes,
+                    opacity_of(scene, scene.materials.materials[static_cast<std::size_t>(m)], surface, lanes),
                     result);
   });
   return result;

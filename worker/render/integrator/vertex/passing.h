@@ -1,5 +1,6 @@
 // Surfaces that light can pass without being scattered, in volumetric scenes: borders of media, partly opaque
-// materials, thin sheets that say so. Passing costs no depth, and light sources are sampled through such surfaces.
+// materials, thin sheets that say so. Passing costs no depth, and light sources are sampled through such
+// surfaces.
 #pragma once
 
 #include "render/color/spectrum.h"
@@ -21,7 +22,8 @@ Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mas
 /// Of material `material`, textures looked up.
 Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active);
 
-/// The medium that a ray along `d` is in once it has left the surface, `medium` being the one that it came from.
+/// The medium that a ray along `d` is in once it has left the surface, `medium` being the one that it came
+/// from.
 Int medium_behind(const ShapeTable& shapes, const Surface& surface, Vec3 d, Int medium, Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,5 +1,5 @@
-// The paths in flight, and the rays that join them to lights and to the eye. Sorting, gathering and appending follow
-// from one list of fields each.
+// The paths in flight, and the rays that join them to lights and to the eye. Sorting, gathering and appending
+// follow from one list of fields each.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,19 @@ template <class Form>
 struct alignas(64) PathFields {
   typename Form::Vector origin, direction;
   typename Form::Colour beta;  // throughput
-  typename Form::Scalar pdf;   // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
-  // Makes beta what Russian roulette goes by: undoes the 1/eta^2 of refraction, or, of paths from lights, what they
-  // began with.
+  typename Form::Scalar
+      pdf;  // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
+  // Makes beta what Russian roulette goes by: undoes the 1/eta^2 of refraction, or, of paths from lights,
+  // what they began with.
   typename Form::Scalar roulette_scale;
   typename Form::Integer slot;
-  typename Form::Vector normal;  // where the path was last scattered, as in Receiver; with LightTable::uses_normals
-  typename Form::Scalar time;    // with motion: from 0 (the shutter opens) to 1, the same along a path
+  typename Form::Vector
+      normal;  // where the path was last scattered, as in Receiver; with LightTable::uses_normals
+  typename Form::Scalar time;  // with motion: from 0 (the shutter opens) to 1, the same along a path
   // Volumetric scenes only
-  typename Form::Vector reference;  // where the path was last scattered; `origin` is where it last crossed something
-  typename Form::Integer medium;    // around `origin`; -1: none
+  typename Form::Vector
+      reference;  // where the path was last scattered; `origin` is where it last crossed something
+  typename Form::Integer medium;  // around `origin`; -1: none
 
   /// Calls f for each field that paths of this scene have, in all of these forms at once.
   template <class F, class... Paths>
@@ -79,8 +82,8 @@ struct ConnectionQueue : ConnectionFields<InMemory> {
 
 /// Stores the active lanes behind one another from entry `at` on; returns how many.
 template <template <class> class Fields>
-TESSERA_INLINE int append(const SceneTables& scene, const Fields<Wide16>& from, Mask active, Fields<InMemory>& to,
-                          int at) {
+TESSERA_INLINE int append(const SceneTables& scene, const Fields<Wide16>& from, Mask active,
+                          Fields<InMemory>& to, int at) {
   Fields<InMemory>::for_each(
       scene, [&](const auto& field, auto& lanes) { append_lanes(field, active, lanes, at); }, from, to);
   return count(active);

@@ -9,7 +9,8 @@ namespace tessera::render::TESSERA_ISA {
 /// docs/decisions/0006-media-and-passing.md.
 inline constexpr float kRouletteCaution = 2;
 
-/// The lanes that go on, with more throughput. `scale` makes beta what the path can still bring, about 1 at its start.
+/// The lanes that go on, with more throughput. `scale` makes beta what the path can still bring, about 1 at
+/// its start.
 TESSERA_INLINE Mask survive_roulette(Spectrum& beta, Float scale, Float u) {
   const Float survival = clamp((beta * scale).max_component() * kRouletteCaution, 0.05f, 1.0f);
   beta *= 1.0f / survival;

@@ -1,4 +1,5 @@
-// Points at which paths are scattered, on surfaces and in media alike: what all algorithms share that build paths.
+// Points at which paths are scattered, on surfaces and in media alike: what all algorithms share that build
+// paths.
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -23,8 +24,8 @@ struct Vertex {
   Int medium = Int(-1);  // that the path came through; -1: none
 };
 
-/// The vertex is within a medium in these lanes, at `p`: nothing to offset from, and a phase function in place of a
-/// BSDF.
+/// The vertex is within a medium in these lanes, at `p`: nothing to offset from, and a phase function in
+/// place of a BSDF.
 void put_into_medium(Vec3 p, Mask lanes, Vertex& v);
 
 /// Lanes whose material lets part of the light straight through.
@@ -32,7 +33,8 @@ TESSERA_INLINE Mask partly_open(const Vertex& v, Mask hit) { return hit & ((v.at
 /// Lets paths in these lanes through, as far as `u`, uniform in [0, 1), says so.
 void open_surface(const SceneTables& scene, Float u, Mask partly, Vertex& v);
 
-/// Value (with the cosine at surfaces) and density for `wi` of what scatters there, a BSDF or a phase function.
+/// Value (with the cosine at surfaces) and density for `wi` of what scatters there, a BSDF or a phase
+/// function.
 TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& v, Vec3 wi, Mask active) {
   BsdfEval result = eval_bsdf(v.at, v.wo, wi, and_not(active, v.in_medium));
   const Mask in_medium = active & v.in_medium;
@@ -65,18 +67,23 @@ TESSERA_INLINE BsdfSample sample_scattering(const SceneTables& scene, const Vert
 }
 
 /// Lanes whose vertex can be joined to other points: it does not scatter by delta lobes alone.
-TESSERA_INLINE Mask joinable(const Vertex& v, Mask active) { return active & ((v.at.flags & kAllDelta) == 0); }
+TESSERA_INLINE Mask joinable(const Vertex& v, Mask active) {
+  return active & ((v.at.flags & kAllDelta) == 0);
+}
 
 /// The vertex as lights see it.
 TESSERA_INLINE Receiver receiver_at(const SceneTables& scene, const Vertex& v) {
   if (!scene.lights.uses_normals) return v.surface.p;
   const Mask one_way = and_not(reflects_only(v.at), v.in_medium);
   const Vec3 n = face_forward(v.at.frame.z, v.wo);
-  return {v.surface.p, {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
+  return {v.surface.p,
+          {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
 }
 
-/// A ray from the vertex, offset to the side that `w` points to, up to `target`; what it carries is left open.
-TESSERA_INLINE WideConnection connect(const SceneTables& scene, const Vertex& v, Vec3 w, Vec3 target, Mask active) {
+/// A ray from the vertex, offset to the side that `w` points to, up to `target`; what it carries is left
+/// open.
+TESSERA_INLINE WideConnection connect(const SceneTables& scene, const Vertex& v, Vec3 w, Vec3 target,
+                                      Mask active) {
   WideConnection result;
   result.origin = offset_origin(v.surface, w);
   const Vec3 rest = target - result.origin;
