@@ -2,11 +2,11 @@
 
 # Headers that most sources include cost more than the sources: they are precompiled, in three sets, once for all libraries and once for
 # all tests. Sources still include what they use, and say with PRECOMPILED which set that is: nothing for the common headers,
-# `messages` for these and Tessera's messages, `rpc` for its services as well.
+# `messages` for these, jobs and scenes, `rpc` for jobs and the services.
 set(TESSERA_HEADERS_common <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string> <unordered_map> <vector>
     <absl/status/statusor.h> <absl/strings/str_cat.h>)
-set(TESSERA_HEADERS_messages ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h>)
-set(TESSERA_HEADERS_rpc ${TESSERA_HEADERS_messages} <grpcpp/grpcpp.h> <tessera/v1/blob.grpc.pb.h>
+set(TESSERA_HEADERS_messages ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h> <tessera/v1/scene.pb.h>)
+set(TESSERA_HEADERS_rpc ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h> <grpcpp/grpcpp.h> <tessera/v1/blob.grpc.pb.h>
     <tessera/v1/farm.grpc.pb.h> <tessera/v1/work.grpc.pb.h>)
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/headers.cpp CONTENT "")
 
