@@ -77,6 +77,7 @@ class Tale {
       const std::string why = wire::printable(status.waiting_for());
       return why.empty() ? "waiting for a worker" : absl::StrCat("waiting: ", why);
     }
+    if (!status.phase().empty()) return absl::StrCat("phase ", wire::printable(status.phase()));
     return absl::StrCat("building the scene, or rendering the first tiles, on ", status.workers(),
                         status.workers() == 1 ? " worker" : " workers");
   }

@@ -208,6 +208,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& reque
     return request.noise ? absl::OutOfRangeError(status.message()) : status;
   }
   for (const std::string& aov : request.aovs) spec.add_aovs(aov);
+  wire::add_phases(spec);
   if (absl::Status status = wire::check_algorithm(spec); !status.ok()) {
     const bool asked = request.noise || !request.integrator.empty() || !request.direct_light.empty() ||
                        !request.aovs.empty();

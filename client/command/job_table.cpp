@@ -196,6 +196,7 @@ void add_progress(const v1::GetJobResponse& job, Lines& lines) {
       has_ended(status.state()) ? "took" : "since",
       absl::StrCat(time_text(status.elapsed_ms()),
                    status.left_ms() > 0 ? absl::StrCat(", ", time_text(status.left_ms()), " left") : ""));
+  lines.add_if_any("phase", status.phase());
   for (const v1::JobWorker& worker : job.workers()) {
     lines.add("worker", absl::StrCat(worker.name(), ", ", worker.leases(), " units"));
   }

@@ -107,8 +107,6 @@ class FarmClient {
   /// Is told how many bytes of a blob were sent so far.
   using Sent = std::function<void(std::uint64_t)>;
   absl::StatusOr<std::uint64_t> upload_blob(const SceneBlob& blob, const Sent& told, std::stop_token stop);
-  absl::Status upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told,
-                           std::stop_token stop);
   absl::Status watch_once(const std::string& job_id, const WatchHandlers& handlers, WatchProgress& progress,
                           std::stop_token stop);
 

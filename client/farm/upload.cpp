@@ -9,51 +9,34 @@
 #include "farm/stubs.h"
 #include "wire/call.h"
 #include "wire/limits.h"
+#include "wire/upload.h"
 
 namespace tessera::client {
 namespace {
 
 constexpr std::chrono::milliseconds kCallTimeout = std::chrono::seconds{30};
-constexpr std::chrono::milliseconds kUploadStall = std::chrono::seconds{30};
 constexpr int kMaxCorruptUploads = 3;
 
-/// Pieces of a blob, from memory or from its file.
-class BlobReader {
- public:
-  static absl::StatusOr<BlobReader> open(const SceneBlob& blob, std::uint64_t offset) {
-    BlobReader reader{blob, offset};
-    if (blob.file.empty()) return reader;
-    reader.file_ = std::make_unique<std::ifstream>(blob.file, std::ios::binary);
-    reader.file_->seekg(static_cast<std::streamoff>(offset));
-    if (!*reader.file_) return absl::NotFoundError(absl::StrCat(blob.file, ": cannot be read any more"));
-    return reader;
+/// Reads a blob from memory, or from its file.
+wire::BlobPieces pieces_of(const SceneBlob& blob) {
+  if (blob.file.empty()) {
+    return {blob.ref, [&blob](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
+              return blob.bytes.substr(offset, size);
+            }};
   }
-
-  bool at_end() const { return offset_ == blob_->ref.size_bytes(); }
-
-  /// The next piece into `data`.
-  absl::Status next(std::string& data) {
-    const std::uint64_t size =
-        std::min<std::uint64_t>(wire::kBlobChunkBytes, blob_->ref.size_bytes() - offset_);
-    if (file_ == nullptr) {
-      data.assign(blob_->bytes, offset_, size);
-    } else {
-      data.resize(size);
-      if (!file_->read(data.data(), static_cast<std::streamsize>(size))) {
-        return absl::DataLossError(absl::StrCat(blob_->file, ": became shorter since it was imported"));
-      }
-    }
-    offset_ += size;
-    return absl::OkStatus();
-  }
-
- private:
-  BlobReader(const SceneBlob& blob, std::uint64_t offset) : blob_(&blob), offset_(offset) {}
-
-  const SceneBlob* blob_;
-  std::uint64_t offset_;
-  std::unique_ptr<std::ifstream> file_;
-};
+  const auto file = std::make_shared<std::ifstream>();
+  return {blob.ref, [&blob, file](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
+            if (!file->is_open()) {
+              file->open(blob.file, std::ios::binary);
+              file->seekg(static_cast<std::streamoff>(offset));
+            }
+            if (!*file) return absl::NotFoundError(absl::StrCat(blob.file, ": cannot be read any more"));
+            std::string piece(size, '\0');
+            if (!file->read(piece.data(), static_cast<std::streamsize>(size)))
+              return absl::DataLossError(absl::StrCat(blob.file, ": became shorter since it was imported"));
+            return piece;
+          }};
+}
 
 std::string describe(const SceneBlob& blob) {
   return blob.ref.path().empty() ? absl::StrCat("blob ", blob.ref.digest()) : blob.ref.path();
@@ -106,7 +89,9 @@ absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, con
   std::uint64_t sent = 0;
   for (int corrupt = 0; corrupt < kMaxCorruptUploads;) {
     const auto done = contact_.retried(stop, [&]() -> absl::StatusOr<bool> {
-      const absl::Status status = upload_rest(blob, sent, told, stop);
+      const auto count = [&](std::uint64_t bytes) { told(sent += bytes); };
+      const absl::Status status =
+          wire::upload_rest(*stubs_->blob, pieces_of(blob), contact_.address(), stop, count);
       if (status.ok()) return true;
       // The stored part did not fit: the next attempt asks anew where it ends.
       if (absl::IsDataLoss(status) || absl::IsOutOfRange(status)) return false;
@@ -118,49 +103,6 @@ absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, con
   }
   return absl::DataLossError(
       absl::StrCat(describe(blob), ": the bytes do not match their digest; was the file changed?"));
-}
-
-absl::Status FarmClient::upload_rest(const SceneBlob& blob, std::uint64_t& sent, const Sent& told,
-                                     std::stop_token stop) {
-  v1::QueryUploadRequest query;
-  *query.mutable_blob() = blob.ref;
-  const auto stored = wire::unary_call(*stubs_->blob, &v1::BlobService::Stub::QueryUpload, query,
-                                       "QueryUpload", contact_.address(), kCallTimeout, stop);
-  if (!stored.ok()) return stored.status();
-  if (stored->complete()) return absl::OkStatus();
-  absl::StatusOr<BlobReader> reader = BlobReader::open(blob, stored->stored_bytes());
-  if (!reader.ok()) return reader.status();
-
-  grpc::ClientContext context;
-  std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
-  wire::StallGuard guard{context, kUploadStall};
-  v1::UploadResponse response;
-  const auto writer = stubs_->blob->Upload(&context, &response);
-  v1::UploadRequest request;
-  *request.mutable_blob() = blob.ref;
-  request.set_offset(stored->stored_bytes());
-  // An empty blob, or one whose last byte is stored but not verified, still takes one message.
-  absl::Status local;
-  do {
-    local = reader->next(*request.mutable_data());
-    if (!local.ok() || !writer->Write(request)) break;
-    guard.progress();
-    sent += request.data().size();
-    told(sent);
-    request.Clear();
-  } while (!reader->at_end());
-  if (local.ok()) {
-    writer->WritesDone();
-  } else {
-    context.TryCancel();
-  }
-  const grpc::Status status = writer->Finish();
-  if (!local.ok()) return local;
-  const std::string call = absl::StrCat("Upload at ", contact_.address());
-  if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": no progress for 30 s"));
-  const absl::Status uploaded = status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
-  // Another client uploaded the same bytes meanwhile.
-  return absl::IsAlreadyExists(uploaded) ? absl::OkStatus() : uploaded;
 }
 
 }  // namespace tessera::client

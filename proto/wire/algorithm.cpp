@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -18,27 +19,33 @@ constexpr std::array kAlgorithms{
         .name = "light", .work = WorkKind::kPasses, .starts_at_lights = true, .joins_camera = true},
 };
 
+std::vector<AlgorithmTraits>& table() {
+  static std::vector<AlgorithmTraits> all(kAlgorithms.begin(), kAlgorithms.end());
+  return all;
+}
+
 /// AOVs of what a camera ray meets first.
 bool is_first_hit_aov(std::string_view aov) { return aov == "albedo" || aov == "normal" || aov == "depth"; }
 
 }  // namespace
 
-std::span<const AlgorithmTraits> algorithms() { return kAlgorithms; }
+std::span<const AlgorithmTraits> algorithms() { return table(); }
+
+void add_algorithm(const AlgorithmTraits& algorithm) { table().push_back(algorithm); }
 
 const AlgorithmTraits* find_algorithm(std::string_view name) {
-  if (name.empty()) return kAlgorithms.data();
-  const auto it = std::find_if(kAlgorithms.begin(), kAlgorithms.end(),
+  const std::vector<AlgorithmTraits>& all = table();
+  if (name.empty()) return all.data();
+  const auto it = std::find_if(all.begin(), all.end(),
                                [&](const AlgorithmTraits& algorithm) { return name == algorithm.name; });
-  return it == kAlgorithms.end() ? nullptr : &*it;
+  return it == all.end() ? nullptr : &*it;
 }
 
 absl::Status check_algorithm_name(const std::string& name) {
   if (find_algorithm(name) != nullptr) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      "there is no integrator '", name,
-      "'; there is: ", absl::StrJoin(kAlgorithms, ", ", [](std::string* out, const AlgorithmTraits& a) {
-        out->append(a.name);
-      })));
+      "there is no integrator '", name, "'; there is: ",
+      absl::StrJoin(table(), ", ", [](std::string* out, const AlgorithmTraits& a) { out->append(a.name); })));
 }
 
 absl::Status check_algorithm(const v1::JobSpec& spec) {
@@ -58,7 +65,28 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
       if (is_first_hit_aov(aov)) return cannot("gives no albedo, normal or depth");
     }
   }
+  const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {
+    return phase.name() == own.name;
+  };
+  if (!std::equal(spec.phases().begin(), spec.phases().end(), algorithm->phases.begin(),
+                  algorithm->phases.end(), has_name)) {
+    return cannot(
+        absl::StrCat("has other phases than the job: ",
+                     absl::StrJoin(algorithm->phases, ", ",
+                                   [](std::string* out, const PhaseTraits& p) { out->append(p.name); }))
+            .c_str());
+  }
   return absl::OkStatus();
+}
+
+void add_phases(v1::JobSpec& spec) {
+  spec.clear_phases();
+  for (const PhaseTraits& own : find_algorithm(spec.settings().integrator())->phases) {
+    v1::Phase& phase = *spec.add_phases();
+    phase.set_name(own.name);
+    phase.set_parts(own.parts);
+    phase.set_merge_width(own.merge_width);
+  }
 }
 
 bool works_in_passes(const v1::JobSpec& spec) {

@@ -25,6 +25,13 @@ enum class Bias : std::uint8_t {
   kBiased       // another, by design
 };
 
+/// What an algorithm makes once a job, before the picture, and how much of it unless the job says otherwise.
+struct PhaseTraits {
+  const char* name;
+  std::uint32_t parts = 1;
+  std::uint32_t merge_width = 8;
+};
+
 struct AlgorithmTraits {
   const char* name;
   WorkKind work = WorkKind::kTiles;
@@ -36,10 +43,14 @@ struct AlgorithmTraits {
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
   bool starts_at_lights = false;  // all light must be sampled at its source, without a receiver: no portals
   bool joins_camera = false;      // connects points to the camera: perspective and orthographic ones only
+  std::span<const PhaseTraits> phases = {};
 };
 
 /// All of them; the first is the default.
 std::span<const AlgorithmTraits> algorithms();
+
+/// Adds one that does not come with the kernels, at the start of a program, before anything else is called.
+void add_algorithm(const AlgorithmTraits& algorithm);
 
 /// The algorithm with this name, the default where it is empty; null where there is none.
 const AlgorithmTraits* find_algorithm(std::string_view name);
@@ -49,6 +60,9 @@ absl::Status check_algorithm_name(const std::string& name);
 
 /// InvalidArgument where the job's algorithm does not exist or cannot do what the job asks for.
 absl::Status check_algorithm(const v1::JobSpec& spec);
+
+/// Gives the job the phases of its algorithm, which must exist.
+void add_phases(v1::JobSpec& spec);
 
 /// Whether the job's units are passes. False for unknown algorithms.
 bool works_in_passes(const v1::JobSpec& spec);

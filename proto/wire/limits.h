@@ -43,6 +43,11 @@ inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;
 
+/// Most phases of one job, parts of one phase, and blobs that are merged at a time.
+inline constexpr int kMaxPhases = 64;
+inline constexpr std::uint32_t kMaxPartsPerPhase = std::uint32_t{1} << 20;
+inline constexpr std::uint32_t kMaxMergeWidth = 64;
+
 /// Most units of one job.
 inline constexpr std::uint64_t kMaxUnitsPerJob = std::uint64_t{1} << 24;
 

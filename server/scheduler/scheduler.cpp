@@ -159,6 +159,9 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   const absl::StatusOr<Job*> known = find_job(token.job_id());
   if (!known.ok()) return known.status();
   const std::optional<UnitRun> units = units_of(**known, token);
+  if (units) {
+    if (absl::Status status = check_inputs(**known, token); !status.ok()) return status;
+  }
   if (units && token.generation() == (*known)->request.generation && any_done(**known, *units)) {
     return late_result(**known, worker, *units, token, result, now);
   }
@@ -195,7 +198,9 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
     job.audits[units->first] = first_opinion(job, accepted);
     auditing_.insert(job.number);
   }
-  const CompleteDecision decision{.sequence = job.results};
+  const std::uint32_t was_open = job.units.open_end();
+  open_steps(job);
+  const CompleteDecision decision{.sequence = job.results, .opened = job.units.open_end() > was_open};
   settle(job);
   return decision;
 }
@@ -229,7 +234,10 @@ void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const Deli
   const Time duration = std::max(Time{1}, now - lease.granted_at);
   const bool told = result.cost.count() > 0 && result.cost <= duration + Time{1};
   const std::chrono::nanoseconds cost = told ? result.cost : duration;
-  if (told) {
+  const WorkPlan& plan = *job.request.plan;
+  const bool of_picture = plan.is_of_picture(lease.units.first);
+  // Units of other steps do work of another kind.
+  if (told && of_picture) {
     // Without a measure of the work, all units count alike.
     const auto work = static_cast<double>(result.work > 0 ? result.work : lease.units.count);
     job.pace.compare(worker.pace, usual_pace_, std::log(static_cast<double>(cost.count()) / work));
@@ -240,10 +248,9 @@ void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const Deli
   const double usual_ms =
       std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
   job.mean_cost_ms = job.mean_cost_ms == 0 ? usual_ms : (7 * job.mean_cost_ms + usual_ms) / 8;
-  const std::uint32_t tiles = lease.units.step;
-  if (job.units.count() > tiles) {
-    job.tile_cost_ms.resize(tiles);
-    job.tile_cost_ms[lease.units.first % tiles] = static_cast<float>(usual_ms);
+  if (of_picture && plan.unit_count() - plan.phases().unit_count() > plan.tile_count()) {
+    job.tile_cost_ms.resize(plan.tile_count());
+    job.tile_cost_ms[plan.tile_of(lease.units.first)] = static_cast<float>(usual_ms);
   }
   turns_.remember(job.number, lease.charge_ms, now);
   job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;

@@ -24,26 +24,24 @@ namespace tessera::server {
 
 /// Policy in short; figures and reasons are in docs/decisions/0009-scheduling.md.
 /// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the
-/// one that
-///   has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most
+///   one that has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most
 ///   kAffinitySlackMs ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the
 ///   job whose turn it was.
 /// - Runs: units of one tile are leased as one, as many as take SchedulerOptions::longest_run; short ones at
-/// first,
-///   that a first picture appears, and towards the end of a job [docs/decisions/0020-unit-size.md].
+///   first, that a first picture appears, and towards the end of a job [docs/decisions/0020-unit-size.md].
 /// - Batches: about SchedulerOptions::batch of work for each thread, less towards the end of a job. When
-/// nothing is
-///   pending, units that will come late are given to a second worker. The first result of a unit wins.
+///   nothing is pending, units that will come late are given to a second worker. The first result of a unit
+///   wins.
+/// - Phases: the units of a step are given out when all before it is done; what was made of a result that
+///   counts no more is made anew [docs/decisions/0026-phases.md].
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures;
-/// a host on
-///   which that many units fail that fail nowhere else is taken out of that job for a while.
+///   a host on which that many units fail that fail nowhere else is taken out of that job for a while.
 /// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first
-/// units are
-///   given out, or to none (JobRequest::any_class). Results are compared within a class only.
+///   units are given out, or to none (JobRequest::any_class). Results are compared within a class only.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is
-/// wrong is in
-///   quarantine from then on, and what it did for open jobs is done again. One identity (identity.h) has one
-///   vote, and ends no job and sets no unit aside as long as another one has not been asked.
+///   wrong is in quarantine from then on, and what it did for open jobs is done again. One identity
+///   (identity.h) has one vote, and ends no job and sets no unit aside as long as another one has not been
+///   asked.
 class Scheduler {
  public:
   static constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
@@ -226,6 +224,15 @@ class Scheduler {
   void index_only_lease(Job& job, const UnitRun& units, bool add);
   void drop_worker(std::string_view id);
 
+  // ---- scheduler_phases.cpp
+  static void open_steps(Job& job);
+  static std::optional<std::uint64_t> inputs_of(const Job& job, std::uint32_t unit);
+  /// FailedPrecondition where the lease was of units that read other results than those that count now.
+  static absl::Status check_inputs(const Job& job, const v1::LeaseToken& token);
+  void revoke_dependents(Job& job, std::uint32_t source);
+  void begin_anew(Job& job, std::uint32_t unit);
+  void revoke_orphans(Job& job);
+
   // ---- scheduler_runs.cpp
   double unit_cost_ms(const Job& job, const UnitRun& units) const;
   std::int64_t charge_for(const Job& job, const UnitRun& units) const;
@@ -277,6 +284,7 @@ class Scheduler {
   void distrust(const std::string& subject, const std::string& why);
   void revoke_results(Job& job, const std::string& subject);
   void revoke(Job& job, const AcceptedResult& result);
+  void revoke_alone(Job& job, const AcceptedResult& result);
 
   SchedulerOptions options_;
   std::uint64_t jobs_added_ = 0;

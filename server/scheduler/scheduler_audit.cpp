@@ -221,15 +221,24 @@ void Scheduler::revoke_results(Job& job, const std::string& subject) {
   std::uint32_t units = 0;
   for (const AcceptedResult& result : results) {
     units += result.units.count;
-    revoke(job, result);
+    // It may have been made of another one of them.
+    if (job.units.state(result.units.first) == UnitState::kDone &&
+        job.units.result(result.units.first).sequence == result.sequence) {
+      revoke(job, result);
+    }
   }
   if (job.audits.empty()) auditing_.erase(job.number);
   if (results.empty()) return;
   note(job, absl::StrCat(units, " units of host ", short_name(subject), " are done again"));
 }
 
-/// The units of a result that counts are to be done again.
+/// The units of a result that counts are to be done again, and all that was made of it.
 void Scheduler::revoke(Job& job, const AcceptedResult& result) {
+  revoke_dependents(job, result.units.first);
+  revoke_alone(job, result);
+}
+
+void Scheduler::revoke_alone(Job& job, const AcceptedResult& result) {
   job.audits.erase(result.units.first);
   job.audited.erase(result.units.first);
   for (const LeaseId lease : leases_.of_unit(job.number, result.units.first)) drop_lease(lease);

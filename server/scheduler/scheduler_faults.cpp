@@ -368,6 +368,10 @@ absl::Status Scheduler::restored(std::string_view id) {
   const absl::StatusOr<Job*> found = find_job(id);
   if (!found.ok()) return found.status();
   Job& job = **found;
+  open_steps(job);
+  revoke_orphans(job);
+  // Failures of units whose turn comes again were of what they had read.
+  absl::erase_if(job.failures, [&](const auto& entry) { return entry.first >= job.units.open_end(); });
   take_turns(job);
   std::vector<std::uint32_t> failed;
   for (const auto& [unit, failures] : job.failures) failed.push_back(unit);

@@ -54,6 +54,7 @@ absl::Status Scheduler::add_job(JobRequest request) {
     return absl::AlreadyExistsError(absl::StrCat("there is a job ", request.id));
   auto job = std::make_unique<Job>(jobs_added_++, std::move(request));
   jobs_by_id_.emplace(job->request.id, job.get());
+  open_steps(*job);
   take_turns(*job);
   jobs_.emplace(job->number, std::move(job));
   return absl::OkStatus();
@@ -83,6 +84,7 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from,
     job.renderers.insert(number_of_host(result.host));
     note_class(job, result.host, job.results, result.arithmetic_class);
   }
+  open_steps(job);
   job.state = v1::RUNNING;
   job.adopted = job.units.done();
   job.adopted_from = from;
@@ -158,8 +160,10 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
   JobView view{.state = job.state,
                .units_total = units.count(),
                .units_done = units.done(),
-               .units_leased = units.count() - units.done() - units.pending() - units.set_aside(),
+               .units_leased = units.leased(),
                .units_set_aside = units.set_aside(),
+               .units_open = units.open_end(),
+               .units_pending = units.pending(),
                .isa = job.request.isa,
                .error = job.error,
                .priority = job.request.priority,

@@ -320,6 +320,7 @@ void Scheduler::grant(Batch& batch, Job& job, const UnitRun& units, bool audit) 
   token.set_generation(job.request.generation);
   token.set_unit_index(units.first);
   if (units.count > 1) token.set_ranges(units.count);
+  token.set_inputs(inputs_of(job, units.first).value_or(0));
   token.set_attempt(lease.attempt);
   token.set_epoch(lease.epoch);
   *out.mutable_unit() = job.request.plan->unit(units);
@@ -350,10 +351,11 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
     const absl::StatusOr<Job*> job = find_open_job(token);
     if (job.ok()) absolve(**job, token, (*worker)->info.host);
     const std::optional<UnitRun> units = job.ok() ? units_of(**job, token) : std::nullopt;
-    const std::optional<LeaseId> lease = units ? find_own_lease(**job, *units, worker_id) : std::nullopt;
+    const bool current = units && check_inputs(**job, token).ok();
+    const std::optional<LeaseId> lease = current ? find_own_lease(**job, *units, worker_id) : std::nullopt;
     if (lease) {
       leases_.refresh(*lease, now + lease_time());
-    } else if (!units || !take_up(**worker, **job, *units, token, now)) {
+    } else if (!current || !take_up(**worker, **job, *units, token, now)) {
       decision.revoked.push_back(token);
     }
   }
@@ -377,7 +379,10 @@ bool Scheduler::take_up(Worker& worker, Job& job, const UnitRun& units, const v1
   if (!job.request.any_class && job.classes.bound().empty()) return false;
   if (class_for(worker, job) == nullptr || !trusts(worker.info.host)) return false;
   for (const std::uint32_t unit : units) {
-    if (job.units.state(unit) != UnitState::kPending || job.dangerous.contains(unit)) return false;
+    if (unit >= job.units.open_end() || job.units.state(unit) != UnitState::kPending ||
+        job.dangerous.contains(unit)) {
+      return false;
+    }
   }
   job.state = v1::RUNNING;
   for (const std::uint32_t unit : units) job.units.take(unit);

@@ -10,7 +10,9 @@ namespace tessera::server {
 /// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile
 /// that came last, whose pixels are the same.
 double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
-  const double of_tile = job.tile_cost_ms.empty() ? 0 : job.tile_cost_ms[units.first % units.step];
+  const WorkPlan& plan = *job.request.plan;
+  const bool of_tiles = !job.tile_cost_ms.empty() && plan.is_of_picture(units.first);
+  const double of_tile = of_tiles ? job.tile_cost_ms[plan.tile_of(units.first)] : 0;
   if (of_tile > 0) return of_tile;
   return job.mean_cost_ms > 0 ? job.mean_cost_ms : kUnknownCostMs;
 }

@@ -65,8 +65,10 @@ struct SetAsideView {
 struct JobView {
   v1::JobState state = v1::QUEUED;
   std::uint32_t units_total = 0, units_done = 0, units_leased = 0, units_set_aside = 0;
-  std::string isa;    // of `classes`; without any, the one asked for
-  std::string error;  // why it failed, or what is missing
+  std::uint32_t units_open = 0;     // from the first on: units of the steps that were begun
+  std::uint32_t units_pending = 0;  // that may be leased now; others wait for a step before theirs
+  std::string isa;                  // of `classes`; without any, the one asked for
+  std::string error;                // why it failed, or what is missing
   std::int32_t priority = 0;
   bool paused = false;
   std::uint32_t revision = 0;           // how often accepted results were thrown away
@@ -148,6 +150,7 @@ struct AdoptedResult {
 struct CompleteDecision {
   bool duplicate = false;      // the same result was accepted before: nothing changed
   std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
+  bool opened = false;         // units may be leased now that had to wait for this one
 };
 
 /// Effects of the passage of time.

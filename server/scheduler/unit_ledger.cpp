@@ -1,11 +1,27 @@
 #include "scheduler/unit_ledger.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace tessera::server {
 
-UnitLedger::UnitLedger(std::uint32_t count)
-    : states_(count, UnitState::kPending), sequences_(count), pending_(count) {}
+UnitLedger::UnitLedger(std::uint32_t count) : states_(count, UnitState::kPending), sequences_(count) {}
+
+void UnitLedger::open_until(std::uint32_t end) {
+  assert(end >= open_end_ && end <= count());
+  for (; open_end_ < end; ++open_end_) {
+    if (states_[open_end_] == UnitState::kPending) ++pending_;
+  }
+}
+
+void UnitLedger::close_from(std::uint32_t end) {
+  while (open_end_ > end) {
+    const UnitState state = states_[--open_end_];
+    assert(state == UnitState::kPending || state == UnitState::kDone);
+    if (state == UnitState::kPending) --pending_;
+  }
+  first_untouched_ = std::min(first_untouched_, open_end_);
+}
 
 std::optional<std::uint32_t> UnitLedger::next_pending() {
   while (!returned_.empty()) {
@@ -13,9 +29,10 @@ std::optional<std::uint32_t> UnitLedger::next_pending() {
     returned_.pop();
     // A unit that was put back twice while it waited here comes up twice in a row.
     while (!returned_.empty() && returned_.top() == unit) returned_.pop();
-    if (states_[unit] == UnitState::kPending) return unit;
+    // Those that were closed meanwhile come when they are open again.
+    if (unit < open_end_ && states_[unit] == UnitState::kPending) return unit;
   }
-  while (first_untouched_ < count()) {
+  while (first_untouched_ < open_end_) {
     const std::uint32_t unit = first_untouched_++;
     if (states_[unit] == UnitState::kPending) return unit;
   }
@@ -49,7 +66,7 @@ std::vector<AcceptedResult> UnitLedger::results() const {
 void UnitLedger::leave(std::uint32_t unit) {
   switch (states_[unit]) {
     case UnitState::kPending:
-      --pending_;
+      if (unit < open_end_) --pending_;
       return;
     case UnitState::kDone:
       --done_;
@@ -58,21 +75,23 @@ void UnitLedger::leave(std::uint32_t unit) {
       --set_aside_;
       return;
     case UnitState::kLeased:
+      --leased_;
       return;
   }
 }
 
 void UnitLedger::take(std::uint32_t unit) {
-  assert(states_[unit] == UnitState::kPending);
+  assert(unit < open_end_ && states_[unit] == UnitState::kPending);
   leave(unit);
   states_[unit] = UnitState::kLeased;
+  ++leased_;
 }
 
 void UnitLedger::put_back(std::uint32_t unit) {
   assert(states_[unit] != UnitState::kPending);
   leave(unit);
   states_[unit] = UnitState::kPending;
-  ++pending_;
+  if (unit < open_end_) ++pending_;
   if (unit < first_untouched_) returned_.push(unit);
 }
 

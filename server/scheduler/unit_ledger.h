@@ -27,18 +27,29 @@ struct AcceptedResult {
   UnitRun units = {};  // that it covers
 };
 
+/// Units up to an end are open: those that are pending may be taken. The others wait until it is moved.
 /// 5 bytes a unit, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job,
 /// but for `results`.
 class UnitLedger {
  public:
+  /// All units are closed.
   explicit UnitLedger(std::uint32_t count);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(states_.size()); }
+  /// Units below it are open.
+  std::uint32_t open_end() const { return open_end_; }
+  /// Moves that up; units that were not closed before are as they were.
+  void open_until(std::uint32_t end);
+  /// Moves it down. Units from there on must be pending or done.
+  void close_from(std::uint32_t end);
+
+  /// Open units that nobody has begun with.
   std::uint32_t pending() const { return pending_; }
+  std::uint32_t leased() const { return leased_; }
   std::uint32_t done() const { return done_; }
   std::uint32_t set_aside() const { return set_aside_; }
-  /// Every unit is done or set aside.
-  bool settled() const { return done_ + set_aside_ == count(); }
+  /// Every open unit is done or set aside.
+  bool settled() const { return pending_ == 0 && leased_ == 0; }
   UnitState state(std::uint32_t unit) const { return states_[unit]; }
   /// Result of a unit that is done.
   const AcceptedResult& result(std::uint32_t unit) const { return results_[sequences_[unit] - 1]; }
@@ -67,7 +78,9 @@ class UnitLedger {
   std::vector<UnitState> states_;
   std::vector<std::uint32_t> sequences_;  // of the results of units that are done
   std::vector<AcceptedResult> results_;   // by sequence number - 1; some do not count any more
-  std::uint32_t pending_ = 0;
+  std::uint32_t open_end_ = 0;
+  std::uint32_t pending_ = 0;  // open ones
+  std::uint32_t leased_ = 0;
   std::uint32_t done_ = 0;
   std::uint32_t set_aside_ = 0;
   // Units from here on were never taken in turn. Those before that were put back wait in `returned_`, which

@@ -115,7 +115,10 @@ std::vector<std::uint32_t> tiles_from_middle(std::uint32_t columns, std::uint32_
 
 absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   if (absl::Status status = check(spec); !status.ok()) return status;
+  absl::StatusOr<PhasePlan> phases = PhasePlan::make(spec);
+  if (!phases.ok()) return phases.status();
   WorkPlan plan;
+  plan.phases_ = *std::move(phases);
   plan.crop_ = spec.crop();
   plan.passes_ = wire::works_in_passes(spec);
   plan.tile_size_ = plan.passes_ ? std::max(spec.width(), spec.height()) : spec.tile_size();
@@ -128,7 +131,7 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   const std::uint32_t rows = divide_up(plan.crop_.y1(), plan.tile_size_) - plan.first_row_;
 
   const std::uint64_t tiles = std::uint64_t{plan.columns_} * rows;
-  if (tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
+  if (plan.phases_.unit_count() + tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
     return unsound(absl::StrCat(tiles, " tiles times ", plan.range_count_, " sample ranges are more than ",
                                 wire::kMaxUnitsPerJob,
                                 " units; larger tiles or more samples a unit would help"));
@@ -138,14 +141,14 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
 }
 
 UnitRun WorkPlan::longest_run(std::uint32_t first) const {
-  const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
-  const std::uint32_t range = first / tile_count;
+  if (!is_of_picture(first)) return {.first = first};
+  const std::uint32_t range = (first - phases_.unit_count()) / tile_count();
   const std::uint32_t whole_ranges = samples_ / samples_per_unit_;
   // The last range may have fewer samples: a run with it would not be the node that it is where there are
   // more.
   std::uint32_t count = range >= whole_ranges ? 1 : std::bit_floor(whole_ranges - range);
   if (range > 0) count = std::min(count, range & (~range + 1));  // the largest power of two that divides it
-  return {.first = first, .count = count, .step = tile_count};
+  return {.first = first, .count = count, .step = tile_count()};
 }
 
 std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) const {
@@ -157,9 +160,9 @@ std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) c
 }
 
 v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
-  const auto tile_count = static_cast<std::uint32_t>(tiles_.size());
-  const std::uint32_t range = run.first / tile_count;
-  const std::uint32_t tile = tiles_[run.first % tile_count];
+  if (!is_of_picture(run.first)) return phases_.unit(run.first);
+  const std::uint32_t range = (run.first - phases_.unit_count()) / tile_count();
+  const std::uint32_t tile = tiles_[tile_of(run.first)];
   const std::uint32_t x = (first_column_ + tile % columns_) * tile_size_;
   const std::uint32_t y = (first_row_ + tile / columns_) * tile_size_;
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "scheduler/phase_plan.h"
 #include "scheduler/unit_run.h"
 #include "tessera/v1/job.pb.h"
 
@@ -14,16 +15,28 @@ namespace tessera::server {
 /// The pixels and samples that a unit's result covers: those of its tile, or the whole crop for a pass.
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec);
 
-/// The units of one job: the tiles of its crop (one for all of it, when it works in passes), times its sample
-/// ranges. Units are made when asked for, so a plan takes four bytes a tile. Unit indices ascend in the order
-/// in which units are best handed out: the first sample range of all tiles, from the middle outwards, then
-/// the next range; so a first picture appears early.
+/// The units of one job: those of its phases, then those of its picture, which are the tiles of its crop (one
+/// for all of it, when it works in passes), times its sample ranges. Units are made when asked for, so a plan
+/// takes four bytes a tile. Unit indices ascend in the order in which units are best handed out: of the
+/// picture the first sample range of all tiles, from the middle outwards, then the next range; so a first
+/// picture appears early.
 class WorkPlan {
  public:
   /// InvalidArgument, by field, for a spec that is unsound or exceeds the caps of wire/limits.h.
   static absl::StatusOr<WorkPlan> make(const v1::JobSpec& spec);
 
-  std::uint32_t unit_count() const { return static_cast<std::uint32_t>(tiles_.size()) * range_count_; }
+  std::uint32_t unit_count() const { return phases_.unit_count() + tile_count() * range_count_; }
+  const PhasePlan& phases() const { return phases_; }
+  bool is_of_picture(std::uint32_t unit) const { return unit >= phases_.unit_count(); }
+
+  std::uint32_t tile_count() const { return static_cast<std::uint32_t>(tiles_.size()); }
+  /// Tile of a unit of the picture, in the order in which they are handed out.
+  std::uint32_t tile_of(std::uint32_t unit) const { return (unit - phases_.unit_count()) % tile_count(); }
+
+  /// Units from `first` on, which is the first of a step, that may be leased together with it.
+  std::uint32_t step_end(std::uint32_t first) const {
+    return is_of_picture(first) ? unit_count() : phases_.step_end(first);
+  }
 
   /// Same spec and index, same unit. `index` must be below unit_count().
   v1::WorkUnit unit(std::uint32_t index) const { return unit({.first = index}); }
@@ -38,12 +51,13 @@ class WorkPlan {
   /// The longest run that begins with this unit.
   UnitRun longest_run(std::uint32_t first) const;
 
-  /// Whether the unit has the first samples of its tile.
-  bool begins_tile(std::uint32_t index) const { return index < tiles_.size(); }
+  /// Whether the unit, one of the picture's, has the first samples of its tile.
+  bool begins_tile(std::uint32_t index) const { return index - phases_.unit_count() < tile_count(); }
 
  private:
   WorkPlan() = default;
 
+  PhasePlan phases_;
   v1::PixelRect crop_;
   bool passes_ = false;
   std::uint32_t tile_size_ = 0;

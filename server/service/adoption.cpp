@@ -29,6 +29,7 @@ v1::JobSpec content_of(const v1::JobSpec& spec) {
   *content.mutable_crop() = spec.crop();
   content.set_tile_size(spec.tile_size());
   content.set_samples_per_unit(spec.samples_per_unit());
+  *content.mutable_phases() = spec.phases();
   content.set_build(spec.build());
   *content.mutable_aovs() = spec.aovs();
   std::sort(content.mutable_aovs()->begin(), content.mutable_aovs()->end());
@@ -82,6 +83,21 @@ std::string most_common_class(const std::vector<Fitting>& fitting) {
   return most == units.end() ? "" : most->first;
 }
 
+/// Whether all units of the phases are among the results, and what the picture is made of is there.
+bool has_phases(const WorkPlan& plan, const std::vector<JournalEntry>& results,
+                const std::function<bool(const std::string& digest)>& has_blob) {
+  const std::vector<std::uint32_t>& roots = plan.phases().roots();
+  std::uint32_t units = 0;
+  for (const JournalEntry& entry : results) {
+    const auto& result = std::get<UnitDone>(entry);
+    if (plan.is_of_picture(result.units.first)) continue;
+    ++units;
+    if (std::binary_search(roots.begin(), roots.end(), result.units.first) && !has_blob(result.digest))
+      return false;
+  }
+  return units == plan.phases().unit_count();
+}
+
 }  // namespace
 
 std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
@@ -93,6 +109,7 @@ std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
 }
 
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
+                           const std::function<bool(const std::string& digest)>& has_blob,
                            std::vector<JournalEntry>& entries) {
   const std::vector<Fitting> fitting = fitting_results(scheduler, job, donor);
   std::optional<std::string> chosen;
@@ -118,6 +135,7 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
                             .from_sequence = index + 1});
     adopted_units += units.count;
   }
+  if (!has_phases(*job.plan, done, has_blob)) return absl::OkStatus();
   if (chosen && adopted_units < job.plan->unit_count()) {
     // Of results from before classes were told of, none says whose arithmetic the rest should have.
     if (!wire::is_whole_class(*chosen)) return absl::OkStatus();

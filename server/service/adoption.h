@@ -25,9 +25,11 @@ struct Donor {
 
 /// Gives the new job all results of the donor that are of its own units and whose hosts are trusted, and of
 /// one arithmetic class if the job is to be: of which there are most. Where nobody could go on in that class,
-/// and the donor was not named, none. Both have equal content. Appends what is to be journaled behind the job
+/// and the donor was not named, none. Where the donor's phases were not all made, or `has_blob` says that a
+/// phase's blob is gone, none either. Both have equal content. Appends what is to be journaled behind the job
 /// itself, besides the scheduler's events: UnitDone entries, numbered from 1.
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
+                           const std::function<bool(const std::string& digest)>& has_blob,
                            std::vector<JournalEntry>& entries);
 
 }  // namespace tessera::server

@@ -360,14 +360,19 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
             entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
-  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, entries); !status.ok())
+  const auto has_blob = [this](const std::string& digest) { return blobs_.query(digest).complete; };
+  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, has_blob, entries);
+      !status.ok()) {
     return status;
+  }
   for (const JournalEntry& journaled : entries) {
     const auto* const done = std::get_if<UnitDone>(&journaled);
     if (done == nullptr) continue;
     v1::UnitStats stats;
     static_cast<void>(stats.ParseFromString(done->stats));
     add_result(entry, done->units, done->host, stats);
+    if (!entry.shape->plan->is_of_picture(done->units.first))
+      entry.phase_blobs.note(done->units.first, done->digest, done->sequence);
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
   if (entry.units > 0) {

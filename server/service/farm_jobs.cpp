@@ -280,7 +280,7 @@ absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64
   }
   std::size_t bytes = 0;
   for (const CoveredUnits& covered : units) {
-    if (covered.first == JobEntry::kRevoked ||
+    if (covered.first == JobEntry::kRevoked || !shape->plan->is_of_picture(covered.first) ||
         std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
       ++batch.last;
       continue;
@@ -403,6 +403,7 @@ void Farm::collect_blobs() {
   for (const auto& entry : jobs_.all()) {
     needed.insert(entry->shape->spec.scene().digest());
     for (const v1::BlobRef& blob : entry->shape->spec.blobs()) needed.insert(blob.digest());
+    entry->phase_blobs.for_each_digest([&](std::string digest) { needed.insert(std::move(digest)); });
   }
   collector_ = std::jthread([this, needed = std::move(needed)] {
     const BlobStore::Collected collected = blobs_.collect(

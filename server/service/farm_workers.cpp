@@ -224,6 +224,24 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
   return true;
 }
 
+absl::StatusOr<std::vector<v1::BlobRef>> Farm::inputs_of(JobEntry& entry, std::uint32_t unit) {
+  std::vector<v1::BlobRef> inputs;
+  for (const std::uint32_t source : entry.shape->plan->phases().inputs(unit)) {
+    const std::optional<PhaseBlobs::Made> made = entry.phase_blobs.of(source);
+    if (!made) return absl::NotFoundError(absl::StrCat("unit ", source, " has made no blob"));
+    const UploadState stored = blobs_.query(made->digest);
+    if (!stored.complete) {
+      const std::string what = absl::StrCat("its blob ", made->digest, " is gone");
+      static_cast<void>(scheduler_.revoke_result(entry.id, source, made->sequence, what));
+      return absl::NotFoundError(absl::StrCat("unit ", source, ": ", what));
+    }
+    v1::BlobRef& input = inputs.emplace_back();
+    input.set_digest(made->digest);
+    input.set_size_bytes(stored.stored_bytes);
+  }
+  return inputs;
+}
+
 absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v1::LeaseRequest& request) {
   absl::StatusOr<LeaseDecision> decision = scheduler_.lease(
       {.worker = worker,
@@ -234,12 +252,21 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   metrics_.leased(decision->leases.size());
   v1::LeaseResponse response;
   const auto& known = request.known_job_ids();
+  for (const std::string& id : known) {
+    const JobEntry* const entry = jobs_.find(id);
+    const bool has_phases = entry == nullptr || entry->shape->spec.phases_size() > 0;
+    if (has_phases && (entry == nullptr || entry->past || !is_open(scheduler_.job(id)->state)))
+      response.add_over_job_ids(id);
+  }
   const std::string host = scheduler_.host_of(worker);
   for (v1::Lease& lease : decision->leases) {
+    const std::string id = lease.token().job_id();
+    JobEntry& entry = *jobs_.find(id);
+    absl::StatusOr<std::vector<v1::BlobRef>> inputs = inputs_of(entry, lease.unit().index());
+    if (!inputs.ok()) continue;  // the scheduler has the lease back
+    for (v1::BlobRef& input : *inputs) *lease.mutable_unit()->add_inputs() = std::move(input);
     seal_->seal(*lease.mutable_token(), host);
-    const std::string& id = lease.token().job_id();
     if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
-      const JobEntry& entry = *jobs_.find(id);
       v1::JobSpec& spec = (*response.mutable_specs())[id];
       spec = entry.shape->spec;
       spec.set_isa(scheduler_.isa_for(worker, id));
@@ -369,7 +396,9 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
                                                 " of ", std::max(token.ranges(), 1u), " ranges")));
   }
   const absl::StatusOr<std::string> digest =
-      check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels);
+      shape->plan->is_of_picture(units->first)
+          ? check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels)
+          : check_blob_result(request.payload(), units->first, blobs_);
   if (!digest.ok()) {
     metrics_.refused();
     const std::lock_guard lock(mutex_);
@@ -414,6 +443,10 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   const std::string host = scheduler_.host_of(request.worker_id());
   const CoveredUnits units{.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
   add_result(entry, units, host, stats);
+  if (!entry.shape->plan->is_of_picture(units.first)) {
+    entry.phase_blobs.note(units.first, digest, decision->sequence);
+    unclaimed_uploads_.erase(digest);
+  }
   entry.rate.note(entry.units, now());
   std::vector<JournalEntry> entries;
   entries.push_back(UnitDone{.job = entry.id,
@@ -428,7 +461,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   if (spdlog::should_log(spdlog::level::debug)) {
     log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");
   }
-  const bool free_hands = scheduler_.frees_workers();
+  const bool news_for_others = scheduler_.frees_workers() || decision->opened;
   v1::CompleteResponse response;
   if (request.has_beat()) {
     if (auto beaten = beat(request.worker_id(), request.beat()); beaten.ok())
@@ -444,7 +477,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
          });
   lock.unlock();
   dispatcher_.notify_worker(request.worker_id());
-  if (free_hands) dispatcher_.notify_work();
+  if (news_for_others) dispatcher_.notify_work();
 }
 
 void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done) {
@@ -458,6 +491,9 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
     return done(entry.status());
   if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
     return done(std::move(status));
+  // A unit that reads what is gone is not to blame: the source is made anew, and the lease is over.
+  if (JobEntry& entry = *jobs_.find(token.job_id()); !entry.past)
+    static_cast<void>(inputs_of(entry, token.unit_index()));
   const std::string message = shortened(request.message());
   const absl::Status failed =
       jobs_.find(token.job_id())->past

@@ -150,6 +150,8 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
       return damaged("a result cannot be read");
     }
     if (!std::binary_search(revoked.begin(), revoked.end(), i + 1)) {
+      if (!entry.shape->plan->is_of_picture(result.units.first))
+        entry.phase_blobs.note(result.units.first, result.digest, i + 1);
       entry.hosts.count(result.host, result.units.ranges);
       entry.durable_units += result.units.ranges;
     }
@@ -203,6 +205,7 @@ void retire(JobEntry& entry, JobView view) {
   for (std::size_t i = 0; i < units.size(); ++i) {
     if (units[i].first == JobEntry::kRevoked) entry.past_revoked.push_back(i + 1);
   }
+  entry.phase_blobs.keep(entry.shape->plan->phases().roots());
   entry.past = std::move(view);
 }
 
@@ -225,6 +228,10 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_priority(view.priority);
   status.set_paused(view.paused);
   status.set_units_set_aside(view.units_set_aside);
+  if (is_open(view.state) && view.units_open > 0) {
+    if (const auto phase = entry.shape->plan->phases().phase_of(view.units_open - 1))
+      status.set_phase(entry.shape->spec.phases(static_cast<int>(*phase)).name());
+  }
   status.set_revision(view.revision);
   status.set_units_adopted(view.units_adopted);
   status.set_audits(view.audits);

@@ -14,6 +14,7 @@
 #include "scheduler/scheduler.h"
 #include "service/completion_rate.h"
 #include "service/host_shares.h"
+#include "service/phase_blobs.h"
 #include "store/journal.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/tile_result.h"
@@ -52,6 +53,8 @@ struct JobEntry {
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
   std::vector<std::uint64_t>
       past_revoked;  // where `past` is set: numbers of results that do not count, ascending
+  /// What units of phases made, while the scheduler knows the job; then the phases' own alone.
+  PhaseBlobs phase_blobs = {};
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.

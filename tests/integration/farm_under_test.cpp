@@ -22,9 +22,16 @@ namespace {
 
 constexpr std::chrono::minutes kLongestWatch{5};
 
-std::string program(const char* name) { return std::string{TESSERA_BIN_DIR} + "/" + name; }
+std::string& program_folder() {
+  static std::string folder = TESSERA_BIN_DIR;
+  return folder;
+}
+
+std::string program(const char* name) { return program_folder() + "/" + name; }
 
 }  // namespace
+
+void use_programs_of(const std::string& folder) { program_folder() = folder; }
 
 std::string tessera_program() { return program("tessera"); }
 std::string server_program() { return program("tessera-server"); }

@@ -16,6 +16,7 @@
 namespace tessera::integration {
 
 /// Paths of the programs under test.
+void use_programs_of(const std::string& folder);  // from now on; else those of the build
 std::string tessera_program();
 std::string server_program();
 std::string worker_program();

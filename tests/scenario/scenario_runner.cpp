@@ -9,6 +9,7 @@
 #include "absl/strings/str_split.h"
 #include "scenario/simulated_coordinator.h"
 #include "service/journal_events.h"
+#include "support/phased_job.h"
 #include "wire/arithmetic_class.h"
 
 namespace tessera::server {
@@ -21,7 +22,8 @@ std::string outcome(const absl::Status& status) { return status.ok() ? "ok\n" : 
 
 }  // namespace
 
-std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges) {
+std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges,
+                                             const std::vector<std::uint32_t>& parts) {
   v1::JobSpec spec;
   spec.set_width(tiles * kTile);
   spec.set_height(kTile);
@@ -31,6 +33,7 @@ std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t 
   spec.set_samples_per_unit(kSamplesPerUnit);
   spec.mutable_settings()->set_spp(ranges * kSamplesPerUnit);
   spec.mutable_scene()->set_digest(std::string(64, 'a'));
+  if (!parts.empty()) test::add_test_phases(spec, parts);
   return std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
 }
 

@@ -76,7 +76,9 @@ class ScenarioRunner {
   std::unique_ptr<Scheduler> scheduler_;
 };
 
-/// A job whose film is a row of `tiles` tiles, with `ranges` sample ranges.
-std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges);
+/// A job whose film is a row of `tiles` tiles, with `ranges` sample ranges, after phases of so many parts:
+/// none or two.
+std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges,
+                                             const std::vector<std::uint32_t>& parts = {});
 
 }  // namespace tessera::server

@@ -103,7 +103,8 @@ void SimulatedCoordinator::submit(const JobRequest& job, const JobRequest* donor
   if (donor != nullptr) {
     const absl::StatusOr<JobRecord> record = journal_.read_job(donor->id);
     if (record.ok()) {
-      const absl::Status status = adopt_results(scheduler_, job, {*record, donor->plan}, entries);
+      const absl::Status status = adopt_results(
+          scheduler_, job, {*record, donor->plan}, [](const std::string&) { return true; }, entries);
       if (!status.ok()) return reply(status);
     }
   }

@@ -14,14 +14,15 @@ constexpr Time kWorkerTick{2000};
 
 bool same(const v1::LeaseToken& a, const v1::LeaseToken& b) {
   return covered_by(a) == covered_by(b) && a.attempt() == b.attempt() && a.epoch() == b.epoch() &&
-         a.job_id() == b.job_id();
+         a.job_id() == b.job_id() && a.inputs() == b.inputs();
 }
 
 }  // namespace
 
 ResultFingerprint Simulation::truth_of(const Promise& promise, const CoveredUnits& units,
-                                       const std::string& arithmetic_class) const {
-  return (std::hash<std::string>{}(promise.content) * 31 + std::hash<std::string>{}(arithmetic_class)) * 31 +
+                                       const std::string& arithmetic_class, std::uint64_t inputs) const {
+  return inputs +
+         (std::hash<std::string>{}(promise.content) * 31 + std::hash<std::string>{}(arithmetic_class)) * 31 +
          units.first + 10'007 * units.ranges;
 }
 
@@ -36,7 +37,7 @@ UnitRun Simulation::units_of(const std::string& job, const CoveredUnits& covered
 }
 
 Simulation::Effort Simulation::effort_of(const v1::LeaseToken& token) const {
-  std::mt19937_64 random(truth_of(promises_.at(token.job_id()), covered_by(token), ""));
+  std::mt19937_64 random(truth_of(promises_.at(token.job_id()), covered_by(token), "", 0));
   const double milliseconds = covered_by(token).ranges * std::lognormal_distribution<double>(
                                                              std::log(800.0), std::log(100.0) / 4)(random);
   const double rays_per_ms = std::lognormal_distribution<double>(std::log(1000.0), 0.3)(random);
@@ -168,7 +169,7 @@ std::map<std::string, std::uint32_t> Simulation::waiting_units(const std::string
     const absl::StatusOr<JobView> view = coordinator_->scheduler().job(job);
     if (!view.ok() || view->paused || (view->state != v1::QUEUED && view->state != v1::RUNNING)) continue;
     if (coordinator_->scheduler().isa_for(worker, job).empty()) continue;
-    waiting[job] = view->units_total - view->units_done - view->units_leased - view->units_set_aside;
+    waiting[job] = view->units_pending;
   }
   return waiting;
 }
@@ -220,10 +221,9 @@ void Simulation::check_sent_away(const Worker& worker, const std::string& id,
     // For machines that round otherwise, or not yet chosen whose.
     if (scheduler.isa_for(id, job).empty()) continue;
     if (settle_ > Time{0} && !promise.request.any_class && view->classes.empty()) continue;
-    const std::uint32_t begun = view->units_done + view->units_leased + view->units_set_aside;
     const auto before = waited.find(job);
     if (before == waited.end() || before->second == 0) continue;
-    if (begun < view->units_total && is_free())
+    if (view->units_pending > 0 && is_free())
       violate(absl::StrCat(worker.host, " is sent away though ", job, " has units"));
   }
 }
@@ -321,11 +321,11 @@ void Simulation::deliver(std::size_t index, const Held& held) {
     });
   }
   const bool lies = chaos_ && worker.liar && pick(2) == 0;
-  const DeliveredResult result{
-      .fingerprint = truth_of(promises_.at(token.job_id()), covered_by(token), held.arithmetic_class) +
-                     (lies ? 1 + index : 0),
-      .cost = held.cost,
-      .work = effort_of(token).rays};
+  const DeliveredResult result{.fingerprint = truth_of(promises_.at(token.job_id()), covered_by(token),
+                                                       held.arithmetic_class, token.inputs()) +
+                                              (lies ? 1 + index : 0),
+                               .cost = held.cost,
+                               .work = effort_of(token).rays};
   to_coordinator([this, id = worker.id, token, result, settled] {
     coordinator_->complete(id, token, result, now_, settled);
   });

@@ -21,18 +21,13 @@ const std::vector<std::vector<std::string>> kMachines = {
     {"avx512/e3/a5", "avx2/e3/a2"}, {"avx2/e3/a2"}, {"avx512/e3/b5", "avx2/e3/b2"}};
 
 /// Plans are made once: they are the same in every world.
-std::shared_ptr<const WorkPlan> plan_of(std::uint32_t tiles, std::uint32_t ranges) {
-  static std::map<std::pair<std::uint32_t, std::uint32_t>, std::shared_ptr<const WorkPlan>> plans;
-  auto& plan = plans[{tiles, ranges}];
-  if (plan == nullptr) plan = row_of_tiles(tiles, ranges);
+std::shared_ptr<const WorkPlan> plan_of(std::uint32_t tiles, std::uint32_t ranges,
+                                        const std::vector<std::uint32_t>& parts) {
+  using Key = std::tuple<std::uint32_t, std::uint32_t, std::vector<std::uint32_t>>;
+  static std::map<Key, std::shared_ptr<const WorkPlan>> plans;
+  auto& plan = plans[{tiles, ranges, parts}];
+  if (plan == nullptr) plan = row_of_tiles(tiles, ranges, parts);
   return plan;
-}
-
-/// Of one range of samples.
-std::uint32_t tiles_of(const WorkPlan& plan) {
-  std::uint32_t tiles = 0;
-  while (tiles < plan.unit_count() && plan.unit(tiles).tile().samples().begin() == 0) ++tiles;
-  return tiles;
 }
 
 }  // namespace
@@ -46,6 +41,7 @@ Simulation::Simulation(const SimulationOptions& options) : options_(options), ra
   liars_ = pick(4) == 0, poison_ = pick(4) == 0, full_disk_ = pick(4) == 0;
   if (pick(4) == 0) job_order_ = JobOrder::kFair;
   runs_ = pick(2) == 0;
+  phases_ = pick(2) == 0;
   if (options.real_journal) disk_ = std::make_unique<SimulatedDisk>(options.seed);
 
   workers_.resize(options.workers > 0 ? options.workers : 4 + pick(7));
@@ -230,7 +226,7 @@ void Simulation::commit() {
   if (disk_ && chaos_ && full_disk_ && chance(0.01)) disk_->set_capacity(1);
   const absl::Status status = coordinator_->commit();
   if (status.ok()) {
-    learn(coordinator_->committed());
+    learn_group(coordinator_->committed());
     if (dies_after) return kill_coordinator();
     return coordinator_->answer();
   }
@@ -271,17 +267,43 @@ void Simulation::learn(const UnitDone& done) {
     }
     ++counts_.adopted;
   }
-  check_class(promise, done);
-  promise.journaled.push_back({.units = done.units, .digest = done.digest, .host = done.host});
+  const std::optional<std::uint64_t> inputs = inputs_of(promise, done.units.first);
+  if (!inputs) violate(absl::StrCat(done.job, "/", done.units.first, " is made of what is not there"));
+  check_class(promise, done, inputs.value_or(0));
+  promise.journaled.push_back(
+      {.units = done.units, .digest = done.digest, .host = done.host, .inputs = inputs.value_or(0)});
+  counts_.made += !promise.request.plan->is_of_picture(done.units.first);
   ++counts_.results;
 }
 
+/// What the unit reads, as it is journaled: LeaseToken.inputs. None where some of it does not count.
+std::optional<std::uint64_t> Simulation::inputs_of(const Promise& promise, std::uint32_t unit) const {
+  std::vector<ResultFingerprint> inputs;
+  for (const std::uint32_t input : promise.request.plan->phases().inputs(unit)) {
+    const auto live = promise.live.find(input);
+    if (live == promise.live.end()) return std::nullopt;
+    inputs.push_back(std::stoull(promise.journaled[live->second].digest.substr(0, 16), nullptr, 16));
+  }
+  return inputs_key(inputs);
+}
+
+/// Whatever counts was made of what counts.
+void Simulation::check_inputs() {
+  for (const auto& [id, promise] : promises_) {
+    if (promise.parts.empty()) continue;
+    for (const auto& [unit, index] : promise.live) {
+      if (inputs_of(promise, unit) != promise.journaled[index].inputs)
+        return violate(absl::StrCat(id, "/", unit, " was made of results that count no more"));
+    }
+  }
+}
+
 /// All honest results of a job that is to have the same bits everywhere are of one class.
-void Simulation::check_class(Promise& promise, const UnitDone& done) {
+void Simulation::check_class(Promise& promise, const UnitDone& done, std::uint64_t inputs) {
   if (promise.request.any_class) return;
   for (const std::vector<std::string>& machine : kMachines) {
     for (const std::string& name : machine) {
-      if (digest_of(truth_of(promise, done.units, name)) != done.digest) continue;
+      if (digest_of(truth_of(promise, done.units, name, inputs)) != done.digest) continue;
       if (promise.arithmetic_class.empty()) promise.arithmetic_class = name;
       if (promise.arithmetic_class != name)
         violate(absl::StrCat(done.job, " is of ", promise.arithmetic_class, " and ", name));
@@ -339,6 +361,11 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
   }
 }
 
+void Simulation::learn_group(const std::vector<JournalEntry>& entries) {
+  learn(entries);
+  check_inputs();
+}
+
 void Simulation::resolve_doubt(const std::map<std::string, JobRecord>& records) {
   std::size_t there = 0, decidable = 0;
   for (const JournalEntry& entry : in_doubt_) {
@@ -363,7 +390,7 @@ void Simulation::resolve_doubt(const std::map<std::string, JobRecord>& records) 
   if (there != 0 && there != decidable) violate("half a commit survived");
   // Without any of these nothing was promised by it: what it told of is read from the journal, or happens
   // again.
-  if (there > 0) learn(in_doubt_);
+  if (there > 0) learn_group(in_doubt_);
   in_doubt_.clear();
 }
 
@@ -398,20 +425,28 @@ void Simulation::submit_job() {
   const std::string donor =
       !many && !promises_.empty() && pick(2) == 0 ? absl::StrCat("j", pick(promises_.size())) : "";
   const auto tiles = donor.empty() ? static_cast<std::uint32_t>(many ? options_.workers * 3 : 1 + pick(24))
-                                   : tiles_of(*promises_.at(donor).request.plan);
-  JobRequest request{.id = id,
-                     .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(runs_ ? 12 : 3))),
-                     .scene_digest = absl::StrCat("s", pick(2)),
-                     .isa = pick(3) == 0 ? "avx2" : "",
-                     .priority = static_cast<std::int32_t>(pick(2)),
-                     .user = absl::StrCat("u", pick(3)),
-                     .required_tags = {},
-                     .max_workers = !many && pick(4) == 0 ? 2u : 0u,
-                     .any_class = pick(3) == 0};
+                                   : promises_.at(donor).request.plan->tile_count();
+  std::vector<std::uint32_t> parts;
+  if (!donor.empty()) {
+    parts = promises_.at(donor).parts;
+  } else if (phases_ && !many) {
+    parts = {1 + static_cast<std::uint32_t>(pick(24)), 1 + static_cast<std::uint32_t>(pick(4))};
+  }
+  JobRequest request{
+      .id = id,
+      .plan = plan_of(tiles, many ? 1 : 1 + static_cast<std::uint32_t>(pick(runs_ ? 12 : 3)), parts),
+      .scene_digest = absl::StrCat("s", pick(2)),
+      .isa = pick(3) == 0 ? "avx2" : "",
+      .priority = static_cast<std::int32_t>(pick(2)),
+      .user = absl::StrCat("u", pick(3)),
+      .required_tags = {},
+      .max_workers = !many && pick(4) == 0 ? 2u : 0u,
+      .any_class = pick(3) == 0};
   jobs_.emplace(id, request);
   Promise& promise = promises_[id];
   promise.request = std::move(request);
   promise.donor = donor;
+  promise.parts = parts;
   promise.content = donor.empty() ? id : promises_.at(donor).content;
   ask_for_job(id);
 }

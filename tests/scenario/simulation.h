@@ -30,7 +30,8 @@ struct SimulationOptions {
 /// What happened, for tests that want to know that something did.
 struct SimulationCounts {
   std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0,
-                set_aside = 0, quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0;
+                set_aside = 0, quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0,
+                made = 0;  // results of phases
 };
 
 class Simulation {
@@ -47,14 +48,16 @@ class Simulation {
   // What has been promised, and to whom.
   struct Promise {
     JobRequest request;
-    std::string donor;          // a job of the same content that it continues; empty: none
-    std::string content;        // what honest results follow from: equal for such jobs
-    bool acknowledged = false;  // the submission
+    std::string donor;                 // a job of the same content that it continues; empty: none
+    std::string content;               // what honest results follow from: equal for such jobs
+    std::vector<std::uint32_t> parts;  // of its phases
+    bool acknowledged = false;         // the submission
     bool cancel_acknowledged = false;
     struct Result {
       CoveredUnits units;
       std::string digest;
       std::string host;
+      std::uint64_t inputs = 0;  // that it was made of (LeaseToken.inputs)
       bool acknowledged = false;
       bool revoked = false;
       std::uint32_t audits = 0;         // as journaled
@@ -108,6 +111,10 @@ class Simulation {
   void commit();
   void learn(const std::vector<JournalEntry>& entries);
   void learn(const UnitDone& done);
+  /// All that one commit made durable.
+  void learn_group(const std::vector<JournalEntry>& entries);
+  std::optional<std::uint64_t> inputs_of(const Promise& promise, std::uint32_t unit) const;
+  void check_inputs();
   /// Whether a commit in which the power failed is there; it must be there whole or not at all.
   void resolve_doubt(const std::map<std::string, JobRecord>& records);
   void check_recovery(const std::map<std::string, JobRecord>& records);
@@ -129,8 +136,8 @@ class Simulation {
   bool poisonous(const v1::LeaseToken& token) const;
   /// What an honest worker returns.
   ResultFingerprint truth_of(const Promise& promise, const CoveredUnits& units,
-                             const std::string& arithmetic_class) const;
-  void check_class(Promise& promise, const UnitDone& done);
+                             const std::string& arithmetic_class, std::uint64_t inputs) const;
+  void check_class(Promise& promise, const UnitDone& done, std::uint64_t inputs);
   void check_grant(const Worker& worker, const v1::LeaseToken& token);
   /// How many units each job has waiting.
   std::map<std::string, std::uint32_t> waiting_units(const std::string& worker) const;
@@ -171,6 +178,7 @@ class Simulation {
   bool usual_pace_is_common_ = false;
   bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
   bool runs_ = false;  // of units, as often as there can be
+  bool phases_ = false;
   JobOrder job_order_ = JobOrder::kFirstCome;
 
   std::unique_ptr<SimulatedDisk> disk_;

@@ -28,13 +28,14 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
     total.power_failures += counts.power_failures, total.disk_full += counts.disk_full;
     total.quarantines += counts.quarantines, total.revoked += counts.revoked;
     total.adopted += counts.adopted, total.audits += counts.audits, total.runs += counts.runs;
+    total.made += counts.made;
   }
   testing::Test::RecordProperty("steps", absl::StrCat(total.steps));
   std::printf(
       "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power "
       "failures, "
       "%llu full disks; %llu quarantines, %llu results revoked, "
-      "%llu taken over, %llu audits, %llu of runs\n",
+      "%llu taken over, %llu audits, %llu of runs, %llu of phases\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
       static_cast<unsigned long long>(total.results),
       static_cast<unsigned long long>(total.coordinator_deaths),
@@ -42,7 +43,7 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
       static_cast<unsigned long long>(total.power_failures), static_cast<unsigned long long>(total.disk_full),
       static_cast<unsigned long long>(total.quarantines), static_cast<unsigned long long>(total.revoked),
       static_cast<unsigned long long>(total.adopted), static_cast<unsigned long long>(total.audits),
-      static_cast<unsigned long long>(total.runs));
+      static_cast<unsigned long long>(total.runs), static_cast<unsigned long long>(total.made));
   return total;
 }
 
@@ -58,6 +59,7 @@ TEST(Simulation, NothingIsLostAndEveryJobEnds) {
   EXPECT_GT(counts.adopted, count / 4);
   EXPECT_GT(counts.audits, count);
   EXPECT_GT(counts.runs, count);
+  EXPECT_GT(counts.made, count);
 }
 
 TEST(Simulation, TheJournalSurvivesPowerFailuresAndFullDisks) {

@@ -56,7 +56,7 @@ class Agent::Work {
                  [this](const std::string& id, std::stop_token stop) { heart_.introduce(id, stop); }),
         cache_(std::move(cache)),
         fetcher_(cache_ ? std::make_unique<BlobFetcher>(link_, *cache_) : nullptr),
-        renderer_(options_, fetcher_.get()),
+        renderer_(options_, link_, fetcher_.get()),
         intake_(leases_, renderer_, options_.address,
                 std::min<std::size_t>(kQueuedPerThread * static_cast<std::size_t>(options_.threads),
                                       wire::kMaxLeasesPerCall)),

@@ -173,6 +173,11 @@ absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, cons
   return map_file(*file, path);
 }
 
+void BlobCache::drop(const std::string& digest) {
+  std::error_code error;  // another worker may have pruned it
+  fs::remove(blob_path(digest), error);
+}
+
 void BlobCache::prune(const std::string& keep) {
   struct Stored {
     fs::path path;

@@ -39,6 +39,9 @@ class BlobCache {
   /// process fetches the same blob, waits for it.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, const Fetch& fetch);
 
+  /// Removes the blob, if it is there. Whoever has it mapped keeps its bytes.
+  void drop(const std::string& digest);
+
   /// Bytes that it held after the last blob came, parts of downloads included.
   std::uint64_t bytes() const { return bytes_; }
 

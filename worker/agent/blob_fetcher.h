@@ -24,6 +24,9 @@ class BlobFetcher {
   /// requested.
   absl::StatusOr<render::BlobBytes> get(const std::string& digest, std::stop_token stop);
 
+  /// Nobody here needs the blob any more.
+  void drop(const std::string& digest) { cache_.drop(digest); }
+
   /// Brings everything that the job's scene refers to into the cache, in the order of use and several blobs
   /// at once. Stops early, without a word, at the first failure: whoever needs that blob will meet it.
   void prefetch(const v1::JobSpec& spec, std::stop_token stop);

@@ -10,6 +10,7 @@
 #include "wire/call.h"
 #include "wire/channel.h"
 #include "wire/status.h"
+#include "wire/upload.h"
 
 namespace tessera::agent {
 namespace {
@@ -73,6 +74,13 @@ absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
   return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_,
                           kDeregisterTimeout, {})
       .status();
+}
+
+absl::Status CoordinatorLink::upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop) {
+  const auto read = [bytes](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
+    return std::string{bytes.substr(offset, size)};
+  };
+  return wire::upload_rest(*stubs_->blob, {blob, read}, address_, std::move(stop), [](std::uint64_t) {});
 }
 
 bool CoordinatorLink::wait(wire::Backoff& backoff, std::stop_token stop) {

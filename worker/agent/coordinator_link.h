@@ -46,6 +46,9 @@ class CoordinatorLink {
   /// when no chunk has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop);
 
+  /// Stores the bytes under their digest with the coordinator, unless it has them; as wire::upload_rest.
+  absl::Status upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop);
+
   /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected
   /// again. False when `stop` was requested meanwhile.
   bool wait(wire::Backoff& backoff, std::stop_token stop);

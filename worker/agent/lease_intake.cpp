@@ -37,6 +37,10 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
   for (const auto& [job_id, spec] : response.specs())
     sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
   if (!sent.empty()) know(sent);
+  for (const std::string& job_id : response.over_job_ids()) {
+    forget(job_id);
+    renderer_.forget_job(job_id);
+  }
   for (const v1::Lease& lease : response.leases()) {
     const v1::LeaseToken& token = lease.token();
     auto spec = known.find(token.job_id());
@@ -57,6 +61,14 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
 std::shared_ptr<const LeaseIntake::Specs> LeaseIntake::known() {
   const std::lock_guard lock{mutex_};
   return known_;
+}
+
+void LeaseIntake::forget(const std::string& job_id) {
+  const std::lock_guard lock{mutex_};
+  auto specs = std::make_shared<Specs>(*known_);
+  specs->erase(job_id);
+  std::erase(order_, job_id);
+  known_ = std::move(specs);
 }
 
 void LeaseIntake::know(const Specs& sent) {

@@ -39,6 +39,7 @@ class LeaseIntake {
   void take(const Ask& ask, const v1::LeaseResponse& response);
   std::shared_ptr<const Specs> known();
   void know(const Specs& sent);
+  void forget(const std::string& job_id);
 
   LeaseTable& leases_;
   UnitRenderer& renderer_;

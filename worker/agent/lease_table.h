@@ -25,6 +25,7 @@ struct HeldUnit {
   std::uint32_t ranges = 1;  // of the run
   std::string job_id;
   std::uint32_t generation = 0;  // of the job
+  std::uint64_t inputs = 0;      // LeaseToken.inputs
   std::uint32_t attempt = 0;     // the grant that brought it
   std::shared_ptr<const v1::JobSpec> spec;
   std::stop_source stop;  // requested when the lease is revoked
@@ -84,8 +85,8 @@ class LeaseTable {
   bool wait_until_empty(std::chrono::milliseconds timeout);
 
  private:
-  using Key =
-      std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t>;  // job, generation, unit, ranges
+  // Job, generation, unit, ranges, inputs.
+  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t, std::uint64_t>;
   struct Entry {
     std::shared_ptr<HeldUnit> held;
     v1::LeaseToken token;

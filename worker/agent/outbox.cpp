@@ -12,6 +12,20 @@ namespace {
 constexpr std::chrono::milliseconds kRetryCap{2000};
 constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
 
+std::size_t size_of(const Outcome& outcome) { return outcome.payload.size() + outcome.blob.size(); }
+
+/// Stored parts that did not fit are sent anew.
+absl::Status upload(CoordinatorLink& link, const Outcome& outcome, std::stop_token stop) {
+  v1::BlobRef blob;
+  if (!blob.ParseFromString(outcome.payload)) return absl::InternalError("the result names no blob");
+  constexpr int kMostAttempts = 3;
+  for (int attempt = 1;; ++attempt) {
+    absl::Status status = link.upload(blob, outcome.blob, stop);
+    const bool anew = absl::IsDataLoss(status) || absl::IsOutOfRange(status);
+    if (!anew || attempt == kMostAttempts) return status;
+  }
+}
+
 }  // namespace
 
 Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
@@ -32,7 +46,7 @@ bool Outbox::push(Outcome outcome, std::stop_token stop) {
     return false;
   }
   ++held_results_;
-  held_bytes_ += outcome.payload.size();
+  held_bytes_ += size_of(outcome);
   queue_.push_back(std::move(outcome));
   changed_.notify_all();
   return true;
@@ -56,7 +70,7 @@ void Outbox::send_all(std::stop_token stop) {
     deliver(outcome, stop);
     lock.lock();
     --held_results_;
-    held_bytes_ -= outcome.payload.size();
+    held_bytes_ -= size_of(outcome);
     lock.unlock();
     leases_.release(*outcome.unit);
   }
@@ -107,6 +121,9 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
 
 absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop) {
   if (outcome.failure.ok()) {
+    if (outcome.unit->unit.has_part() || outcome.unit->unit.has_merge()) {
+      if (absl::Status status = upload(link_, outcome, stop); !status.ok()) return status;
+    }
     v1::CompleteRequest request;
     request.set_worker_id(worker_id);
     *request.mutable_token() = leases_.token(*outcome.unit);

@@ -24,7 +24,8 @@ namespace tessera::agent {
 /// Outcome of a unit.
 struct Outcome {
   std::shared_ptr<HeldUnit> unit;
-  std::string payload;  // an encoded TileResult, when rendered
+  std::string payload;  // an encoded TileResult, or a BlobRef of `blob`, when rendered
+  std::string blob;     // made by a unit of a phase: uploaded before the result is sent
   v1::UnitStats stats;
   absl::Status failure;      // why it could not be rendered
   bool scene_fault = false;  // another worker would fail alike

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/cpu_time.h"
+#include "wire/digest.h"
 #include "wire/log.h"
 #include "wire/metrics.h"
 #include "wire/tile_result.h"
@@ -91,14 +92,24 @@ void add_warnings(const std::vector<std::string>& warnings, v1::UnitStats& stats
   }
 }
 
+/// Its result is the digest of the bytes.
+void set_blob(std::string blob, Outcome& outcome) {
+  v1::BlobRef ref;
+  ref.set_digest(wire::sha256_hex(blob));
+  ref.set_size_bytes(blob.size());
+  outcome.payload = ref.SerializeAsString();
+  outcome.blob = std::move(blob);
+}
+
 }  // namespace
 
-UnitRenderer::UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher)
+UnitRenderer::UnitRenderer(const AgentOptions& options, CoordinatorLink& link, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
       scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); },
               options.scenes_kept,
               options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
+      prepared_(link, fetcher),
       time_limit_(options.unit_limit) {
   report_.units_by_seconds.resize(wire::kUnitSecondsBuckets.size() + 1);
 }
@@ -107,7 +118,7 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   Outcome outcome;
   outcome.unit = std::move(unit);
   try {
-    outcome.failure = render_tile(*outcome.unit, outcome);
+    outcome.failure = render_unit(*outcome.unit, outcome);
   } catch (const std::exception& error) {  // out of memory, above all
     outcome.failure = absl::ResourceExhaustedError(absl::StrCat("rendering: ", error.what()));
   }
@@ -121,11 +132,52 @@ Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
   return outcome;
 }
 
-absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
-  const std::stop_token stop = unit.stop.get_token();
-  if (!unit.unit.has_tile() && !unit.unit.has_pass()) {
-    return absl::UnimplementedError("this worker renders tiles and passes only");
+absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<const LoadedScene>& scene,
+                                std::stop_token stop, Outcome& outcome, render::RenderStats& counts) {
+  const v1::WorkUnit& unit = held.unit;
+  const v1::JobSpec& spec = *held.spec;
+  if (unit.has_merge()) {
+    const absl::StatusOr<Inputs> inputs = prepared_.fetch(held.job_id, unit, stop);
+    if (!inputs.ok()) return inputs.status();
+    absl::StatusOr<std::string> merged = scene->scene->merge(unit.merge().phase(), inputs->bytes);
+    if (merged.ok()) set_blob(*std::move(merged), outcome);
+    return merged.status();
   }
+  const absl::StatusOr<std::shared_ptr<const render::Prepared>> prepared =
+      prepared_.get(held.job_id, unit, scene, stop);
+  if (!prepared.ok()) return prepared.status();
+  if (unit.has_part()) {
+    const int phase = static_cast<int>(unit.part().phase());
+    if (phase >= spec.phases_size()) return absl::InvalidArgumentError("the job has no such phase");
+    absl::StatusOr<std::string> blob = scene->scene->make_part(
+        {unit.part().phase(), unit.part().part(), spec.phases(phase).parts(), prepared->get()}, stop, counts);
+    if (blob.ok()) set_blob(*std::move(blob), outcome);
+    return blob.status();
+  }
+  // A pass covers the whole crop.
+  const v1::PixelRect& pixels = unit.has_pass() ? spec.crop() : unit.tile().pixels();
+  const v1::SampleRange& samples = unit.has_pass() ? unit.pass().passes() : unit.tile().samples();
+  const render::TileRequest request{
+      .x0 = pixels.x0(),
+      .y0 = pixels.y0(),
+      .x1 = pixels.x1(),
+      .y1 = pixels.y1(),
+      .sample_begin = samples.begin(),
+      .sample_end = samples.end(),
+      .prepared = prepared->get(),
+  };
+  const absl::StatusOr<wire::TileResult> result = scene->scene->render_tile(request, stop, counts);
+  if (!result.ok()) return result.status();
+  const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
+  outcome.payload = wire::encode_tile_result(*result);
+  (*outcome.stats.mutable_stage_ns())["encode"] = count_of(wire::thread_cpu_time() - encode_start);
+  return absl::OkStatus();
+}
+
+absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
+  const std::stop_token stop = unit.stop.get_token();
+  if (unit.unit.work_case() == v1::WorkUnit::WORK_NOT_SET)
+    return absl::UnimplementedError("this worker knows tiles, passes, parts and merges only");
 
   const absl::StatusOr<std::shared_ptr<const LoadedScene>> loaded = scenes_.get(*unit.spec, stop);
   if (!loaded.ok()) {
@@ -135,25 +187,15 @@ absl::Status UnitRenderer::render_tile(const HeldUnit& unit, Outcome& outcome) {
 
   const Clock::time_point start = Clock::now();
   const std::chrono::nanoseconds cpu_start = wire::thread_cpu_time();
-  // A pass covers the whole crop.
-  const v1::PixelRect& pixels = unit.unit.has_pass() ? unit.spec->crop() : unit.unit.tile().pixels();
-  const v1::SampleRange& samples =
-      unit.unit.has_pass() ? unit.unit.pass().passes() : unit.unit.tile().samples();
-  const render::TileRequest request{pixels.x0(), pixels.y0(),     pixels.x1(),
-                                    pixels.y1(), samples.begin(), samples.end()};
   render::RenderStats counts;
   const TimeLimit::Watch watch(time_limit_, stop);
-  const absl::StatusOr<wire::TileResult> result =
-      (*loaded)->scene->render_tile(request, watch.token(), counts);
-  if (!result.ok() && watch.expired()) {
+  const absl::Status made = make(unit, *loaded, watch.token(), outcome, counts);
+  if (!made.ok() && watch.expired()) {
     return absl::DeadlineExceededError(absl::StrCat(
         "the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),
         " s, the worker's --unit-limit"));
   }
-  if (!result.ok()) return result.status();
-  const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
-  outcome.payload = wire::encode_tile_result(*result);
-  (*outcome.stats.mutable_stage_ns())["encode"] = count_of(wire::thread_cpu_time() - encode_start);
+  if (!made.ok()) return made;
 
   outcome.stats.set_samples(counts.samples);
   outcome.stats.set_camera_rays(counts.camera_rays);

@@ -10,6 +10,7 @@
 #include "agent/agent.h"
 #include "agent/blob_fetcher.h"
 #include "agent/outbox.h"
+#include "agent/prepared_store.h"
 #include "agent/scene_store.h"
 #include "agent/time_limit.h"
 
@@ -19,23 +20,29 @@ namespace tessera::agent {
 class UnitRenderer {
  public:
   /// `fetcher` may be null when the options name a blob source.
-  UnitRenderer(const AgentOptions& options, BlobFetcher* fetcher);
+  UnitRenderer(const AgentOptions& options, CoordinatorLink& link, BlobFetcher* fetcher);
 
   /// Renders on the calling thread. The outcome's failure is Cancelled when the unit was revoked.
   Outcome render(std::shared_ptr<HeldUnit> unit);
 
   std::vector<std::string> loaded_digests() const { return scenes_.digests(); }
+  /// The job is over: what its phases made is not needed any more.
+  void forget_job(const std::string& job_id) { prepared_.drop(job_id); }
   /// Everything but the results' way home.
   AgentReport report() const;
 
  private:
   absl::StatusOr<LoadedScene> load(const v1::JobSpec& spec, std::stop_token stop);
-  absl::Status render_tile(const HeldUnit& unit, Outcome& outcome);
+  absl::Status render_unit(const HeldUnit& unit, Outcome& outcome);
+  /// What the unit is: pixels or a blob, into the outcome.
+  absl::Status make(const HeldUnit& held, const std::shared_ptr<const LoadedScene>& scene,
+                    std::stop_token stop, Outcome& outcome, render::RenderStats& counts);
 
   const AgentOptions& options_;
   BlobFetcher* const fetcher_;
   render::SharedContents contents_;
   SceneStore scenes_;
+  PreparedStore prepared_;
   TimeLimit time_limit_;
   mutable std::mutex mutex_;
   AgentReport report_;

@@ -2,8 +2,11 @@
 // build/load_scene.h.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -32,6 +35,19 @@ class RenderScene {
   /// milliseconds).
   virtual absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
                                                        RenderStats& stats) const = 0;
+
+  /// What the blobs of the first phases of the job's algorithm hold, for units that read it; null where there
+  /// are none. InvalidArgument where they are not the phases'. It does not outlive the scene.
+  virtual absl::StatusOr<std::shared_ptr<const Prepared>> prepare(
+      std::span<const std::string_view> blobs) const = 0;
+
+  /// Makes one part of a phase, as render_tile renders a tile. InvalidArgument where there is no such phase.
+  virtual absl::StatusOr<std::string> make_part(const PartRequest& part, std::stop_token stop,
+                                                RenderStats& stats) const = 0;
+
+  /// Merges neighbouring blobs of a phase. InvalidArgument where there is no such phase, or they are not its.
+  virtual absl::StatusOr<std::string> merge(std::uint32_t phase,
+                                            std::span<const std::string_view> blobs) const = 0;
 
   /// As render_tile, also recording every ray; then measures how fast those rays alone can be traced.
   struct Ceiling {

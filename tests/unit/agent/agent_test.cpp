@@ -54,6 +54,17 @@ class FakeScene final : public render::RenderScene {
     stats.samples += result.pixel_count();
     return result;
   }
+  absl::StatusOr<std::shared_ptr<const render::Prepared>> prepare(
+      std::span<const std::string_view>) const override {
+    return nullptr;
+  }
+  absl::StatusOr<std::string> make_part(const render::PartRequest&, std::stop_token,
+                                        render::RenderStats&) const override {
+    return "";
+  }
+  absl::StatusOr<std::string> merge(std::uint32_t, std::span<const std::string_view>) const override {
+    return "";
+  }
   const std::vector<std::string>& material_names() const override { return warnings_; }
   Ceiling measure_ceiling(const render::TileRequest&) const override { return {}; }
   const std::vector<std::string>& warnings() const override { return warnings_; }

@@ -9,6 +9,7 @@ constexpr auto kAny = [](std::uint32_t) { return true; };
 
 TEST(UnitLedger, GivesTheLowestPendingUnitFirst) {
   UnitLedger units(5);
+  units.open_until(units.count());
   EXPECT_EQ(units.take_pending(kAny), 0u);
   EXPECT_EQ(units.take_pending(kAny), 1u);
   EXPECT_EQ(units.take_pending(kAny), 2u);
@@ -22,6 +23,7 @@ TEST(UnitLedger, GivesTheLowestPendingUnitFirst) {
 
 TEST(UnitLedger, WhatDoesNotSuitStaysPending) {
   UnitLedger units(3);
+  units.open_until(units.count());
   EXPECT_EQ(units.take_pending([](std::uint32_t unit) { return unit == 2; }), 2u);
   EXPECT_EQ(units.take_pending([](std::uint32_t unit) { return unit == 2; }), std::nullopt);
   EXPECT_EQ(units.pending(), 2u);
@@ -30,6 +32,7 @@ TEST(UnitLedger, WhatDoesNotSuitStaysPending) {
 
 TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
   UnitLedger units(4);
+  units.open_until(units.count());
   units.finish({.fingerprint = 10, .sequence = 1, .units = {.first = 0}});  // by a late result: never taken
   units.take(2);                                                            // taken up out of turn
   EXPECT_EQ(units.take_pending(kAny), 1u);
@@ -46,6 +49,7 @@ TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
 
 TEST(UnitLedger, CountsFollowEveryChangeOfState) {
   UnitLedger units(3);
+  units.open_until(units.count());
   units.take(0);
   units.set_aside(0);
   units.set_aside(1);
@@ -69,6 +73,7 @@ TEST(UnitLedger, CountsFollowEveryChangeOfState) {
 
 TEST(UnitLedger, OneResultMayCoverARun) {
   UnitLedger units(12);  // three tiles of four ranges
+  units.open_until(units.count());
   const UnitRun run{.first = 1, .count = 4, .step = 3};
   units.finish({.fingerprint = 7, .sequence = 2, .host = 1, .units = run});  // the first one was revoked
   EXPECT_EQ(units.done(), 4u);
@@ -81,6 +86,38 @@ TEST(UnitLedger, OneResultMayCoverARun) {
   units.finish({.fingerprint = 8, .sequence = 3, .host = 1, .units = {.first = 1}});
   EXPECT_EQ(units.results().size(), 1u);
   EXPECT_EQ(units.take_pending(kAny), 4u);
+}
+
+TEST(UnitLedger, OnlyOpenUnitsAreGivenOut) {
+  UnitLedger units(6);
+  EXPECT_EQ(units.pending(), 0u);
+  EXPECT_EQ(units.take_pending(kAny), std::nullopt);
+  units.open_until(2);
+  EXPECT_EQ(units.pending(), 2u);
+  EXPECT_EQ(units.take_pending(kAny), 0u);
+  EXPECT_EQ(units.take_pending(kAny), 1u);
+  EXPECT_EQ(units.take_pending(kAny), std::nullopt);
+  EXPECT_FALSE(units.settled()) << "two are out";
+  units.finish({.fingerprint = 1, .sequence = 1, .units = {.first = 0}});
+  units.finish({.fingerprint = 2, .sequence = 2, .units = {.first = 1}});
+  EXPECT_TRUE(units.settled());
+  units.open_until(6);
+  EXPECT_EQ(units.take_pending(kAny), 2u);
+  units.finish({.fingerprint = 3, .sequence = 3, .units = {.first = 2}});
+
+  // Closed again, while one of them is done and another one waits to be given out again.
+  EXPECT_EQ(units.take_pending(kAny), 3u);
+  units.put_back(3);
+  units.put_back(1);
+  units.close_from(2);
+  EXPECT_EQ(units.pending(), 1u);
+  EXPECT_EQ(units.take_pending(kAny), 1u);
+  EXPECT_EQ(units.take_pending(kAny), std::nullopt);
+  units.finish({.fingerprint = 4, .sequence = 4, .units = {.first = 1}});
+  units.open_until(6);
+  EXPECT_EQ(units.pending(), 3u) << "the third is done still";
+  for (const std::uint32_t unit : {3u, 4u, 5u}) EXPECT_EQ(units.take_pending(kAny), unit);
+  EXPECT_EQ(units.take_pending(kAny), std::nullopt);
 }
 
 }  // namespace

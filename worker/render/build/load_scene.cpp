@@ -31,6 +31,12 @@ class LoadedScene final : public RenderScene {
       return absl::FailedPreconditionError(
           absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
     }
+    const wire::AlgorithmTraits* const traits = wire::find_algorithm(job.settings().integrator());
+    const Algorithm* const algorithm = traits == nullptr ? nullptr : kernel->find(traits->name);
+    if (algorithm == nullptr) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("there is no integrator '", job.settings().integrator(), "' here"));
+    }
     auto channels = wire::channels_for_aovs({job.aovs().begin(), job.aovs().end()});
     if (!channels.ok()) return channels.status();
     if (job.width() == 0 || job.height() == 0) return absl::InvalidArgumentError("the film has no pixels");
@@ -39,8 +45,8 @@ class LoadedScene final : public RenderScene {
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
-        auto self = std::unique_ptr<LoadedScene>(
-            new LoadedScene(*kernel, *std::move(channels), std::move(known), job.settings()));
+        auto self = std::unique_ptr<LoadedScene>(new LoadedScene(
+            *kernel, *traits, *algorithm, *std::move(channels), std::move(known), job.settings()));
         std::vector<std::string> warnings;  // of the content: known
         SceneArrays none;                   // the view has none of its own
         SceneBuilder builder(scene, job, blobs, options.threads, none, self->tables_, warnings);
@@ -51,8 +57,8 @@ class LoadedScene final : public RenderScene {
     auto content = build_content(scene, job, blobs, options, *kernel->embree);
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    return std::unique_ptr<LoadedScene>(
-        new LoadedScene(*kernel, *std::move(channels), *std::move(content), job.settings()));
+    return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, *std::move(channels),
+                                                        *std::move(content), job.settings()));
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -61,17 +67,42 @@ class LoadedScene final : public RenderScene {
       return absl::InvalidArgumentError("a tile without pixels or samples");
     }
     wire::TileResult result = empty_result(tile);
-    RenderStats own;
-    const std::uint64_t ticks = kernel_.clock_ticks();
-    const double start = thread_cpu_seconds();
-    const bool finished = fill(result, tile, *content_->rays, stop, own);
-    // The counter runs on while the thread waits for a processor, evenly over the stages.
-    const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
-    own.times *=
-        cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_.clock_ticks() - ticks, 1));
-    stats += own;
+    const bool finished =
+        timed(stats, [&](RenderStats& own) { return fill(result, tile, *content_->rays, stop, own); });
     if (!finished) return absl::CancelledError("the tile was stopped");
     return result;
+  }
+
+  absl::StatusOr<std::shared_ptr<const Prepared>> prepare(
+      std::span<const std::string_view> blobs) const override {
+    if (blobs.empty()) return nullptr;
+    std::shared_ptr<const Prepared> prepared =
+        algorithm_.prepare == nullptr ? nullptr : algorithm_.prepare(tables_, blobs);
+    if (prepared == nullptr) return absl::InvalidArgumentError("a blob is not what the phases make");
+    return prepared;
+  }
+
+  absl::StatusOr<std::string> make_part(const PartRequest& part, std::stop_token stop,
+                                        RenderStats& stats) const override {
+    if (auto s = check_phase(part.phase); !s.ok()) return s;
+    std::string blob;
+    const bool finished = timed(stats, [&](RenderStats& own) {
+      return algorithm_.phases[part.phase].make(
+          {tables_, *content_->rays, tables_.sampler.seed, own, part.prepared}, part, stop, blob);
+    });
+    if (!finished) return absl::CancelledError("the part was stopped");
+    return blob;
+  }
+
+  absl::StatusOr<std::string> merge(std::uint32_t phase,
+                                    std::span<const std::string_view> blobs) const override {
+    if (auto s = check_phase(phase); !s.ok()) return s;
+    std::string merged;
+    if (!algorithm_.phases[phase].merge(blobs, merged)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("phase ", phase, " of integrator '", traits_.name, "' has not made these blobs"));
+    }
+    return merged;
   }
 
   Ceiling measure_ceiling(const TileRequest& tile) const override {
@@ -116,11 +147,12 @@ class LoadedScene final : public RenderScene {
   const void* content() const override { return content_.get(); }
 
  private:
-  LoadedScene(const Kernel& kernel, std::vector<wire::ChannelDesc> channels,
-              std::shared_ptr<const SceneContent> content, const v1::RenderSettings& settings)
+  LoadedScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
+              std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
+              const v1::RenderSettings& settings)
       : kernel_(kernel),
-        traits_(*wire::find_algorithm(settings.integrator())),
-        algorithm_(*kernel.find(traits_.name)),
+        traits_(traits),
+        algorithm_(algorithm),
         channels_(std::move(channels)),
         content_(std::move(content)),
         noise_{.noise = settings.noise(), .samples = settings.spp()},
@@ -134,10 +166,32 @@ class LoadedScene final : public RenderScene {
     return result;
   }
 
+  absl::Status check_phase(std::uint32_t phase) const {
+    if (phase < algorithm_.phases.size()) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", traits_.name, "' has ",
+                                                   algorithm_.phases.size(), " phases, not ", phase + 1));
+  }
+
+  /// What `work` says; what it counts is added to `stats`, with ticks made into CPU time.
+  template <class Work>
+  bool timed(RenderStats& stats, Work work) const {
+    RenderStats own;
+    const std::uint64_t ticks = kernel_.clock_ticks();
+    const double start = thread_cpu_seconds();
+    const bool finished = work(own);
+    // The counter runs on while the thread waits for a processor, evenly over the stages.
+    const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
+    own.times *=
+        cpu_nanoseconds / static_cast<double>(std::max<std::uint64_t>(kernel_.clock_ticks() - ticks, 1));
+    stats += own;
+    return finished;
+  }
+
   /// False when stopped.
   bool fill(wire::TileResult& result, const TileRequest& tile, const RayQuery& rays, std::stop_token stop,
             RenderStats& stats) const {
-    const auto integrator = algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats});
+    const auto integrator =
+        algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, tile.prepared});
     if (traits_.work == wire::WorkKind::kPasses) {
       PassFilm film(result, tables_.filter);
       while (film.begin_pass()) {

@@ -4,9 +4,8 @@
 //
 // What "white" means differs between light and matter, as it does in pbrt-v4:
 //  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1
-//  everywhere,
-//    then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink, (1.205, 0.948,
-//    0.909), and D65 is (1, 1, 1) times its luminance.
+//    everywhere, then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink,
+//    (1.205, 0.948, 0.909), and D65 is (1, 1, 1) times its luminance.
 //  - Reflectance is what an observer sees under D65, the white of Rec.709; a constant c is exactly (c, c, c).
 // The scene's `constant` spectrum stands for a colour without hue, and is (c, c, c) in both uses; no function
 // here is needed for it.

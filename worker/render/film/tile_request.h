@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/film/stage_times.h"
+#include "render/integrator/prepared.h"
 
 namespace tessera::render {
 
@@ -15,6 +16,14 @@ struct TileRequest {
   std::uint32_t sample_begin = 0, sample_end = 0;
   /// Added to the job's seed: independent images of one scene, for measuring.
   std::uint64_t seed_offset = 0;
+  /// What the algorithm's phases have made (RenderScene::prepare); null where it has none.
+  const Prepared* prepared = nullptr;
+};
+
+/// One of `parts` parts of a phase.
+struct PartRequest {
+  std::uint32_t phase = 0, part = 0, parts = 1;
+  const Prepared* prepared = nullptr;  // what the phases before have made; null for the first
 };
 
 /// Counts of one or more tiles; all add up.

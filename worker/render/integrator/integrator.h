@@ -3,13 +3,16 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <stop_token>
+#include <string>
 #include <string_view>
 
 #include "render/accel/ray_query.h"
 #include "render/film/film.h"
 #include "render/film/sample_source.h"
 #include "render/film/tile_request.h"
+#include "render/integrator/prepared.h"
 #include "render/integrator/scene_tables.h"
 
 namespace tessera::render {
@@ -18,8 +21,9 @@ namespace tessera::render {
 struct IntegratorContext {
   const SceneTables& scene;
   const RayQuery& rays;
-  std::uint64_t seed;  // of the sampler
-  RenderStats& stats;  // times in ticks of Kernel::clock_ticks
+  std::uint64_t seed;                  // of the sampler
+  RenderStats& stats;                  // times in ticks of Kernel::clock_ticks
+  const Prepared* prepared = nullptr;  // by the algorithm's own `prepare`; null where it has none
 };
 
 /// Finds light, on one thread. One is made for each unit of work.
@@ -31,10 +35,24 @@ class Integrator {
   virtual bool render(SampleSource& work, Film& film, std::stop_token stop) = 0;
 };
 
+/// One of an algorithm's phases, in the order of AlgorithmTraits::phases. The same arguments give the same
+/// bytes on all machines of an arithmetic class: farms compare them.
+struct AlgorithmPhase {
+  /// Makes one part, from what the phases before have made. False when it was stopped before the end.
+  bool (*make)(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
+               std::string& blob);
+  /// Makes one blob of neighbouring ones, parts or merged before. False where they are not the phase's.
+  bool (*merge)(std::span<const std::string_view> blobs, std::string& merged);
+};
+
 /// A row of the table that a kernel module exports. What it can do is in wire/algorithm.h, under its name.
 struct Algorithm {
   std::string_view name;
   std::unique_ptr<Integrator> (*make)(const IntegratorContext& context);
+  std::span<const AlgorithmPhase> phases = {};
+  /// Reads the blobs of the first phases, all of them for the picture. Null where they are not the phases'.
+  std::unique_ptr<const Prepared> (*prepare)(const SceneTables& scene,
+                                             std::span<const std::string_view> blobs) = nullptr;
 };
 
 }  // namespace tessera::render

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -61,12 +62,22 @@ std::string search_path() {
   return path;
 }
 
+std::deque<Algorithm>& added_algorithms() {
+  static std::deque<Algorithm> added;
+  return added;
+}
+
 }  // namespace
 
+void add_algorithm(const Algorithm& algorithm) { added_algorithms().push_back(algorithm); }
+
 const Algorithm* Kernel::find(std::string_view name) const {
-  const auto it =
-      std::find_if(algorithms.begin(), algorithms.end(), [&](const Algorithm& a) { return a.name == name; });
-  return it == algorithms.end() ? nullptr : &*it;
+  const auto is_it = [&](const Algorithm& a) { return a.name == name; };
+  if (const auto it = std::find_if(algorithms.begin(), algorithms.end(), is_it); it != algorithms.end())
+    return &*it;
+  const std::deque<Algorithm>& added = added_algorithms();
+  const auto it = std::find_if(added.begin(), added.end(), is_it);
+  return it == added.end() ? nullptr : &*it;
 }
 
 const Kernel* find_kernel(const std::string& isa) {

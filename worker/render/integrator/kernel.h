@@ -23,9 +23,13 @@ struct Kernel {
   /// How this machine rounds with these kernels (accel/arithmetic.h).
   std::uint32_t (*arithmetic_checksum)();
 
-  /// Null when there is none with this name.
+  /// Also one that was added. Null when there is none with this name.
   const Algorithm* find(std::string_view name) const;
 };
+
+/// Adds an algorithm that works with every kernel, at the start of a program, before anything else is called.
+/// Its traits are added by wire::add_algorithm.
+void add_algorithm(const Algorithm& algorithm);
 
 /// The one symbol that a kernel module exports.
 using KernelEntry = const Kernel* (*)();

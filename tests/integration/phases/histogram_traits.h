@@ -1,0 +1,11 @@
+// What an algorithm that is not Tessera's own can do (histogram.cpp); a program that this is linked into
+// knows it.
+#pragma once
+
+#include "wire/algorithm.h"
+
+namespace tessera::integration {
+
+inline constexpr const char* kHistogram = "histogram";
+
+}  // namespace tessera::integration

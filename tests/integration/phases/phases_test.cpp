@@ -1,0 +1,151 @@
+// Phases, end to end: real processes, an algorithm that is not Tessera's own, and kills. TESSERA_KILLS=N in
+// the environment kills that often, TESSERA_SEED=N otherwise than by default.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "image/exr.h"
+#include "integration/farm_under_test.h"
+#include "integration/phases/histogram_traits.h"
+#include "support/long_form.h"
+
+namespace tessera::integration {
+namespace {
+
+// 5 parts and 6 merges, 60 parts and 20 merges, and 400 tiles.
+const Arguments kJob{"scenes/cornell-box/scene.pbrt",
+                     "--integrator",
+                     "histogram",
+                     "--resolution",
+                     "160x160",
+                     "--spp",
+                     "8",
+                     "--tile",
+                     "8",
+                     "--quiet"};
+constexpr std::uint32_t kPhaseUnits = 5 + 6 + 60 + 20;
+
+class Phases : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { use_programs_of(TESSERA_WITH_HISTOGRAM); }
+};
+
+/// The part of the film that shows each brightness, of that which shows anything.
+std::map<float, double> parts_of_brightness(const std::filesystem::path& exr) {
+  const absl::StatusOr<client::Image> image = client::read_exr(exr.string());
+  EXPECT_TRUE(image.ok()) << image.status();
+  if (!image.ok()) return {};
+  const std::vector<float>&red = image->find("R")->values, &alpha = image->find("A")->values;
+  std::map<float, double> parts;
+  double shown = 0;
+  for (std::size_t i = 0; i < red.size(); ++i) {
+    if (alpha[i] == 0) continue;
+    parts[red[i]] += 1;
+    shown += 1;
+  }
+  for (auto& [brightness, part] : parts) part /= shown;
+  return parts;
+}
+
+TEST_F(Phases, ThePictureShowsWhatTheyCounted) {
+  FarmUnderTest farm;
+  farm.add_worker(2);
+  const std::filesystem::path picture = farm.directory() / "picture.exr";
+  // With one sample a pixel each shows one surface, in the brightness that is its share of all rays; and the
+  // film shows all directions alike.
+  const support::Finished done = tessera(farm.on_farm(
+      Arguments{"submit"} + kJob + Arguments{"--spp", "1", "--filter", "box", "-o", picture.string()}));
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  const std::map<float, double> parts = parts_of_brightness(picture);
+  EXPECT_GT(parts.size(), 5u) << "the box has more surfaces than this";
+  double sum = 0;
+  for (const auto& [brightness, part] : parts) {
+    // 245,760 rays and 25,600 pixels that leave no gaps err by far less than independent ones, by 4 standard
+    // deviations of which this is.
+    const double error = 4 * std::sqrt(brightness * (1 / 245'760.0 + 1 / 25'600.0));
+    EXPECT_NEAR(brightness, part, error);
+    sum += double{brightness};
+  }
+  EXPECT_NEAR(sum, 1, 1e-5);
+}
+
+TEST_F(Phases, TheFarmGivesTheBitsOfOneProcess) {
+  FarmUnderTest farm;
+  for (int i = 0; i < 3; ++i) farm.add_worker(1);
+  const std::string job = farm.submit_detached(kJob);
+  const v1::JobStatus end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
+  EXPECT_EQ(end.state(), v1::DONE) << end.error();
+  EXPECT_EQ(end.units_total(), kPhaseUnits + 400);
+  EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
+}
+
+/// Kills a worker or the coordinator, at whatever the farm is at.
+void kill_somebody(FarmUnderTest& farm, std::size_t workers, std::mt19937_64& random) {
+  const auto victim = random() % (workers + 1);
+  if (victim == workers) return farm.kill_and_restart_coordinator();
+  farm.kill_worker(victim);
+  farm.restart_worker(victim);
+}
+
+TEST_F(Phases, KillsAtAnyMomentChangeNothing) {
+  constexpr std::size_t kWorkers = 2;
+  const auto kills = static_cast<std::uint32_t>(test::how_often("TESSERA_KILLS", 12, 60));
+  std::mt19937_64 random{test::how_often("TESSERA_SEED", 1, 2)};
+  FarmUnderTest farm;
+  // Of one host: as many deaths in a minute as here would otherwise speak against the units.
+  for (std::size_t i = 0; i < kWorkers; ++i) farm.add_worker(1, "host");
+  std::uint32_t done = 0, jobs = 0;
+  std::map<bool, std::uint32_t> within;  // kills while phases were made, and after
+  while (done < kills && !HasFailure()) {
+    const std::string job = farm.submit_detached(kJob + Arguments{"--fresh"});
+    ++jobs;
+    // One within each twelfth of the job, so that some fall into each phase and between them.
+    for (std::uint32_t share = 0; share < 12 && done < kills; ++share) {
+      const std::uint32_t begun = share < 6 ? share * kPhaseUnits / 6 : kPhaseUnits + (share - 6) * 60;
+      const v1::JobStatus status = farm.watch_until(
+          job, [&](const v1::JobStatus& s) { return s.units_done() + s.units_leased() >= begun; });
+      if (client::has_ended(status.state())) break;
+      kill_somebody(farm, kWorkers, random);
+      ++within[status.units_done() < kPhaseUnits];
+      ++done;
+    }
+    v1::JobStatus end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
+    while (end.state() == v1::INCOMPLETE) {  // too many deaths with one unit: tried again
+      ASSERT_TRUE(farm.client().retry(job, {}).ok());
+      end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
+    }
+    ASSERT_EQ(end.state(), v1::DONE) << end.error();
+    EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
+  }
+  std::printf("%u kills in %u jobs, %u of them before the picture\n", done, jobs, within[true]);
+  EXPECT_GT(within[true], 0u);
+}
+
+TEST_F(Phases, MoreSamplesTakeThemOver) {
+  FarmUnderTest farm;
+  farm.add_worker(2);
+  const std::string first = farm.submit_detached(kJob);
+  farm.watch_until(first, [](const v1::JobStatus&) { return false; });
+  Arguments more = kJob;
+  std::replace(more.begin(), more.end(), std::string{"8"}, std::string{"16"});
+  const std::string second = farm.submit_detached(more);
+  const v1::JobStatus end = farm.watch_until(second, [](const v1::JobStatus&) { return false; });
+  EXPECT_GE(end.units_adopted(), kPhaseUnits);
+  EXPECT_EQ(farm.fetch_hash(second), expected_hash(more));
+}
+
+TEST_F(Phases, AWorkerThatDoesNotKnowTheAlgorithmSaysSo) {
+  FarmUnderTest farm;
+  use_programs_of(TESSERA_USUAL_PROGRAMS);
+  farm.add_worker(1);
+  use_programs_of(TESSERA_WITH_HISTOGRAM);
+  const std::string job = farm.submit_detached(kJob);
+  const v1::JobStatus end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
+  EXPECT_EQ(end.state(), v1::FAILED);
+  EXPECT_NE(end.error().find("there is no integrator 'histogram'"), std::string::npos) << end.error();
+}
+
+}  // namespace
+}  // namespace tessera::integration
