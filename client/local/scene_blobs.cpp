@@ -46,20 +46,24 @@ absl::StatusOr<render::BlobBytes> SceneBlobs::bytes(const std::string& digest) c
 
 server::UploadState SceneBlobs::query(const std::string& digest) const {
   const auto found = blobs_.find(digest);
-  if (found == blobs_.end()) return {};
+  if (found == blobs_.end()) return made_->query(digest);
   return {found->second->ref.size_bytes(), true};
 }
 
 absl::StatusOr<std::unique_ptr<server::BlobWriter>> SceneBlobs::write(const std::string& digest,
-                                                                      std::uint64_t) {
-  return absl::FailedPreconditionError(absl::StrCat("no blob can be added, and ", digest, " is not there"));
+                                                                      std::uint64_t offset) {
+  if (blobs_.contains(digest))
+    return absl::AlreadyExistsError(absl::StrCat("blob ", digest, " is the scene's own"));
+  return made_->write(digest, offset);
 }
 
 absl::Status SceneBlobs::drop(const std::string& digest) {
+  if (!blobs_.contains(digest)) return made_->drop(digest);
   return absl::FailedPreconditionError(absl::StrCat("blob ", digest, " is the scene's own"));
 }
 
 absl::StatusOr<std::unique_ptr<server::BlobReader>> SceneBlobs::read(const std::string& digest) const {
+  if (!blobs_.contains(digest)) return made_->read(digest);
   absl::StatusOr<render::BlobBytes> found = bytes(digest);
   if (!found.ok()) return found.status();
   return std::make_unique<InPlaceReader>(*std::move(found));

@@ -13,7 +13,7 @@
 
 namespace tessera::client {
 
-/// Holds exactly these blobs, which must outlive the store, and takes no others. Thread-safe.
+/// Holds these blobs, which must outlive the store, and in memory what a job's phases make. Thread-safe.
 class SceneBlobs final : public server::BlobStore {
  public:
   explicit SceneBlobs(const std::vector<const SceneBlob*>& blobs);
@@ -29,6 +29,7 @@ class SceneBlobs final : public server::BlobStore {
 
  private:
   std::unordered_map<std::string, const SceneBlob*> blobs_;
+  const std::unique_ptr<server::BlobStore> made_ = server::make_memory_blob_store();
 };
 
 }  // namespace tessera::client

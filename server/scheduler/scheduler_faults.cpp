@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
 #include "scheduler/scheduler.h"

@@ -14,8 +14,10 @@ constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
 
 std::size_t size_of(const Outcome& outcome) { return outcome.payload.size() + outcome.blob.size(); }
 
-/// Stored parts that did not fit are sent anew.
+/// The blob that the result names goes first. Stored parts that did not fit are sent anew.
 absl::Status upload(CoordinatorLink& link, const Outcome& outcome, std::stop_token stop) {
+  const bool has_blob = outcome.unit->unit.has_part() || outcome.unit->unit.has_merge();
+  if (!outcome.failure.ok() || !has_blob) return absl::OkStatus();
   v1::BlobRef blob;
   if (!blob.ParseFromString(outcome.payload)) return absl::InternalError("the result names no blob");
   constexpr int kMostAttempts = 3;
@@ -85,7 +87,12 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
   while (!stop.stop_requested() && !revoked.stop_requested()) {
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
     if (!worker_id.ok()) return;
-    const absl::Status status = send_once(outcome, *worker_id, stop);
+    const absl::Status uploaded = upload(link_, outcome, stop);
+    if (!uploaded.ok() && !wire::is_transient(uploaded) && !stop.stop_requested()) {
+      outcome.failure = uploaded;
+      continue;
+    }
+    const absl::Status status = uploaded.ok() ? send_once(outcome, *worker_id, stop) : uploaded;
     if (status.ok()) {
       if (outcome.failure.ok()) leases_.delivered(*outcome.unit);
       std::lock_guard lock{mutex_};
@@ -121,9 +128,6 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
 
 absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop) {
   if (outcome.failure.ok()) {
-    if (outcome.unit->unit.has_part() || outcome.unit->unit.has_merge()) {
-      if (absl::Status status = upload(link_, outcome, stop); !status.ok()) return status;
-    }
     v1::CompleteRequest request;
     request.set_worker_id(worker_id);
     *request.mutable_token() = leases_.token(*outcome.unit);

@@ -74,8 +74,8 @@ absl::StatusOr<std::shared_ptr<const render::Prepared>> PreparedStore::get(
   lock.unlock();
 
   absl::StatusOr<Inputs> inputs = fetch(job_id, unit, stop);
-  absl::StatusOr<std::shared_ptr<const render::Prepared>> prepared = inputs.status();
-  if (inputs.ok()) prepared = scene->scene->prepare(inputs->bytes);
+  using Result = absl::StatusOr<std::shared_ptr<const render::Prepared>>;
+  const Result prepared = inputs.ok() ? scene->scene->prepare(inputs->bytes) : Result{inputs.status()};
 
   lock.lock();
   if (prepared.ok()) {

@@ -26,11 +26,22 @@ std::array<double, 2> point_of(std::uint64_t n) {
 }
 
 struct alignas(64) Rays {
-  float origin[kBatch] = {}, x[kBatch] = {}, y[kBatch] = {}, z[kBatch] = {};
+  float origin[3][kBatch], x[kBatch] = {}, y[kBatch] = {}, z[kBatch] = {};
   float t[kBatch], u[kBatch], v[kBatch];
   std::int32_t primitive[kBatch], shape[kBatch], instance[kBatch];
 
-  /// From the origin of render space, evenly over all directions.
+  /// All begin in the middle of the scene's vertices.
+  explicit Rays(const SceneTables& scene) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float low = 1e30f, high = -1e30f;
+      for (const Vertex& vertex : scene.shapes.vertices) {
+        low = std::min(low, vertex.position[axis]);
+        high = std::max(high, vertex.position[axis]);
+      }
+      std::fill_n(origin[axis], kBatch, (low + high) / 2);
+    }
+  }
+  /// Evenly over all directions.
   void aim(std::size_t i, std::array<double, 2> at) {
     const double cosine = 2 * at[0] - 1, sine = std::sqrt(1 - cosine * cosine);
     x[i] = static_cast<float>(sine * std::cos(2 * std::numbers::pi * at[1]));
@@ -38,7 +49,7 @@ struct alignas(64) Rays {
     z[i] = static_cast<float>(cosine);
   }
   void trace(const IntegratorContext& context, std::size_t n) {
-    context.rays.nearest({origin, origin, origin, x, y, z}, static_cast<int>(n), false,
+    context.rays.nearest({origin[0], origin[1], origin[2], x, y, z}, static_cast<int>(n), false,
                          {t, u, v, primitive, shape, instance});
     context.stats.camera_rays += n;
   }
@@ -67,7 +78,7 @@ bool count_hits(const IntegratorContext& context, const PartRequest& part, std::
   // The second phase reads what the first has made: it counts only what that has seen.
   const auto* const before = static_cast<const Histogram*>(part.prepared);
   Counts counts(context.scene.shapes.shapes.size());
-  Rays rays;
+  Rays rays(context.scene);
   for (std::size_t first = 0; first < kRays; first += kBatch) {
     if (stop.stop_requested()) return false;
     for (std::size_t i = 0; i < kBatch; ++i) rays.aim(i, point_of(part.part * kRays + first + i));
@@ -105,9 +116,9 @@ class ShowHistogram final : public Integrator {
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override {
     std::array<SampleName, kBatch> names;
+    Rays rays(context_.scene);
     while (const std::size_t n = work.next(names)) {
       if (stop.stop_requested()) return false;
-      Rays rays;
       for (std::size_t i = 0; i < n; ++i) {
         const auto jitter = point_of(names[i].index);
         rays.aim(i, {(names[i].y + jitter[0]) / context_.scene.camera.height,

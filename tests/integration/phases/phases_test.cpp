@@ -2,7 +2,7 @@
 // the environment kills that often, TESSERA_SEED=N otherwise than by default.
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 
@@ -15,16 +15,19 @@ namespace tessera::integration {
 namespace {
 
 // 5 parts and 6 merges, 60 parts and 20 merges, and 400 tiles.
-const Arguments kJob{"scenes/cornell-box/scene.pbrt",
-                     "--integrator",
-                     "histogram",
-                     "--resolution",
-                     "160x160",
-                     "--spp",
-                     "8",
-                     "--tile",
-                     "8",
-                     "--quiet"};
+Arguments job_of(const std::string& spp) {
+  return {"scenes/cornell-box/scene.pbrt",
+          "--integrator",
+          "histogram",
+          "--resolution",
+          "160x160",
+          "--spp",
+          spp,
+          "--tile",
+          "8",
+          "--quiet"};
+}
+const Arguments kJob = job_of("8");
 constexpr std::uint32_t kPhaseUnits = 5 + 6 + 60 + 20;
 
 class Phases : public testing::Test {
@@ -55,8 +58,8 @@ TEST_F(Phases, ThePictureShowsWhatTheyCounted) {
   const std::filesystem::path picture = farm.directory() / "picture.exr";
   // With one sample a pixel each shows one surface, in the brightness that is its share of all rays; and the
   // film shows all directions alike.
-  const support::Finished done = tessera(farm.on_farm(
-      Arguments{"submit"} + kJob + Arguments{"--spp", "1", "--filter", "box", "-o", picture.string()}));
+  const support::Finished done = tessera(
+      farm.on_farm(Arguments{"submit"} + job_of("1") + Arguments{"--filter", "box", "-o", picture.string()}));
   ASSERT_EQ(done.status.code, 0) << done.err;
   const std::map<float, double> parts = parts_of_brightness(picture);
   EXPECT_GT(parts.size(), 5u) << "the box has more surfaces than this";
@@ -128,9 +131,8 @@ TEST_F(Phases, MoreSamplesTakeThemOver) {
   farm.add_worker(2);
   const std::string first = farm.submit_detached(kJob);
   farm.watch_until(first, [](const v1::JobStatus&) { return false; });
-  Arguments more = kJob;
-  std::replace(more.begin(), more.end(), std::string{"8"}, std::string{"16"});
-  const std::string second = farm.submit_detached(more);
+  const Arguments more = job_of("16");
+  const std::string second = farm.submit_detached(more + Arguments{"--continue", first});
   const v1::JobStatus end = farm.watch_until(second, [](const v1::JobStatus&) { return false; });
   EXPECT_GE(end.units_adopted(), kPhaseUnits);
   EXPECT_EQ(farm.fetch_hash(second), expected_hash(more));
