@@ -4,7 +4,8 @@
 #
 #   deploy/setup.sh           install what is missing
 #   deploy/setup.sh --check   only print what is missing; exit status 1 when something is
-#   deploy/setup.sh --ci      install also what single tests start and skip without: a Slurm cluster
+#   deploy/setup.sh --ci      install also what single tests start and skip without (a Slurm cluster), and what
+#                             deploy/lint.sh uses
 #   deploy/setup.sh --arm64   install instead what the programs are built from for 64-bit ARM on another machine,
 #                             and qemu to try them; in a system of their own (deploy/arm64.sh)
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -25,7 +26,7 @@ libraries=(
 )
 # faketime and iproute2 for clocks that jump and networks that lose packets
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libfaketime iproute2)
-ci_packages=(slurm-wlm munge)
+ci_packages=(slurm-wlm munge clang clang-format clang-tidy)
 cross_tools=(g++-aarch64-linux-gnu qemu-user-static)
 packages=("${tools[@]}" "${libraries[@]}" "${test_packages[@]}")
 

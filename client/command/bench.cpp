@@ -25,7 +25,7 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct BenchOptions {
   RenderOptions render;
   std::vector<std::string> scenes;
   std::vector<std::string> references;
@@ -129,7 +129,7 @@ class Steps {
 };
 
 /// The one given for scene number `index`, or one that is made, and kept where a file is named.
-absl::StatusOr<BenchReference> find_reference(const Options& options, std::size_t index,
+absl::StatusOr<BenchReference> find_reference(const BenchOptions& options, std::size_t index,
                                               const BenchVariant& variant, const Steps& steps,
                                               std::stop_token stop) {
   const std::string file = index < options.references.size() ? options.references[index] : "";
@@ -143,7 +143,7 @@ absl::StatusOr<BenchReference> find_reference(const Options& options, std::size_
   return made;
 }
 
-absl::StatusOr<BenchSceneResult> measure_scene(const Options& options, std::size_t index,
+absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std::size_t index,
                                                std::vector<LoadedVariant>& loaded, std::stop_token stop) {
   std::vector<BenchVariant> variants;
   for (LoadedVariant& one : loaded) variants.push_back(std::move(one.variant));
@@ -161,7 +161,7 @@ absl::StatusOr<BenchSceneResult> measure_scene(const Options& options, std::size
   return result;
 }
 
-absl::Status check(Options& options) {
+absl::Status check(BenchOptions& options) {
   std::ranges::sort(options.plan.spp);
   options.plan.spp.erase(std::ranges::unique(options.plan.spp).begin(), options.plan.spp.end());
   if (options.reference_spp == 0 && options.references.empty()) {
@@ -179,14 +179,14 @@ absl::Status check(Options& options) {
   return options.plot.empty() ? absl::OkStatus() : check_plot_path(options.plot);
 }
 
-int write_files(const Options& options, const std::vector<BenchSceneResult>& results) {
+int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results) {
   absl::Status status;
   if (!options.json.empty()) status = replace_file_with(options.json, to_json(results, options.plan));
   if (status.ok() && !options.plot.empty()) status = write_plot(to_plot(results, options.plan), options.plot);
   return status.ok() ? kDone : report(kIncomplete, std::string{status.message()});
 }
 
-int run(Options options, Interrupt& interrupt) {
+int run(BenchOptions options, Interrupt& interrupt) {
   if (const absl::Status status = check(options); !status.ok())
     return report(kUsage, std::string{status.message()});
   const absl::StatusOr<std::vector<VariantOption>> variants = parse_compare(options.compare);
@@ -227,7 +227,7 @@ int run(Options options, Interrupt& interrupt) {
 }  // namespace
 
 void add_bench_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchOptions>();
   Command command = line.add_command("bench", "Measure run time against error, in this process");
   command.add("SCENE", options->scenes, "scene files").required();
   command.group("Measurement");

@@ -18,7 +18,7 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct ChangeOptions {
   ServerOption server;
   JobSelection jobs;
   std::int32_t priority = 0;
@@ -32,7 +32,8 @@ struct Told {
 
 /// The change that a command makes to one job, and the jobs to which it may be made.
 struct Change {
-  std::function<absl::StatusOr<Told>(FarmClient&, const Options&, const std::string& job, std::stop_token)>
+  std::function<absl::StatusOr<Told>(FarmClient&, const ChangeOptions&, const std::string& job,
+                                     std::stop_token)>
       apply;
   Suits suits;
 };
@@ -44,8 +45,9 @@ bool is_open(const v1::JobStatus& job) { return !has_ended(job.state()); }
 constexpr std::size_t kCallsAtOnce = 16;
 
 /// Applies the change to every job; the answers are in the order of the jobs.
-std::vector<absl::StatusOr<Told>> apply_to_all(FarmClient& farm, const Options& options, const Change& change,
-                                               const std::vector<std::string>& jobs, std::stop_token stop) {
+std::vector<absl::StatusOr<Told>> apply_to_all(FarmClient& farm, const ChangeOptions& options,
+                                               const Change& change, const std::vector<std::string>& jobs,
+                                               std::stop_token stop) {
   std::vector<absl::StatusOr<Told>> answers(jobs.size(), absl::CancelledError("interrupted"));
   std::atomic<std::size_t> next = 0;
   const auto work = [&](FarmClient& client) {
@@ -63,7 +65,7 @@ std::vector<absl::StatusOr<Told>> apply_to_all(FarmClient& farm, const Options& 
   return answers;
 }
 
-int run(const Options& options, const Change& change, Interrupt& interrupt) {
+int run(const ChangeOptions& options, const Change& change, Interrupt& interrupt) {
   const std::stop_token stop = interrupt.token();
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
@@ -83,7 +85,7 @@ int run(const Options& options, const Change& change, Interrupt& interrupt) {
 
 /// A subcommand about jobs. The options are for those that have more of them.
 Command add_change(CommandLine& line, const char* name, const char* description, const Change& change,
-                   std::shared_ptr<Options> options = std::make_shared<Options>()) {
+                   std::shared_ptr<ChangeOptions> options = std::make_shared<ChangeOptions>()) {
   Command command = line.add_command(name, description);
   define_job_selection(command, options->jobs);
   command.group("Output");
@@ -99,7 +101,7 @@ absl::StatusOr<Told> tell(const absl::StatusOr<v1::JobStatus>& status) {
 }
 
 Change set_paused(bool paused) {
-  return {[paused](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+  return {[paused](FarmClient& farm, const ChangeOptions&, const std::string& job, std::stop_token stop) {
             v1::AdjustJobRequest request;
             request.set_job_id(job);
             request.set_paused(paused);
@@ -112,7 +114,7 @@ Change set_paused(bool paused) {
 
 void add_cancel_command(CommandLine& line) {
   add_change(line, "cancel", "Cancel jobs; finished ones stay as they are",
-             {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+             {[](FarmClient& farm, const ChangeOptions&, const std::string& job, std::stop_token stop) {
                 return tell(farm.cancel(job, stop));
               },
               is_open})
@@ -122,7 +124,7 @@ void add_cancel_command(CommandLine& line) {
 
 void add_delete_command(CommandLine& line) {
   add_change(line, "delete", "Delete jobs that are over, and their results",
-             {[](FarmClient& farm, const Options&, const std::string& job,
+             {[](FarmClient& farm, const ChangeOptions&, const std::string& job,
                  std::stop_token stop) -> absl::StatusOr<Told> {
                 if (absl::Status status = farm.delete_job(job, stop); !status.ok()) return status;
                 return Told{absl::StrCat("job ", job, ": deleted"),
@@ -135,7 +137,7 @@ void add_delete_command(CommandLine& line) {
 
 void add_retry_command(CommandLine& line) {
   add_change(line, "retry", "Retry the units of jobs that were set aside",
-             {[](FarmClient& farm, const Options&, const std::string& job, std::stop_token stop) {
+             {[](FarmClient& farm, const ChangeOptions&, const std::string& job, std::stop_token stop) {
                 return tell(farm.retry(job, stop));
               },
               [](const v1::JobStatus& job) { return job.units_set_aside() > 0; }})
@@ -153,9 +155,9 @@ void add_resume_command(CommandLine& line) {
 }
 
 void add_priority_command(CommandLine& line) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ChangeOptions>();
   const Change change = {
-      [](FarmClient& farm, const Options& chosen, const std::string& job, std::stop_token stop) {
+      [](FarmClient& farm, const ChangeOptions& chosen, const std::string& job, std::stop_token stop) {
         v1::AdjustJobRequest request;
         request.set_job_id(job);
         request.set_priority(chosen.priority);

@@ -11,13 +11,13 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct CompareCommandOptions {
   std::string reference;
   std::string test;
   bool json = false;
 };
 
-int run(const Options& options) {
+int run(const CompareCommandOptions& options) {
   const auto reference = read_exr(options.reference);
   if (!reference.ok()) return report(kUsage, std::string{reference.status().message()});
   const auto test = read_exr(options.test);
@@ -31,7 +31,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_compare_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareCommandOptions>();
   Command command = line.add_command("compare", "Measure the error of an EXR image against a reference");
   command.add("REF", options->reference, "the reference, .exr").required();
   command.add("TEST", options->test, "the image, .exr").required();

@@ -12,14 +12,14 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct ConvertOptions {
   std::string input;
   std::string output;
   bool half = false;
   bool quiet = false;
 };
 
-int convert_image(const Options& options) {
+int convert_image(const ConvertOptions& options) {
   if (const absl::Status status = check_output(options.output); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
@@ -29,7 +29,7 @@ int convert_image(const Options& options) {
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
-int convert_scene(const Options& options) {
+int convert_scene(const ConvertOptions& options) {
   const absl::StatusOr<ImportedScene> scene = import_scene(options.input);
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
   if (!options.quiet) {
@@ -44,7 +44,7 @@ int convert_scene(const Options& options) {
 }  // namespace
 
 void add_convert_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConvertOptions>();
   Command command = line.add_command("convert", "Convert a scene to .textproto or .tsb, or an .exr to .png");
   command.add("IN", options->input, "a scene, or an .exr").required();
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();

@@ -10,7 +10,7 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct ExpelOptions {
   ServerOption server;
   std::string name;
   std::string role = "worker";
@@ -18,7 +18,7 @@ struct Options {
   bool unseen = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const ExpelOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   v1::ExpelRequest request;
@@ -44,7 +44,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_expel_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExpelOptions>();
   Command command = line.add_command("expel", "Expel a member: refuse the certificates that it has");
   command.add("NAME", options->name, "the name in the certificate (tessera workers)").required();
   command.add("--role", options->role, "what the certificate is for")

@@ -13,7 +13,7 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct FetchOptions {
   ServerOption server;
   std::string job_id;
   std::string output;
@@ -22,7 +22,7 @@ struct Options {
   bool quiet = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const FetchOptions& options, Interrupt& interrupt) {
   if (const absl::Status status = check_output(options.output); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
@@ -48,7 +48,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_fetch_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FetchOptions>();
   Command command = line.add_command("fetch", "Write the image of a job, waiting for its end");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();

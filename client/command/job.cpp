@@ -12,13 +12,13 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct JobOptions {
   ServerOption server;
   std::string job_id;
   bool json = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const JobOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const std::stop_token stop = interrupt.token();
@@ -33,7 +33,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_job_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<JobOptions>();
   Command command = line.add_command("job", "Show one job");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);

@@ -15,13 +15,13 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct JobsOptions {
   ServerOption server;
   JobFilter filter;
   bool json = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const JobsOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   auto jobs = (*farm)->jobs(interrupt.token());
@@ -40,7 +40,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_jobs_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<JobsOptions>();
   Command command = line.add_command("jobs", "List the coordinator's jobs");
   define_job_filter(command, options->filter);
   command.group("Output");

@@ -14,8 +14,8 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 // A phase that is over before is not worth a line.
-constexpr milliseconds kBarBegins(300), kBarInterval(200);
-constexpr milliseconds kLineBegins(2000), kLineInterval(5000);
+constexpr milliseconds kBarBegins(300), kBarRedrawn(200);
+constexpr milliseconds kLineBegins(2000), kLineRepeated(5000);
 
 }  // namespace
 
@@ -59,7 +59,7 @@ void Phase::run(std::stop_token stop) {
     const std::string text = format_phase(label_, what_, detail_, seconds);
     out_ << (bar ? "\r\x1b[K" : "") << text << (bar ? "" : "\n") << std::flush;
     shown = true;
-    next = Clock::now() + (bar ? kBarInterval : kLineInterval);
+    next = Clock::now() + (bar ? kBarRedrawn : kLineRepeated);
   }
   if (bar && shown) out_ << "\r\x1b[K" << std::flush;
 }

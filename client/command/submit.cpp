@@ -21,14 +21,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Options {
+struct SubmitOptions {
   RenderOptions render;
   ServerOption server;
   FarmClient::Reuse reuse;
   bool detach = false;
 };
 
-absl::Status check(const Options& options) {
+absl::Status check(const SubmitOptions& options) {
   if (absl::Status status = check_stats(options.render); !status.ok()) return status;
   if (options.render.output.empty()) {
     if (options.detach) return absl::OkStatus();
@@ -57,7 +57,7 @@ absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, 
 }
 
 /// Follows the submitted job to its image.
-int wait_for_image(const Options& options, FarmClient& farm, const std::string& job_id,
+int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::string& job_id,
                    const LoadedJob& loaded, std::uint64_t uploaded_bytes, std::stop_token stop) {
   const v1::JobSpec& spec = loaded.job->spec;
   const Clock::time_point start = Clock::now();
@@ -88,7 +88,7 @@ int wait_for_image(const Options& options, FarmClient& farm, const std::string& 
   return exit_code;
 }
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const SubmitOptions& options, Interrupt& interrupt) {
   if (const absl::Status status = check(options); !status.ok())
     return report(kUsage, std::string{status.message()});
   const auto farm = connect(options.server, options.render.quiet);
@@ -121,7 +121,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_submit_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SubmitOptions>();
   Command command = line.add_command("submit", "Render a scene on the farm");
   define_render_options(command, options->render);
   command.group("Job");

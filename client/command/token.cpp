@@ -11,7 +11,7 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct TokenOptions {
   ServerOption server;
   std::chrono::seconds lifetime{std::chrono::hours{1}};
   std::uint32_t uses = 1;
@@ -34,7 +34,7 @@ absl::Status read_lifetime(const std::string& text, std::chrono::seconds& lifeti
   return absl::OkStatus();
 }
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const TokenOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const absl::StatusOr<std::string> token =
@@ -47,7 +47,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_token_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TokenOptions>();
   Command command =
       line.add_command("token", "Print a token with which workers join the farm (tessera-worker --join)");
   command

@@ -10,12 +10,12 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct TrustOptions {
   ServerOption server;
   std::string host;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const TrustOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const absl::Status status = (*farm)->trust(options.host, interrupt.token());
@@ -27,7 +27,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_trust_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrustOptions>();
   Command command = line.add_command("trust", "Lift the quarantine of a host");
   command.add("HOST", options->host, "as tessera workers names it").required();
   define_server_option(command, options->server);

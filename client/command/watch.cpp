@@ -13,13 +13,13 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct WatchOptions {
   ServerOption server;
   std::string job_id;
   bool json = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const WatchOptions& options, Interrupt& interrupt) {
   const std::stop_token stop = interrupt.token();
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
@@ -36,7 +36,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_watch_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WatchOptions>();
   Command command = line.add_command("watch", "Show a job's progress until it ends");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);

@@ -14,12 +14,12 @@
 namespace tessera::client {
 namespace {
 
-struct Options {
+struct WorkersOptions {
   ServerOption server;
   bool json = false;
 };
 
-int run(const Options& options, Interrupt& interrupt) {
+int run(const WorkersOptions& options, Interrupt& interrupt) {
   const auto farm = connect(options.server);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   const auto workers = (*farm)->workers(interrupt.token());
@@ -37,7 +37,7 @@ int run(const Options& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_workers_command(CommandLine& line) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WorkersOptions>();
   Command command = line.add_command("workers", "List the coordinator's workers");
   define_server_option(command, options->server);
   command.example("tessera workers --server 10.0.0.1:7070 --tls ~/farm-tls/client-$USER");

@@ -14,7 +14,7 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::chrono::milliseconds kCallTimeout = std::chrono::seconds{30};
+constexpr std::chrono::milliseconds kUploadCallTimeout = std::chrono::seconds{30};
 constexpr int kMaxCorruptUploads = 3;
 
 /// Reads a blob from memory, or from its file.
@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<v1::BlobRef>> FarmClient::find_missing(const std::vec
     for (std::size_t i = begin; i < end; ++i) *request.add_blobs() = blobs[i]->ref;
     auto response = contact_.retried(stop, [&] {
       return wire::unary_call(*stubs_->blob, &v1::BlobService::Stub::FindMissing, request, "FindMissing",
-                              contact_.address(), kCallTimeout, stop);
+                              contact_.address(), kUploadCallTimeout, stop);
     });
     if (!response.ok()) return response.status();
     missing.insert(missing.end(), response->missing().begin(), response->missing().end());

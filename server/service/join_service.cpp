@@ -17,14 +17,14 @@ using Clock = std::chrono::system_clock;
 
 // Requests are small, and so is what strangers may take of the coordinator.
 constexpr int kMaxMessageBytes = 16 << 10;
-constexpr int kMaxStreamsPerConnection = 4;
+constexpr int kMaxJoinStreams = 4;
 constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
 constexpr int kMaxThreads = 4;
 constexpr std::size_t kMaxRequestBytes = 4096;
 constexpr std::size_t kMaxSecretBytes = 128;
 constexpr int kMaxConnectionAgeMs = 30'000;
 using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
-constexpr std::chrono::seconds kGrace{1};
+constexpr std::chrono::seconds kJoinGrace{1};
 
 /// "ipv4:10.0.0.1:4711" without the port: whom wrong tokens are counted against.
 std::string address_of(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
@@ -79,7 +79,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   builder.RegisterService(server->service_.get());
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetResourceQuota(grpc::ResourceQuota{"joining"}.Resize(kMaxMemoryBytes).SetMaxThreads(kMaxThreads));
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxJoinStreams);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, kMaxConnectionAgeMs);
   auto listener = Listener::open(*address, connections, Connections::Port::kStrangers);
   if (!listener.ok()) return listener.status();
@@ -95,7 +95,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
 JoinServer::~JoinServer() {
   if (server_ == nullptr) return;
   listener_->stop();
-  server_->Shutdown(Clock::now() + kGrace);
+  server_->Shutdown(Clock::now() + kJoinGrace);
   server_->Wait();
 }
 

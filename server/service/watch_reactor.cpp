@@ -10,7 +10,6 @@
 namespace tessera::server {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kStatusInterval{800};  // below the second that watchers are promised
 
 class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
@@ -77,12 +76,12 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
     absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, status_only_);
     if (!batch.ok()) return finish(wire::to_grpc(batch.status()));
-    const bool status_due = Clock::now() - last_message_ >= kStatusInterval;
+    const bool status_due = std::chrono::steady_clock::now() - last_message_ >= kStatusInterval;
     if (batch->response.results().empty() && !batch->finished && !status_due) return true;
     message_ = std::move(batch->response);
     after_ = batch->last;
     last_message_sent_ = batch->finished;
-    last_message_ = Clock::now();
+    last_message_ = std::chrono::steady_clock::now();
     writing_ = true;
     stream_->begin_message();
     StartWrite(&message_);
@@ -103,7 +102,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   std::mutex mutex_;
   std::uint64_t after_;
   v1::WatchJobResponse message_;
-  Clock::time_point last_message_{};
+  std::chrono::steady_clock::time_point last_message_{};
   bool writing_ = false;
   bool broken_ = false;
   bool last_message_sent_ = false;

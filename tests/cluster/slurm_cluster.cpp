@@ -24,7 +24,7 @@ constexpr char kMunged[] = "/usr/sbin/munged";
 constexpr char kController[] = "/usr/sbin/slurmctld";
 constexpr char kNodeDaemon[] = "/usr/sbin/slurmd";
 constexpr char kCommands[] = "/usr/bin/";
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kCommandPatience{60};
 constexpr std::chrono::milliseconds kPoll{200};
 
 /// Free ports, all different. Slurm takes no port 0, so another program may take one before Slurm does.
@@ -116,7 +116,7 @@ SlurmCluster::SlurmCluster() {
   start({kNodeDaemon, "-D", "-f", configuration, "-N", "one"});
   start({kNodeDaemon, "-D", "-f", configuration, "-N", "two"});
 
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kCommandPatience;
   const auto idle = [&] {
     const std::string nodes = execute({"sinfo", "-h", "-N", "-p", "low", "-t", "idle"}).out;
     return std::count(nodes.begin(), nodes.end(), '\n') == 2;
@@ -133,7 +133,7 @@ SlurmCluster::SlurmCluster() {
 SlurmCluster::~SlurmCluster() {
   run({"scancel", "--state=PENDING"});
   run({"scancel", "--state=RUNNING"});
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kCommandPatience;
   while (!run({"squeue", "-h"}).empty() && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kPoll);
   }
@@ -149,7 +149,7 @@ support::Finished SlurmCluster::execute(std::vector<std::string> command,
                                         std::vector<std::string> environment) const {
   command.front().insert(0, kCommands);
   environment.push_back("SLURM_CONF=" + (directory_.path() / "slurm.conf").string());
-  return support::run_program(std::move(command), kPatience, std::move(environment));
+  return support::run_program(std::move(command), kCommandPatience, std::move(environment));
 }
 
 std::string SlurmCluster::run(std::vector<std::string> command, std::vector<std::string> environment) const {

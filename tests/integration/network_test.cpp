@@ -134,7 +134,9 @@ TEST(Packets, AreLostOnTheirWayInOutAndBothWays) {
         });
     if (!test::long_form()) return;
     // Longer than the worker's leases: what it said did not arrive.
-    if (loss.in && loss.out) EXPECT_TRUE(farm.coordinator().wait_for_err("was lost", kPatience));
+    if (loss.in && loss.out) {
+      EXPECT_TRUE(farm.coordinator().wait_for_err("was lost", kPatience));
+    }
   }
 }
 

@@ -29,9 +29,9 @@ double seconds_until_said(const support::Process& process, std::size_t from, con
     if (since(begin) > 30) break;
     std::this_thread::sleep_for(milliseconds{5});
   }
-  const double seconds = since(begin);
-  std::printf("%.2f s until \"%s\"\n", seconds, text.c_str());
-  return seconds;
+  const double waited = since(begin);
+  std::printf("%.2f s until \"%s\"\n", waited, text.c_str());
+  return waited;
 }
 
 TEST(Reconnect, AClientThatStartsBeforeItsCoordinator) {

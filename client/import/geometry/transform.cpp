@@ -5,14 +5,10 @@
 #include <numbers>
 #include <utility>
 
+#include "import/geometry/vector3.h"
+
 namespace tessera::client {
 namespace {
-
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 Vector3 normalized(const Vector3& v) {
   const double l = length(v);

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "import/geometry/vector3.h"
+
 namespace tessera::client {
 namespace {
-
-Vector3 minus(const Vector3& a, const Vector3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vector3& v) { return std::hypot(v[0], v[1], v[2]); }
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 double angle_between(const Vector3& a, const Vector3& b) {
   return std::atan2(length(cross(a, b)), dot(a, b));
@@ -31,11 +26,11 @@ void compute_vertex_normals(wire::MeshData& mesh, const Transform& world_from_ob
   for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
     const std::uint32_t* corner = &mesh.indices[t];
     const Vector3 p[] = {placed(corner[0]), placed(corner[1]), placed(corner[2])};
-    const Vector3 normal = cross(minus(p[1], p[0]), minus(p[2], p[0]));
+    const Vector3 normal = cross(p[1] - p[0], p[2] - p[0]);
     const double area = length(normal);
     if (!(area > 0)) continue;
     for (int k = 0; k < 3; ++k) {
-      const double angle = angle_between(minus(p[(k + 1) % 3], p[k]), minus(p[(k + 2) % 3], p[k]));
+      const double angle = angle_between(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
       for (int a = 0; a < 3; ++a) sums[corner[k]][a] += side * normal[a] / area * angle;
     }
   }

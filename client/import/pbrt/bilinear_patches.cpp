@@ -4,22 +4,16 @@
 #include <array>
 #include <cmath>
 
+#include "import/geometry/vector3.h"
+
 namespace tessera::client::pbrt {
 namespace {
-
-using Vec = std::array<double, 3>;
-
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double length(const Vec& v) { return std::hypot(v[0], v[1], v[2]); }
 
 struct Patch {
   const wire::MeshData& corners;
   const std::uint32_t* index;  // p00 p10 p01 p11
 
-  Vec position(int k) const {
+  Vector3 position(int k) const {
     const float* p = &corners.positions[3 * std::size_t{index[k]}];
     return {p[0], p[1], p[2]};
   }
@@ -32,9 +26,9 @@ struct Patch {
     return std::lerp(std::lerp(at(0), at(1), u), std::lerp(at(2), at(3), u), v);
   }
 
-  Vec normal(double u, double v) const {
-    const Vec p00 = position(0), p10 = position(1), p01 = position(2), p11 = position(3);
-    Vec along_u, along_v;
+  Vector3 normal(double u, double v) const {
+    const Vector3 p00 = position(0), p10 = position(1), p01 = position(2), p11 = position(3);
+    Vector3 along_u, along_v;
     for (std::size_t a = 0; a < 3; ++a) {
       along_u[a] = std::lerp(p10[a] - p00[a], p11[a] - p01[a], v);
       along_v[a] = std::lerp(p01[a] - p00[a], p11[a] - p10[a], u);
@@ -49,12 +43,12 @@ struct Warp {
 };
 
 Warp warp_of(const Patch& patch) {
-  const Vec u = patch.position(1) - patch.position(0), v = patch.position(2) - patch.position(0);
-  const Vec w = patch.position(3) - patch.position(0);
+  const Vector3 u = patch.position(1) - patch.position(0), v = patch.position(2) - patch.position(0);
+  const Vector3 w = patch.position(3) - patch.position(0);
   const double size = std::max({length(u), length(v), length(w)});
   if (!(size > 0)) return {};
-  const Vec twist = {w[0] - u[0] - v[0], w[1] - u[1] - v[1], w[2] - u[2] - v[2]};
-  const Vec n = cross(u, v);
+  const Vector3 twist = {w[0] - u[0] - v[0], w[1] - u[1] - v[1], w[2] - u[2] - v[2]};
+  const Vector3 n = cross(u, v);
   const double n_length = length(n);
   const double height = n_length > 0 ? std::abs(n[0] * w[0] + n[1] * w[1] + n[2] * w[2]) / n_length : 0;
   return {length(twist) / size, height / size};
@@ -70,10 +64,10 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
         mesh.positions.push_back(static_cast<float>(patch.blend(corners.positions, 3, a, u, v)));
       }
       if (with_normals) {
-        const Vec n = corners.normals.empty() ? patch.normal(u, v)
-                                              : Vec{patch.blend(corners.normals, 3, 0, u, v),
-                                                    patch.blend(corners.normals, 3, 1, u, v),
-                                                    patch.blend(corners.normals, 3, 2, u, v)};
+        const Vector3 n = corners.normals.empty() ? patch.normal(u, v)
+                                                  : Vector3{patch.blend(corners.normals, 3, 0, u, v),
+                                                            patch.blend(corners.normals, 3, 1, u, v),
+                                                            patch.blend(corners.normals, 3, 2, u, v)};
         for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
       }
       const bool has_uvs = !corners.uvs.empty();

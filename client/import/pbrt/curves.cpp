@@ -12,11 +12,6 @@ namespace {
 
 using Points = std::vector<Vector3>;
 
-bool fail(ValueReader& values, std::string_view what) {
-  values.diagnostics().error(values.parameters().where(), concat(values.parameters().owner(), ": ", what));
-  return false;
-}
-
 Vector3 mix(const Vector3& a, const Vector3& b, double t) {
   return {(1 - t) * a[0] + t * b[0], (1 - t) * a[1] + t * b[1], (1 - t) * a[2] + t * b[2]};
 }

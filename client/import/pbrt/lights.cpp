@@ -248,15 +248,15 @@ struct LightType {
   void (*write)(LightInput& in, v1::Light& light);
 };
 
-constexpr LightType kTypes[] = {{"point", write_point_light},       {"spot", write_spot},
-                                {"distant", write_distant},         {"infinite", write_infinite},
-                                {"goniometric", write_goniometric}, {"projection", write_projection}};
+constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot", write_spot},
+                                     {"distant", write_distant},         {"infinite", write_infinite},
+                                     {"goniometric", write_goniometric}, {"projection", write_projection}};
 
 }  // namespace
 
 void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
                const Transform& world_from_light) {
-  for (const LightType& known : kTypes) {
+  for (const LightType& known : kLightTypes) {
     if (known.name != type) continue;
     LightInput in{context, textures, parameters, world_from_light,
                   parameters.get_float("scale", 1, context.diagnostics)};

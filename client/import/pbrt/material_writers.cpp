@@ -130,25 +130,25 @@ struct MaterialType {
   MaterialWriter write;
 };
 
-constexpr MaterialType kTypes[] = {{"diffuse", write_diffuse},
-                                   {"coateddiffuse", write_coated_diffuse},
-                                   {"conductor", write_conductor},
-                                   {"coatedconductor", write_coated_conductor},
-                                   {"dielectric", write_dielectric},
-                                   {"thindielectric", write_thin_dielectric},
-                                   {"diffusetransmission", write_diffuse_transmission},
-                                   {"hair", write_hair},
-                                   {"measured", write_measured},
-                                   {"subsurface", write_subsurface},
-                                   {"mix", write_mix},
-                                   {"interface", write_interface},
-                                   {"", write_interface},
-                                   {"none", write_interface}};
+constexpr MaterialType kMaterialTypes[] = {{"diffuse", write_diffuse},
+                                           {"coateddiffuse", write_coated_diffuse},
+                                           {"conductor", write_conductor},
+                                           {"coatedconductor", write_coated_conductor},
+                                           {"dielectric", write_dielectric},
+                                           {"thindielectric", write_thin_dielectric},
+                                           {"diffusetransmission", write_diffuse_transmission},
+                                           {"hair", write_hair},
+                                           {"measured", write_measured},
+                                           {"subsurface", write_subsurface},
+                                           {"mix", write_mix},
+                                           {"interface", write_interface},
+                                           {"", write_interface},
+                                           {"none", write_interface}};
 
 }  // namespace
 
 MaterialWriter find_material_writer(std::string_view type) {
-  for (const MaterialType& known : kTypes) {
+  for (const MaterialType& known : kMaterialTypes) {
     if (known.name == type) return known.write;
   }
   return nullptr;
@@ -156,7 +156,7 @@ MaterialWriter find_material_writer(std::string_view type) {
 
 std::string names_of_material_types() {
   std::string names;
-  for (const MaterialType& known : kTypes) {
+  for (const MaterialType& known : kMaterialTypes) {
     if (!known.name.empty() && known.name != "none") names += concat(names.empty() ? "" : ", ", known.name);
   }
   return names;

@@ -17,8 +17,8 @@ namespace {
 constexpr double kIntegralOfY = 106.856895;
 constexpr std::int64_t kMaxSamples = 65536;  // along an axis, of proto/wire/volume_blob.h
 
-std::nullopt_t fail(ValueReader& values, std::string_view what) {
-  values.diagnostics().error(values.parameters().where(), concat(values.parameters().owner(), ": ", what));
+std::nullopt_t nothing(ValueReader& values, std::string_view what) {
+  fail(values, what);
   return std::nullopt;
 }
 
@@ -151,13 +151,13 @@ std::optional<std::vector<float>> read_samples(ValueReader& values, const Grid& 
   if (parameter == nullptr) return std::nullopt;
   const std::size_t per_cell = type == ParameterType::kRgb ? 3 : 1;
   if (parameter->numbers.size() != per_cell * grid.cells()) {
-    return fail(values, concat("\"", name, "\" has ", parameter->numbers.size() / per_cell,
-                               " values, expected nx ny nz = ", grid.cells()));
+    return nothing(values, concat("\"", name, "\" has ", parameter->numbers.size() / per_cell,
+                                  " values, expected nx ny nz = ", grid.cells()));
   }
   std::vector<float> samples(parameter->numbers.begin(), parameter->numbers.end());
   for (const float x : samples) {
     if (!(x >= 0) || !std::isfinite(x))
-      return fail(values, concat("\"", name, "\": ", x, " is not 0 or above"));
+      return nothing(values, concat("\"", name, "\": ", x, " is not 0 or above"));
   }
   if (per_cell == 3 && parameter->color_space != ColorSpace::kSrgb) {
     for (std::size_t i = 0; i < samples.size(); i += 3) {
@@ -203,7 +203,7 @@ std::optional<v1::Medium> read_homogeneous(ValueReader& values, const Transform&
   *medium.mutable_extinction()->mutable_constant() = sum(sigma.a, sigma.s);
   *medium.mutable_sigma_s()->mutable_constant() = sigma.s;
   const double scale = values.get_float("scale", 1), emission_scale = values.get_float("Lescale", 1);
-  if (!(scale >= 0)) return fail(values, "scale is below 0");
+  if (!(scale >= 0)) return nothing(values, "scale is below 0");
   if (scale != 1) medium.set_scale(static_cast<float>(scale));
   if (const std::optional<v1::Spectrum> emission = read_emission(values)) {
     *medium.mutable_emission()->mutable_constant() = scaled(*emission, emission_scale);
@@ -217,10 +217,10 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform
   if (!read_layout(values, grid)) return std::nullopt;
   const Sigma sigma = read_sigma(values);
   const double scale = values.get_float("scale", 1);
-  if (!(scale >= 0)) return fail(values, "scale is below 0");
+  if (!(scale >= 0)) return nothing(values, "scale is below 0");
   std::optional<std::vector<float>> density = read_samples(values, grid, "density", ParameterType::kFloat);
   if (!density)
-    return values.diagnostics().has_errors() ? std::nullopt : fail(values, "expected \"float density\"");
+    return values.diagnostics().has_errors() ? std::nullopt : nothing(values, "expected \"float density\"");
   grid.samples = *std::move(density);
   write_density(values, grid, sigma, {scale, true}, world_from_medium, medium);
   if (values.parameters().has("temperature")) {
@@ -256,9 +256,9 @@ std::optional<v1::Medium> read_rgb_grid(ValueReader& values, const Transform& wo
   const std::optional<std::vector<float>> s = read_samples(values, grid, "sigma_s", ParameterType::kRgb);
   const std::optional<std::vector<float>> le = read_samples(values, grid, "Le", ParameterType::kRgb);
   const double scale = values.get_float("scale", 1), emission_scale = values.get_float("Lescale", 1);
-  if (!(scale >= 0)) return fail(values, "scale is below 0");
-  if (!a && !s) return fail(values, "expected \"rgb sigma_a\" or \"rgb sigma_s\"");
-  if (le && !a) return fail(values, "\"Le\" takes \"sigma_a\"");
+  if (!(scale >= 0)) return nothing(values, "scale is below 0");
+  if (!a && !s) return nothing(values, "expected \"rgb sigma_a\" or \"rgb sigma_s\"");
+  if (le && !a) return nothing(values, "\"Le\" takes \"sigma_a\"");
   // The one that is absent is 1 everywhere.
   Grid extinction = grid, scattering = grid;
   extinction.samples.resize(3 * grid.cells());
@@ -320,28 +320,28 @@ struct MediumType {
   std::optional<v1::Medium> (*read)(ValueReader& values, const Transform& world_from_medium);
 };
 
-constexpr MediumType kTypes[] = {{"homogeneous", read_homogeneous},
-                                 {"uniformgrid", read_uniform_grid},
-                                 {"rgbgrid", read_rgb_grid},
-                                 {"cloud", read_cloud}};
+constexpr MediumType kMediumTypes[] = {{"homogeneous", read_homogeneous},
+                                       {"uniformgrid", read_uniform_grid},
+                                       {"rgbgrid", read_rgb_grid},
+                                       {"cloud", read_cloud}};
 
 }  // namespace
 
 std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& values,
                                       const Transform& world_from_medium) {
-  for (const MediumType& known : kTypes) {
+  for (const MediumType& known : kMediumTypes) {
     if (known.name != type) continue;
     std::optional<v1::Medium> medium = known.read(values, world_from_medium);
     if (!medium) return medium;
     const double g = values.get_float("g", 0);
-    if (!(std::abs(g) < 1)) return fail(values, concat("g = ", g, " is not between -1 and 1"));
+    if (!(std::abs(g) < 1)) return nothing(values, concat("g = ", g, " is not between -1 and 1"));
     medium->set_g(static_cast<float>(g));
     return medium;
   }
   if (type == "nanovdb")
-    return fail(values, "NanoVDB files are not supported: convert the grid to a \"uniformgrid\"");
-  return fail(values,
-              concat("unknown type \"", type, "\": expected homogeneous, uniformgrid, rgbgrid or cloud"));
+    return nothing(values, "NanoVDB files are not supported: convert the grid to a \"uniformgrid\"");
+  return nothing(values,
+                 concat("unknown type \"", type, "\": expected homogeneous, uniformgrid, rgbgrid or cloud"));
 }
 
 }  // namespace tessera::client::pbrt

@@ -25,11 +25,6 @@ std::vector<float> read_array(ValueReader& values, std::string_view name,
   return array;
 }
 
-bool fail(ValueReader& values, std::string_view what) {
-  values.diagnostics().error(values.parameters().where(), concat(values.parameters().owner(), ": ", what));
-  return false;
-}
-
 /// P, N and uv, which must fit one another.
 bool read_vertices(ValueReader& values, wire::MeshData& mesh) {
   mesh.positions = read_array(values, "P", {ParameterType::kPoint3});

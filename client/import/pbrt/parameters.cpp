@@ -15,7 +15,7 @@ struct TypeInfo {
 };
 
 // The first entry of a type is its name in messages.
-constexpr TypeInfo kTypes[] = {
+constexpr TypeInfo kParameterTypes[] = {
     {"integer", ParameterType::kInteger, 1}, {"float", ParameterType::kFloat, 1},
     {"point2", ParameterType::kPoint2, 2},   {"vector2", ParameterType::kVector2, 2},
     {"point3", ParameterType::kPoint3, 3},   {"vector3", ParameterType::kVector3, 3},
@@ -30,14 +30,14 @@ constexpr TypeInfo kTypes[] = {
 constexpr std::string_view kKind = "type";
 
 const TypeInfo& info_of(ParameterType type) {
-  return *std::find_if(std::begin(kTypes), std::end(kTypes),
+  return *std::find_if(std::begin(kParameterTypes), std::end(kParameterTypes),
                        [&](const TypeInfo& info) { return info.type == type; });
 }
 
 }  // namespace
 
 std::optional<ParameterType> parameter_type_of(std::string_view name) {
-  for (const TypeInfo& info : kTypes) {
+  for (const TypeInfo& info : kParameterTypes) {
     if (info.name == name) return info.type;
   }
   return std::nullopt;

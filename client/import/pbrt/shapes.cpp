@@ -105,13 +105,13 @@ struct ShapeType {
   ShapeResult (*write)(ValueReader& values, v1::Shape& shape);
 };
 
-constexpr ShapeType kTypes[] = {{"trianglemesh", write_triangle_mesh},
-                                {"plymesh", write_ply_mesh},
-                                {"sphere", write_sphere},
-                                {"disk", write_disk},
-                                {"bilinearmesh", write_bilinear_mesh},
-                                {"loopsubdiv", write_subdivision},
-                                {"cylinder", write_cylinder}};
+constexpr ShapeType kShapeTypes[] = {{"trianglemesh", write_triangle_mesh},
+                                     {"plymesh", write_ply_mesh},
+                                     {"sphere", write_sphere},
+                                     {"disk", write_disk},
+                                     {"bilinearmesh", write_bilinear_mesh},
+                                     {"loopsubdiv", write_subdivision},
+                                     {"cylinder", write_cylinder}};
 
 /// Area of all triangles, and whether each has the same.
 SurfaceArea mesh_area(const wire::MeshView& mesh, const Transform& world_from_object) {
@@ -150,14 +150,14 @@ void finish_shape(ValueReader& values, v1::Shape& shape, ShapeResult& result) {
 }
 
 ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape& shape) {
-  for (const ShapeType& known : kTypes) {
+  for (const ShapeType& known : kShapeTypes) {
     if (known.name != type) continue;
     ShapeResult result = known.write(values, shape);
     if (result.kept) finish_shape(values, shape, result);
     return result;
   }
   std::string names;
-  for (const ShapeType& known : kTypes) names += concat(known.name, ", ");
+  for (const ShapeType& known : kShapeTypes) names += concat(known.name, ", ");
   values.diagnostics().error(values.parameters().where(),
                              concat("unknown shape \"", type, "\": expected ", names, "or curve"));
   return {};

@@ -5,17 +5,10 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "import/geometry/vector3.h"
+
 namespace tessera::client::pbrt {
 namespace {
-
-using Vec = std::array<double, 3>;
-
-Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec operator*(double s, const Vec& a) { return {s * a[0], s * a[1], s * a[2]}; }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 constexpr int kNone = -1;
 constexpr int next(int corner) { return (corner + 1) % 3; }
@@ -45,7 +38,7 @@ class LoopMesh {
   }
 
   void refine() {
-    std::vector<Vec> positions(positions_.size());
+    std::vector<Vector3> positions(positions_.size());
     for (std::size_t i = 0; i < positions_.size(); ++i) positions[i] = moved_vertex(static_cast<int>(i));
     std::vector<Face> faces(4 * faces_.size());
     std::unordered_map<std::uint64_t, int> vertex_of_edge;
@@ -70,11 +63,11 @@ class LoopMesh {
     wire::MeshData mesh;
     for (std::size_t i = 0; i < positions_.size(); ++i) {
       const int vertex = static_cast<int>(i);
-      std::vector<Vec> ring;
+      std::vector<Vector3> ring;
       const bool border = one_ring(vertex, ring);
-      const Vec p = ring.empty() ? positions_[i] : limit_position(vertex, ring, border);
+      const Vector3 p = ring.empty() ? positions_[i] : limit_position(vertex, ring, border);
       // The tangents of the limit surface, from the ring at this level.
-      const Vec n = ring.empty() ? Vec{0, 0, 0} : limit_normal(vertex, p, ring, border);
+      const Vector3 n = ring.empty() ? Vector3{0, 0, 0} : limit_normal(vertex, p, ring, border);
       for (const double x : p) mesh.positions.push_back(static_cast<float>(x));
       for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
     }
@@ -114,15 +107,15 @@ class LoopMesh {
   const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
   int face_after(int f, int vertex) const { return face(f).across[face(f).corner_of(vertex)]; }
   int face_before(int f, int vertex) const { return face(f).across[previous(face(f).corner_of(vertex))]; }
-  const Vec& corner_after(int f, int vertex) const {
+  const Vector3& corner_after(int f, int vertex) const {
     return positions_[static_cast<std::size_t>(face(f).v[next(face(f).corner_of(vertex))])];
   }
-  const Vec& corner_before(int f, int vertex) const {
+  const Vector3& corner_before(int f, int vertex) const {
     return positions_[static_cast<std::size_t>(face(f).v[previous(face(f).corner_of(vertex))])];
   }
 
   /// The neighbours in order; true at a border, where the first and the last lie on it. Empty without faces.
-  bool one_ring(int vertex, std::vector<Vec>& ring) const {
+  bool one_ring(int vertex, std::vector<Vector3>& ring) const {
     const int start = face_of_vertex_[static_cast<std::size_t>(vertex)];
     if (start == kNone) return false;
     int f = start;
@@ -139,12 +132,13 @@ class LoopMesh {
     return true;
   }
 
-  Vec weighted(int vertex, const std::vector<Vec>& ring, double weight) const {
-    Vec p = (1 - static_cast<double>(ring.size()) * weight) * positions_[static_cast<std::size_t>(vertex)];
-    for (const Vec& q : ring) p = p + weight * q;
+  Vector3 weighted(int vertex, const std::vector<Vector3>& ring, double weight) const {
+    Vector3 p =
+        (1 - static_cast<double>(ring.size()) * weight) * positions_[static_cast<std::size_t>(vertex)];
+    for (const Vector3& q : ring) p = p + weight * q;
     return p;
   }
-  Vec weighted_border(int vertex, const std::vector<Vec>& ring, double weight) const {
+  Vector3 weighted_border(int vertex, const std::vector<Vector3>& ring, double weight) const {
     return (1 - 2 * weight) * positions_[static_cast<std::size_t>(vertex)] +
            weight * (ring.front() + ring.back());
   }
@@ -152,33 +146,33 @@ class LoopMesh {
     return valence == 3 ? 3.0 / 16 : 3.0 / (8.0 * static_cast<double>(valence));
   }
 
-  Vec moved_vertex(int vertex) const {
-    std::vector<Vec> ring;
+  Vector3 moved_vertex(int vertex) const {
+    std::vector<Vector3> ring;
     const bool border = one_ring(vertex, ring);
     if (ring.empty()) return positions_[static_cast<std::size_t>(vertex)];
     if (border) return weighted_border(vertex, ring, 1.0 / 8);
     return weighted(vertex, ring, beta(ring.size()));
   }
 
-  Vec edge_vertex(const Face& face, int k) const {
+  Vector3 edge_vertex(const Face& face, int k) const {
     const auto at = [&](int v) { return positions_[static_cast<std::size_t>(v)]; };
-    const Vec ends = at(face.v[k]) + at(face.v[next(k)]);
+    const Vector3 ends = at(face.v[k]) + at(face.v[next(k)]);
     if (face.across[k] == kNone) return 0.5 * ends;
-    const Vec opposite = corner_before(face.across[k], face.v[next(k)]);
+    const Vector3 opposite = corner_before(face.across[k], face.v[next(k)]);
     return 0.375 * ends + 0.125 * (at(face.v[previous(k)]) + opposite);
   }
 
-  Vec limit_position(int vertex, const std::vector<Vec>& ring, bool border) const {
+  Vector3 limit_position(int vertex, const std::vector<Vector3>& ring, bool border) const {
     if (border) return weighted_border(vertex, ring, 1.0 / 5);
     const double valence = static_cast<double>(ring.size());
     return weighted(vertex, ring, 1 / (valence + 3 / (8 * beta(ring.size()))));
   }
 
   /// Not of unit length.
-  static Vec limit_normal(int, const Vec& p, const std::vector<Vec>& ring, bool border) {
+  static Vector3 limit_normal(int, const Vector3& p, const std::vector<Vector3>& ring, bool border) {
     constexpr double kPi = std::numbers::pi;
     const std::size_t valence = ring.size();
-    Vec s{0, 0, 0}, t{0, 0, 0};
+    Vector3 s{0, 0, 0}, t{0, 0, 0};
     if (!border) {
       for (std::size_t j = 0; j < valence; ++j) {
         const double angle = 2 * kPi * static_cast<double>(j) / static_cast<double>(valence);
@@ -205,7 +199,7 @@ class LoopMesh {
     return cross(s, t);
   }
 
-  std::vector<Vec> positions_;
+  std::vector<Vector3> positions_;
   std::vector<Face> faces_;
   std::vector<int> face_of_vertex_;
 };

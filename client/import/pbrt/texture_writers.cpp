@@ -239,24 +239,24 @@ struct TextureType {
   TextureWriter write;
 };
 
-constexpr TextureType kTypes[] = {{"imagemap", write_imagemap},
-                                  {"constant", write_constant},
-                                  {"scale", write_scale},
-                                  {"mix", write_mix},
-                                  {"checkerboard", write_checkerboard},
-                                  {"directionmix", write_direction_mix},
-                                  {"dots", write_dots},
-                                  {"bilerp", write_bilerp},
-                                  {"fbm", write_noise<v1::NoiseTexture::FBM>},
-                                  {"wrinkled", write_noise<v1::NoiseTexture::WRINKLED>},
-                                  {"windy", write_noise<v1::NoiseTexture::WINDY>},
-                                  {"marble", write_noise<v1::NoiseTexture::MARBLE>},
-                                  {"ptex", refuse_ptex}};
+constexpr TextureType kTextureTypes[] = {{"imagemap", write_imagemap},
+                                         {"constant", write_constant},
+                                         {"scale", write_scale},
+                                         {"mix", write_mix},
+                                         {"checkerboard", write_checkerboard},
+                                         {"directionmix", write_direction_mix},
+                                         {"dots", write_dots},
+                                         {"bilerp", write_bilerp},
+                                         {"fbm", write_noise<v1::NoiseTexture::FBM>},
+                                         {"wrinkled", write_noise<v1::NoiseTexture::WRINKLED>},
+                                         {"windy", write_noise<v1::NoiseTexture::WINDY>},
+                                         {"marble", write_noise<v1::NoiseTexture::MARBLE>},
+                                         {"ptex", refuse_ptex}};
 
 }  // namespace
 
 TextureWriter find_texture_writer(std::string_view type) {
-  for (const TextureType& known : kTypes) {
+  for (const TextureType& known : kTextureTypes) {
     if (known.name == type) return known.write;
   }
   return nullptr;
@@ -264,7 +264,7 @@ TextureWriter find_texture_writer(std::string_view type) {
 
 std::string names_of_texture_types() {
   std::string names;
-  for (const TextureType& known : kTypes) names += concat(names.empty() ? "" : ", ", known.name);
+  for (const TextureType& known : kTextureTypes) names += concat(names.empty() ? "" : ", ", known.name);
   return names;
 }
 

@@ -134,4 +134,9 @@ std::optional<v1::BlobRef> ValueReader::image(std::string_view name) {
   return std::nullopt;
 }
 
+bool fail(ValueReader& values, std::string_view what) {
+  values.diagnostics().error(values.parameters().where(), concat(values.parameters().owner(), ": ", what));
+  return false;
+}
+
 }  // namespace tessera::client::pbrt

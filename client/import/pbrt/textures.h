@@ -90,4 +90,8 @@ class ValueReader {
   ParameterList& parameters_;
 };
 
+/// Reports an error of the directive that the parameters belong to. False, for what returns whether it could
+/// read them.
+bool fail(ValueReader& values, std::string_view what);
+
 }  // namespace tessera::client::pbrt

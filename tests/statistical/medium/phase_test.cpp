@@ -8,7 +8,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 constexpr float kAsymmetries[] = {0, 0.0005f, 0.3f, -0.6f, 0.9f, -0.95f};
-constexpr int kSamples = 320000;
+constexpr int kPhaseSamples = 320000;
 
 MediumTable media() {
   MediumTable table;
@@ -29,7 +29,7 @@ TEST(Phase, SamplesFollowTheDensity) {
     std::vector<double> observed(grid.size()), expected(grid.size());
     Random random(1);
     Moments cosine;
-    for (int i = 0; i < kSamples; i += kWidth) {
+    for (int i = 0; i < kPhaseSamples; i += kWidth) {
       const PhaseSample s = sample_phase(table, Int(m), wide(wo), random.next_2d(), Mask::all());
       const Float value = phase_value(table, Int(m), wide(wo), s.wi, Mask::all());
       for (int l = 0; l < kWidth; ++l) {
@@ -49,7 +49,7 @@ TEST(Phase, SamplesFollowTheDensity) {
     };
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {
       const double p = test::integrate_cell(pdf, grid.bounds(cell));
-      expected[cell] = kSamples * p;
+      expected[cell] = kPhaseSamples * p;
       total += p;
     }
     EXPECT_NEAR(total, 1, 1e-4);

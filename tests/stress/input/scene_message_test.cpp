@@ -158,13 +158,13 @@ TEST_F(SceneMessage, TheSampleHasEveryNumberThatASceneCanHave) {
 }
 
 TEST_F(SceneMessage, BadNumbersInEveryField) {
-  struct Case {
+  struct BadNumber {
     const client::ImportedScene* sample;
     std::size_t number, way;
     std::string path;
   };
   InputJudge judge;
-  std::vector<Case> cases;
+  std::vector<BadNumber> cases;
   for (client::ImportedScene& sample : samples_) {
     ASSERT_EQ(judge.judge_scene(sample.scene, sample.blobs), "");
     std::size_t numbers = 0;

@@ -6,7 +6,7 @@
 namespace tessera::test {
 namespace {
 
-constexpr double kRounding = 1e-5;
+constexpr double kMitsubaRounding = 1e-5;
 
 TEST(Principled, WhiteGlassIsARoughDielectric) {
   constexpr float kRoughness = 0.6f;
@@ -18,8 +18,8 @@ TEST(Principled, WhiteGlassIsARoughDielectric) {
     for (const Direction& wi :
          {direction(40, 100), direction(75, 210), direction(110, 200), direction(165, 300)}) {
       const Eval mine = glass.eval(wo, wi), expected = boundary.eval(wo, wi);
-      EXPECT_NEAR(mine.f_cos[0], expected.f_cos[0], kRounding * (1 + expected.f_cos[0]));
-      EXPECT_NEAR(mine.pdf, expected.pdf, kRounding * (1 + expected.pdf));
+      EXPECT_NEAR(mine.f_cos[0], expected.f_cos[0], kMitsubaRounding * (1 + expected.f_cos[0]));
+      EXPECT_NEAR(mine.pdf, expected.pdf, kMitsubaRounding * (1 + expected.pdf));
     }
   }
 }
@@ -36,7 +36,7 @@ TEST(Principled, MetalIsSchlicksMirror) {
 TEST(PrincipledThin, FullDiffuseTransmissionIsLambertian) {
   const BsdfCase leaf = principled("leaf", {.diff_trans = 2}, true);
   const Direction wo = direction(30, 0), through = direction(140, 80);
-  EXPECT_NEAR(leaf.eval(wo, through).f_cos[0], 0.8 * -through[2] / M_PI, kRounding);
+  EXPECT_NEAR(leaf.eval(wo, through).f_cos[0], 0.8 * -through[2] / M_PI, kMitsubaRounding);
   EXPECT_EQ(leaf.eval(wo, direction(40, 80)).f_cos[0], 0);
 }
 
@@ -49,7 +49,7 @@ TEST(Plastic, SmoothCoatHasAClosedForm) {
     const double rho[] = {0.8, 0.4, 0.1};
     for (int c = 0; c < 3; ++c) {
       const double base = rho[c] / (1 - (nonlinear ? rho[c] : 1) * r);
-      EXPECT_NEAR(bsdf.eval(up, up).f_cos[c], base * 0.96 * 0.96 / (M_PI * 2.25), kRounding);
+      EXPECT_NEAR(bsdf.eval(up, up).f_cos[c], base * 0.96 * 0.96 / (M_PI * 2.25), kMitsubaRounding);
     }
   }
 }
@@ -60,9 +60,9 @@ TEST(Tints, AreFactorsOfTheLight) {
   const double reflection[] = {0.7, 0.9, 0.2}, transmission[] = {0.7, 0.5, 1.0};
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(tinted.eval(wo, mirrored).f_cos[c], reflection[c] * plain.eval(wo, mirrored).f_cos[c],
-                kRounding);
+                kMitsubaRounding);
     EXPECT_NEAR(tinted.eval(wo, through).f_cos[c], transmission[c] * plain.eval(wo, through).f_cos[c],
-                kRounding);
+                kMitsubaRounding);
   }
   EXPECT_EQ(tinted.eval(wo, through).pdf, plain.eval(wo, through).pdf);
 }

@@ -62,10 +62,10 @@ TEST_F(WorkersTest, OfALargeFarmAreHeardOfLessOften) {
   options.lease_timeout = std::chrono::milliseconds(200'000);
   start(std::move(options));
   const std::string first = register_worker();
-  const auto milliseconds = [&] { return heartbeat(first, {}).heartbeat_interval().nanos() / 1'000'000; };
-  EXPECT_EQ(milliseconds(), 1);
+  const auto interval_ms = [&] { return heartbeat(first, {}).heartbeat_interval().nanos() / 1'000'000; };
+  EXPECT_EQ(interval_ms(), 1);
   for (int i = 1; i < 100; ++i) register_worker();
-  EXPECT_EQ(milliseconds(), 50);  // of 100 workers, 2000 heartbeats a second
+  EXPECT_EQ(interval_ms(), 50);  // of 100 workers, 2000 heartbeats a second
 }
 
 TEST_F(WorkersTest, ALeaseWaitsForWork) {

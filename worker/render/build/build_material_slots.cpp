@@ -8,9 +8,9 @@ namespace tessera::render {
 
 namespace {
 
-constexpr int kEta = 2;  // slot
+constexpr int kEtaSlot = 2;
 
-void put(const Rgb& rgb, SpectrumSlot& slot) {
+void put_color(const Rgb& rgb, SpectrumSlot& slot) {
   slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b;
 }
 
@@ -23,7 +23,7 @@ absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rg
     if (!node.ok()) return node.status();
     const TextureNode& texture = arrays_.textures.nodes[static_cast<std::size_t>(*node)];
     if (texture.kind == TextureKind::kConstant) {
-      put({texture.value[0], texture.value[1], texture.value[2]}, slot);
+      put_color({texture.value[0], texture.value[1], texture.value[2]}, slot);
       return absl::OkStatus();
     }
     slot.texture = *node;
@@ -31,7 +31,7 @@ absl::Status SceneBuilder::set_spectrum(const v1::SpectrumValue& value, const Rg
     return absl::OkStatus();
   }
   if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
-  put(value.has_constant() ? reflectance(value.constant()) : otherwise, slot);
+  put_color(value.has_constant() ? reflectance(value.constant()) : otherwise, slot);
   return absl::OkStatus();
 }
 
@@ -89,7 +89,7 @@ absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }
-  record.scalars[kEta].value = eta;
+  record.scalars[kEtaSlot].value = eta;
   return check_eta(eta);
 }
 

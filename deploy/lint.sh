@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# Checks that all sources are as clang-format has them, then looks for faults with clang-tidy (.clang-tidy), in each source by
+# itself and in as many as a time allows: those first that the latest commits concern, then the others, from another one on
+# with each commit. Fails where something is found, not where time runs out.
+#
+#   deploy/lint.sh              form alone: seconds
+#   deploy/lint.sh SECONDS      faults as well, for that long
+#   deploy/lint.sh FILE...      form and faults of these
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+budget=0 files=()
+case "${1:-}" in
+  -h | --help)
+    usage
+    exit 0
+    ;;
+  '') ;;
+  *[!0-9]*)
+    mapfile -t files < <(realpath --relative-to="$top" -- "$@")
+    budget=$((24 * 60 * 60))
+    ;;
+  *) budget=$1 ;;
+esac
+for tool in clang-format clang-tidy clang++; do
+  command -v "$tool" >/dev/null || die "there is no $tool; deploy/setup.sh --ci installs it"
+done
+cd "$top"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+check_form() {
+  local sources=("${files[@]}")
+  [ ${#sources[@]} -gt 0 ] ||
+    mapfile -t sources < <(git ls-files --cached --others --exclude-standard -- '*.h' '*.cpp' '*.proto')
+  begin "form of ${#sources[@]} files"
+  clang-format --dry-run --Werror "${sources[@]}" 2>"$work/form.txt" || {
+    echo
+    cat "$work/form.txt" >&2
+    die "not as clang-format has them; clang-format -i FILE mends that"
+  }
+  end
+}
+
+# The sources that `build/lint` compiles, one a line.
+compiled() { sed -n "s,^ *\"file\": \"$top/\(.*\.cpp\)\".*,\1,p" build/lint/compile_commands.json | grep -v '^build/' | sort -u; }
+
+# sources_of FILE...: sources as they are; for a header, the first source that includes it.
+sources_of() {
+  local file
+  for file in "$@"; do
+    case $file in
+      *.cpp) echo "$file" ;;
+      *.h) compiled | xargs grep -lF "\"${file#*/}\"" | head -n 1 || true ;;
+    esac
+  done
+}
+
+# tidy FILE: notes the file, and fails when something is found in it. Does nothing once the time is over.
+tidy() {
+  local left=$((deadline - $(date +%s))) result=0 said
+  [ "$left" -ge 10 ] || return 0
+  said=$(timeout "$left" clang-tidy --quiet -p build/lint "$1" 2>&1) || result=$?
+  [ $result -ne 124 ] || return 0
+  echo "$1" >>"$work/checked.txt"
+  [ $result -eq 0 ] || {
+    printf '%s\n' "$said"
+    return 1
+  }
+}
+
+check_faults() {
+  # What headers of the lint build are generated from may have changed, and so may the list of sources.
+  build lint tessera_generated
+  local all turn
+  mapfile -t all < <(compiled)
+  turn=$(($(git rev-list --count HEAD 2>/dev/null || echo 0) * 17 % ${#all[@]}))
+  if [ ${#files[@]} -gt 0 ]; then
+    sources_of "${files[@]}"
+  else
+    mapfile -t files < <(git diff --name-only HEAD~10 2>/dev/null || true)
+    { sources_of "${files[@]}" && printf '%s\n' "${all[@]:turn}" "${all[@]:0:turn}"; } |
+      grep -xFf <(printf '%s\n' "${all[@]}")
+  fi | awk '!seen[$0]++' >"$work/order.txt"
+
+  begin "faults in $(wc -l <"$work/order.txt") sources"
+  : >"$work/checked.txt"
+  deadline=$(($(date +%s) + budget))
+  export -f tidy
+  export deadline work
+  xargs -P "$(nproc)" -n 1 bash -c 'tidy "$0"' <"$work/order.txt" >"$work/found.txt" || {
+    echo
+    cat "$work/found.txt" >&2
+    die "clang-tidy found faults"
+  }
+  end
+  local unread
+  unread=$(($(wc -l <"$work/order.txt") - $(wc -l <"$work/checked.txt")))
+  [ "$unread" -eq 0 ] || say "no time was left for $unread of them"
+}
+
+check_form
+[ "$budget" -eq 0 ] || check_faults
