@@ -42,7 +42,8 @@ void eval(benchmark::State& state, const BsdfCase& bsdf) {
   std::size_t i = 0;
   for (auto _ : state) {
     const Inputs& input = inputs[i++ % kInputs];
-    kernel::BsdfEval result = model->eval(params, input.wo, input.wi, kernel::Mask::all());
+    kernel::BsdfEval result =
+        model->eval(params, input.wo, input.wi, kernel::Transport::kRadiance, kernel::Mask::all());
     benchmark::DoNotOptimize(result);
   }
 }
@@ -54,7 +55,8 @@ void sample(benchmark::State& state, const BsdfCase& bsdf) {
   std::size_t i = 0;
   for (auto _ : state) {
     const Inputs& input = inputs[i++ % kInputs];
-    kernel::BsdfSample result = model->sample(params, input.wo, input.u_lobe, input.u, kernel::Mask::all());
+    kernel::BsdfSample result = model->sample(params, input.wo, input.u_lobe, input.u,
+                                              kernel::Transport::kRadiance, kernel::Mask::all());
     benchmark::DoNotOptimize(result);
   }
 }

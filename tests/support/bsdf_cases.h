@@ -116,6 +116,7 @@ class BsdfCase {
   std::string name;
   render::BsdfKind kind;
   std::int32_t flags;  // render::MaterialFlags
+  kernel::Transport transport = kernel::Transport::kRadiance;
 
   float scalar(int i) const { return scalars_[static_cast<std::size_t>(i)]; }
 
@@ -138,10 +139,10 @@ class BsdfCase {
   }
 
   kernel::BsdfEval eval(kernel::Vec3 wo, kernel::Vec3 wi) const {
-    return kernel::bsdf_model(kind)->eval(params(), wo, wi, kernel::Mask::all());
+    return kernel::bsdf_model(kind)->eval(params(), wo, wi, transport, kernel::Mask::all());
   }
   kernel::BsdfSample sample(kernel::Vec3 wo, kernel::Float u_lobe, kernel::Vec2 u) const {
-    return kernel::bsdf_model(kind)->sample(params(), wo, u_lobe, u, kernel::Mask::all());
+    return kernel::bsdf_model(kind)->sample(params(), wo, u_lobe, u, transport, kernel::Mask::all());
   }
 
   Eval eval(const Direction& wo, const Direction& wi) const {

@@ -17,6 +17,7 @@ MaterialRecord diffuse(float reflectance) {
 MaterialRecord mix(int a, int b, float amount) {
   MaterialRecord record;
   record.kind = BsdfKind::kMix;
+  record.flags = kMixed;
   record.mix_a = a, record.mix_b = b;
   record.scalars[0].value = amount;
   return record;

@@ -17,14 +17,14 @@ namespace tessera::render::TESSERA_ISA {
 /// The table of each lane's material. Factors are 1 in lanes that have none.
 class Balance {
  public:
-  /// For the roughness slots 0 and 1.
+  /// For the roughness of the microfacets.
   TESSERA_INLINE Balance(const BsdfParams& params, Mask lanes)
       : lanes_(lanes & params.with(kBalanced)),
         table_(params.coat_tables),
         offset_(params.coat_table),
         first_(gather(table_ + kBalanceFirst, offset_, lanes_)),
         per_row_(gather(table_ + kBalancePerRow, offset_, lanes_)) {
-    const Ggx facets = ggx_of(params.scalars[0], params.scalars[1]);
+    const Ggx facets = ggx_of(params.scalars[slot::kAlphaX], params.scalars[slot::kAlphaY]);
     alpha2_x_ = sqr(facets.alpha_x);
     alpha2_y_ = sqr(facets.alpha_y);
   }

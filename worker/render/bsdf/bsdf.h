@@ -3,11 +3,13 @@
 //
 // Directions are unit vectors in the local shading frame (normal +z, tangents x and y along dp/du and
 // across), pointing away from the surface. wo is where the path came from, wi where it goes on; both may lie
-// below the surface. Radiance is transported (refraction scales by 1/eta^2).
+// below the surface.
 #pragma once
 
 #include "render/bsdf/material_table.h"
+#include "render/bsdf/slots.h"
 #include "render/color/spectrum.h"
+#include "render/core/texture_point.h"
 #include "render/core/vec.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -29,6 +31,16 @@ struct BsdfParams {
   TESSERA_INLINE Mask with(std::int32_t flag) const { return (flags & flag) != 0; }
 };
 
+/// What a path carries: radiance if it comes from the eye, importance (the flux of light particles) if it
+/// comes from a light. They differ where light is refracted [Veach 1997, section 5.2].
+enum class Transport { kRadiance, kImportance };
+
+/// `f`, given for radiance, as it is for `transport`: refraction to a side of relative index `eta` scales
+/// radiance by 1 / eta^2, and leaves importance as it is.
+TESSERA_INLINE Spectrum transported(Transport transport, Mask refracted, Float eta, Spectrum f) {
+  return transport == Transport::kRadiance ? f : select(refracted, f * sqr(eta), f);
+}
+
 struct BsdfEval {
   Spectrum f_cos;  // f(wo, wi) |cos theta_i|, 1/sr; without delta lobes
   Float pdf;       // of sample() returning wi, solid angle; without delta lobes
@@ -44,16 +56,46 @@ struct BsdfSample {
   Mask transmission;
 };
 
+/// Light that goes straight on as if the surface were not there.
+struct Passing {
+  Float probability;  // that light passes; what does not is scattered
+  Spectrum weight;    // factor of the light that passes
+};
+
+/// What holds for a model whatever its parameters are.
+struct BsdfTraits {
+  bool reflects_only = false;  // light is scattered back to the side of wo alone
+  bool exact_density = true;   // `pdf` is that of sample(), so that f_cos may be divided by it; else it is
+                              // good for weighing only
+};
+
 class Bsdf {
  public:
+  explicit constexpr Bsdf(BsdfTraits model_traits = {}) : traits(model_traits) {}
   virtual ~Bsdf() = default;
-  /// Lanes that are not active may hold anything, and give anything.
-  virtual BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const = 0;
+
+  const BsdfTraits traits;
+
+  /// Value and density. Lanes that are not active may hold anything, and give anything.
+  virtual BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport,
+                        Mask active) const = 0;
   /// `u_lobe` and `u` are uniform in [0, 1).
-  virtual BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const = 0;
+  virtual BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                            Mask active) const = 0;
+  /// An estimate of the surface's colour, for the albedo AOV.
+  virtual Spectrum albedo(const BsdfParams&) const { return Spectrum(1.0f); }
+  /// With kPrepared: completes the slots of `lanes` once constants and textures are in them.
+  virtual void prepare(const TexturePoint&, Mask, BsdfParams&) const {}
+  /// With kPassesStraight: the light, met under |cosine| with the shading normal, that is not scattered at
+  /// all in volumetric scenes. There, sample() with u_lobe = 0 scatters the rest.
+  virtual Passing passing(const BsdfParams&, Float) const { return {Float(0.0f), Spectrum(1.0f)}; }
 };
 
 /// The model of a kind; null for kMix, which is not asked.
 const Bsdf* bsdf_model(BsdfKind kind);
+
+/// Adds a model that is not among those of models.cpp; materials of the kind returned have it. Before
+/// anything is rendered: not thread-safe.
+BsdfKind add_bsdf(const Bsdf& model);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -20,8 +20,6 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-inline constexpr int kCoatAlpha = 0, kCoatIndex = 2;  // scalar slots
-
 /// What depends on wo only: radiance that leaves along wo per irradiance that enters, and how to choose a
 /// lobe.
 struct CoatLobes {
@@ -33,7 +31,7 @@ struct CoatLobes {
   TESSERA_INLINE CoatLobes(const BsdfParams& params, const Coat& coat_energy, Vec3 wo) {
     const Float transmitted = coat_energy.transmittance(wo);
     fresnel_o = coat_energy.reflectance(wo);
-    const Spectrum rho = clamp(params.spectra[0], 0.0f, 1.0f);
+    const Spectrum rho = clamp(params.spectra[slot::kReflectance], 0.0f, 1.0f);
     const Float factor = transmitted / sqr(coat_energy.eta);
     for (int i = 0; i < kSpectrumLanes; ++i) {
       base.c[i] = factor * rho.c[i] / max(coat_energy.one_minus_colour(rho.c[i]), 1e-6f);
@@ -55,7 +53,7 @@ TESSERA_INLINE BsdfEval eval_coat_lobes(const BsdfParams& params, const Coat& co
   if (coat.any_rough()) {
     const Mask rough = and_not(lit, coat.smooth);
     const MicrofacetReflection reflection = with_microfacets(
-        params, kCoatAlpha, [&](const auto& facets) { return eval_reflection(facets, wo, wi); });
+        params, slot::kAlphaX, [&](const auto& facets) { return eval_reflection(facets, wo, wi); });
     const Float fresnel = fresnel_dielectric(reflection.cos_m, coat.eta).reflectance;
     result.f_cos += coat.tinted(params, Spectrum(select_or_zero(rough, fresnel * reflection.f_cos)));
     result.pdf += select_or_zero(rough, lobes.coat * reflection.pdf);
@@ -91,7 +89,7 @@ TESSERA_INLINE BsdfSample sample_coat_over_diffuse(const BsdfParams& params, Vec
   const Mask off_coat = u_lobe < lobes.coat;
   Vec3 wi{-wo.x, -wo.y, wo.z};
   if (any(active & off_coat) && coat.any_rough()) {
-    const Vec3 wm = with_microfacets(params, kCoatAlpha,
+    const Vec3 wm = with_microfacets(params, slot::kAlphaX,
                                      [&](const auto& facets) { return facets.sample_visible(wo, u); });
     wi = select(coat.smooth, wi, reflect(wo, wm, dot(wo, wm)));
   }

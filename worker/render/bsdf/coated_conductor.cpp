@@ -1,7 +1,18 @@
-#include "render/bsdf/coated_conductor.h"
+// A dielectric coat over a conductor: pbrt-v4's "coatedconductor". Seen from below it is the same again.
+//
+// There is no closed form for what goes back and forth between two rough boundaries: eval() and the weight of
+// sample() are estimates from random walks, unbiased, as in [Guo et al. 2018; Pharr et al. 2023, sec. 14.3].
+// The walks take their numbers from hashes of the directions, so that equal arguments give equal results.
+// `pdf` is not the density that the walks have but a smooth function like it, the same in eval() and
+// sample(): good for weighing against light sampling, which needs no more, but not for dividing by.
+//
+// spectra[0, 1]   eta and k of the conductor, relative to the outside
+// scalars[0, 1]   GGX alpha of the coat along x and y
+// scalars[2]      eta: index of the coat over the index outside
+// extended[0, 1]  GGX alpha of the conductor along x and y
+// extended[2]     optical thickness of the coat along the normal, all of it absorption
+#include "render/bsdf/models.h"
 
-#include "render/bsdf/conductor.h"
-#include "render/bsdf/dielectric.h"
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
 #include "render/sampling/hash.h"
@@ -10,7 +21,15 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr int kAlpha = 0, kEta = 2, kBaseAlpha = 0, kThickness = 2;  // slots
+class CoatedConductorBsdf final : public Bsdf {
+ public:
+  CoatedConductorBsdf() : Bsdf({.reflects_only = true, .exact_density = false}) {}
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+  void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
+};
 
 /// Visits of the base after which a walk is given up: less than 1e-3 of what is left is lost for the roughest
 /// coats.
@@ -45,28 +64,28 @@ class Layers {
   Mask smooth_coat, smooth_base;
 
   Layers(const BsdfParams& params, Mask active)
-      : eta(params.scalars[kEta]),
-        smooth_coat(is_smooth_dielectric(params, kAlpha, kEta)),
-        thickness_(params.extended[kThickness]) {
+      : eta(params.scalars[slot::kEta]),
+        smooth_coat(is_smooth_dielectric(params, slot::kAlphaX, slot::kEta)),
+        thickness_(params.extended[slot::kThickness]) {
     coat_params_.flags = base_params_.flags = Int(0);
     coat_params_.some_flags = base_params_.some_flags = 0;
     for (int i = 0; i < kMaterialScalars; ++i) coat_params_.scalars[i] = params.scalars[i];
-    for (int i = 0; i < 2; ++i) base_params_.scalars[i] = params.extended[kBaseAlpha + i];
+    for (int i = 0; i < 2; ++i) base_params_.scalars[i] = params.extended[slot::kBaseAlphaX + i];
     for (int i = 0; i < 2; ++i) base_params_.spectra[i] = params.spectra[i] * (1.0f / eta);
-    smooth_base = is_smooth(base_params_, 0);
+    smooth_base = is_smooth(base_params_, slot::kAlphaX);
   }
 
   TESSERA_INLINE BsdfSample sample_coat(Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
-    return DielectricBsdf().sample(coat_params_, wo, u_lobe, u, active);
+    return dielectric_bsdf().sample(coat_params_, wo, u_lobe, u, kAny, active);
   }
   TESSERA_INLINE BsdfEval eval_coat(Vec3 wo, Vec3 wi, Mask active) const {
-    return DielectricBsdf().eval(coat_params_, wo, wi, active);
+    return dielectric_bsdf().eval(coat_params_, wo, wi, kAny, active);
   }
   TESSERA_INLINE BsdfSample sample_base(Vec3 wo, Vec2 u, Mask active) const {
-    return ConductorBsdf().sample(base_params_, wo, Float(0.0f), u, active);
+    return conductor_bsdf().sample(base_params_, wo, Float(0.0f), u, kAny, active);
   }
   TESSERA_INLINE BsdfEval eval_base(Vec3 wo, Vec3 wi, Mask active) const {
-    return ConductorBsdf().eval(base_params_, wo, wi, active);
+    return conductor_bsdf().eval(base_params_, wo, wi, kAny, active);
   }
   /// Of the layer between them, along w.
   TESSERA_INLINE Float transmittance(Vec3 w) const { return exp(-thickness_ / max(abs(w.z), 1e-6f)); }
@@ -88,6 +107,9 @@ class Layers {
   }
 
  private:
+  // Light comes out of the coat on the side where it went in, which makes both the same.
+  static constexpr Transport kAny = Transport::kRadiance;
+
   TESSERA_INLINE Float coat_alpha(int i) const {
     return select_or_zero(~smooth_coat, coat_params_.scalars[i]);
   }
@@ -156,7 +178,7 @@ Spectrum light_off_base(const Layers& layers, Vec3 wo, Vec3 wi, Mask active) {
 
 }  // namespace
 
-BsdfEval CoatedConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval CoatedConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
   Mask lit = active & same_hemisphere(wo, wi);
   const Layers layers(params, lit);
   lit = and_not(lit, layers.smooth_coat & layers.smooth_base);
@@ -168,7 +190,7 @@ BsdfEval CoatedConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, M
   return {select_or_zero(lit, f_cos), select_or_zero(lit, layers.density(wo, wi))};
 }
 
-BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                        Mask active) const {
   const Layers layers(params, active);
   const Mask below = wo.z < 0.0f;
@@ -205,6 +227,19 @@ BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float 
           .valid = out,
           .specular = specular,
           .transmission = Mask::none()};
+}
+
+Spectrum CoatedConductorBsdf::albedo(const BsdfParams& params) const {
+  return normal_reflectance(params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
+}
+
+void CoatedConductorBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params) const {
+  conductor_of_reflectance(lanes, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
+}
+
+const Bsdf& coated_conductor_bsdf() {
+  static const CoatedConductorBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,27 @@
-#include "render/bsdf/coated_diffuse.h"
+// A dielectric coat, smooth or rough, over a Lambertian base: pbrt-v4's "coateddiffuse". Seen from below it
+// is the same again.
+//
+// The closed form of the random walk between the two: a Lambertian base forgets where light came from, so
+// only energies matter, and the orders of interreflection are a geometric series:
+//
+//   f(wo, wi) = f_coat(wo, wi) + T(wo) T(wi) / (pi eta^2) rho / (1 - rho R_int)
+//
+// T(w) is the part of light along w that the coat lets through to the base, R_int the part of diffuse light
+// from the base that it sends back; by reciprocity T(wo) / eta^2 of the base's diffuse radiance leaves along
+// wo. Smooth coats have T = 1 - Fresnel; for rough ones T and R_int are tabulated for isotropic roughness
+// [coat_table.h].
+//
+// For the energies of an anisotropic coat, and only for them, an isotropic roughness stands in: the root mean
+// square of both, turning into the roughness along the light's plane towards grazing directions. That keeps
+// within a few percent of the walk, and is exact where both are equal. There is no medium in between: the
+// albedo of one is not looked at. The coat's thickness absorbs, as in pbrt-v4; for rough coats as if light
+// crossed them as it does smooth ones.
+//
+// spectra[0]     rho: reflectance of the base, clamped to [0, 1]
+// scalars[0, 1]  GGX alpha of the coat along x and y; smooth where both are below kSmoothAlpha
+// scalars[2]     eta: index of the coat over the index outside
+// coat_table     from append_coat_table(eta, thickness, ...)
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/coat_over_diffuse.h"
 #include "render/bsdf/coat_table.h"
@@ -6,6 +29,15 @@
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
+
+class CoatedDiffuseBsdf final : public Bsdf {
+ public:
+  CoatedDiffuseBsdf() : Bsdf({.reflects_only = true}) {}
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+};
 
 /// Places between which a table is interpolated.
 struct TablePosition {
@@ -29,8 +61,8 @@ class Coat {
   Float internal;  // R_int
 
   TESSERA_INLINE Coat(const BsdfParams& params, Mask active)
-      : eta(params.scalars[kCoatIndex]),
-        smooth(is_smooth_dielectric(params, kCoatAlpha, kCoatIndex)),
+      : eta(params.scalars[slot::kEta]),
+        smooth(is_smooth_dielectric(params, slot::kAlphaX, slot::kEta)),
         rough_(and_not(active, smooth)),
         any_rough_(any(rough_)),
         tables_(params.coat_tables),
@@ -41,8 +73,8 @@ class Coat {
       internal = gather(tables_ + kCoatInternal, offset_, active);
       return;
     }
-    alpha2_x_ = select_or_zero(rough_, sqr(params.scalars[kCoatAlpha]));
-    alpha2_y_ = select_or_zero(rough_, sqr(params.scalars[kCoatAlpha + 1]));
+    alpha2_x_ = select_or_zero(rough_, sqr(params.scalars[slot::kAlphaX]));
+    alpha2_y_ = select_or_zero(rough_, sqr(params.scalars[slot::kAlphaY]));
     const TablePosition row(sqrt(0.5f * (alpha2_x_ + alpha2_y_)), kCoatAlphas);
     const Int entry = offset_ + row.index;
     internal = lerp(row.t, gather(tables_ + kCoatInternal, entry, active),
@@ -92,13 +124,22 @@ class Coat {
 
 }  // namespace
 
-BsdfEval CoatedDiffuseBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval CoatedDiffuseBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
   return eval_coat_over_diffuse<Coat>(params, wo, wi, active);
 }
 
-BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                      Mask active) const {
   return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
+}
+
+Spectrum CoatedDiffuseBsdf::albedo(const BsdfParams& params) const {
+  return params.spectra[slot::kReflectance];
+}
+
+const Bsdf& coated_diffuse_bsdf() {
+  static const CoatedDiffuseBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

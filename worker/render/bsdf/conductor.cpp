@@ -1,4 +1,12 @@
-#include "render/bsdf/conductor.h"
+// A conductor: mirror, or microfacets. pbrt-v4's "conductor", Mitsuba 3's "conductor" and "roughconductor".
+//
+// spectra[0]     eta: real part of the complex index of refraction, relative to the outside
+// spectra[1]     k: its imaginary part
+// scalars[0, 1]  alpha along x and y; a mirror where both are below kSmoothAlpha
+// extended_spectra[0]  with kTinted: factor of the light
+//
+// With kBalanced what scatters more than once between the microfacets is not lost [balance.h].
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
@@ -8,12 +16,21 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr int kAlpha = 0, kTint = 0;  // slots
+class ConductorBsdf final : public Bsdf {
+ public:
+  ConductorBsdf() : Bsdf({.reflects_only = true}) {}
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+  void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
+};
 
 TESSERA_INLINE Spectrum reflectance(const BsdfParams& params, Float cos_m) {
-  const Spectrum fresnel = fresnel_conductor(cos_m, params.spectra[0], params.spectra[1]);
+  const Spectrum fresnel =
+      fresnel_conductor(cos_m, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
   if ((params.some_flags & kTinted) == 0) return fresnel;
-  return select(params.with(kTinted), fresnel * params.extended_spectra[kTint], fresnel);
+  return select(params.with(kTinted), fresnel * params.extended_spectra[slot::kConductorTint], fresnel);
 }
 
 /// Mean reflectance for diffuse light: the Gauss-Jacobi rule with two points for the weight 2 cos(theta), to
@@ -41,11 +58,11 @@ TESSERA_INLINE Spectrum mean_reflectance(const BsdfParams& params) {
 
 }  // namespace
 
-BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
-  const Mask lit = and_not(active & same_hemisphere(wo, wi), is_smooth(params, kAlpha));
+BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
+  const Mask lit = and_not(active & same_hemisphere(wo, wi), is_smooth(params, slot::kAlphaX));
   if (none(lit)) return {Spectrum(0.0f), 0.0f};
   const Mask below = wo.z < 0.0f;
-  const MicrofacetReflection reflection = with_microfacets(params, kAlpha, [&](const auto& facets) {
+  const MicrofacetReflection reflection = with_microfacets(params, slot::kAlphaX, [&](const auto& facets) {
     return eval_reflection(facets, mirror_if(below, wo), mirror_if(below, wi));
   });
   Spectrum f_cos = reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos);
@@ -53,16 +70,17 @@ BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask ac
   return {f_cos, select_or_zero(lit, reflection.pdf)};
 }
 
-BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
+                                 Mask active) const {
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);
-  const Mask smooth = is_smooth(params, kAlpha);
+  const Mask smooth = is_smooth(params, slot::kAlphaX);
 
   // The mirror, then microfacets where there are any.
   Vec3 wi{-wo.x, -wo.y, wo.z};
   Float cos_m = wo.z, geometry = 1.0f, pdf = 1.0f;
   if (any(and_not(active, smooth))) {
-    with_microfacets(params, kAlpha, [&](const auto& facets) {
+    with_microfacets(params, slot::kAlphaX, [&](const auto& facets) {
       const Vec3 wm = facets.sample_visible(wo, u);
       const Float cos_rough = dot(wo, wm);
       wi = select(smooth, wi, reflect(wo, wm, cos_rough));
@@ -81,6 +99,19 @@ BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe
           .valid = valid,
           .specular = smooth,
           .transmission = Mask::none()};
+}
+
+Spectrum ConductorBsdf::albedo(const BsdfParams& params) const {
+  return normal_reflectance(params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
+}
+
+void ConductorBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params) const {
+  conductor_of_reflectance(lanes, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
+}
+
+const Bsdf& conductor_bsdf() {
+  static const ConductorBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

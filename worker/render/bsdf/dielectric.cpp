@@ -1,4 +1,10 @@
-#include "render/bsdf/dielectric.h"
+// The boundary of a dielectric: mirror and refraction, or microfacets that do both [Walter et al. 2007].
+// pbrt-v4's "dielectric", Mitsuba 3's "dielectric" and "roughdielectric".
+//
+// spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
+// scalars[0, 1]  alpha along x and y; smooth where both are below kSmoothAlpha
+// scalars[2]     eta: index below the surface (z < 0) over the index above
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
@@ -9,19 +15,25 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr int kAlpha = 0, kEta = 2;  // slots
+class DielectricBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+};
 
 /// Index of the side that wo is not on over that of wo's side.
 TESSERA_INLINE Float relative_eta(const BsdfParams& params, Mask below) {
-  const Float eta = params.scalars[kEta];
+  const Float eta = params.scalars[slot::kEta];
   return select(below, 1.0f / eta, eta);
 }
 
 }  // namespace
 
-BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
-  const Mask rough =
-      and_not(active & (wo.z != 0.0f) & (wi.z != 0.0f), is_smooth_dielectric(params, kAlpha, kEta));
+BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport,
+                              Mask active) const {
+  const Mask rough = and_not(active & (wo.z != 0.0f) & (wi.z != 0.0f),
+                             is_smooth_dielectric(params, slot::kAlphaX, slot::kEta));
   if (none(rough)) return {Spectrum(0.0f), 0.0f};
   const Mask below = wo.z < 0.0f;
   const Float eta = relative_eta(params, below);
@@ -40,7 +52,7 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
   // Both densities are that of h times a Jacobian dh/dwi; the Fresnel factor chooses the lobe. Refracted
   // radiance is scaled by 1 / eta^2.
   const Mask lit = rough & facing;
-  BsdfEval result = with_microfacets(params, kAlpha, [&](const auto& facets) -> BsdfEval {
+  BsdfEval result = with_microfacets(params, slot::kAlphaX, [&](const auto& facets) -> BsdfEval {
     const Float zi = abs_cos_theta(wi);
     const Float so = facets.masking_length(wo), si = facets.masking_length({wi.x, wi.y, zi});
     const Float refraction = (1.0f - r) * 2.0f * abs(oh * ih) / sqr(h2);
@@ -50,6 +62,7 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask a
     return {tinted(params, reflected, f_cos), select_or_zero(lit, pdf)};
   });
   if (params.some_flags & kBalanced) result.f_cos *= balance_factor(params, wo, wi, below, lit);
+  result.f_cos = transported(transport, ~reflected, eta, result.f_cos);
   return result;
 }
 
@@ -91,13 +104,13 @@ TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta,
 }  // namespace
 
 BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
-                                  Mask active) const {
+                                  Transport transport, Mask active) const {
   const Mask below = wo.z < 0.0f;
   const Float eta = relative_eta(params, below);
-  const Mask delta = is_smooth_dielectric(params, kAlpha, kEta);
+  const Mask delta = is_smooth_dielectric(params, slot::kAlphaX, slot::kEta);
   const bool any_rough = any(and_not(active, delta));
   wo = mirror_if(below, wo);
-  BsdfSample result = with_microfacets(params, kAlpha, [&](const auto& facets) {
+  BsdfSample result = with_microfacets(params, slot::kAlphaX, [&](const auto& facets) {
     return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u);
   });
   result.valid &= active;
@@ -105,8 +118,14 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   if (params.some_flags & kBalanced) {
     result.weight *= balance_factor(params, wo, result.wi, below, and_not(result.valid, delta));
   }
+  result.weight = transported(transport, result.transmission, eta, result.weight);
   result.wi = mirror_if(below, result.wi);
   return result;
+}
+
+const Bsdf& dielectric_bsdf() {
+  static const DielectricBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,9 @@
-#include "render/bsdf/diffuse_transmission.h"
+// Lambertian reflection on the side of wo, Lambertian transmission to the other. pbrt-v4's
+// "diffusetransmission".
+//
+// spectra[0]  reflectance, clamped to [0, 1]
+// spectra[1]  transmittance, clamped to [0, 1]
+#include "render/bsdf/models.h"
 
 #include "render/core/constants.h"
 #include "render/sampling/warp.h"
@@ -7,6 +12,14 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
+class DiffuseTransmissionBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+};
+
 /// Both lobes, and the probability of choosing reflection: by the larger components.
 struct Lobes {
   Spectrum reflectance, transmittance;
@@ -14,8 +27,8 @@ struct Lobes {
   Mask lit;  // not black altogether
 
   TESSERA_INLINE explicit Lobes(const BsdfParams& params)
-      : reflectance(clamp(params.spectra[0], 0.0f, 1.0f)),
-        transmittance(clamp(params.spectra[1], 0.0f, 1.0f)) {
+      : reflectance(clamp(params.spectra[slot::kReflectance], 0.0f, 1.0f)),
+        transmittance(clamp(params.spectra[slot::kTransmittance], 0.0f, 1.0f)) {
     const Float r = reflectance.max_component(), sum = r + transmittance.max_component();
     lit = sum > 0.0f;
     reflection = r / select(lit, sum, 1.0f);
@@ -24,7 +37,8 @@ struct Lobes {
 
 }  // namespace
 
-BsdfEval DiffuseTransmissionBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval DiffuseTransmissionBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport,
+                                       Mask active) const {
   const Lobes lobes(params);
   const Mask reflected = same_hemisphere(wo, wi);
   const Float cosine = select_or_zero(active & lobes.lit & (wo.z != 0.0f), abs_cos_theta(wi) * kInvPi);
@@ -32,7 +46,7 @@ BsdfEval DiffuseTransmissionBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 w
           select(reflected, lobes.reflection, 1.0f - lobes.reflection) * cosine};
 }
 
-BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                            Mask active) const {
   const Lobes lobes(params);
   const Mask reflected = u_lobe < lobes.reflection;
@@ -49,6 +63,15 @@ BsdfSample DiffuseTransmissionBsdf::sample(const BsdfParams& params, Vec3 wo, Fl
           .valid = valid,
           .specular = Mask::none(),
           .transmission = ~reflected};
+}
+
+Spectrum DiffuseTransmissionBsdf::albedo(const BsdfParams& params) const {
+  return params.spectra[slot::kReflectance] + params.spectra[slot::kTransmittance];
+}
+
+const Bsdf& diffuse_transmission_bsdf() {
+  static const DiffuseTransmissionBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

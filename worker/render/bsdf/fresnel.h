@@ -55,4 +55,19 @@ TESSERA_INLINE Spectrum fresnel_conductor(Float cos_i, Spectrum eta, Spectrum k)
   return result;
 }
 
+/// The same along the normal.
+TESSERA_INLINE Spectrum normal_reflectance(Spectrum eta, Spectrum k) {
+  const Spectrum one(1.0f), k2 = k * k;
+  return ((eta - one) * (eta - one) + k2) / ((eta + one) * (eta + one) + k2);
+}
+
+/// In `lanes`, where `k` holds a reflectance along the normal: eta = 1 and the k that have it [pbrt-v4].
+TESSERA_INLINE void conductor_of_reflectance(Mask lanes, Spectrum& eta, Spectrum& k) {
+  for (int c = 0; c < kSpectrumLanes; ++c) {
+    const Float r = clamp(k.c[c], 0.0f, 0.9999f);
+    eta.c[c] = select(lanes, Float(1.0f), eta.c[c]);
+    k.c[c] = select(lanes, 2.0f * sqrt(r / (1.0f - r)), k.c[c]);
+  }
+}
+
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,14 @@
-#include "render/bsdf/hair.h"
+// A fibre of hair: a rough cylinder of dielectric with tilted scales, seen from afar [Chiang et al. 2016;
+// d'Eon et al. 2011; Marschner et al. 2003], with the parameters of pbrt-v4's "hair". Directions are those of
+// the shading frame with x along the fibre; light that goes through it comes out on the other side of the
+// same surface.
+//
+// spectra[0]     sigma_a: absorption per radius
+// scalars[0, 1]  beta_m, beta_n: longitudinal and azimuthal roughness in [0, 1]
+// scalars[2]     eta: index of the fibre over the index outside
+// extended[0]    alpha: tilt of the scales, radians
+// extended[1]    h: where across the fibre it is hit, -1 to 1 (from prepare())
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/fresnel.h"
 #include "render/core/constants.h"
@@ -7,7 +17,13 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr int kBetaM = 0, kBetaN = 1, kEta = 2, kTilt = 0, kOffset = 1;  // slots
+class HairBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
+};
 
 /// Ways of light: reflected; through; through after one internal reflection; all further ones together.
 constexpr int kLobes = 4, kLast = kLobes - 1;
@@ -78,8 +94,9 @@ struct Fibre {
   Float probability[kLobes];     // by the mean of A
 
   Fibre(const BsdfParams& params, Vec3 wo) : o(inclination_of(wo)), phi_o(atan2(wo.z, wo.y)) {
-    set_roughness(clamp(params.scalars[kBetaM], 0.01f, 1.0f), clamp(params.scalars[kBetaN], 0.01f, 1.0f));
-    set_tilt(params.extended[kTilt]);
+    set_roughness(clamp(params.scalars[slot::kBetaM], 0.01f, 1.0f),
+                  clamp(params.scalars[slot::kBetaN], 0.01f, 1.0f));
+    set_tilt(params.extended[slot::kTilt]);
     set_attenuation(params);
   }
 
@@ -121,7 +138,7 @@ struct Fibre {
   }
 
   void set_attenuation(const BsdfParams& params) {
-    const Float h = params.extended[kOffset], eta = params.scalars[kEta];
+    const Float h = params.extended[slot::kFibreOffset], eta = params.scalars[slot::kEta];
     gamma_o = asin(h);
     // Refraction in the plane across the fibre is that of a larger index [Marschner et al. 2003].
     const Float across = safe_sqrt(sqr(eta) - sqr(o.sine)) / max(o.cosine, 1e-6f);
@@ -132,7 +149,7 @@ struct Fibre {
     const Float f = fresnel_dielectric(o.cosine * safe_sqrt(1.0f - sqr(h)), eta).reflectance;
     Float total(0.0f);
     for (int c = 0; c < kSpectrumLanes; ++c) {
-      const Float t = exp(-max(params.spectra[0].c[c], 0.0f) * length);
+      const Float t = exp(-max(params.spectra[slot::kAbsorption].c[c], 0.0f) * length);
       attenuation[0].c[c] = f;
       attenuation[1].c[c] = sqr(1.0f - f) * t;
       attenuation[2].c[c] = attenuation[1].c[c] * t * f;
@@ -146,13 +163,14 @@ struct Fibre {
 
 }  // namespace
 
-BsdfEval HairBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval HairBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
   const Fibre fibre(params, wo);
   const BsdfEval result = fibre.eval(inclination_of(wi), atan2(wi.z, wi.y) - fibre.phi_o);
   return {select_or_zero(active, result.f_cos), select_or_zero(active, result.pdf)};
 }
 
-BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
+                            Mask active) const {
   const Fibre fibre(params, wo);
   // The lobe, and what is left of u_lobe.
   Float below(0.0f), share = fibre.probability[kLast], variance = fibre.variance[kLast], centre(0.0f);
@@ -193,16 +211,26 @@ BsdfSample HairBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec
           .transmission = Mask::none()};
 }
 
-void prepare_hair(Float v, Mask lanes, BsdfParams& params) {
-  params.extended[kOffset] = select(lanes, clamp(2.0f * v - 1.0f, -1.0f, 1.0f), params.extended[kOffset]);
+/// Fills in the offset across the fibre and, with kHairReflectance, the absorption that gives much hair the
+/// colour that stands in its place [Chiang et al. 2016].
+void HairBsdf::prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const {
+  const Float v = at.uv.y;
+  params.extended[slot::kFibreOffset] =
+      select(lanes, clamp(2.0f * v - 1.0f, -1.0f, 1.0f), params.extended[slot::kFibreOffset]);
   const Mask coloured = lanes & params.with(kHairReflectance);
   if (none(coloured)) return;
-  const Float b = params.scalars[kBetaN];
+  const Float b = params.scalars[slot::kBetaN];
   const Float scale = polynomial(b, 0.245f, 5.574f, -10.73f, 2.532f, -0.215f, 5.969f);
   for (int c = 0; c < kSpectrumLanes; ++c) {
-    const Float absorption = sqr(log(clamp(params.spectra[0].c[c], 1e-4f, 1.0f)) / scale);
-    params.spectra[0].c[c] = select(coloured, absorption, params.spectra[0].c[c]);
+    const Float absorption = sqr(log(clamp(params.spectra[slot::kAbsorption].c[c], 1e-4f, 1.0f)) / scale);
+    params.spectra[slot::kAbsorption].c[c] =
+        select(coloured, absorption, params.spectra[slot::kAbsorption].c[c]);
   }
+}
+
+const Bsdf& hair_bsdf() {
+  static const HairBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

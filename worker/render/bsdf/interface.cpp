@@ -1,10 +1,25 @@
-#include "render/bsdf/interface.h"
+// No surface at all: what bounds a medium. Light goes straight on. pbrt-v4's "interface", Mitsuba 3's "null".
+#include "render/bsdf/models.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-BsdfEval InterfaceBsdf::eval(const BsdfParams&, Vec3, Vec3, Mask) const { return {Spectrum(0.0f), 0.0f}; }
+namespace {
 
-BsdfSample InterfaceBsdf::sample(const BsdfParams&, Vec3 wo, Float, Vec2, Mask active) const {
+class InterfaceBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Passing passing(const BsdfParams& params, Float cosine) const override;
+};
+
+}  // namespace
+
+BsdfEval InterfaceBsdf::eval(const BsdfParams&, Vec3, Vec3, Transport, Mask) const {
+  return {Spectrum(0.0f), 0.0f};
+}
+
+BsdfSample InterfaceBsdf::sample(const BsdfParams&, Vec3 wo, Float, Vec2, Transport, Mask active) const {
   return {.wi = -wo,
           .weight = Spectrum(1.0f),
           .pdf = 1.0f,
@@ -12,6 +27,13 @@ BsdfSample InterfaceBsdf::sample(const BsdfParams&, Vec3 wo, Float, Vec2, Mask a
           .valid = active,
           .specular = Mask::all(),
           .transmission = Mask::all()};
+}
+
+Passing InterfaceBsdf::passing(const BsdfParams&, Float) const { return {Float(1.0f), Spectrum(1.0f)}; }
+
+const Bsdf& interface_bsdf() {
+  static const InterfaceBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -6,6 +6,7 @@
 
 namespace tessera::render {
 
+/// The models of bsdf/models.cpp, in its order; kinds from kCount on are those that add_bsdf() gives.
 enum class BsdfKind : std::int32_t {
   kInterface,  // nothing there: paths go straight on
   kDiffuse,
@@ -23,14 +24,17 @@ enum class BsdfKind : std::int32_t {
   kCount
 };
 
+/// The kind of a surface that is not there.
+inline constexpr BsdfKind kNoSurface = BsdfKind::kInterface;
+
 /// Bits of MaterialRecord::flags.
 enum MaterialFlags : std::int32_t {
-  kAllDelta = 1,               // no light can be sampled towards it
-  kHasTextures = 2,            // some slot is textured
-  kHasBump = 4,                // bump_texture or normal_texture is set
-  kAnisotropic = 8,            // needs a shading frame along dp/du
-  kRemapAlpha = 16,            // textured alphas are pbrt roughnesses: alpha = sqrt(value)
-  kConductorReflectance = 32,  // spectra[1] is a texture of the reflectance at normal incidence, not k
+  kAllDelta = 1,     // no light can be sampled towards it
+  kHasTextures = 2,  // some slot is textured
+  kHasBump = 4,      // bump_texture or normal_texture is set
+  kAnisotropic = 8,  // needs a shading frame along dp/du
+  kRemapAlpha = 16,  // textured alphas are pbrt roughnesses: alpha = sqrt(value)
+  kPrepared = 32,    // Bsdf::prepare() completes the slots once textures are looked up
   // What the model looks at besides spectra[0]; the rest is not even fetched.
   kUsesSecondSpectrum = 64,  // spectra[1]
   kUsesAlphas = 128,         // scalars[0] and [1]
@@ -42,7 +46,6 @@ enum MaterialFlags : std::int32_t {
   kTinted = 1 << 12,            // the tints among the slots are not all 1
   kNonlinear = 1 << 13,         // PlasticMaterial::nonlinear
   kHasInside = 1 << 14,         // kPrincipled: light gets through, so that below the surface is not as above
-  kEtaFromSpecular = 1 << 15,   // scalars[2] is a texture of PrincipledMaterial::specular, not the index
   kHairReflectance = 1 << 16,   // kHair: spectra[0] is the colour of much hair, not its absorption
   // The two sides.
   kOneSided = 1 << 17,  // black when seen from behind
@@ -50,8 +53,8 @@ enum MaterialFlags : std::int32_t {
   // What only the integrator looks at.
   kHasOpacity = 1 << 19,  // `opacity` may be below 1
   kPassesStraight =
-      1 << 20,       // kThinDielectric: going straight through is no scattering event in volumetric scenes
-  kMixed = 1 << 21,  // of an Interaction: it has a second part
+      1 << 20,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes
+  kMixed = 1 << 21,  // mix_a and mix_b; of an Interaction: it has a second part
   kBendsSoftly = 1 << 22,  // with kHasBump: Material::bends_softly
   // Another variant of the models.
   kBalanced = 1 << 23,  // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
@@ -72,7 +75,7 @@ struct ScalarSlot {
   std::int32_t texture = -1;
 };
 
-/// What each slot means is said by the model's file (bsdf/diffuse.h and so on).
+/// What the slots mean is in bsdf/slots.h and at the head of the model's file (bsdf/diffuse.cpp and so on).
 struct MaterialRecord {
   BsdfKind kind = BsdfKind::kDiffuse;
   std::int32_t flags = 0;
@@ -81,7 +84,7 @@ struct MaterialRecord {
   ScalarSlot opacity{1, -1};
   std::int32_t bump_texture = -1;
   std::int32_t normal_texture = -1;
-  std::int32_t mix_a = -1, mix_b = -1;  // materials; scalars[0] is the probability of b
+  std::int32_t mix_a = -1, mix_b = -1;  // materials, with kMixed; slot::kMixAmount: the probability of b
   // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic, with kBalanced), else -1.
   std::int32_t coat_table = -1;
   std::int32_t extended = 0;  // in MaterialTable::extended, with kUsesExtended

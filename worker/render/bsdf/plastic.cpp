@@ -1,4 +1,19 @@
-#include "render/bsdf/plastic.h"
+// A dielectric coat, smooth or rough, over a Lambertian base, as Mitsuba 3's "plastic" and "roughplastic"
+// model it [d'Eon & Irving 2011]:
+//
+//   f(wo, wi) = tint f_coat(wo, wi) + T(wo) T(wi) / (pi eta^2) rho / (1 - R)
+//
+// or, with kNonlinear, rho / (1 - rho R). T(w) is the part of light along w that the coat lets through and R
+// the part of diffuse light from the base that it sends back: Fresnel's for smooth coats, tables for rough
+// ones [plastic_table.h]. pbrt-v4's coat, whose energies are exact, is coated_diffuse.h. Seen from below it
+// is the same again.
+//
+// spectra[0]     rho: reflectance of the base
+// spectra[1]     tint: factor of the light that the coat reflects
+// scalars[0, 1]  alpha of the coat; smooth below kSmoothAlpha
+// scalars[2]     eta: index of the coat over the index outside
+// coat_table     from append_plastic_table()
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/coat_over_diffuse.h"
 #include "render/bsdf/plastic_table.h"
@@ -6,6 +21,15 @@
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
+
+class PlasticBsdf final : public Bsdf {
+ public:
+  PlasticBsdf() : Bsdf({.reflects_only = true}) {}
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+};
 
 /// Energies of the coat [coat_over_diffuse.h].
 class Coat {
@@ -15,8 +39,8 @@ class Coat {
   Float internal;  // R
 
   TESSERA_INLINE Coat(const BsdfParams& params, Mask active)
-      : eta(params.scalars[kCoatIndex]),
-        smooth(is_smooth(params, kCoatAlpha)),
+      : eta(params.scalars[slot::kEta]),
+        smooth(is_smooth(params, slot::kAlphaX)),
         internal(gather(params.coat_tables + kPlasticInternal, params.coat_table, active)),
         rough_(and_not(active, smooth)),
         any_rough_(any(rough_)),
@@ -44,7 +68,7 @@ class Coat {
   }
 
   static TESSERA_INLINE Spectrum tinted(const BsdfParams& params, Spectrum light) {
-    return light * params.spectra[1];
+    return light * params.spectra[slot::kCoatTint];
   }
 
  private:
@@ -57,12 +81,20 @@ class Coat {
 
 }  // namespace
 
-BsdfEval PlasticBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval PlasticBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
   return eval_coat_over_diffuse<Coat>(params, wo, wi, active);
 }
 
-BsdfSample PlasticBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
+BsdfSample PlasticBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
+                               Mask active) const {
   return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
+}
+
+Spectrum PlasticBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }
+
+const Bsdf& plastic_bsdf() {
+  static const PlasticBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

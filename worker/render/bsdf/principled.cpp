@@ -1,4 +1,11 @@
-#include "render/bsdf/principled.h"
+// Mitsuba 3's "principled", Disney's model [Burley 2012, 2015]: a metal, a glass (both GGX microfacets of one
+// roughness) and a diffuse base with sheen in proportions, under a clear coat. From inside there is only the
+// glass; where light cannot get through (no kHasInside) it is the same from below.
+//
+// spectra[0]   base colour
+// scalars      roughness, anisotropic, eta: index below the surface over the index above
+// extended     metallic, spec_trans, spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/principled_terms.h"
 
@@ -6,13 +13,22 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
+class PrincipledBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+  void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
+};
+
 /// Generalised Trowbridge-Reitz with exponent 1, of the clear coat [Burley 2012]. Its tail falls so slowly
 /// that the density over all normals is finite only thanks to the horizon.
 struct Clearcoat {
   Float alpha2;
 
   TESSERA_INLINE explicit Clearcoat(const BsdfParams& params)
-      : alpha2(sqr(lerp(params.extended[kPrincipledClearcoatGloss], Float(0.1f), Float(0.001f)))) {}
+      : alpha2(sqr(lerp(params.extended[slot::kClearcoatGloss], Float(0.1f), Float(0.001f)))) {}
 
   /// D of the direction of `h` with squared length `h2`.
   TESSERA_INLINE Float density(Vec3 h, Float h2) const {
@@ -43,12 +59,12 @@ struct Lobes {
 
   TESSERA_INLINE Lobes(const BsdfParams& params, Mask below)
       : inside(below & params.with(kHasInside)),
-        eta(select(inside, 1.0f / params.scalars[kPrincipledEta], params.scalars[kPrincipledEta])) {
-    const Float dielectric = 1.0f - params.extended[kPrincipledMetallic];
-    const Float spec_trans = params.extended[kPrincipledSpecTrans];
+        eta(select(inside, 1.0f / params.scalars[slot::kEta], params.scalars[slot::kEta])) {
+    const Float dielectric = 1.0f - params.extended[slot::kMetallic];
+    const Float spec_trans = params.extended[slot::kSpecTrans];
     glass = dielectric * spec_trans;
     base = select(inside, 0.0f, dielectric * (1.0f - spec_trans));
-    clearcoat = select(inside, 0.0f, 0.25f * params.extended[kPrincipledClearcoat]);
+    clearcoat = select(inside, 0.0f, 0.25f * params.extended[slot::kClearcoat]);
     scale = 1.0f / (1.0f + base + clearcoat);
   }
   /// Probability of refraction at a microfacet of this Fresnel reflectance; inside there is nothing else.
@@ -61,9 +77,9 @@ struct Lobes {
 
 /// Reflectance of the microfacets: metal and tinted dielectric by Schlick's approximation.
 Spectrum reflectance(const BsdfParams& params, const Lobes& lobes, Float cos_o, Float fresnel) {
-  const Float metallic = params.extended[kPrincipledMetallic], tint = params.extended[kPrincipledSpecTint];
+  const Float metallic = params.extended[slot::kMetallic], tint = params.extended[slot::kSpecTint];
   const Float weight = schlick_weight(cos_o, lobes.eta);
-  const Spectrum colour = params.spectra[0];
+  const Spectrum colour = params.spectra[slot::kReflectance];
   const Spectrum metal = lerp(weight, colour, Spectrum(1.0f));
   const Spectrum tinted = lerp(weight, tinted_normal_reflectance(colour, lobes.eta), Spectrum(1.0f));
   const Spectrum outside = metal * metallic + lerp(tint, Spectrum(fresnel), tinted) * (1.0f - metallic);
@@ -84,13 +100,14 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   const Float fresnel = fresnel_dielectric(cos_o, lobes.eta).reflectance;
 
   // The microfacets.
-  const Microfacets facets = principled_facets(params, params.scalars[kPrincipledRoughness]);
+  const Microfacets facets = principled_facets(params, params.scalars[slot::kRoughness]);
   const Float so = facets.masking_length(wo), si = facets.masking_length({wi.x, wi.y, zi});
   const Float d = facets.density(h);
   const Float refraction = 2.0f * abs(oh * ih) / sqr(h2);  // Jacobian, as in dielectric.cpp
   const Float masked = d * zi / facets.masking_pair(so, zo, si, zi), visible = d / (zo + so);
   Spectrum transmitted;
-  for (int c = 0; c < kSpectrumLanes; ++c) transmitted.c[c] = safe_sqrt(params.spectra[0].c[c]);
+  for (int c = 0; c < kSpectrumLanes; ++c)
+    transmitted.c[c] = safe_sqrt(params.spectra[slot::kReflectance].c[c]);
   const Spectrum mirror =
       select_or_zero(fresnel > 0.0f, reflectance(params, lobes, cos_o, fresnel) * (0.5f * masked));
   transmitted *= lobes.glass * (1.0f - fresnel) * refraction * masked;
@@ -106,9 +123,9 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
     const Float coat_reflectance = lerp(schlick_weight(cos_o, lobes.eta), Float(0.04f), Float(1.0f));
     const Float coat_f =
         lobes.clearcoat * coat_reflectance * coat_density * Clearcoat::masking(zo) * Clearcoat::masking(zi);
-    const Spectrum colour = params.spectra[0];
+    const Spectrum colour = params.spectra[slot::kReflectance];
     Spectrum f = colour * (lobes.base * kInvPi * principled_diffuse(params, zo, zi, cos_i));
-    f += principled_sheen(params, colour, cos_i) * (1.0f - params.extended[kPrincipledMetallic]);
+    f += principled_sheen(params, colour, cos_i) * (1.0f - params.extended[slot::kMetallic]);
     result.f_cos += select_or_zero(outer, (f + Spectrum(coat_f)) * zi);
     const Float coat_pdf = lobes.clearcoat * coat_density * h.z * inverse / (4.0f * max(cos_i, 1e-20f));
     result.pdf += select_or_zero(outer, lobes.scale * (coat_pdf + lobes.base * zi * kInvPi));
@@ -118,21 +135,25 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
 
 }  // namespace
 
-BsdfEval PrincipledBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval PrincipledBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport,
+                              Mask active) const {
   const Mask below = wo.z < 0.0f;
-  return eval_above(params, Lobes(params, below), mirror_if(below, wo), mirror_if(below, wi),
-                    active & (wo.z != 0.0f) & (wi.z != 0.0f));
+  const Lobes lobes(params, below);
+  BsdfEval result = eval_above(params, lobes, mirror_if(below, wo), mirror_if(below, wi),
+                               active & (wo.z != 0.0f) & (wi.z != 0.0f));
+  result.f_cos = transported(transport, ~same_hemisphere(wo, wi), lobes.eta, result.f_cos);
+  return result;
 }
 
 BsdfSample PrincipledBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
-                                  Mask active) const {
+                                  Transport transport, Mask active) const {
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);
   const Lobes lobes(params, below);
   active &= (wo.z > 0.0f) & ~(lobes.inside & (lobes.glass <= 0.0f));
 
   // Base, coat, refraction and reflection, in this order.
-  const Vec3 wm = principled_facets(params, params.scalars[kPrincipledRoughness]).sample_visible(wo, u);
+  const Vec3 wm = principled_facets(params, params.scalars[slot::kRoughness]).sample_visible(wo, u);
   const Float cos_m = dot(wo, wm);
   const DielectricFresnel fresnel = fresnel_dielectric(cos_m, lobes.eta);
   const Float to_base = lobes.base * lobes.scale, to_coat = to_base + lobes.clearcoat * lobes.scale;
@@ -151,12 +172,24 @@ BsdfSample PrincipledBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   const BsdfEval eval = eval_above(params, lobes, wo, wi, active & sided);
   const Mask valid = active & sided & (eval.pdf > 0.0f);
   return {.wi = mirror_if(below, wi),
-          .weight = eval.f_cos * (1.0f / select(valid, eval.pdf, 1.0f)),
+          .weight = transported(transport, refracted, lobes.eta,
+                                eval.f_cos * (1.0f / select(valid, eval.pdf, 1.0f))),
           .pdf = eval.pdf,
           .eta = select(refracted, lobes.eta, 1.0f),
           .valid = valid,
           .specular = Mask::none(),
           .transmission = refracted};
+}
+
+Spectrum PrincipledBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }
+
+void PrincipledBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params) const {
+  principled_index_of_specular(lanes, params);
+}
+
+const Bsdf& principled_bsdf() {
+  static const PrincipledBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,4 @@
-// What the two principled models have in common: their slots and the terms of Disney's model [Burley 2012,
+// What the two principled models have in common: the terms of Disney's model [Burley 2012,
 // 2015] as Mitsuba 3 renders it.
 #pragma once
 
@@ -7,12 +7,6 @@
 #include "render/bsdf/microfacet.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-// Slots: spectra[0] is the base colour, scalars[0..2] roughness, anisotropic and index, and then, extended:
-inline constexpr int kPrincipledRoughness = 0, kPrincipledAnisotropic = 1, kPrincipledEta = 2;
-inline constexpr int kPrincipledMetallic = 0, kPrincipledSpecTrans = 1, kPrincipledSpecTint = 2,
-                     kPrincipledSheen = 3, kPrincipledSheenTint = 4, kPrincipledFlatness = 5,
-                     kPrincipledClearcoat = 6, kPrincipledClearcoatGloss = 7, kPrincipledDiffTrans = 8;
 
 /// (1 - c)^5, of Schlick's approximation.
 TESSERA_INLINE Float schlick_power(Float cosine) {
@@ -40,10 +34,19 @@ TESSERA_INLINE Spectrum tinted_normal_reflectance(Spectrum colour, Float eta) {
   return hue(colour) * sqr((eta - 1.0f) / (eta + 1.0f));
 }
 
+/// In `lanes`, where Disney's "specular" was looked up in place of the index: the index with which a
+/// dielectric has 0.08 times that as its reflectance along the normal.
+TESSERA_INLINE void principled_index_of_specular(Mask lanes, BsdfParams& params) {
+  constexpr float kLeast = 1e-3f;  // without a change of index nothing is refracted
+  const Float specular = clamp(params.scalars[slot::kEta], kLeast, 1.0f);
+  params.scalars[slot::kEta] =
+      select(lanes, 2.0f / (1.0f - sqrt(0.08f * specular)) - 1.0f, params.scalars[slot::kEta]);
+}
+
 /// GGX with Disney's roughness, always with separable masking.
 TESSERA_INLINE Microfacets principled_facets(const BsdfParams& params, Float roughness) {
   constexpr float kSmallestAlpha = 1e-3f;
-  const Float aspect = safe_sqrt(1.0f - 0.9f * params.scalars[kPrincipledAnisotropic]);
+  const Float aspect = safe_sqrt(1.0f - 0.9f * params.scalars[slot::kAnisotropic]);
   const Float alpha2 = sqr(roughness);
   return microfacets_of(params, max(alpha2 / max(aspect, 1e-3f), kSmallestAlpha),
                         max(alpha2 * aspect, kSmallestAlpha));
@@ -53,10 +56,10 @@ TESSERA_INLINE Microfacets principled_facets(const BsdfParams& params, Float rou
 /// between wi and the half vector.
 TESSERA_INLINE Float principled_diffuse(const BsdfParams& params, Float zo, Float zi, Float cos_d) {
   const Float fo = schlick_power(zo), fi = schlick_power(zi);
-  const Float retro = 2.0f * params.scalars[kPrincipledRoughness] * sqr(cos_d);
+  const Float retro = 2.0f * params.scalars[slot::kRoughness] * sqr(cos_d);
   const Float surface =
       (1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + retro * (fo + fi + fo * fi * (retro - 1.0f));
-  const Float flatness = params.extended[kPrincipledFlatness];
+  const Float flatness = params.extended[slot::kFlatness];
   const Float flat90 = 0.5f * retro;
   const Float flat = lerp(fo, Float(1.0f), flat90) * lerp(fi, Float(1.0f), flat90);
   const Float subsurface = 1.25f * (flat * (1.0f / (zo + zi) - 0.5f) + 0.5f);
@@ -65,8 +68,8 @@ TESSERA_INLINE Float principled_diffuse(const BsdfParams& params, Float zo, Floa
 
 /// The sheen's f, without the lobe's share.
 TESSERA_INLINE Spectrum principled_sheen(const BsdfParams& params, Spectrum colour, Float cos_d) {
-  const Spectrum tint = lerp(params.extended[kPrincipledSheenTint], Spectrum(1.0f), hue(colour));
-  return tint * (params.extended[kPrincipledSheen] * schlick_power(abs(cos_d)));
+  const Spectrum tint = lerp(params.extended[slot::kSheenTint], Spectrum(1.0f), hue(colour));
+  return tint * (params.extended[slot::kSheen] * schlick_power(abs(cos_d)));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,10 +1,25 @@
-#include "render/bsdf/principled_thin.h"
+// Mitsuba 3's "principledthin", Disney's model for sheets without thickness [Burley 2015]: glass that
+// reflects and lets through without bending, and a diffuse base that does both. Both sides are the same.
+//
+// spectra[0]   base colour
+// scalars      roughness, anisotropic, eta: index of the sheet over the index around it
+// extended     spec_trans, spec_tint, sheen, sheen_tint, flatness, diff_trans (0 to 2)
+#include "render/bsdf/models.h"
 
 #include "render/bsdf/principled_terms.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
+
+class PrincipledThinBsdf final : public Bsdf {
+ public:
+  BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
+  BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                    Mask active) const override;
+  Spectrum albedo(const BsdfParams& params) const override;
+  void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
+};
 
 /// Shares of the lobes, which are also the probabilities of sampling them.
 struct Lobes {
@@ -13,12 +28,12 @@ struct Lobes {
   Float rough_reflection, rough_transmission;
 
   TESSERA_INLINE explicit Lobes(const BsdfParams& params)
-      : glass(params.extended[kPrincipledSpecTrans]),
-        reflected((1.0f - glass) * (1.0f - 0.5f * params.extended[kPrincipledDiffTrans])),
-        transmitted((1.0f - glass) * 0.5f * params.extended[kPrincipledDiffTrans]),
-        rough_reflection(params.scalars[kPrincipledRoughness]),
+      : glass(params.extended[slot::kSpecTrans]),
+        reflected((1.0f - glass) * (1.0f - 0.5f * params.extended[slot::kDiffTrans])),
+        transmitted((1.0f - glass) * 0.5f * params.extended[slot::kDiffTrans]),
+        rough_reflection(params.scalars[slot::kRoughness]),
         // Two refractions spread light less than one reflection does [Burley 2015, fig. 15].
-        rough_transmission((0.65f * params.scalars[kPrincipledEta] - 0.35f) * rough_reflection) {}
+        rough_transmission((0.65f * params.scalars[slot::kEta] - 0.35f) * rough_reflection) {}
 
   TESSERA_INLINE Microfacets facets(const BsdfParams& params, Mask transmission) const {
     return principled_facets(params, select(transmission, rough_transmission, rough_reflection));
@@ -29,8 +44,8 @@ struct Lobes {
 BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 wi, Mask active) {
   const Mask reflection = wi.z > 0.0f;
   const Float zo = wo.z, zi = abs_cos_theta(wi);
-  const Spectrum colour = params.spectra[0];
-  const Float eta = params.scalars[kPrincipledEta];
+  const Spectrum colour = params.spectra[slot::kReflectance];
+  const Float eta = params.scalars[slot::kEta];
 
   // Glass transmits as if it reflected to the other side; microfacets must still be seen from below.
   const Vec3 mirrored{wi.x, wi.y, zi};
@@ -44,7 +59,7 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   const Float fresnel = fresnel_dielectric(cos_o, eta).reflectance;
   const Spectrum tinted =
       lerp(schlick_weight(cos_o, eta), tinted_normal_reflectance(colour, eta), Spectrum(1.0f));
-  const Spectrum mirror = lerp(params.extended[kPrincipledSpecTint], Spectrum(fresnel), tinted);
+  const Spectrum mirror = lerp(params.extended[slot::kSpecTint], Spectrum(fresnel), tinted);
   Spectrum f_cos = select(reflection, mirror, colour * (1.0f - fresnel)) *
                    (lobes.glass * half_density * zi / facets.masking_pair(so, zo, si, zi));
   Float pdf = 0.5f * lobes.glass * half_density / (zo + so);
@@ -59,13 +74,13 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
 
 }  // namespace
 
-BsdfEval PrincipledThinBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+BsdfEval PrincipledThinBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
   const Mask below = wo.z < 0.0f;
   return eval_above(params, Lobes(params), mirror_if(below, wo), mirror_if(below, wi),
                     active & (wo.z != 0.0f) & (wi.z != 0.0f));
 }
 
-BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
+BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                       Mask active) const {
   const Mask below = wo.z < 0.0f;
   wo = mirror_if(below, wo);
@@ -94,6 +109,19 @@ BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u
           .valid = valid,
           .specular = Mask::none(),
           .transmission = transmission};
+}
+
+Spectrum PrincipledThinBsdf::albedo(const BsdfParams& params) const {
+  return params.spectra[slot::kReflectance];
+}
+
+void PrincipledThinBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params) const {
+  principled_index_of_specular(lanes, params);
+}
+
+const Bsdf& principled_thin_bsdf() {
+  static const PrincipledThinBsdf model;
+  return model;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,10 +1,11 @@
-// The kinds of materials, one function each. What the slots mean is said by the models' files in bsdf/.
+// The kinds of materials, one function each. What the slots mean is in bsdf/slots.h.
 #include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/coat_table.h"
 #include "render/bsdf/plastic_table.h"
+#include "render/bsdf/slots.h"
 #include "render/build/scene_builder.h"
 #include "render/core/constants.h"
 
@@ -12,7 +13,6 @@ namespace tessera::render {
 
 namespace {
 
-constexpr int kAlphaU = 0, kAlphaV = 1, kEta = 2;
 constexpr float kSmoothAlpha = 1e-3f;  // as in bsdf/microfacet.h
 
 void put(const Rgb& rgb, SpectrumSlot& slot) {
@@ -34,7 +34,7 @@ float k_for_reflectance(float r) {
 }
 
 bool is_smooth(const MaterialRecord& record) {
-  const ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  const ScalarSlot &u = record.scalars[slot::kAlphaX], &v = record.scalars[slot::kAlphaY];
   return u.texture < 0 && v.texture < 0 && std::fmax(u.value, v.value) < kSmoothAlpha;
 }
 
@@ -49,14 +49,16 @@ absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& cond
                                                MaterialRecord& record) {
   record.flags |= kUsesSecondSpectrum;
   if (conductor.has_reflectance()) {
-    if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[1]); !s.ok()) return s;
-    if (record.spectra[1].texture >= 0) {
-      // The texture is the reflectance; interact() turns it into eta and k.
-      record.flags |= kConductorReflectance;
+    if (auto s = set_spectrum(conductor.reflectance(), {}, record, record.spectra[slot::kConductorK]);
+        !s.ok())
+      return s;
+    if (record.spectra[slot::kConductorK].texture >= 0) {
+      // The texture is the reflectance, which the model turns into eta and k.
+      record.flags |= kPrepared;
       return absl::OkStatus();
     }
-    put({1, 1, 1}, record.spectra[0]);
-    for (float& k : record.spectra[1].value) k = k_for_reflectance(k);
+    put({1, 1, 1}, record.spectra[slot::kConductorEta]);
+    for (float& k : record.spectra[slot::kConductorK].value) k = k_for_reflectance(k);
     return absl::OkStatus();
   }
   const v1::Spectrum &eta = conductor.eta().constant(), &k = conductor.k().constant();
@@ -65,25 +67,28 @@ absl::Status SceneBuilder::set_conductor_index(const v1::ConductorMaterial& cond
       if (auto status = check_spectrum(*s, "index of refraction"); !status.ok()) return status;
     }
     const ConductorRgb rgb = conductor_rgb(curve(eta), curve(k));
-    put(rgb.eta, record.spectra[0]);
-    put(rgb.k, record.spectra[1]);
+    put(rgb.eta, record.spectra[slot::kConductorEta]);
+    put(rgb.k, record.spectra[slot::kConductorK]);
     return absl::OkStatus();
   }
-  if (auto s = set_spectrum(conductor.eta(), {1, 1, 1}, record, record.spectra[0]); !s.ok()) return s;
-  return set_spectrum(conductor.k(), {1, 1, 1}, record, record.spectra[1]);
+  if (auto s = set_spectrum(conductor.eta(), {1, 1, 1}, record, record.spectra[slot::kConductorEta]); !s.ok())
+    return s;
+  return set_spectrum(conductor.k(), {1, 1, 1}, record, record.spectra[slot::kConductorK]);
 }
 
 absl::Status SceneBuilder::set_conductor(const v1::ConductorMaterial& conductor, MaterialRecord& record) {
   record.kind = BsdfKind::kConductor;
   record.flags |= kUsesAlphas;
-  if (auto s = set_roughness(conductor.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+  if (auto s = set_roughness(conductor.roughness(), record, record.scalars[slot::kAlphaX],
+                             record.scalars[slot::kAlphaY]);
       !s.ok()) {
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
   set_multiple_scattering(conductor.roughness(), 0, record);
   if (conductor.has_tint()) {
-    if (auto s = set_tint(conductor.tint(), record, extend(record).spectra[0]); !s.ok()) return s;
+    if (auto s = set_tint(conductor.tint(), record, extend(record).spectra[slot::kConductorTint]); !s.ok())
+      return s;
   }
   return set_conductor_index(conductor, record);
 }
@@ -92,16 +97,19 @@ absl::Status SceneBuilder::set_dielectric(const v1::DielectricMaterial& dielectr
   record.kind = BsdfKind::kDielectric;
   record.flags |= kUsesAlphas | kUsesEta;
   if (auto s = set_eta(dielectric.eta(), 1.5f, record); !s.ok()) return s;
-  if (auto s = set_tint(dielectric.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
-  if (auto s = set_tint(dielectric.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
+  if (auto s = set_tint(dielectric.reflection_tint(), record, record.spectra[slot::kReflectionTint]); !s.ok())
+    return s;
+  if (auto s = set_tint(dielectric.transmission_tint(), record, record.spectra[slot::kTransmissionTint]);
+      !s.ok())
+    return s;
   if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
-  if (auto s =
-          set_roughness(dielectric.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+  if (auto s = set_roughness(dielectric.roughness(), record, record.scalars[slot::kAlphaX],
+                             record.scalars[slot::kAlphaY]);
       !s.ok()) {
     return s;
   }
   if (is_smooth(record)) record.flags |= kAllDelta;
-  set_multiple_scattering(dielectric.roughness(), record.scalars[kEta].value, record);
+  set_multiple_scattering(dielectric.roughness(), record.scalars[slot::kEta].value, record);
   return absl::OkStatus();
 }
 
@@ -111,8 +119,10 @@ absl::Status SceneBuilder::set_thin_dielectric(const v1::ThinDielectricMaterial&
   record.flags |= kAllDelta | kUsesEta;
   if (sheet.passes_straight()) record.flags |= kPassesStraight;
   if (auto s = set_eta(sheet.eta(), 1.5f, record); !s.ok()) return s;
-  if (auto s = set_tint(sheet.reflection_tint(), record, record.spectra[0]); !s.ok()) return s;
-  if (auto s = set_tint(sheet.transmission_tint(), record, record.spectra[1]); !s.ok()) return s;
+  if (auto s = set_tint(sheet.reflection_tint(), record, record.spectra[slot::kReflectionTint]); !s.ok())
+    return s;
+  if (auto s = set_tint(sheet.transmission_tint(), record, record.spectra[slot::kTransmissionTint]); !s.ok())
+    return s;
   if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
   return absl::OkStatus();
 }
@@ -122,16 +132,19 @@ absl::Status SceneBuilder::set_coat(const v1::CoatedDiffuseMaterial& coat, const
   record.kind = BsdfKind::kCoatedDiffuse;
   record.flags |= kUsesAlphas | kUsesEta;
   if (auto s = set_eta(coat.eta(), 1.5f, record); !s.ok()) return s;
-  if (auto s = set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+  if (auto s =
+          set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[slot::kReflectance]);
+      !s.ok())
     return s;
-  if (auto s = set_roughness(coat.roughness(), record, record.scalars[kAlphaU], record.scalars[kAlphaV]);
+  if (auto s = set_roughness(coat.roughness(), record, record.scalars[slot::kAlphaX],
+                             record.scalars[slot::kAlphaY]);
       !s.ok()) {
     return s;
   }
   const float thickness = coat.has_thickness() ? coat.thickness() : 0;
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
-  record.coat_table = append_coat_table(record.scalars[kEta].value, thickness, arrays_.materials);
+  record.coat_table = append_coat_table(record.scalars[slot::kEta].value, thickness, arrays_.materials);
   const Rgb albedo = reflectance(coat.albedo().constant());
   if (coat.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
     warnings_.push_back(absl::StrCat("material '", name, "': the medium inside its coat is left out"));
@@ -145,10 +158,12 @@ absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, Mater
   record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta;
   if (plastic.nonlinear()) record.flags |= kNonlinear;
   if (auto s = set_eta(plastic.eta(), kUsualEta, record); !s.ok()) return s;
-  if (auto s = set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+  if (auto s =
+          set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[slot::kReflectance]);
+      !s.ok())
     return s;
-  if (auto s = set_tint(plastic.tint(), record, record.spectra[1]); !s.ok()) return s;
-  ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  if (auto s = set_tint(plastic.tint(), record, record.spectra[slot::kCoatTint]); !s.ok()) return s;
+  ScalarSlot &u = record.scalars[slot::kAlphaX], &v = record.scalars[slot::kAlphaY];
   if (auto s = set_roughness(plastic.roughness(), record, u, v); !s.ok()) return s;
   if (u.texture >= 0 || v.texture >= 0 || u.value != v.value) {
     return absl::InvalidArgumentError(
@@ -158,8 +173,9 @@ absl::Status SceneBuilder::set_plastic(const v1::PlasticMaterial& plastic, Mater
   const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0,
                               (record.flags & kSeparableMasking) != 0};
   const auto [table, added] = plastic_tables_.try_emplace(
-      {record.scalars[kEta].value, u.value, record.flags & (kBeckmann | kSeparableMasking)}, 0);
-  if (added) table->second = append_plastic_table(record.scalars[kEta].value, facets, arrays_.materials);
+      {record.scalars[slot::kEta].value, u.value, record.flags & (kBeckmann | kSeparableMasking)}, 0);
+  if (added)
+    table->second = append_plastic_table(record.scalars[slot::kEta].value, facets, arrays_.materials);
   record.coat_table = table->second;
   return absl::OkStatus();
 }
@@ -168,14 +184,19 @@ absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMateria
                                                 const std::string& name, MaterialRecord& record) {
   record.kind = BsdfKind::kCoatedConductor;
   record.flags |= kUsesAlphas | kUsesEta;
-  ScalarSlot &u = record.scalars[kAlphaU], &v = record.scalars[kAlphaV];
+  ScalarSlot &u = record.scalars[slot::kAlphaX], &v = record.scalars[slot::kAlphaY];
   if (auto s = set_eta(coated.eta(), 1.5f, record); !s.ok()) return s;
   if (auto s = set_roughness(coated.roughness(), record, u, v); !s.ok()) return s;
   ExtendedRecord& extended = extend(record);
   const v1::Roughness& base = coated.conductor().roughness();
-  if (auto s = set_roughness(base, record, extended.scalars[0], extended.scalars[1]); !s.ok()) return s;
-  const bool smooth_base = extended.scalars[0].texture < 0 && extended.scalars[1].texture < 0 &&
-                           std::fmax(extended.scalars[0].value, extended.scalars[1].value) < kSmoothAlpha;
+  if (auto s = set_roughness(base, record, extended.scalars[slot::kBaseAlphaX],
+                             extended.scalars[slot::kBaseAlphaY]);
+      !s.ok())
+    return s;
+  const bool smooth_base = extended.scalars[slot::kBaseAlphaX].texture < 0 &&
+                           extended.scalars[slot::kBaseAlphaY].texture < 0 &&
+                           std::fmax(extended.scalars[slot::kBaseAlphaX].value,
+                                     extended.scalars[slot::kBaseAlphaY].value) < kSmoothAlpha;
   if (is_smooth(record) && smooth_base) record.flags |= kAllDelta;
   if (record.flags & (kBeckmann | kSeparableMasking)) {
     record.flags &= ~(kBeckmann | kSeparableMasking);
@@ -185,7 +206,7 @@ absl::Status SceneBuilder::set_coated_conductor(const v1::CoatedConductorMateria
   const float thickness = coated.has_thickness() ? coated.thickness() : 0;
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
-  extended.scalars[2].value = thickness;
+  extended.scalars[slot::kThickness].value = thickness;
   const Rgb albedo = reflectance(coated.albedo().constant());
   if (coated.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
     warnings_.push_back(absl::StrCat("material '", name, "': the medium inside its coat only absorbs"));
@@ -200,21 +221,23 @@ absl::Status SceneBuilder::set_hair(const v1::HairMaterial& hair, MaterialRecord
   // Brown hair, for want of anything else: 1.3 times the absorption of eumelanin [d'Eon et al. 2011].
   constexpr Rgb kBrown{0.5447f, 0.9061f, 1.781f};
   record.kind = BsdfKind::kHair;
-  record.flags |= kUsesAlphas | kUsesEta | kAnisotropic;
+  record.flags |= kUsesAlphas | kUsesEta | kAnisotropic | kPrepared;
   if (!hair.has_sigma_a() && hair.has_reflectance()) {
     record.flags |= kHairReflectance;
-    if (auto s = set_spectrum(hair.reflectance(), {}, record, record.spectra[0]); !s.ok()) return s;
-  } else if (auto s = set_spectrum(hair.sigma_a(), kBrown, record, record.spectra[0]); !s.ok()) {
+    if (auto s = set_spectrum(hair.reflectance(), {}, record, record.spectra[slot::kAbsorption]); !s.ok())
+      return s;
+  } else if (auto s = set_spectrum(hair.sigma_a(), kBrown, record, record.spectra[slot::kAbsorption]);
+             !s.ok()) {
     return s;
   }
-  if (auto s = set_scalar(hair.beta_m(), 0.3f, record, record.scalars[0]); !s.ok()) return s;
-  if (auto s = set_scalar(hair.beta_n(), 0.3f, record, record.scalars[1]); !s.ok()) return s;
+  if (auto s = set_scalar(hair.beta_m(), 0.3f, record, record.scalars[slot::kBetaM]); !s.ok()) return s;
+  if (auto s = set_scalar(hair.beta_n(), 0.3f, record, record.scalars[slot::kBetaN]); !s.ok()) return s;
   const float eta = hair.has_eta() ? hair.eta() : 1.55f;
   if (auto s = check_eta(eta); !s.ok()) return s;
-  record.scalars[kEta].value = eta;
+  record.scalars[slot::kEta].value = eta;
   const float degrees = hair.has_alpha_degrees() ? hair.alpha_degrees() : 2;
   if (!std::isfinite(degrees)) return absl::InvalidArgumentError("the tilt of its scales is not finite");
-  extend(record).scalars[0].value = degrees * kPi / 180;
+  extend(record).scalars[slot::kTilt].value = degrees * kPi / 180;
   return absl::OkStatus();
 }
 
@@ -225,37 +248,39 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
   const struct {
     const v1::FloatValue& value;
     float otherwise;
-    ScalarSlot& slot;
-  } scalars[] = {{principled.roughness(), 0.5f, record.scalars[0]},
-                 {principled.anisotropic(), 0, record.scalars[1]},
-                 {principled.specular(), 0.5f, record.scalars[kEta]},
-                 {principled.metallic(), 0, extended.scalars[0]},
-                 {principled.spec_trans(), 0, extended.scalars[1]},
-                 {principled.spec_tint(), 0, extended.scalars[2]},
-                 {principled.sheen(), 0, extended.scalars[3]},
-                 {principled.sheen_tint(), 0, extended.scalars[4]},
-                 {principled.flatness(), 0, extended.scalars[5]},
-                 {principled.clearcoat(), 0, extended.scalars[6]},
-                 {principled.clearcoat_gloss(), 0, extended.scalars[7]},
-                 {principled.diff_trans(), 0, extended.scalars[8]}};
-  for (const auto& [value, otherwise, slot] : scalars) {
-    if (auto s = set_scalar(value, otherwise, record, slot); !s.ok()) return s;
+    ScalarSlot& target;
+  } scalars[] = {{principled.roughness(), 0.5f, record.scalars[slot::kRoughness]},
+                 {principled.anisotropic(), 0, record.scalars[slot::kAnisotropic]},
+                 {principled.specular(), 0.5f, record.scalars[slot::kEta]},
+                 {principled.metallic(), 0, extended.scalars[slot::kMetallic]},
+                 {principled.spec_trans(), 0, extended.scalars[slot::kSpecTrans]},
+                 {principled.spec_tint(), 0, extended.scalars[slot::kSpecTint]},
+                 {principled.sheen(), 0, extended.scalars[slot::kSheen]},
+                 {principled.sheen_tint(), 0, extended.scalars[slot::kSheenTint]},
+                 {principled.flatness(), 0, extended.scalars[slot::kFlatness]},
+                 {principled.clearcoat(), 0, extended.scalars[slot::kClearcoat]},
+                 {principled.clearcoat_gloss(), 0, extended.scalars[slot::kClearcoatGloss]},
+                 {principled.diff_trans(), 0, extended.scalars[slot::kDiffTrans]}};
+  for (const auto& [value, otherwise, target] : scalars) {
+    if (auto s = set_scalar(value, otherwise, record, target); !s.ok()) return s;
     // As the textured ones; the index is not one of these yet.
-    const float highest = &slot == &extended.scalars[8] ? 2.0f : 1.0f;
-    if (&slot != &record.scalars[kEta]) slot.value = std::clamp(slot.value, 0.0f, highest);
+    const float highest = &target == &extended.scalars[slot::kDiffTrans] ? 2.0f : 1.0f;
+    if (&target != &record.scalars[slot::kEta]) target.value = std::clamp(target.value, 0.0f, highest);
   }
-  if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]); !s.ok())
+  if (auto s = set_spectrum(principled.base_color(), {0.5f, 0.5f, 0.5f}, record,
+                            record.spectra[slot::kReflectance]);
+      !s.ok())
     return s;
-  if (!is_zero(record.scalars[1])) record.flags |= kAnisotropic;
-  const bool transmits = !principled.thin() && !is_zero(extended.scalars[1]);
+  if (!is_zero(record.scalars[slot::kAnisotropic])) record.flags |= kAnisotropic;
+  const bool transmits = !principled.thin() && !is_zero(extended.scalars[slot::kSpecTrans]);
   if (transmits) record.flags |= kHasInside;
 
   // Nothing is refracted where the index does not change: a little, then.
-  ScalarSlot& eta = record.scalars[kEta];
+  ScalarSlot& eta = record.scalars[slot::kEta];
   if (principled.has_eta()) {
     eta = {transmits && principled.eta() == 1 ? 1.001f : principled.eta(), -1};
   } else if (eta.texture >= 0) {
-    record.flags |= kEtaFromSpecular;
+    record.flags |= kPrepared;
   } else {
     if (eta.value < 0 || eta.value > 1)
       return absl::InvalidArgumentError("its specular is not between 0 and 1");
@@ -268,10 +293,12 @@ absl::Status SceneBuilder::set_diffuse_transmission(const v1::DiffuseTransmissio
                                                     MaterialRecord& record) {
   record.kind = BsdfKind::kDiffuseTransmission;
   record.flags |= kUsesSecondSpectrum;
-  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[0]);
+  if (auto s = set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f}, record,
+                            record.spectra[slot::kReflectance]);
       !s.ok())
     return s;
-  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record, record.spectra[1]);
+  if (auto s = set_spectrum(material.transmittance(), {0.25f, 0.25f, 0.25f}, record,
+                            record.spectra[slot::kTransmittance]);
       !s.ok())
     return s;
   const float scale = material.has_scale() ? material.scale() : 1;

@@ -2,13 +2,12 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "render/bsdf/slots.h"
 #include "render/build/scene_builder.h"
 
 namespace tessera::render {
 
 namespace {
-
-constexpr int kEtaSlot = 2;
 
 void put_color(const Rgb& rgb, SpectrumSlot& slot) {
   slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b;
@@ -89,7 +88,7 @@ absl::Status SceneBuilder::set_eta(const v1::Spectrum& spectrum, float otherwise
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }
-  record.scalars[kEtaSlot].value = eta;
+  record.scalars[slot::kEta].value = eta;
   return check_eta(eta);
 }
 
@@ -104,7 +103,7 @@ void SceneBuilder::set_multiple_scattering(const v1::Roughness& roughness, float
                                            MaterialRecord& record) {
   if (roughness.has_multiple_scattering() && !roughness.multiple_scattering()) return;
   if (record.flags & kAllDelta) return;
-  const ScalarSlot &u = record.scalars[0], &v = record.scalars[1];
+  const ScalarSlot &u = record.scalars[slot::kAlphaX], &v = record.scalars[slot::kAlphaY];
   // There is a table for two roughnesses, or for all that are the same along u and v.
   if (u.texture != v.texture) return;
   BalancedFacets facets{.textured = u.texture >= 0,

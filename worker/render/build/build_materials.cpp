@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "render/bsdf/slots.h"
 #include "render/build/scene_builder.h"
 #include "wire/limits.h"
 
@@ -54,12 +55,12 @@ absl::Status SceneBuilder::build_materials() {
       return located(s, absl::StrCat("material '", material.name(), "'"));
     }
   }
-  std::ranges::fill(records.emplace_back().spectra[0].value, 0.5f);
+  std::ranges::fill(records.emplace_back().spectra[slot::kReflectance].value, 0.5f);
 
   for (const MaterialRecord& record : records) {
     tables_.any_textures = tables_.any_textures || (record.flags & kHasTextures);
     tables_.any_tangents = tables_.any_tangents || (record.flags & (kHasBump | kAnisotropic));
-    tables_.any_mix = tables_.any_mix || record.kind == BsdfKind::kMix || (record.flags & kHasBack);
+    tables_.any_mix = tables_.any_mix || (record.flags & (kMixed | kHasBack));
   }
   return check_mixes();
 }
@@ -72,7 +73,7 @@ absl::Status SceneBuilder::check_mixes() const {
   std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
   const std::function<absl::Status(int, int)> look = [&](int i, int above) {
     if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
-    if (records[i].kind != BsdfKind::kMix) nesting[i] = 0;
+    if (!(records[i].flags & kMixed)) nesting[i] = 0;
     if (nesting[i] == kUnknown && above < wire::kMaxNesting) {
       nesting[i] = kOnThePath;
       for (const int part : {records[i].mix_a, records[i].mix_b}) {
@@ -92,17 +93,19 @@ absl::Status SceneBuilder::check_mixes() const {
 
 absl::Status SceneBuilder::set_mix(const v1::MixMaterial& mix, MaterialRecord& record) {
   record.kind = BsdfKind::kMix;
+  record.flags |= kMixed;
   const auto a = material_index(mix.a()), b = material_index(mix.b());
   if (!a.ok()) return a.status();
   if (!b.ok()) return b.status();
   record.mix_a = *a, record.mix_b = *b;
-  return set_scalar(mix.amount(), 0.5f, record, record.scalars[0]);
+  return set_scalar(mix.amount(), 0.5f, record, record.scalars[slot::kMixAmount]);
 }
 
 absl::Status SceneBuilder::set_kind(const v1::Material& material, MaterialRecord& record) {
   switch (material.kind_case()) {
     case v1::Material::kDiffuse:
-      return set_spectrum(material.diffuse().reflectance(), {0.5f, 0.5f, 0.5f}, record, record.spectra[0]);
+      return set_spectrum(material.diffuse().reflectance(), {0.5f, 0.5f, 0.5f}, record,
+                          record.spectra[slot::kReflectance]);
     case v1::Material::kConductor:
       return set_conductor(material.conductor(), record);
     case v1::Material::kDielectric:
@@ -125,7 +128,7 @@ absl::Status SceneBuilder::set_kind(const v1::Material& material, MaterialRecord
       return set_mix(material.mix(), record);
     case v1::Material::kInterface:
       record.kind = BsdfKind::kInterface;
-      record.flags |= kAllDelta;
+      record.flags |= kAllDelta | kPassesStraight;
       return absl::OkStatus();
     case v1::Material::KIND_NOT_SET:
       break;

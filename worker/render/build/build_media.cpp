@@ -178,6 +178,8 @@ void SceneBuilder::decide_volumetric() {
   for (const MaterialRecord& material : arrays_.materials.materials) {
     tables_.any_opacity = tables_.any_opacity || (material.flags & kHasOpacity);
     if (!algorithm_->media) continue;
+    // What is no surface matters in media only.
+    if (material.kind == kNoSurface) continue;
     tables_.volumetric = tables_.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
   }
   tables_.volumetric = tables_.volumetric || !arrays_.media.media.empty();

@@ -2,9 +2,9 @@
 
 #include <optional>
 
+#include "render/bsdf/material_slots.h"
 #include "render/color/texture.h"
 #include "render/core/constants.h"
-#include "render/integrator/material_slots.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -19,10 +19,19 @@ Int kind_of(const SceneTables& scene, Int record, Mask active) {
 Int flags_of(const SceneTables& scene, Int record, Mask active) {
   return gather(&scene.materials.materials.data()->flags, record * kStride, active);
 }
-Mask is_mix(Int kind) { return kind == static_cast<std::int32_t>(BsdfKind::kMix); }
+/// Lanes whose model has the trait.
+Mask lanes_with(bool BsdfTraits::*trait, Int kind, Mask active) {
+  Mask result = Mask::none();
+  for_each_distinct(kind, active, [&](std::int32_t k, Mask lanes) {
+    if (bsdf_model(static_cast<BsdfKind>(k))->traits.*trait) result |= lanes;
+  });
+  return result;
+}
+
+Mask is_mix(Int flags) { return (flags & kMixed) != 0; }
 
 Float amount_of(const SceneTables& scene, const MaterialRecord& mix, const Surface& surface, Mask lanes) {
-  const ScalarSlot& slot = mix.scalars[0];
+  const ScalarSlot& slot = mix.scalars[slot::kMixAmount];
   if (slot.texture < 0) return Float(slot.value);
   return clamp(eval_texture_scalar(scene.textures, slot.texture, texture_point(surface), lanes), 0.0f, 1.0f);
 }
@@ -46,7 +55,7 @@ struct Route {
   /// Materials do not contain themselves (build/ sees to that); each level uses up part of u.
   void pick_parts(const SceneTables& scene, const Surface& surface, Mask behind, Float u, Mask active) {
     for (;;) {
-      const Mask mixed = active & is_mix(kind_of(scene, record, active));
+      const Mask mixed = active & is_mix(flags_of(scene, record, active));
       if (none(mixed)) return;
       for_each_distinct(record, mixed, [&](std::int32_t m, Mask lanes) {
         const MaterialRecord& mix = scene.materials.materials[static_cast<std::size_t>(m)];
@@ -155,7 +164,11 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
     part.flags = part.flags | route.inherited;
     part.flags = select(route.mirrored, part.flags & ~std::int32_t{kOneSided}, part.flags);
   }
-  load_parameters(scene, surface, route.record, common, active, part);
+  load_constants(scene.materials, route.record, common, part.flags, active, part.params);
+  if (incomplete(part.params)) {
+    complete_parameters(scene.materials, scene.textures, texture_point(surface), route.record, part.kind,
+                        active, part.params);
+  }
   set_frame(scene, surface, wo, route.record, active, part);
 }
 
@@ -166,7 +179,7 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
   const Mask behind = dot(wo, surface.ns) < 0.0f;
   first.turn(scene, behind, active);
   const Int whole = first.record, whole_flags = flags_of(scene, whole, active);
-  const Mask mixed = active & is_mix(kind_of(scene, whole, active));
+  const Mask mixed = active & is_mix(whole_flags);
   Route second = first;
   at.amount = Float(0.0f);
   for_each_distinct(whole, mixed, [&](std::int32_t m, Mask lanes) {
@@ -213,12 +226,12 @@ Float unshadowed(const MaterialPart& part, Vec3 wi) {
   return select((part.flags & kBendsSoftly) != 0, factor, 1.0f);
 }
 
-BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
+BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Transport transport, Mask active) {
   const Vec3 lo = part.frame.to_local(wo), li = part.frame.to_local(wi);
   const Mask scattering = scatters(part, lo, wi, li.z, active);
   BsdfEval result{Spectrum(0.0f), Float(0.0f)};
   for_each_distinct(part.kind, scattering, [&](std::int32_t kind, Mask lanes) {
-    const BsdfEval one = bsdf_model(static_cast<BsdfKind>(kind))->eval(part.params, lo, li, lanes);
+    const BsdfEval one = bsdf_model(static_cast<BsdfKind>(kind))->eval(part.params, lo, li, transport, lanes);
     result.f_cos = select(lanes, one.f_cos, result.f_cos);
     result.pdf = select(lanes, one.pdf, result.pdf);
   });
@@ -226,11 +239,13 @@ BsdfEval eval_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
   return result;
 }
 
-BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, Mask active) {
+BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
+                       Mask active) {
   const Vec3 lo = part.frame.to_local(wo);
   BsdfSample result{lo, Spectrum(0.0f), Float(0.0f), Float(1.0f), Mask::none(), Mask::none(), Mask::none()};
   for_each_distinct(part.kind, active, [&](std::int32_t kind, Mask lanes) {
-    const BsdfSample one = bsdf_model(static_cast<BsdfKind>(kind))->sample(part.params, lo, u_lobe, u, lanes);
+    const BsdfSample one =
+        bsdf_model(static_cast<BsdfKind>(kind))->sample(part.params, lo, u_lobe, u, transport, lanes);
     result.wi = select(lanes, one.wi, result.wi);
     result.weight = select(lanes, one.weight, result.weight);
     result.pdf = select(lanes, one.pdf, result.pdf);
@@ -247,36 +262,26 @@ BsdfSample sample_part(const MaterialPart& part, Vec3 wo, Float u_lobe, Vec2 u, 
 }
 
 /// `sample` is of one part of a mix, chosen with probability `share`: with what the other would do, chosen
-/// with the rest. A part whose densities are not those of its samples (coated_conductor.h) cannot share in
+/// with the rest. A part whose densities are not those of its samples cannot share in
 /// the weight.
-void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 wo, Float share, Mask lanes,
-                      BsdfSample& sample) {
+void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 wo, Float share,
+                      Transport transport, Mask lanes, BsdfSample& sample) {
   const Mask spread = and_not(lanes & sample.valid, sample.specular);
   if (none(spread)) return;
-  const BsdfEval also = eval_part(other, wo, sample.wi, spread);
+  const BsdfEval also = eval_part(other, wo, sample.wi, transport, spread);
   const Float chosen = share * sample.pdf, pdf = chosen + (1.0f - share) * also.pdf;
   const Spectrum f_cos = sample.weight * chosen + also.f_cos * (1.0f - share);
-  constexpr auto kWalks = static_cast<std::int32_t>(BsdfKind::kCoatedConductor);
-  const Mask exact = and_not(spread, (own.kind == kWalks) | (other.kind == kWalks));
+  const Mask exact = lanes_with(&BsdfTraits::exact_density, own.kind, spread) &
+                     lanes_with(&BsdfTraits::exact_density, other.kind, spread);
   sample.weight = select(exact, f_cos * (1.0f / max(pdf, 1e-37f)), sample.weight);
   sample.pdf = select(spread, pdf, sample.pdf);
 }
 
 Spectrum albedo_of_part(const MaterialPart& at, Mask active) {
-  const auto is = [&](BsdfKind kind) { return active & (at.kind == static_cast<std::int32_t>(kind)); };
   Spectrum albedo(1.0f);
-  const Mask coloured = is(BsdfKind::kDiffuse) | is(BsdfKind::kCoatedDiffuse) | is(BsdfKind::kPlastic) |
-                        is(BsdfKind::kPrincipled) | is(BsdfKind::kPrincipledThin);
-  albedo = select(coloured, at.params.spectra[0], albedo);
-  albedo = select(is(BsdfKind::kDiffuseTransmission), at.params.spectra[0] + at.params.spectra[1], albedo);
-  // Reflectance of a conductor at normal incidence.
-  const Mask metal = is(BsdfKind::kConductor) | is(BsdfKind::kCoatedConductor);
-  if (any(metal)) {
-    const Spectrum one(1.0f), eta = at.params.spectra[0], k2 = at.params.spectra[1] * at.params.spectra[1];
-    const Spectrum numerator = (eta - one) * (eta - one) + k2;
-    const Spectrum denominator = (eta + one) * (eta + one) + k2;
-    albedo = select(metal, numerator / denominator, albedo);
-  }
+  for_each_distinct(at.kind, active, [&](std::int32_t kind, Mask lanes) {
+    albedo = select(lanes, bsdf_model(static_cast<BsdfKind>(kind))->albedo(at.params), albedo);
+  });
   return albedo;
 }
 
@@ -291,30 +296,35 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
   }
 }
 
-BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
-  BsdfEval result = eval_part(at, wo, wi, active);
+Mask reflects_only(const Interaction& at, Mask active) {
+  return lanes_with(&BsdfTraits::reflects_only, at.kind, and_not(active, (at.flags & kMixed) != 0));
+}
+
+BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport) {
+  BsdfEval result = eval_part(at, wo, wi, transport, active);
   const Mask mixed = active & ((at.flags & kMixed) != 0);
   if (none(mixed)) return result;
-  const BsdfEval other = eval_part(at.second, wo, wi, mixed);
+  const BsdfEval other = eval_part(at.second, wo, wi, transport, mixed);
   result.f_cos = select(mixed, lerp(at.amount, result.f_cos, other.f_cos), result.f_cos);
   result.pdf = select(mixed, lerp(at.amount, result.pdf, other.pdf), result.pdf);
   return result;
 }
 
-BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active) {
+BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
+                       Transport transport) {
   const Mask mixed = active & ((at.flags & kMixed) != 0);
-  if (none(mixed)) return sample_part(at, wo, u_lobe, u, active);
+  if (none(mixed)) return sample_part(at, wo, u_lobe, u, transport, active);
 
   // One part, with what is left of u_lobe.
   const Mask second = mixed & (u_lobe < at.amount);
   const Float rest =
       select(second, u_lobe / max(at.amount, 1e-30f), (u_lobe - at.amount) / max(1.0f - at.amount, 1e-30f));
   u_lobe = select(mixed, clamp(rest, 0.0f, kOneMinusEpsilon), u_lobe);
-  BsdfSample result = sample_part(at, wo, u_lobe, u, and_not(active, second));
-  weigh_other_part(at, at.second, wo, 1.0f - at.amount, and_not(mixed, second), result);
+  BsdfSample result = sample_part(at, wo, u_lobe, u, transport, and_not(active, second));
+  weigh_other_part(at, at.second, wo, 1.0f - at.amount, transport, and_not(mixed, second), result);
   if (none(second)) return result;
-  BsdfSample other = sample_part(at.second, wo, u_lobe, u, second);
-  weigh_other_part(at.second, at, wo, at.amount, second, other);
+  BsdfSample other = sample_part(at.second, wo, u_lobe, u, transport, second);
+  weigh_other_part(at.second, at, wo, at.amount, transport, second, other);
   result.wi = select(second, other.wi, result.wi);
   result.weight = select(second, other.weight, result.weight);
   result.pdf = select(second, other.pdf, result.pdf);

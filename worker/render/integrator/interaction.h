@@ -32,17 +32,14 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
               Interaction& at);
 
 /// Where light is scattered back to the side of wo only.
-TESSERA_INLINE Mask reflects_only(const Interaction& at) {
-  const auto is = [&](BsdfKind kind) { return at.kind == static_cast<std::int32_t>(kind); };
-  return and_not(is(BsdfKind::kDiffuse) | is(BsdfKind::kConductor) | is(BsdfKind::kCoatedDiffuse) |
-                     is(BsdfKind::kPlastic) | is(BsdfKind::kCoatedConductor),
-                 (at.flags & kMixed) != 0);
-}
+Mask reflects_only(const Interaction& at, Mask active);
 
 /// f |cos| and pdf in render space, lanes of any kind.
-BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active);
+BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,
+                   Transport transport = Transport::kRadiance);
 /// Of mixes, one part is chosen; pdf and weight are of both, unless it was a delta lobe.
-BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active);
+BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
+                       Transport transport = Transport::kRadiance);
 
 /// An estimate of the surface's colour for the albedo AOV.
 Spectrum albedo_of(const Interaction& at, Mask active);

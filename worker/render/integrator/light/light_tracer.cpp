@@ -164,14 +164,13 @@ Mask LightTracer::lands(Vec2 film, const FilmRect& rect) const {
 void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
   const Vertex& v = e.vertex;
   const BsdfSample bsdf = sample_bsdf(v.at, v.wo, e.sampler.get_2d(e.first_pair + dimension::kLobe).x,
-                                      e.sampler.get_2d(e.first_pair + dimension::kLightBsdfDirection), hit);
-  // The weight is that of radiance along the path's other way; what carries flux is its adjoint.
+                                      e.sampler.get_2d(e.first_pair + dimension::kLightBsdfDirection), hit,
+                                      Transport::kImportance);
   const Float normals = normal_ratio(v.surface, v.at.frame, v.wo, bsdf.wi);
-  const Float transport = normals * select(bsdf.transmission, sqr(bsdf.eta), Float(1.0f));
   WidePath next = e.path;
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
-  next.beta = e.path.beta * bsdf.weight * transport;
+  next.beta = e.path.beta * bsdf.weight * normals;
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
   alive &= survive_roulette(next.beta, next.roulette_scale,
                             e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).x);

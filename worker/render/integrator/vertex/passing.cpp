@@ -1,13 +1,11 @@
 #include "render/integrator/vertex/passing.h"
 
-#include "render/bsdf/fresnel.h"
+#include "render/bsdf/material_slots.h"
 #include "render/color/texture.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-constexpr int kTransmissionTint = 1, kEta = 2;  // slots of thin_dielectric.h
 
 Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const Surface& surface,
                  Mask lanes) {
@@ -17,17 +15,17 @@ Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const
                0.0f, 1.0f);
 }
 
-/// All orders of internal reflection of a sheet.
-Float sheet_transmittance(float eta, Float cosine) {
-  const Float r = fresnel_dielectric(cosine, Float(eta)).reflectance;
-  return (1.0f - r) / (1.0f + r);
-}
-
-Spectrum tint_of(const SceneTables& scene, const SpectrumSlot& slot, const Surface& surface, Mask lanes) {
-  if (slot.texture >= 0) return eval_texture(scene.textures, slot.texture, texture_point(surface), lanes);
-  Spectrum tint;
-  for (int c = 0; c < kSpectrumLanes; ++c) tint.c[c] = Float(slot.value[c]);
-  return tint;
+/// What the model of material `index` lets straight through.
+Passing passing_of(const SceneTables& scene, std::int32_t index, const Surface& surface, Float cosine,
+                   Mask lanes) {
+  const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(index)];
+  BsdfParams params;
+  load_constants(scene.materials, Int(index), &material, Int(material.flags), lanes, params);
+  if (incomplete(params)) {
+    complete_parameters(scene.materials, scene.textures, texture_point(surface), Int(index),
+                        Int(static_cast<std::int32_t>(material.kind)), lanes, params);
+  }
+  return bsdf_model(material.kind)->passing(params, cosine);
 }
 
 /// The material of the side that light along `d` comes to.
@@ -57,11 +55,9 @@ Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
   const ShapeRecord* shapes = scene.shapes.shapes.data();
   const MaterialRecord* materials = scene.materials.materials.data();
   const Int record = gather_member(shapes, &ShapeRecord::material, shape, active) * kStride;
-  const Int kind = gather(reinterpret_cast<const std::int32_t*>(&materials->kind), record, active);
   const Int flags = gather(&materials->flags, record, active);
   const Mask dark = active & (gather_member(shapes, &ShapeRecord::first_light, shape, active) < 0);
-  return dark & ((kind == static_cast<std::int32_t>(BsdfKind::kInterface)) |
-                 ((flags & (kHasOpacity | kPassesStraight | kHasBack)) != 0));
+  return dark & ((flags & (kHasOpacity | kPassesStraight | kHasBack)) != 0);
 }
 
 Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
@@ -69,16 +65,13 @@ Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mas
   for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
     const Float opacity = opacity_of(scene, material, surface, lanes);
-    if (material.kind == BsdfKind::kInterface) {
-      result.probability = select(lanes, Float(1.0f), result.probability);
-    } else if (material.flags & kPassesStraight) {
-      const Float through = sheet_transmittance(material.scalars[kEta].value, abs(dot(surface.ns, d)));
-      const Float passes = 1.0f - opacity * (1.0f - through);
-      const Spectrum tint = tint_of(scene, material.spectra[kTransmissionTint], surface, lanes);
+    if (material.flags & kPassesStraight) {
+      const Passing model = passing_of(scene, m, surface, abs(dot(surface.ns, d)), lanes);
+      const Float through = model.probability, passes = 1.0f - opacity * (1.0f - through);
       // The open part of the surface has no tint.
       const Float tinted = opacity * through / max(passes, 1e-30f);
       result.probability = select(lanes, passes, result.probability);
-      result.weight = select(lanes, lerp(tinted, Spectrum(1.0f), tint), result.weight);
+      result.weight = select(lanes, lerp(tinted, Spectrum(1.0f), model.weight), result.weight);
     } else {
       result.probability = select(lanes, 1.0f - opacity, result.probability);
     }

@@ -3,7 +3,7 @@
 // surfaces.
 #pragma once
 
-#include "render/color/spectrum.h"
+#include "render/bsdf/bsdf.h"
 #include "render/integrator/scene_tables.h"
 #include "render/shape/surface.h"
 
@@ -12,11 +12,8 @@ namespace tessera::render::TESSERA_ISA {
 /// Lanes whose shape may be passed at all; no need to look closer at the others.
 Mask may_pass(const SceneTables& scene, Int shape, Mask active);
 
-struct Passing {
-  Float probability;  // that light along `d` passes; what does not is scattered by the material
-  Spectrum weight;    // factor of the light that passes
-};
-/// `d` is the unit direction of travel. Zero probability where the material scatters everything.
+/// Through a partly open surface or its model. `d` is the unit direction of travel. Zero probability where
+/// the material scatters everything.
 Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active);
 
 /// Of material `material`, textures looked up.

@@ -11,7 +11,7 @@ void put_into_medium(Vec3 p, Mask lanes, Vertex& v) {
 
 void open_surface(const SceneTables& scene, Float u, Mask partly, Vertex& v) {
   const Mask open = partly & (u >= opacity_of(scene, v.at.material, v.surface, partly));
-  v.at.kind = select(open, Int(static_cast<std::int32_t>(BsdfKind::kInterface)), v.at.kind);
+  v.at.kind = select(open, Int(static_cast<std::int32_t>(kNoSurface)), v.at.kind);
   v.at.flags = select(open, Int(kAllDelta), v.at.flags);
 }
 

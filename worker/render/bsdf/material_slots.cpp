@@ -1,6 +1,5 @@
-#include "render/integrator/material_slots.h"
+#include "render/bsdf/material_slots.h"
 
-#include "render/bsdf/hair.h"
 #include "render/color/texture.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -25,30 +24,31 @@ TESSERA_INLINE Float bounded(Float value, float highest) {
 }
 
 /// Overwrites the textured slots.
-void look_up_textures(const SceneTables& scene, const TexturePoint& at, Int record, Mask textured,
-                      BsdfParams& params) {
+void look_up_textures(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
+                      Int record, Mask textured, BsdfParams& params) {
   for_each_distinct(record, textured, [&](std::int32_t m, Mask lanes) {
-    const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
+    const MaterialRecord& material = materials.materials[static_cast<std::size_t>(m)];
     for (int i = 0; i < kMaterialSpectra; ++i) {
       constexpr float kHighest = 1e6f;  // indices of conductors and absorption in hair are above 1
       if (material.spectra[i].texture < 0) continue;
-      Spectrum value = eval_texture(scene.textures, material.spectra[i].texture, at, lanes);
+      Spectrum value = eval_texture(textures, material.spectra[i].texture, at, lanes);
       for (Float& c : value.c) c = bounded(c, kHighest);
       params.spectra[i] = select(lanes, value, params.spectra[i]);
     }
     for (int i = 0; i < kMaterialScalars; ++i) {
       if (material.scalars[i].texture < 0) continue;
-      Float value = eval_texture_scalar(scene.textures, material.scalars[i].texture, at, lanes);
-      // Scalars 0 and 1 are alphas, which pbrt's scenes give as roughness.
-      if (i < 2) value = bounded((material.flags & kRemapAlpha) != 0 ? safe_sqrt(value) : value, 1.0f);
+      Float value = eval_texture_scalar(textures, material.scalars[i].texture, at, lanes);
+      // pbrt's scenes give alphas as roughness.
+      if (i <= slot::kAlphaY)
+        value = bounded((material.flags & kRemapAlpha) != 0 ? safe_sqrt(value) : value, 1.0f);
       params.scalars[i] = select(lanes, value, params.scalars[i]);
     }
   });
 }
 
 /// The constant slots that some lane's model looks at; the rest is not even fetched.
-void load_constants(const SceneTables& scene, Int record, Mask active, BsdfParams& params) {
-  const MaterialRecord* records = scene.materials.materials.data();
+void load_constants(const MaterialTable& materials, Int record, Mask active, BsdfParams& params) {
+  const MaterialRecord* records = materials.materials.data();
   const auto* base = reinterpret_cast<const float*>(records);
   const auto row_at = [&](const float& first) {
     return gather4(base + (&first - base), record * kStride, active);
@@ -64,11 +64,11 @@ void load_constants(const SceneTables& scene, Int record, Mask active, BsdfParam
   if (some_use(kUsesSecondSpectrum)) params.spectra[1] = spectrum_at(records->spectra[1]);
   if (some_use(kUsesAlphas)) {
     static_assert(sizeof(ScalarSlot) == 8);
-    const Float4 row = row_at(records->scalars[0].value);
-    params.scalars[0] = row.c[0], params.scalars[1] = row.c[2];
+    const Float4 row = row_at(records->scalars[slot::kAlphaX].value);
+    params.scalars[slot::kAlphaX] = row.c[0], params.scalars[slot::kAlphaY] = row.c[2];
   }
   if (some_use(kUsesEta)) {
-    params.scalars[2] = gather(&records->scalars[2].value, record * kStride, active);
+    params.scalars[slot::kEta] = gather(&records->scalars[slot::kEta].value, record * kStride, active);
     params.coat_table = gather(&records->coat_table, record * kStride, active);
   }
 }
@@ -83,11 +83,11 @@ void load_constants(const MaterialRecord& material, BsdfParams& params) {
 }
 
 /// The slots of the ExtendedRecords of `lanes`.
-void load_extended(const SceneTables& scene, const TexturePoint& at, Int record, Mask lanes,
-                   BsdfParams& params) {
-  const ExtendedRecord* records = scene.materials.extended.data();
+void load_extended(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
+                   Int record, Mask lanes, BsdfParams& params) {
+  const ExtendedRecord* records = materials.extended.data();
   const auto* base = reinterpret_cast<const float*>(records);
-  const Int index = gather(&scene.materials.materials.data()->extended, record * kStride, lanes);
+  const Int index = gather(&materials.materials.data()->extended, record * kStride, lanes);
   const auto constant_at = [&](const float& member) {
     return gather(base + (&member - base), index * kExtendedStride, lanes);
   };
@@ -105,63 +105,47 @@ void load_extended(const SceneTables& scene, const TexturePoint& at, Int record,
       const std::int32_t texture = extended.spectra[i].texture;
       if (texture < 0) continue;
       params.extended_spectra[i] =
-          select(same, eval_texture(scene.textures, texture, at, same), params.extended_spectra[i]);
+          select(same, eval_texture(textures, texture, at, same), params.extended_spectra[i]);
     }
     for (int i = 0; i < kExtendedScalars; ++i) {
       const std::int32_t texture = extended.scalars[i].texture;
       if (texture < 0) continue;
-      Float value = eval_texture_scalar(scene.textures, texture, at, same);
-      // The roughness of a coated conductor, as of scalars 0 and 1.
-      if (i < 2) value = select(params.with(kRemapAlpha), safe_sqrt(value), value);
-      // The last is diffuse transmission of principled sheets (principled_thin.h).
-      value = bounded(value, i == kExtendedScalars - 1 ? 2.0f : 1.0f);
+      Float value = eval_texture_scalar(textures, texture, at, same);
+      // The roughness of a coated conductor's base, like that of its coat.
+      if (i <= slot::kBaseAlphaY) value = select(params.with(kRemapAlpha), safe_sqrt(value), value);
+      value = bounded(value, i == slot::kDiffTrans ? 2.0f : 1.0f);
       params.extended[i] = select(same, value, params.extended[i]);
     }
   });
 }
 
-/// eta = 1 and the k that gives a conductor the reflectance looked up for it [pbrt-v4].
-void reflectance_to_k(Mask lanes, BsdfParams& params) {
-  for (int c = 0; c < kSpectrumLanes; ++c) {
-    const Float r = clamp(params.spectra[1].c[c], 0.0f, 0.9999f);
-    params.spectra[0].c[c] = select(lanes, Float(1.0f), params.spectra[0].c[c]);
-    params.spectra[1].c[c] = select(lanes, 2.0f * sqrt(r / (1.0f - r)), params.spectra[1].c[c]);
-  }
-}
-
-/// The index with which a dielectric has the normal reflectance 0.08 times Disney's "specular".
-void specular_to_eta(Mask lanes, BsdfParams& params) {
-  constexpr float kLeast = 1e-3f;  // without a change of index nothing is refracted
-  const Float specular = clamp(params.scalars[2], kLeast, 1.0f);
-  params.scalars[2] = select(lanes, 2.0f / (1.0f - sqrt(0.08f * specular)) - 1.0f, params.scalars[2]);
-}
-
 }  // namespace
 
-void load_parameters(const SceneTables& scene, const Surface& surface, Int record,
-                     const MaterialRecord* common, Mask active, MaterialPart& part) {
-  BsdfParams& params = part.params;
-  params.flags = part.flags;
-  params.some_flags = any_of(part.flags, active);
+void load_constants(const MaterialTable& materials, Int record, const MaterialRecord* common, Int flags,
+                    Mask active, BsdfParams& params) {
+  params.flags = flags;
+  params.some_flags = any_of(flags, active);
   if (common) {
     load_constants(*common, params);
   } else {
-    load_constants(scene, record, active, params);
+    load_constants(materials, record, active, params);
   }
-  params.coat_tables = scene.materials.coat_tables.data();
+  params.coat_tables = materials.coat_tables.data();
+}
 
+void complete_parameters(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
+                         Int record, Int kind, Mask active, BsdfParams& params) {
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   if (some_use(kHasTextures)) {
-    const Mask textured = active & params.with(kHasTextures);
-    look_up_textures(scene, texture_point(surface), record, textured, params);
-    if (some_use(kConductorReflectance))
-      reflectance_to_k(textured & params.with(kConductorReflectance), params);
-    if (some_use(kEtaFromSpecular)) specular_to_eta(textured & params.with(kEtaFromSpecular), params);
+    look_up_textures(materials, textures, at, record, active & params.with(kHasTextures), params);
   }
-  if (!some_use(kUsesExtended)) return;
-  load_extended(scene, texture_point(surface), record, active & params.with(kUsesExtended), params);
-  const Mask hair = active & (part.kind == static_cast<std::int32_t>(BsdfKind::kHair));
-  if (any(hair)) prepare_hair(surface.uv.y, hair, params);
+  if (some_use(kUsesExtended)) {
+    load_extended(materials, textures, at, record, active & params.with(kUsesExtended), params);
+  }
+  if (!some_use(kPrepared)) return;
+  for_each_distinct(kind, active & params.with(kPrepared), [&](std::int32_t k, Mask lanes) {
+    bsdf_model(static_cast<BsdfKind>(k))->prepare(at, lanes, params);
+  });
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,32 @@
+// Where the parameters of the models are: indices into the slots of a MaterialRecord and of its
+// ExtendedRecord, and so of BsdfParams. build/ fills the slots and the models read them; nothing else knows
+// what they mean.
+#pragma once
+
+namespace tessera::render::slot {
+
+// spectra
+inline constexpr int kReflectance = 0;                            // diffuse bases; base colour of principled
+inline constexpr int kTransmittance = 1;                          // diffuse transmission
+inline constexpr int kReflectionTint = 0, kTransmissionTint = 1;  // dielectrics
+inline constexpr int kConductorEta = 0, kConductorK = 1;          // conductors
+inline constexpr int kCoatTint = 1;                               // plastic
+inline constexpr int kAbsorption = 0;                             // hair
+
+// scalars
+inline constexpr int kAlphaX = 0, kAlphaY = 1;          // roughness of the (outer) microfacets
+inline constexpr int kEta = 2;                          // index of refraction
+inline constexpr int kBetaM = 0, kBetaN = 1;            // hair
+inline constexpr int kRoughness = 0, kAnisotropic = 1;  // principled
+inline constexpr int kMixAmount = 0;                    // mixes
+
+// ExtendedRecord::spectra
+inline constexpr int kConductorTint = 0;
+
+// ExtendedRecord::scalars
+inline constexpr int kBaseAlphaX = 0, kBaseAlphaY = 1, kThickness = 2;  // coated conductor
+inline constexpr int kTilt = 0, kFibreOffset = 1;                       // hair
+inline constexpr int kMetallic = 0, kSpecTrans = 1, kSpecTint = 2, kSheen = 3, kSheenTint = 4, kFlatness = 5,
+                     kClearcoat = 6, kClearcoatGloss = 7, kDiffTrans = 8;  // principled
+
+}  // namespace tessera::render::slot
