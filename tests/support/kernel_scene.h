@@ -8,14 +8,11 @@
 #include <memory>
 #include <string>
 
-#include "render/accel/alpha_filter.h"
-#include "render/accel/embree_kernel.h"
-#include "render/accel/quadric.h"
-#include "render/accel/sdf.h"
-#include "render/accel/trace.h"
+#include "render/accel/embree/trace.h"
 #include "render/build/scene_content.h"
 #include "render/film/fixed_tile.h"
 #include "render/integrator/integrator.h"
+#include "render/light/light.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 
@@ -26,11 +23,9 @@
 namespace tessera::render::TESSERA_ISA {
 
 /// The content of a scene in protobuf's text form, of a film of `side` pixels squared; null, with a failure,
-/// where it cannot be built.
-inline std::shared_ptr<const SceneContent> build_kernel_scene(const std::string& text, std::uint32_t side) {
-  static constexpr EmbreeKernel kEmbree{
-      {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
-      &make_embree_query};
+/// where it cannot be built. Its arrays may be changed before it is rendered, as far as that changes no
+/// bounds.
+inline std::shared_ptr<SceneContent> build_kernel_scene(const std::string& text, std::uint32_t side) {
   v1::Scene scene;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
   v1::JobSpec job;
@@ -40,9 +35,10 @@ inline std::shared_ptr<const SceneContent> build_kernel_scene(const std::string&
   const auto no_blobs = [](const std::string&) -> absl::StatusOr<BlobBytes> {
     return absl::NotFoundError("scenes of tests have no blobs");
   };
-  auto content = build_content(scene, job, no_blobs, {.isa = TESSERA_ISA_TEXT, .threads = 1}, kEmbree);
+  auto content = build_content(scene, job, no_blobs, {.isa = TESSERA_ISA_TEXT, .threads = 1}, embree_kernel(),
+                               &light_source);
   EXPECT_TRUE(content.ok()) << content.status();
-  return content.ok() ? *content : nullptr;
+  return content.ok() ? std::const_pointer_cast<SceneContent>(*content) : nullptr;
 }
 
 /// All samples of the whole film through an integrator that `make` makes of a context; sums over `samples`

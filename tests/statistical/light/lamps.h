@@ -51,7 +51,10 @@ struct Lamp {
   Point centre;
   bool environment = false;
 
-  Lamp() { table.shapes = shapes.get(); }
+  Lamp() {
+    table.shapes = shapes.get();
+    table.sources = &light_source;
+  }
 };
 
 inline constexpr std::array<float, 3> kLampRadiance = {2.0f, 3.0f, 4.0f};

@@ -9,11 +9,8 @@
 #include <cstdlib>
 #include <memory>
 
-#include "render/accel/accelerator.h"
-#include "render/accel/alpha_filter.h"
-#include "render/accel/quadric.h"
-#include "render/accel/sdf.h"
-#include "render/accel/trace.h"
+#include "render/accel/embree/accelerator.h"
+#include "render/accel/embree/trace.h"
 #include "render/color/texture_table.h"
 #include "render/shape/surface.h"
 #include "support/double_point.h"
@@ -76,10 +73,8 @@ struct RayBatch {
 class TracedTable {
  public:
   TracedTable(const ShapeTable& table, bool robust) : table_(table) {
-    const GeometryCallbacks callbacks{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf,
-                                      &filter_alpha};
-    auto built =
-        Accelerator::build(table, textures_, callbacks, {1, TESSERA_STRESS_STRING(TESSERA_ISA), robust});
+    auto built = Accelerator::build(table, textures_, embree_kernel().callbacks,
+                                    {1, TESSERA_STRESS_STRING(TESSERA_ISA), robust});
     EXPECT_TRUE(built.ok()) << built.status();
     accelerator_ = *std::move(built);
   }

@@ -7,11 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "render/accel/accelerator.h"
-#include "render/accel/alpha_filter.h"
-#include "render/accel/quadric.h"
-#include "render/accel/sdf.h"
-#include "render/accel/trace.h"
+#include "render/accel/embree/accelerator.h"
+#include "render/accel/embree/trace.h"
 #include "render/color/texture_table.h"
 #include "render/shape/surface.h"
 
@@ -52,9 +49,8 @@ struct Rays {
 class Traced {
  public:
   explicit Traced(const ShapeTable& table) : table_(table) {
-    const GeometryCallbacks callbacks{&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf,
-                                      &filter_alpha};
-    auto built = Accelerator::build(table, textures_, callbacks, {1, TESSERA_STRING(TESSERA_ISA), false});
+    auto built = Accelerator::build(table, textures_, embree_kernel().callbacks,
+                                    {1, TESSERA_STRING(TESSERA_ISA), false});
     EXPECT_TRUE(built.ok()) << built.status();
     accelerator_ = *std::move(built);
   }

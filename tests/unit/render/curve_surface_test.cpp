@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "render/accel/curve_geometry.h"
+#include "render/accel/embree/curve_geometry.h"
 #include "render/shape/surface.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -8,11 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "render/accel/accelerator.h"
-#include "render/accel/alpha_filter.h"
-#include "render/accel/quadric.h"
-#include "render/accel/sdf.h"
-#include "render/accel/trace.h"
+#include "render/accel/embree/accelerator.h"
+#include "render/accel/embree/trace.h"
 #include "render/color/texture_table.h"
 #include "render/core/motion.h"
 #include "render/shape/surface.h"
@@ -100,9 +97,8 @@ struct Traced {
 
 std::unique_ptr<Accelerator> accelerate(const ShapeTable& table) {
   static const TextureTable textures;
-  auto built = Accelerator::build(
-      table, textures, {&intersect_quadric, &occluded_quadric, &intersect_sdf, &occluded_sdf, &filter_alpha},
-      {1, TESSERA_STRING(TESSERA_ISA), false});
+  auto built =
+      Accelerator::build(table, textures, embree_kernel().callbacks, {1, TESSERA_STRING(TESSERA_ISA), false});
   EXPECT_TRUE(built.ok()) << built.status();
   return built.ok() ? *std::move(built) : nullptr;
 }

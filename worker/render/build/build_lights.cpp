@@ -6,6 +6,7 @@
 #include "render/color/texture_load.h"
 #include "render/light/environment.h"
 #include "render/light/light_build.h"
+#include "render/light/light_source.h"
 #include "render/light/light_tree_build.h"
 
 namespace tessera::render {
@@ -247,10 +248,10 @@ absl::Status SceneBuilder::build_light_selection(float scene_radius) {
   if (light_selection_ == LightSelection::kTree || (light_selection_ == LightSelection::kAuto && many)) {
     lights.tree = build_light_tree(lights);
   }
-  lights.uses_normals = !lights.tree.empty() ||
-                        std::any_of(lights.lights.begin(), lights.lights.end(), [](const LightRecord& light) {
-                          return light.kind == LightKind::kRectangle;
-                        });
+  lights.uses_normals =
+      !lights.tree.empty() ||
+      std::any_of(lights.lights.begin(), lights.lights.end(),
+                  [&](const LightRecord& light) { return lights.sources(light.kind).traits.uses_normals; });
   return absl::OkStatus();
 }
 

@@ -54,7 +54,7 @@ class LoadedScene final : public RenderScene {
         return self;
       }
     }
-    auto content = build_content(scene, job, blobs, options, *kernel->embree);
+    auto content = build_content(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
     return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, *std::move(channels),

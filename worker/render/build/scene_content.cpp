@@ -5,7 +5,7 @@
 #include <future>
 
 #include "absl/strings/str_cat.h"
-#include "render/accel/embree_kernel.h"
+#include "render/accel/embree/embree_kernel.h"
 #include "render/build/scene_builder.h"
 #include "wire/digest.h"
 
@@ -39,13 +39,12 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                       wire::sha256_hex(relevant.SerializeAsString()));
 }
 
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
-                                                                  const v1::JobSpec& job,
-                                                                  const BlobSource& blobs,
-                                                                  const LoadOptions& options,
-                                                                  const EmbreeKernel& embree) {
+absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(
+    const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, const LoadOptions& options,
+    const EmbreeKernel& embree, LightSources light_sources) {
   auto content = std::make_shared<SceneContent>();
   SceneTables& tables = content->tables;
+  content->arrays.lights.sources = light_sources;
   SceneBuilder builder(scene, job, blobs, options.threads, content->arrays, tables, content->warnings);
   if (auto s = builder.build_tables(); !s.ok()) return s;
   if (options.geometry_read) options.geometry_read();

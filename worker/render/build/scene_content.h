@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "render/accel/accelerator.h"
+#include "render/accel/embree/accelerator.h"
 #include "render/accel/ray_query.h"
 #include "render/build/load_scene.h"
 #include "render/integrator/scene_tables.h"
@@ -33,6 +33,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scen
                                                                   const v1::JobSpec& job,
                                                                   const BlobSource& blobs,
                                                                   const LoadOptions& options,
-                                                                  const EmbreeKernel& embree);
+                                                                  const EmbreeKernel& embree,
+                                                                  LightSources light_sources);
 
 }  // namespace tessera::render

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <vector>
 
-#include "render/accel/accelerator.h"
+#include "render/accel/embree/accelerator.h"
 #include "render/renderer.h"
 #include "wire/arithmetic_class.h"
 

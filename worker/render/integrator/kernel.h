@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "render/integrator/integrator.h"
+#include "render/light/light_table.h"
 
 namespace tessera::render {
 
@@ -18,6 +19,7 @@ struct Kernel {
   const EmbreeKernel* embree;
   /// One for each of wire::algorithms().
   std::span<const Algorithm> algorithms;
+  LightSources light_sources;
   /// The counter that RenderStats::times are read from, in its own unit.
   std::uint64_t (*clock_ticks)();
   /// How this machine rounds with these kernels (accel/arithmetic.h).

@@ -1,3 +1,5 @@
+#include "render/core/constants.h"
+#include "render/light/emission.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
 
@@ -7,6 +9,8 @@ namespace {
 /// Parallel light from infinitely far away.
 class DistantLight final : public LightModel {
  public:
+  DistantLight() : LightModel({.at_infinity = true}) {}
+
   LightSample sample(const LightTable& table, Int light, const Receiver&, Vec2, Mask active) const override {
     const LightLanes lanes{table, light, active};
     LightSample s;
@@ -20,6 +24,19 @@ class DistantLight final : public LightModel {
   }
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+
+  Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+                Mask active) const override {
+    return emit_from_infinity(*this, table, light, u_place, u_direction, active);
+  }
+  EmissionDensity emission_density(const LightTable& table, Int, Vec3, Vec3, Vec3, Mask) const override {
+    return {Float(kInvPi / (table.scene_radius * table.scene_radius)), Float(1.0f)};
+  }
+
+  double power(const LightTable& table, const LightRecord& light) const override {
+    return scene_disk(table) * mean_radiance(light);
+  }
+  LightBounds bounds(const LightTable&, const LightRecord&) const override { return {}; }
 };
 
 }  // namespace

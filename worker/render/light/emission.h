@@ -5,18 +5,18 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// A ray that carries light.
-struct Emission {
-  Vec3 origin;     // on the emitter, or outside of the scene
-  Vec3 offset;     // by which the ray starts off a surface, along its normal
-  Vec3 direction;  // unit
-  Spectrum flux;  // that the ray stands for: emitted radiance (or intensity) times cosine over the density of
-                  // the ray
-  Mask valid;
-};
-
 /// A ray from light `light`; `u_place` and `u_direction` are uniform in the unit square. Environments must
 /// not have portals.
 Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active);
+
+/// The densities with which sample_emission() gives a ray along `direction` from `point`, where the light's
+/// unit geometric normal is `normal` (unused but by lights with a surface).
+EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal, Vec3 direction,
+                                 Mask active);
+
+/// LightModel::emit of lights at infinity: parallel light through a disk that covers the scene, from where
+/// sample() finds it.
+Emission emit_from_infinity(const LightModel& model, const LightTable& table, Int light, Vec2 u_place,
+                            Vec2 u_direction, Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -77,6 +77,18 @@ double row_weight(const Environment& e, std::int32_t y) {
   return std::cos(step * y) - std::cos(step * (y + 1));
 }
 
+/// Integral of the mean of R, G and B over all directions.
+double flux_of(const Environment& e) {
+  double sum = 0, weights = 0;
+  for (std::int32_t y = 0; y < e.height; ++y) {
+    double row = 0;
+    for (std::int32_t x = 0; x < e.width; ++x) row += brightness(e, x, y);
+    sum += row * row_weight(e, y);
+    weights += e.width * row_weight(e, y);
+  }
+  return weights > 0 ? 4 * std::numbers::pi * sum / weights : 0;
+}
+
 /// Below this share of the light, what is brighter than the mean is not worth a shadow ray.
 constexpr float kSmallestShare = 0.02f;
 
@@ -125,6 +137,7 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
   e.width = image.width;
   e.height = image.height;
   copy_texels(image, scale, e);
+  e.flux = flux_of(e);
 
   std::vector<float> weights(e.texels.size() / 4);
   std::size_t i = 0;
@@ -138,17 +151,6 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
   for (std::size_t cell = 0; cell < weights.size(); ++cell)
     e.texels[4 * cell + 3] = e.distribution.density[cell];
   return e;
-}
-
-double environment_flux(const Environment& e) {
-  double sum = 0, weights = 0;
-  for (std::int32_t y = 0; y < e.height; ++y) {
-    double row = 0;
-    for (std::int32_t x = 0; x < e.width; ++x) row += brightness(e, x, y);
-    sum += row * row_weight(e, y);
-    weights += e.width * row_weight(e, y);
-  }
-  return weights > 0 ? 4 * std::numbers::pi * sum / weights : 0;
 }
 
 }  // namespace tessera::render

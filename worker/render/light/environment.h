@@ -17,7 +17,4 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
                                               float scale, const Affine& render_from_light,
                                               bool compensate = false);
 
-/// Integral of the mean of R, G and B over all directions.
-double environment_flux(const Environment& environment);
-
 }  // namespace tessera::render

@@ -1,5 +1,5 @@
-#include "render/light/light_access.h"
 #include "render/light/models.h"
+#include "render/light/positional_light.h"
 #include "render/sampling/sphere_map.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -7,7 +7,7 @@ namespace {
 
 /// A point light whose intensity in every direction is an equal-area octahedral map [pbrt-v4
 /// GoniometricLight].
-class GoniometricLight final : public LightModel {
+class GoniometricLight final : public PositionalLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
@@ -19,7 +19,10 @@ class GoniometricLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  /// As if the picture were white.
+  double power(const LightTable&, const LightRecord& light) const override {
+    return 4 * std::numbers::pi * mean_radiance(light);
+  }
 };
 
 }  // namespace

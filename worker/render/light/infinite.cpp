@@ -1,4 +1,5 @@
 #include "render/core/affine.h"
+#include "render/light/emission.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
 #include "render/sampling/piecewise2d_sample.h"
@@ -152,6 +153,8 @@ LightSample sample_portal(const Environment& e, const LightRecord& record, Vec3 
 /// Light from all directions, sampled in proportion to the radiance of an environment map.
 class InfiniteLight final : public LightModel {
  public:
+  InfiniteLight() : LightModel({.at_infinity = true}) {}
+
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
     LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance),
@@ -190,6 +193,23 @@ class InfiniteLight final : public LightModel {
     });
     return result;
   }
+
+  Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+                Mask active) const override {
+    return emit_from_infinity(*this, table, light, u_place, u_direction, active);
+  }
+  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
+                                   Vec3 direction, Mask active) const override {
+    return {Float(kInvPi / (table.scene_radius * table.scene_radius)),
+            pdf(table, light, point, -direction, point, normal, active)};
+  }
+
+  double power(const LightTable& table, const LightRecord& light) const override {
+    const Environment& e = table.environments[static_cast<std::size_t>(light.environment)];
+    const bool even = e.mapping == EnvironmentMapping::kUniform;
+    return scene_disk(table) * (even ? 4 * std::numbers::pi * mean_radiance(light) : e.flux);
+  }
+  LightBounds bounds(const LightTable&, const LightRecord&) const override { return {}; }
 };
 
 }  // namespace

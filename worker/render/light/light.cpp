@@ -1,6 +1,7 @@
 #include "render/light/light.h"
 
-#include <array>
+#include <cassert>
+#include <vector>
 
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
@@ -23,14 +24,29 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
   return factor;
 }
 
+/// The models, in the order of LightKind.
+std::vector<const LightModel*>& models() {
+  static std::vector<const LightModel*> table = {&point_light(),      &spot_light(),       &distant_light(),
+                                                 &infinite_light(),   &triangle_light(),   &rectangle_light(),
+                                                 &sphere_light(),     &disk_light(),       &cylinder_light(),
+                                                 &projection_light(), &goniometric_light()};
+  return table;
+}
+
 }  // namespace
 
 const LightModel& light_model(LightKind kind) {
-  static const std::array<const LightModel*, static_cast<std::size_t>(LightKind::kCount)> models = {
-      &point_light(),    &spot_light(),       &distant_light(),    &infinite_light(),
-      &triangle_light(), &rectangle_light(),  &sphere_light(),     &disk_light(),
-      &cylinder_light(), &projection_light(), &goniometric_light()};
-  return *models[static_cast<std::size_t>(kind)];
+  const std::vector<const LightModel*>& table = models();
+  assert(static_cast<std::size_t>(kind) < table.size());
+  return *table[static_cast<std::size_t>(kind)];
+}
+
+const LightSource& light_source(LightKind kind) { return light_model(kind); }
+
+LightKind add_light_model(const LightModel& model) {
+  assert(models().size() >= static_cast<std::size_t>(LightKind::kCount));
+  models().push_back(&model);
+  return static_cast<LightKind>(models().size() - 1);
 }
 
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {

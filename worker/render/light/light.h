@@ -3,6 +3,7 @@
 
 #include "render/color/spectrum.h"
 #include "render/core/vec.h"
+#include "render/light/light_source.h"
 #include "render/light/light_table.h"
 #include "render/shape/surface.h"
 
@@ -35,9 +36,26 @@ struct LightSample {
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
 };
 
-class LightModel {
+/// A ray that carries light.
+struct Emission {
+  Vec3 origin;     // on the emitter, or outside of the scene
+  Vec3 offset;     // by which the ray starts off a surface, along its normal
+  Vec3 direction;  // unit
+  Spectrum flux;  // that the ray stands for: emitted radiance (or intensity) times cosine over the density of
+                  // the ray
+  Mask valid;
+};
+
+/// The densities of such a ray.
+struct EmissionDensity {
+  Float place;  // by area of the emitter, of lights at infinity by that of a disk across the direction; 1 for
+                // lights at a point
+  Float direction;  // by solid angle; 1 for lights that shine in one direction
+};
+
+class LightModel : public LightSource {
  public:
-  virtual ~LightModel() = default;
+  using LightSource::LightSource;
   /// Samples light `light` (lanes may hold different lights of this kind) as seen from `from`.
   virtual LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                              Mask active) const = 0;
@@ -45,10 +63,24 @@ class LightModel {
   /// `point` with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
   virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                     Vec3 normal, Mask active) const = 0;
+  /// A ray from the light; `u_place` and `u_direction` are uniform in the unit square.
+  virtual Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+                        Mask active) const = 0;
+  /// The densities with which emit() gives a ray along `direction` from `point`, where the light's unit
+  /// geometric normal is `normal` (both unused by lights without a surface).
+  virtual EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
+                                           Vec3 direction, Mask active) const = 0;
 };
 
 /// The model of a kind.
 const LightModel& light_model(LightKind kind);
+
+/// What it is for those that build: LightTable::sources of tables for these kernels.
+const LightSource& light_source(LightKind kind);
+
+/// Adds a model that is not among those of light.cpp; records of the kind returned have it. Before anything
+/// is rendered: not thread-safe.
+LightKind add_light_model(const LightModel& model);
 
 /// As LightModel::sample and pdf, where lanes may hold lights of any kind.
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active);

@@ -65,6 +65,8 @@ TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSampl
           {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)}};
 }
 
+TESSERA_INLINE Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
+
 /// The texture of area lights at points of their surfaces, 1 for lights that have none.
 Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
 

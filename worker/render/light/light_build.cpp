@@ -1,26 +1,17 @@
 #include "render/light/light_build.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 
-#include "render/light/environment.h"
+#include "render/light/light_source.h"
 #include "render/light/rectangle_build.h"
 
 namespace tessera::render {
 namespace {
 
-constexpr double kPi64 = std::numbers::pi;
+using namespace vec64;
 
-using Vec = std::array<double, 3>;
-
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vec& a) { return std::sqrt(dot(a, a)); }
 Vec column(const Affine& a, int c) { return {a.m[c], a.m[4 + c], a.m[8 + c]}; }
 
 void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightRecord& light) {
@@ -175,44 +166,12 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
   lights.push_back(light);
 }
 
-double light_power(const LightTable& table, const LightRecord& light) {
-  const double mean = (double{light.radiance[0]} + light.radiance[1] + light.radiance[2]) / 3;
-  const double scene_disk = kPi64 * table.scene_radius * table.scene_radius;
-  switch (light.kind) {
-    case LightKind::kPoint:
-    case LightKind::kGoniometric:
-      return 4 * kPi64 * mean;
-    case LightKind::kProjection:
-      // As if the solid angle were that of a picture seen from afar.
-      return 4 * double{light.tan_x} * light.tan_y * mean;
-    case LightKind::kSpot:
-      // The mean of a smoothstep over its range is one half.
-      return 2 * kPi64 * mean * ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
-    case LightKind::kDistant:
-      return scene_disk * mean;
-    case LightKind::kInfinite: {
-      const Environment& e = table.environments[static_cast<std::size_t>(light.environment)];
-      const double flux = e.mapping == EnvironmentMapping::kUniform ? 4 * kPi64 * mean : environment_flux(e);
-      return scene_disk * flux;
-    }
-    case LightKind::kTriangle:
-    case LightKind::kRectangle:
-    case LightKind::kSphere:
-    case LightKind::kDisk:
-    case LightKind::kCylinder:
-      return kPi64 * light.area * mean * (light.two_sided ? 2 : 1);
-    case LightKind::kCount:
-      break;
-  }
-  return 0;
-}
-
 double sampled_power(const LightTable& table, const LightRecord& light) {
   if (light.same_as >= 0) return 0;
   const double share = light.environment >= 0
                            ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share
                            : 1;
-  const double power = share * light_power(table, light);
+  const double power = share * table.sources(light.kind).power(table, light);
   return std::isfinite(power) && power > 0 ? power : 0;
 }
 

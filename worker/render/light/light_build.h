@@ -16,10 +16,6 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
                         bool two_sided, std::int32_t texture, std::vector<LightRecord>& lights,
                         float interpolated_pick = 0);
 
-/// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's
-/// radius.
-double light_power(const LightTable& table, const LightRecord& light);
-
 /// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), a quarter by
 /// power and the rest evenly; by LightTable::tree, or by the tree where there are several lights and else
 /// mixed; or not at all.

@@ -13,6 +13,7 @@
 
 namespace tessera::render {
 
+/// The models of light.cpp, in its order; kinds from kCount on are those that add_light_model() gives.
 enum class LightKind : std::int32_t {
   kPoint,
   kSpot,
@@ -77,12 +78,17 @@ struct Environment {
   BigArray<float>
       texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;  // over the unit square of the map, density proportional to luminance x Jacobian
+  double flux = 0;           // with a map: integral of the mean of R, G and B over all directions
   float sampled_share = 1;  // of the light, that the distribution is about: the rest is left to BSDF sampling
   // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
   // It travels to the side that the cross product of the sides points to.
   float portal[9] = {};
   float portal_area = 0;
 };
+
+class LightSource;
+/// The models of the kernels that are to read a table (light_source.h).
+using LightSources = const LightSource& (*)(LightKind);
 
 struct LightTable {
   std::vector<LightRecord> lights;
@@ -91,6 +97,7 @@ struct LightTable {
   AliasTable selection;                       // over lights; only zeros in pmf when nothing is to be sampled
   LightTree tree;                             // over lights; where it is empty, `selection` is used
   bool uses_normals = false;                  // sampling and its density look at Receiver::normal
+  LightSources sources = nullptr;
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
   bool any_textures = false;          // some light has one

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/light/light_build.h"
+#include "render/light/light_source.h"
 
 namespace tessera::render {
 namespace {
@@ -16,21 +17,7 @@ namespace {
 constexpr double kPi64 = std::numbers::pi;
 constexpr int kBuckets = 12;
 
-using Vec = std::array<double, 3>;
-
-Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec operator*(const Vec& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
-double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vec& a) { return std::sqrt(dot(a, a)); }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vec unit(const Vec& a) {
-  const double l = length(a);
-  return l > 0 ? a * (1 / l) : Vec{0, 0, 1};
-}
-Vec vec(const float* p) { return {p[0], p[1], p[2]}; }
+using namespace vec64;
 
 /// Directions about an axis.
 struct Cone {
@@ -53,15 +40,14 @@ Cone around(Cone a, Cone b) {
 }
 
 /// What is known of some lights.
-struct Bounds {
-  Vec low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-  Cone cone;
-  double reach = 0;  // angle off a normal up to which a light shines
-  double intensity = 0;
-  bool two_sided = false;
+struct Bounds : LightBounds {
+  Bounds() = default;
+  explicit Bounds(const LightBounds& one) : LightBounds(one) {}
 
+  using LightBounds::add;
   void add(const Bounds& b) {
-    cone = intensity > 0 ? around(cone, b.cone) : b.cone;
+    const Cone both = intensity > 0 ? around({axis, angle}, {b.axis, b.angle}) : Cone{b.axis, b.angle};
+    axis = both.axis, angle = both.angle;
     for (std::size_t c = 0; c < 3; ++c) {
       low[c] = std::min(low[c], b.low[c]);
       high[c] = std::max(high[c], b.high[c]);
@@ -69,12 +55,6 @@ struct Bounds {
     reach = std::max(reach, b.reach);
     intensity += b.intensity;
     two_sided |= b.two_sided;
-  }
-  void add(const Vec& p) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      low[c] = std::min(low[c], p[c]);
-      high[c] = std::max(high[c], p[c]);
-    }
   }
   Vec centre() const { return (low + high) * 0.5; }
   Vec size() const { return high - low; }
@@ -85,82 +65,10 @@ struct Item {
   std::int32_t light;
 };
 
-void bound_ball(const Vec& centre, double radius, Bounds& b) {
-  b.add(centre - Vec{radius, radius, radius});
-  b.add(centre + Vec{radius, radius, radius});
-}
-
-/// A box about the quadric, by the corners of one about it in its own space.
-void bound_quadric(const LightTable& table, const LightRecord& light, Bounds& b) {
-  const ShapeRecord& shape = table.shapes->shapes[static_cast<std::size_t>(light.shape)];
-  const QuadricRecord& q = table.shapes->quadrics[static_cast<std::size_t>(shape.quadric)];
-  const bool disk = light.kind == LightKind::kDisk;
-  const double z[] = {disk ? q.height : q.z_min, disk ? q.height : q.z_max};
-  const auto& m = q.render_from_object.m;
-  for (int i = 0; i < 8; ++i) {
-    const Vec p = {i & 1 ? q.radius : -q.radius, i & 2 ? q.radius : -q.radius, z[i >> 2]};
-    Vec at;
-    for (std::size_t r = 0; r < 3; ++r)
-      at[r] = m[4 * r] * p[0] + m[4 * r + 1] * p[1] + m[4 * r + 2] * p[2] + m[4 * r + 3];
-    b.add(at);
-  }
-  if (disk) {
-    // Normals are mapped by the inverse transpose: the cross product of what two tangents become, up to its
-    // sign.
-    const Vec x = {m[0], m[4], m[8]}, y = {m[1], m[5], m[9]}, z_axis = {m[2], m[6], m[10]};
-    Vec n = unit(cross(x, y));
-    if ((dot(n, z_axis) < 0) != ((shape.flags & kFlipNormal) != 0)) n = n * -1;
-    b.cone = {n, 0};
-  } else {
-    b.cone.angle = kPi64;
-  }
-}
-
-Bounds bounds_of(const LightTable& table, const LightRecord& light) {
-  Bounds b;
-  const double radiance = (double{light.radiance[0]} + light.radiance[1] + light.radiance[2]) / 3;
-  b.reach = kPi64 / 2;
-  b.two_sided = light.two_sided != 0;
-  b.intensity = radiance * light.area;
-  const Vec p0 = vec(light.vertices), p1 = vec(light.vertices + 3), p2 = vec(light.vertices + 6);
-  switch (light.kind) {
-    case LightKind::kTriangle:
-      b.cone = {unit(cross(p1 - p0, p2 - p0)), 0};
-      for (const Vec& p : {p0, p1, p2}) b.add(p);
-      break;
-    case LightKind::kRectangle: {
-      b.cone = {unit(vec(light.direction)), 0};
-      const Vec x = p1 * light.tan_x, y = p2 * light.tan_y;
-      for (const Vec& p : {p0, p0 + x, p0 + y, p0 + x + y}) b.add(p);
-      break;
-    }
-    case LightKind::kSphere:
-      bound_quadric(table, light, b);
-      break;
-    case LightKind::kDisk:
-    case LightKind::kCylinder:
-      bound_quadric(table, light, b);
-      break;
-    default:
-      // Shines from a point, and what has no normal counts four times; a spot into its cone, beyond cos_inner
-      // ever less.
-      b.intensity = 4 * radiance;
-      bound_ball(vec(light.position), 0, b);
-      b.cone.angle = kPi64;
-      if (light.kind == LightKind::kSpot) {
-        b.intensity = radiance;
-        b.cone = {unit(vec(light.direction)), std::acos(std::clamp(double{light.cos_inner}, -1.0, 1.0))};
-        b.reach = std::acos(std::clamp(double{light.cos_outer}, -1.0, 1.0)) - b.cone.angle;
-      }
-      break;
-  }
-  return b;
-}
-
 /// The measure of directions that lights shine in, weighed by a cosine [Conty Estevez & Kulla 2018, equation
 /// 1].
 double directions(const Bounds& b) {
-  const double o = b.cone.angle, w = std::min(o + b.reach, kPi64);
+  const double o = b.angle, w = std::min(o + b.reach, kPi64);
   return 2 * kPi64 * (1 - std::cos(o)) +
          kPi64 / 2 * (2 * w * std::sin(o) - std::cos(o - 2 * w) - 2 * o * std::sin(o) + std::cos(o));
 }
@@ -294,17 +202,17 @@ class Builder {
     node.radius[k] = static_cast<float>((length(b.size()) / 2 + rounding) * (1 + 1e-6));
 
     const auto normal = [&](const Item& item) {
-      const Vec& n = item.bounds.cone.axis;
-      return b.two_sided && dot(n, items[0].bounds.cone.axis) < 0 ? n * -1 : n;
+      const Vec& n = item.bounds.axis;
+      return b.two_sided && dot(n, items[0].bounds.axis) < 0 ? n * -1 : n;
     };
     Vec sum{};
     for (const Item& item : items)
-      sum = sum + normal(item) * (item.bounds.intensity * std::max(std::cos(item.bounds.cone.angle), 0.0));
+      sum = sum + normal(item) * (item.bounds.intensity * std::max(std::cos(item.bounds.angle), 0.0));
     const Vec axis = unit(sum);
     double reach = 0;
     for (const Item& item : items) {
       const double off = std::acos(std::clamp(dot(axis, normal(item)), -1.0, 1.0));
-      reach = std::max(reach, off + item.bounds.cone.angle + item.bounds.reach);
+      reach = std::max(reach, off + item.bounds.angle + item.bounds.reach);
     }
     for (std::size_t c = 0; c < 3; ++c) {
       node.centre[c][k] = static_cast<float>(centre[c]);
@@ -319,8 +227,8 @@ class Builder {
   LightTree& tree_;
 };
 
-bool is_bounded(const LightRecord& light) {
-  return light.kind != LightKind::kInfinite && light.kind != LightKind::kDistant;
+bool is_bounded(const LightTable& table, const LightRecord& light) {
+  return !table.sources(light.kind).traits.at_infinity;
 }
 
 }  // namespace
@@ -328,7 +236,7 @@ bool is_bounded(const LightRecord& light) {
 int count_bounded_lights(const LightTable& table) {
   return static_cast<int>(std::count_if(
       table.lights.begin(), table.lights.end(),
-      [&](const LightRecord& light) { return is_bounded(light) && sampled_power(table, light) > 0; }));
+      [&](const LightRecord& light) { return is_bounded(table, light) && sampled_power(table, light) > 0; }));
 }
 
 LightTree build_light_tree(const LightTable& table) {
@@ -337,8 +245,8 @@ LightTree build_light_tree(const LightTable& table) {
   for (std::size_t i = 0; i < table.lights.size(); ++i) {
     const LightRecord& light = table.lights[i];
     if (!(sampled_power(table, light) > 0)) continue;
-    if (is_bounded(light)) {
-      items.push_back({bounds_of(table, light), static_cast<std::int32_t>(i)});
+    if (is_bounded(table, light)) {
+      items.push_back({Bounds(table.sources(light.kind).bounds(table, light)), static_cast<std::int32_t>(i)});
     } else {
       tree.unbounded.push_back(static_cast<std::int32_t>(i));
     }

@@ -176,9 +176,10 @@ LightPick pick_light(const LightTable& table, const Receiver& from, Float u, Mas
 
 Float pick_pmf(const LightTable& table, Int light, const Receiver& from, Mask active) {
   if (table.tree.empty()) return discrete_pmf(table.selection, light, active);
-  const Int kind = kind_of(table, light, active);
-  const Mask at_infinity = (kind == static_cast<std::int32_t>(LightKind::kInfinite)) |
-                           (kind == static_cast<std::int32_t>(LightKind::kDistant));
+  Mask at_infinity = Mask::none();
+  for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
+    if (light_model(static_cast<LightKind>(kind)).traits.at_infinity) at_infinity |= lanes;
+  });
   return pmf_of_tree(table.tree, light, from, at_infinity, active);
 }
 

@@ -1,11 +1,11 @@
-#include "render/light/light_access.h"
 #include "render/light/models.h"
+#include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// Shines equally in all directions from one point.
-class PointLight final : public LightModel {
+class PointLight final : public PositionalLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2,
                      Mask active) const override {
@@ -25,7 +25,9 @@ class PointLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  double power(const LightTable&, const LightRecord& light) const override {
+    return 4 * std::numbers::pi * mean_radiance(light);
+  }
 };
 
 }  // namespace

@@ -1,12 +1,12 @@
-#include "render/light/light_access.h"
 #include "render/light/models.h"
+#include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// A slide projector: a point light within a pyramid, its intensity a picture [pbrt-v4 ProjectionLight;
 /// Mitsuba 3 projector].
-class ProjectionLight final : public LightModel {
+class ProjectionLight final : public PositionalLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
@@ -23,7 +23,27 @@ class ProjectionLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  /// As if the solid angle were that of a white picture seen from afar.
+  double power(const LightTable&, const LightRecord& light) const override {
+    return 4 * double{light.tan_x} * light.tan_y * mean_radiance(light);
+  }
+
+ protected:
+  Directions directions(const LightLanes& lanes, Vec2 u) const override {
+    const Float tan_x = lanes.field(&LightRecord::tan_x), tan_y = lanes.field(&LightRecord::tan_y);
+    const Vec3 local = normalize(Vec3{(2.0f * u.x - 1.0f) * tan_x, (2.0f * u.y - 1.0f) * tan_y, Float(1.0f)});
+    // The rows of the map into light space are its axes, as they are orthonormal.
+    const Vec3 w = lanes.field3(&LightRecord::vertices, 0) * local.x +
+                   lanes.field3(&LightRecord::vertices, 3) * local.y +
+                   lanes.field3(&LightRecord::vertices, 6) * local.z;
+    return {normalize(w), 4.0f * tan_x * tan_y * local.z * local.z * local.z};
+  }
+  Float direction_density(const LightLanes& lanes, Vec3 direction) const override {
+    const Float tan_x = lanes.field(&LightRecord::tan_x), tan_y = lanes.field(&LightRecord::tan_y);
+    const Vec3 w = lanes.to_light(direction);
+    const Mask inside = (w.z > 0.0f) & (abs(w.x) <= tan_x * w.z) & (abs(w.y) <= tan_y * w.z);
+    return select_or_zero(inside, 0.25f / max(tan_x * tan_y * w.z * w.z * w.z, 1e-30f));
+  }
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include "render/light/area_point.h"
-#include "render/light/light_access.h"
+#include "render/core/constants.h"
 #include "render/light/models.h"
+#include "render/light/quadric_access.h"
 #include "render/sampling/warp.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -57,18 +57,8 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   return s;
 }
 
-/// Samples the surface: from inside, and spheres that are cut or squeezed.
-LightSample sample_surface(const LightLanes& lanes, Vec3 reference, Vec2 u) {
-  const AreaPoint at = sample_sphere_area(lanes, u);
-  return sample_from_point(lanes, reference, at.point, at.normal, at.density, at.extent);
-}
-
-Float surface_pdf(const LightLanes& lanes, Vec3 reference, Vec3 wi, Vec3 point, Vec3 normal) {
-  return pdf_from_point(lanes, reference, wi, point, normal, sphere_area_density(lanes, point));
-}
-
 /// A sphere: its solid angle is sampled uniformly from outside, else its surface.
-class SphereLight final : public LightModel {
+class SphereLight final : public AreaLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
@@ -76,7 +66,7 @@ class SphereLight final : public LightModel {
     const Cone c = cone(lanes, from.p);
     const Mask by_surface = and_not(active, c.usable);
     LightSample s = sample_cone({table, light, c.usable}, c, from.p, u);
-    if (any(by_surface)) s = select(c.usable, s, sample_surface({table, light, by_surface}, from.p, u));
+    if (any(by_surface)) s = select(c.usable, s, AreaLight::sample(table, light, from, u, by_surface));
     return s;
   }
 
@@ -88,10 +78,39 @@ class SphereLight final : public LightModel {
     Float density =
         select_or_zero(lanes.shines_towards(normal, -wi) & c.usable, cone_pdf(c.one_minus_cos_max));
     if (any(by_surface)) {
-      density =
-          select(by_surface, surface_pdf({table, light, by_surface}, from.p, wi, point, normal), density);
+      const Float by_area = AreaLight::pdf(table, light, from, wi, point, normal, by_surface);
+      density = select(by_surface, by_area, density);
     }
     return density;
+  }
+
+ protected:
+  /// From inside, and for spheres that are cut or squeezed.
+  AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
+    const QuadricLanes quadric(lanes);
+    const Float radius = quadric.field(&QuadricRecord::radius);
+    const Float z = lerp(u.x, quadric.field(&QuadricRecord::z_min), quadric.field(&QuadricRecord::z_max));
+    const Float r = safe_sqrt((radius - z) * (radius + z));
+    const Float phi = u.y * quadric.field(&QuadricRecord::phi_max);
+    const Vec3 in_object = {r * cos(phi), r * sin(phi), z};
+
+    const WideAffine to = quadric.affine(&QuadricRecord::render_from_object);
+    const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
+    const Vec3 n = in_object * (1.0f / radius);
+    return {transform_point(to, in_object), quadric.front(normalize(transform_normal(from, n))),
+            stretched_density(zone_area(quadric), to, from, n),
+            max_abs(transform_vector(to, {radius, radius, radius}))};
+  }
+  Float density_at(const LightLanes& lanes, Vec3 point) const override {
+    const QuadricLanes quadric(lanes);
+    const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
+    return stretched_density(zone_area(quadric), quadric.affine(&QuadricRecord::render_from_object), from,
+                             normalize(transform_point(from, point)));
+  }
+  void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
+    const QuadricRecord& q = quadric_of(table, light);
+    bound_quadric(q, q.z_min, q.z_max, b);
+    b.angle = std::numbers::pi;
   }
 };
 

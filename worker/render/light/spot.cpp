@@ -1,5 +1,5 @@
-#include "render/light/light_access.h"
 #include "render/light/models.h"
+#include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -7,7 +7,7 @@ namespace {
 /// A point light within a cone. The intensity falls from whole at cos_inner to none at cos_outer as a
 /// smoothstep of the cosine [pbrt-v4 SpotLight] or in proportion to the angle [Mitsuba 3 spot]. A texture
 /// covers the square about the cone.
-class SpotLight final : public LightModel {
+class SpotLight final : public PositionalLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
@@ -38,7 +38,34 @@ class SpotLight final : public LightModel {
     return s;
   }
 
-  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
+  /// The mean of a smoothstep over its range is one half.
+  double power(const LightTable&, const LightRecord& light) const override {
+    return 2 * std::numbers::pi * mean_radiance(light) *
+           ((1 - light.cos_inner) + (light.cos_inner - light.cos_outer) / 2);
+  }
+
+  /// It shines into its cone, beyond cos_inner ever less.
+  LightBounds bounds(const LightTable&, const LightRecord& light) const override {
+    LightBounds b;
+    b.intensity = mean_radiance(light);
+    b.add(vec64::vec(light.position));
+    b.axis = unit(vec64::vec(light.direction));
+    b.angle = std::acos(std::clamp(double{light.cos_inner}, -1.0, 1.0));
+    b.reach = std::acos(std::clamp(double{light.cos_outer}, -1.0, 1.0)) - b.angle;
+    return b;
+  }
+
+ protected:
+  Directions directions(const LightLanes& lanes, Vec2 u) const override {
+    const Float one_minus_cos = 1.0f - lanes.field(&LightRecord::cos_outer);
+    const Frame frame = Frame::from_normal(lanes.field3(&LightRecord::direction));
+    return {frame.to_world(square_to_cone(u, one_minus_cos)), 2.0f * kPi * one_minus_cos};
+  }
+  Float direction_density(const LightLanes& lanes, Vec3 w) const override {
+    const Float cosine = dot(lanes.field3(&LightRecord::direction), w);
+    const Float outer = lanes.field(&LightRecord::cos_outer);
+    return select_or_zero(cosine >= outer, kInv2Pi / (1.0f - outer));
+  }
 };
 
 }  // namespace

@@ -1,27 +1,33 @@
-#include "render/light/area_point.h"
-#include "render/light/light_access.h"
+#include "render/core/constants.h"
+#include "render/light/area_light.h"
 #include "render/light/models.h"
+#include "render/sampling/warp.h"
+#include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// One triangle of an emitting mesh, sampled uniformly by area.
-class TriangleLight final : public LightModel {
- public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
-                     Mask active) const override {
-    const LightLanes lanes{table, light, active};
-    const TrianglePoint sampled = sample_triangle_area(lanes, u);
-    const AreaPoint& at = sampled.at;
-    LightSample s = sample_from_point(lanes, from.p, at.point, at.normal, at.density, at.extent);
-    s.barycentric = sampled.barycentric;
-    return s;
+class TriangleLight final : public AreaLight {
+ protected:
+  AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
+    const Vec3 p0 = lanes.field3(&LightRecord::vertices, 0);
+    const Vec3 p1 = lanes.field3(&LightRecord::vertices, 3);
+    const Vec3 p2 = lanes.field3(&LightRecord::vertices, 6);
+    const Vec3 e1 = p1 - p0, e2 = p2 - p0;
+    const Float size = max(max_abs(e1), max_abs(e2));
+    const Barycentric b = square_to_triangle(u);
+    return {fma(p2, b.b2, fma(p1, b.b1, p0 * b.b0)),
+            triangle_normal(e1, e2, size),
+            1.0f / lanes.field(&LightRecord::area),
+            size,
+            {b.b1, b.b2}};
   }
-
-  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
-            Mask active) const override {
-    const LightLanes lanes{table, light, active};
-    return pdf_from_point(lanes, from.p, wi, point, normal, 1.0f / lanes.field(&LightRecord::area));
+  void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
+    const vec64::Vec p0 = vec64::vec(light.vertices), p1 = vec64::vec(light.vertices + 3),
+                     p2 = vec64::vec(light.vertices + 6);
+    b.axis = unit(cross(p1 - p0, p2 - p0));
+    for (const vec64::Vec& p : {p0, p1, p2}) b.add(p);
   }
 };
 

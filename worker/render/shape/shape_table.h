@@ -14,7 +14,9 @@
 
 namespace tessera::render {
 
-enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk, kCylinder, kSdfGrid, kCurves };
+/// Triangles, curves, and the models of analytic_shape.cpp, in its order; kinds from kCount on are those that
+/// add_analytic_shape() gives.
+enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk, kCylinder, kSdfGrid, kCurves, kCount };
 
 /// Bits of ShapeRecord::flags.
 enum ShapeFlags : std::int32_t {

@@ -1,14 +1,12 @@
 #include "render/shape/surface.h"
 
-#include <cmath>
 #include <cstddef>
 
 #include "render/core/affine.h"
-#include "render/core/constants.h"
 #include "render/core/motion.h"
+#include "render/shape/analytic_shape.h"
 #include "render/shape/curve_surface.h"
 #include "render/shape/error_bound.h"
-#include "render/shape/sdf_surface.h"
 #include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -127,112 +125,6 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
   }
 }
 
-/// Point, normal and parameters on one sphere or disk, in its object space.
-struct ObjectPoint {
-  Vec3 p, n, dpdu, dpdv;
-  Vec2 uv;
-  Float extent;
-};
-
-ObjectPoint sphere_point(const QuadricRecord& q, Vec3 p) {
-  ObjectPoint o;
-  o.p = p * (q.radius / length(p));
-  // The pole has no azimuth; any will do.
-  const Mask pole = (o.p.x == 0.0f) & (o.p.y == 0.0f);
-  o.p.x = select(pole, 1e-5f * q.radius, o.p.x);
-  Float phi = atan2(o.p.y, o.p.x);
-  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
-  const Float theta_min = acos(Float(q.z_min / q.radius)), theta_max = acos(Float(q.z_max / q.radius));
-  const Float cos_theta = clamp(o.p.z * (1 / q.radius), -1.0f, 1.0f);
-  o.uv = {phi * (1 / q.phi_max), (acos(cos_theta) - theta_min) / (theta_max - theta_min)};
-  const Float z_radius = sqrt(sqr(o.p.x) + sqr(o.p.y));
-  const Float inv = 1.0f / z_radius;
-  o.dpdu = {o.p.y * -q.phi_max, o.p.x * q.phi_max, Float(0.0f)};
-  o.dpdv = Vec3{o.p.z * o.p.x * inv, o.p.z * o.p.y * inv, -z_radius} * (theta_max - theta_min);
-  o.n = o.p * (1 / q.radius);
-  o.extent = q.radius;
-  return o;
-}
-
-ObjectPoint disk_point(const QuadricRecord& q, Vec3 p) {
-  ObjectPoint o;
-  o.p = {p.x, p.y, Float(q.height)};
-  Float phi = atan2(p.y, p.x);
-  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
-  const Float r = sqrt(sqr(p.x) + sqr(p.y));
-  o.uv = {phi * (1 / q.phi_max), (q.radius - r) * (1 / (q.radius - q.inner_radius))};
-  const Float inv = 1.0f / max(r, 1e-30f);
-  o.dpdu = {p.y * -q.phi_max, p.x * q.phi_max, Float(0.0f)};
-  o.dpdv = Vec3{p.x * inv, p.y * inv, Float(0.0f)} * Float(q.inner_radius - q.radius);
-  o.n = {Float(0.0f), Float(0.0f), Float(1.0f)};
-  o.extent = q.radius;
-  return o;
-}
-
-ObjectPoint cylinder_point(const QuadricRecord& q, Vec3 p) {
-  ObjectPoint o;
-  const Float scale = q.radius / sqrt(sqr(p.x) + sqr(p.y));
-  o.p = {p.x * scale, p.y * scale, p.z};
-  Float phi = atan2(p.y, p.x);
-  phi = select(phi < 0.0f, phi + 2 * kPi, phi);
-  o.uv = {phi * (1 / q.phi_max), (p.z - q.z_min) * (1 / (q.z_max - q.z_min))};
-  o.dpdu = {o.p.y * -q.phi_max, o.p.x * q.phi_max, Float(0.0f)};
-  o.dpdv = {Float(0.0f), Float(0.0f), Float(q.z_max - q.z_min)};
-  o.n = {o.p.x * (1 / q.radius), o.p.y * (1 / q.radius), Float(0.0f)};
-  o.extent = Float(q.radius + std::fmax(std::fabs(q.z_min), std::fabs(q.z_max)));
-  return o;
-}
-
-ObjectPoint object_point(const QuadricRecord& q, ShapeKind kind, Vec3 p) {
-  switch (kind) {
-    case ShapeKind::kSphere:
-      return sphere_point(q, p);
-    case ShapeKind::kCylinder:
-      return cylinder_point(q, p);
-    default:
-      return disk_point(q, p);
-  }
-}
-
-/// Parameters other than pbrt's, and the tangents that belong to them.
-void map_parameters(const QuadricRecord& q, ObjectPoint& point) {
-  const float* m = q.uv_map;
-  const Vec2 uv = point.uv;
-  point.uv = {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
-  const float determinant = m[0] * m[4] - m[1] * m[3];
-  const float inverse = determinant == 0 ? 0 : 1 / determinant;
-  const Vec3 dpdu = point.dpdu, dpdv = point.dpdv;
-  point.dpdu = (dpdu * Float(m[4]) - dpdv * Float(m[3])) * Float(inverse);
-  point.dpdv = (dpdv * Float(m[0]) - dpdu * Float(m[1])) * Float(inverse);
-}
-
-void quadric_surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
-                     Mask active, bool want_tangents, Surface& s) {
-  const QuadricRecord& q = table.quadrics[shape.quadric];
-  const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
-  const Vec3 guess = fma(od, hit.t, oo);
-  ObjectPoint point = object_point(q, shape.kind, guess);
-  if (q.maps_uv) map_parameters(q, point);
-  const Vec3 p = transform_point(q.render_from_object, point.p);
-  Vec3 ng = normalize(transform_normal(q.object_from_render, point.n));
-  if (shape.flags & kFlipNormal) ng = -ng;
-
-  // The transform's own roundings count: the extent of the object about its origin, seen in render space.
-  const Vec3 spread = transform_vector(q.render_from_object, Vec3{point.extent, point.extent, point.extent});
-  const Float extent = largest_coordinate(p) + largest_coordinate(spread) +
-                       std::abs(q.render_from_object.m[3]) + std::abs(q.render_from_object.m[7]) +
-                       std::abs(q.render_from_object.m[11]);
-  s.p = select(active, p, s.p);
-  s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
-  s.ng = select(active, ng, s.ng);
-  s.ns = select(active, ng, s.ns);
-  s.uv = {select(active, point.uv.x, s.uv.x), select(active, point.uv.y, s.uv.y)};
-  if (want_tangents) {
-    s.dpdu = select(active, transform_vector(q.render_from_object, point.dpdu), s.dpdu);
-    s.dpdv = select(active, transform_vector(q.render_from_object, point.dpdv), s.dpdv);
-  }
-}
-
 /// Where instances are.
 struct Placement {
   WideAffine to, from;  // instance space to render space, and back
@@ -306,16 +198,14 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
     id = select(placed, transform_vector(placement.from, d), d);
   }
   if (any(triangles)) triangle_surface(table, hit, flags, io, id, triangles, want_tangents, s);
-  const Mask quadrics = and_not(active, triangles);
-  if (any(quadrics)) {
-    for_each_distinct(hit.shape, quadrics, [&](std::int32_t shape, Mask lanes) {
+  const Mask others = and_not(active, triangles);
+  if (any(others)) {
+    for_each_distinct(hit.shape, others, [&](std::int32_t shape, Mask lanes) {
       const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
-      if (record.kind == ShapeKind::kSdfGrid) {
-        sdf_surface(table, record, hit, io, id, lanes, s);
-      } else if (record.kind == ShapeKind::kCurves) {
-        curve_surface(table.curves[static_cast<std::size_t>(record.quadric)], hit, io, id, lanes, s);
+      if (const AnalyticShape* const model = analytic_shape(record.kind)) {
+        model->surface(table, record, hit, io, id, lanes, want_tangents, s);
       } else {
-        quadric_surface(table, record, hit, io, id, lanes, want_tangents, s);
+        curve_surface(table.curves[static_cast<std::size_t>(record.quadric)], hit, io, id, lanes, s);
       }
     });
   }

@@ -6,8 +6,8 @@ namespace tessera::render {
 
 struct ShapeTable;
 
-/// User pointer of the Embree geometry of a sphere or a disk.
-struct QuadricGeometry {
+/// User pointer of the Embree geometry of an analytic shape.
+struct ShapeGeometry {
   const ShapeTable* table = nullptr;
   std::int32_t shape = 0;
 };

@@ -1,4 +1,4 @@
-#include "render/accel/alpha_filter.h"
+#include "render/accel/embree/alpha_filter.h"
 
 #include "render/color/texture.h"
 #include "render/sampling/hash.h"

@@ -1,17 +1,10 @@
-// Embree's callbacks for primitives of our own: between its packets and wide values.
-#pragma once
+#include "render/accel/embree/analytic_geometry.h"
 
-#include "render/accel/embree.h"
-#include "render/core/vec.h"
+#include "render/accel/embree/shape_geometry.h"
+#include "render/shape/analytic_shape.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-/// Up to 16 rays of a callback's packet. Roots are wanted in (t_near, t_far).
-struct PrimitiveRays {
-  Vec3 o, d;
-  Float t_near, t_far;
-  Mask active;
-};
+namespace {
 
 /// Calls f(first lane, roots, bits of the lanes that hit) for every 16 rays. `solve` gives the nearest root
 /// of each active lane, or a negative number.
@@ -34,7 +27,7 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
       f_[7][i] = RTCRayN_tfar(ray, n, j);
     }
     const auto load = [&](int k) { return Float::load(f_[k]); };
-    const PrimitiveRays rays{
+    const ShapeRays rays{
         {load(0), load(1), load(2)}, {load(3), load(4), load(5)}, load(6), load(7), Int::load(v) != 0};
     const Float t = solve(rays);
     alignas(64) float roots[kWidth];
@@ -43,8 +36,39 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
   }
 }
 
-template <class Solve>
-void intersect_primitive(const RTCIntersectFunctionNArguments* args, Solve&& solve) {
+/// What a geometry's user pointer leads to.
+struct Primitive {
+  const ShapeTable& table;
+  const ShapeRecord& shape;
+  const AnalyticShape& model;
+  std::int32_t index;
+
+  Primitive(const void* user_pointer, unsigned primitive)
+      : table(*static_cast<const ShapeGeometry*>(user_pointer)->table),
+        shape(table.shapes[static_cast<std::size_t>(static_cast<const ShapeGeometry*>(user_pointer)->shape)]),
+        model(*analytic_shape(shape.kind)),
+        index(static_cast<std::int32_t>(primitive)) {}
+
+  Float operator()(const ShapeRays& rays) const { return model.nearest(table, shape, index, rays); }
+};
+
+}  // namespace
+
+unsigned count_primitives(const ShapeTable& table, std::int32_t shape) {
+  const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+  return static_cast<unsigned>(analytic_shape(record.kind)->primitive_count(table, record));
+}
+
+void bound_primitive(const RTCBoundsFunctionArguments* args) {
+  const Primitive primitive(args->geometryUserPtr, args->primID);
+  const ShapeBounds b = primitive.model.bounds(primitive.table, primitive.shape, primitive.index);
+  args->bounds_o->lower_x = b.low[0], args->bounds_o->lower_y = b.low[1], args->bounds_o->lower_z = b.low[2];
+  args->bounds_o->upper_x = b.high[0], args->bounds_o->upper_y = b.high[1],
+  args->bounds_o->upper_z = b.high[2];
+}
+
+void intersect_primitive(const RTCIntersectFunctionNArguments* args) {
+  const Primitive solve(args->geometryUserPtr, args->primID);
   const unsigned n = args->N;
   RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, n);
   RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, n);
@@ -62,8 +86,8 @@ void intersect_primitive(const RTCIntersectFunctionNArguments* args, Solve&& sol
   });
 }
 
-template <class Solve>
-void occluded_primitive(const RTCOccludedFunctionNArguments* args, Solve&& solve) {
+void occluded_primitive(const RTCOccludedFunctionNArguments* args) {
+  const Primitive solve(args->geometryUserPtr, args->primID);
   for_each_root(args->valid, args->ray, args->N, solve,
                 [&](unsigned first, const float*, std::uint32_t bits) {
                   for (; bits != 0; bits &= bits - 1) {

@@ -1,56 +1,15 @@
-#include "render/accel/accelerator.h"
+#include "render/accel/embree/accelerator.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "render/accel/curve_geometry.h"
+#include "render/accel/embree/curve_geometry.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
 
 namespace {
-
-/// Bounds of a transformed box given by its centre and half of its sides, with room for the roundings of
-/// transform and intersection.
-void put_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3], RTCBounds& b) {
-  const float* m = transform.m;
-  float low[3], high[3];
-  for (int i = 0; i < 3; ++i) {
-    const float* row = m + 4 * i;
-    const float middle = row[0] * centre[0] + row[1] * centre[1] + row[2] * centre[2] + row[3];
-    const float reach = std::abs(row[0]) * half[0] + std::abs(row[1]) * half[1] + std::abs(row[2]) * half[2];
-    const float slack = 4e-6f * (std::abs(middle) + reach);
-    low[i] = middle - reach - slack;
-    high[i] = middle + reach + slack;
-  }
-  b.lower_x = low[0], b.lower_y = low[1], b.lower_z = low[2];
-  b.upper_x = high[0], b.upper_y = high[1], b.upper_z = high[2];
-}
-
-void quadric_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
-  const ShapeRecord& shape = geometry.table->shapes[geometry.shape];
-  const QuadricRecord& q = geometry.table->quadrics[shape.quadric];
-  const bool flat = shape.kind == ShapeKind::kDisk;
-  put_bounds(q.render_from_object, {0, 0, flat ? q.height : (q.z_min + q.z_max) / 2},
-             {q.radius, q.radius, flat ? 0.0f : (q.z_max - q.z_min) / 2}, *args->bounds_o);
-}
-
-/// Of one voxel.
-void sdf_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto& geometry = *static_cast<const QuadricGeometry*>(args->geometryUserPtr);
-  const SdfGridRecord& grid = geometry.table->sdf_grids[geometry.table->shapes[geometry.shape].quadric];
-  const std::int32_t lower = grid.voxels[args->primID];
-  const std::int32_t at[3] = {lower % grid.size[0], lower / grid.size[0] % grid.size[1],
-                              lower / grid.size[0] / grid.size[1]};
-  float centre[3], half[3];
-  for (int i = 0; i < 3; ++i) {
-    half[i] = 0.5f / static_cast<float>(grid.size[i] - 1);
-    centre[i] = (2 * static_cast<float>(at[i]) + 1) * half[i];
-  }
-  put_bounds(grid.render_from_object, centre, half, *args->bounds_o);
-}
 
 bool count_memory(void* counter, ssize_t bytes, bool) {
   static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
@@ -104,14 +63,12 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   } else if (shape.kind == ShapeKind::kCurves) {
     geometry = new_curve_geometry(device_, table.curves[static_cast<std::size_t>(shape.quadric)]);
   } else {
-    const bool sdf = shape.kind == ShapeKind::kSdfGrid;
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(
-        geometry, sdf ? static_cast<unsigned>(table.sdf_grids[shape.quadric].voxels.size()) : 1);
-    rtcSetGeometryUserData(geometry, &quadrics_.emplace_back(QuadricGeometry{&table, index}));
-    rtcSetGeometryBoundsFunction(geometry, sdf ? sdf_bounds : quadric_bounds, nullptr);
-    rtcSetGeometryIntersectFunction(geometry, sdf ? callbacks.intersect_sdf : callbacks.intersect_quadric);
-    rtcSetGeometryOccludedFunction(geometry, sdf ? callbacks.occluded_sdf : callbacks.occluded_quadric);
+    rtcSetGeometryUserPrimitiveCount(geometry, callbacks.count_primitives(table, index));
+    rtcSetGeometryUserData(geometry, &shapes_.emplace_back(ShapeGeometry{&table, index}));
+    rtcSetGeometryBoundsFunction(geometry, callbacks.bound, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, callbacks.intersect);
+    rtcSetGeometryOccludedFunction(geometry, callbacks.occluded);
   }
   if ((shape.flags & kHasAlpha) &&
       (shape.kind == ShapeKind::kTriangles || shape.kind == ShapeKind::kCurves)) {

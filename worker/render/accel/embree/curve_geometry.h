@@ -1,7 +1,7 @@
 // Curves as Embree geometry.
 #pragma once
 
-#include "render/accel/embree.h"
+#include "render/accel/embree/embree.h"
 
 namespace tessera::render {
 

@@ -1,7 +1,10 @@
-#include "render/accel/trace.h"
+#include "render/accel/embree/trace.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "render/accel/embree/alpha_filter.h"
+#include "render/accel/embree/analytic_geometry.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -220,10 +223,17 @@ class EmbreeQuery final : public RayQuery {
   const bool single_rays_;
 };
 
-}  // namespace
-
 std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, std::int32_t first_instance, bool single_rays) {
   return std::make_unique<EmbreeQuery>(scene, first_instance, single_rays);
+}
+
+}  // namespace
+
+const EmbreeKernel& embree_kernel() {
+  static constexpr EmbreeKernel kKernel{
+      {&count_primitives, &bound_primitive, &intersect_primitive, &occluded_primitive, &filter_alpha},
+      &make_embree_query};
+  return kKernel;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,7 +3,8 @@
 
 #include <memory>
 
-#include "render/accel/embree.h"
+#include "render/accel/embree/embree.h"
+#include "render/accel/embree/embree_kernel.h"
 #include "render/accel/ray_query.h"
 #include "render/core/wide.h"
 
@@ -17,7 +18,7 @@ void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal trave
 void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
                   float* distance_in_blocked_out);
 
-/// Asks an Embree scene, which outlives the query.
-std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, std::int32_t first_instance, bool single_rays);
+/// What these kernels are to Embree.
+const EmbreeKernel& embree_kernel();
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,4 @@
-#include "render/accel/curve_geometry.h"
+#include "render/accel/embree/curve_geometry.h"
 
 #include "render/shape/curve_table.h"
 

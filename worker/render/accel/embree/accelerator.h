@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "render/accel/alpha_geometry.h"
-#include "render/accel/embree.h"
-#include "render/accel/embree_kernel.h"
-#include "render/accel/quadric_geometry.h"
+#include "render/accel/embree/alpha_geometry.h"
+#include "render/accel/embree/embree.h"
+#include "render/accel/embree/embree_kernel.h"
+#include "render/accel/embree/shape_geometry.h"
 #include "render/core/affine_data.h"
 
 namespace tessera::render {
@@ -60,7 +60,7 @@ class Accelerator {
   RTCDevice device_ = nullptr;
   RTCScene world_ = nullptr;
   std::vector<RTCScene> objects_;
-  std::deque<QuadricGeometry> quadrics_;  // user pointers: their addresses stay
+  std::deque<ShapeGeometry> shapes_;  // user pointers: their addresses stay
   std::deque<AlphaGeometry> alphas_;
   std::atomic<std::int64_t> memory_bytes_{0};
   float bounding_radius_ = 0;

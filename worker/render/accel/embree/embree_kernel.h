@@ -4,16 +4,18 @@
 #include <cstdint>
 #include <memory>
 
-#include "render/accel/embree.h"
+#include "render/accel/embree/embree.h"
 #include "render/accel/ray_query.h"
 
 namespace tessera::render {
 
+struct ShapeTable;
+
 struct GeometryCallbacks {
-  RTCIntersectFunctionN intersect_quadric = nullptr;
-  RTCOccludedFunctionN occluded_quadric = nullptr;
-  RTCIntersectFunctionN intersect_sdf = nullptr;
-  RTCOccludedFunctionN occluded_sdf = nullptr;
+  unsigned (*count_primitives)(const ShapeTable& table, std::int32_t shape) = nullptr;
+  RTCBoundsFunction bound = nullptr;
+  RTCIntersectFunctionN intersect = nullptr;
+  RTCOccludedFunctionN occluded = nullptr;
   RTCFilterFunctionN filter_alpha = nullptr;
 };
 

@@ -1,8 +1,8 @@
 // Alpha-tested triangles: an Embree filter that lets rays pass with probability 1 - alpha.
 #pragma once
 
-#include "render/accel/alpha_geometry.h"
-#include "render/accel/embree.h"
+#include "render/accel/embree/alpha_geometry.h"
+#include "render/accel/embree/embree.h"
 
 namespace tessera::render::TESSERA_ISA {
 

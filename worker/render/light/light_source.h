@@ -1,0 +1,60 @@
+// What has to be known of lights to choose among them: the part of a light's model that is asked when a scene
+// is built. The models (light.h) have it too.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/light/light_table.h"
+#include "render/light/vec64.h"
+
+namespace tessera::render {
+
+/// What holds for a model whatever its parameters are.
+struct LightTraits {
+  bool at_infinity = false;   // it has no bounds, and its power is what falls on the scene
+  bool uses_normals = false;  // sampling and its density look at Receiver::normal
+};
+
+/// Where a light is, where it shines, and how brightly [Conty Estevez & Kulla 2018].
+struct LightBounds {
+  vec64::Vec low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+  vec64::Vec axis = {0, 0, 1};  // of the cone of its normals
+  double angle = 0;             // half of that cone's
+  double reach = 0;             // angle off a normal up to which a light shines
+  double intensity = 0;         // along a normal; mean of R, G and B
+  bool two_sided = false;
+
+  void add(const vec64::Vec& p) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      low[c] = std::min(low[c], p[c]);
+      high[c] = std::max(high[c], p[c]);
+    }
+  }
+};
+
+class LightSource {
+ public:
+  explicit constexpr LightSource(LightTraits model_traits) : traits(model_traits) {}
+  virtual ~LightSource() = default;
+
+  const LightTraits traits;
+
+  /// Emitted power in watts, mean of R, G and B; of lights at infinity what falls on a disk of the scene's
+  /// radius.
+  virtual double power(const LightTable& table, const LightRecord& light) const = 0;
+  /// Not asked of lights at infinity.
+  virtual LightBounds bounds(const LightTable& table, const LightRecord& light) const = 0;
+};
+
+/// Mean of R, G and B of the record's radiance, intensity or irradiance.
+inline double mean_radiance(const LightRecord& light) {
+  return (double{light.radiance[0]} + light.radiance[1] + light.radiance[2]) / 3;
+}
+/// Area of a disk that covers the scene.
+inline double scene_disk(const LightTable& table) {
+  return std::numbers::pi * table.scene_radius * table.scene_radius;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,56 @@
+// Lights that shine from a point.
+#pragma once
+
+#include "render/core/constants.h"
+#include "render/light/light_access.h"
+#include "render/sampling/warp.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Directions in which light leaves, and the inverse of their density by solid angle.
+struct Directions {
+  Vec3 w;
+  Float inverse_density;
+};
+
+/// Intensity is what arrives at distance 1. A model says in which directions there is any, and how sample()
+/// sees it.
+class PositionalLight : public LightModel {
+ public:
+  PositionalLight() : LightModel({}) {}
+
+  Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const final { return 0.0f; }
+
+  Emission emit(const LightTable& table, Int light, Vec2, Vec2 u, Mask active) const final {
+    const LightLanes lanes{table, light, active};
+    const Directions chosen = directions(lanes, u);
+    const Vec3 position = lanes.field3(&LightRecord::position);
+    const LightSample seen = sample(table, light, position + chosen.w, u, active);
+    return {position, no_offset(), chosen.w, seen.radiance * chosen.inverse_density, active & seen.valid};
+  }
+
+  EmissionDensity emission_density(const LightTable& table, Int light, Vec3, Vec3, Vec3 direction,
+                                   Mask active) const final {
+    return {Float(1.0f), direction_density({table, light, active}, direction)};
+  }
+
+  /// What has no normal counts four times.
+  LightBounds bounds(const LightTable&, const LightRecord& light) const override {
+    LightBounds b;
+    b.intensity = 4 * mean_radiance(light);
+    b.add(vec64::vec(light.position));
+    b.angle = std::numbers::pi;
+    b.reach = std::numbers::pi / 2;
+    return b;
+  }
+
+ protected:
+  /// Chooses directions by solid angle; these all around.
+  virtual Directions directions(const LightLanes&, Vec2 u) const {
+    return {square_to_sphere(u), Float(4 * kPi)};
+  }
+  /// The density with which directions() gives `w`.
+  virtual Float direction_density(const LightLanes&, Vec3) const { return Float(kInv4Pi); }
+};
+
+}  // namespace tessera::render::TESSERA_ISA

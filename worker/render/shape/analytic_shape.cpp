@@ -1,0 +1,45 @@
+#include "render/shape/analytic_shape.h"
+
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// In the order of ShapeKind.
+std::vector<const AnalyticShape*>& models() {
+  static std::vector<const AnalyticShape*> table = {nullptr,           &sphere_shape(),   &disk_shape(),
+                                                    &cylinder_shape(), &sdf_grid_shape(), nullptr};
+  return table;
+}
+
+}  // namespace
+
+const AnalyticShape* analytic_shape(ShapeKind kind) {
+  const std::vector<const AnalyticShape*>& table = models();
+  assert(static_cast<std::size_t>(kind) < table.size());
+  return table[static_cast<std::size_t>(kind)];
+}
+
+ShapeKind add_analytic_shape(const AnalyticShape& model) {
+  assert(models().size() >= static_cast<std::size_t>(ShapeKind::kCount));
+  models().push_back(&model);
+  return static_cast<ShapeKind>(models().size() - 1);
+}
+
+ShapeBounds placed_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3]) {
+  const float* m = transform.m;
+  ShapeBounds b;
+  for (int i = 0; i < 3; ++i) {
+    const float* row = m + 4 * i;
+    const float middle = row[0] * centre[0] + row[1] * centre[1] + row[2] * centre[2] + row[3];
+    const float reach = std::abs(row[0]) * half[0] + std::abs(row[1]) * half[1] + std::abs(row[2]) * half[2];
+    const float slack = 4e-6f * (std::abs(middle) + reach);
+    b.low[i] = middle - reach - slack;
+    b.high[i] = middle + reach + slack;
+  }
+  return b;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

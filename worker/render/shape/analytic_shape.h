@@ -1,0 +1,61 @@
+// The interface of shapes that rays meet by a formula of ours. One shape a file: its bounds, its nearest hit,
+// and the surface there. Whatever structure finds the candidates (accel/) asks these.
+#pragma once
+
+#include "render/shape/surface.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// 16 rays, in the space that the shape is placed in. Directions may have any length; hits are wanted in
+/// (t_near, t_far).
+struct ShapeRays {
+  Vec3 o, d;
+  Float t_near, t_far;
+  Mask active;
+};
+
+struct ShapeBounds {
+  float low[3], high[3];
+};
+
+/// Models are stateless: one object serves all shapes of its kind. `primitive` counts from 0 within a shape.
+class AnalyticShape {
+ public:
+  virtual ~AnalyticShape() = default;
+  virtual std::int32_t primitive_count(const ShapeTable&, const ShapeRecord&) const { return 1; }
+  /// A box about the primitive, with room for the roundings of transform and intersection, in the space that
+  /// the shape is placed in.
+  virtual ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape,
+                             std::int32_t primitive) const = 0;
+  /// The ray parameter of the nearest hit of each active lane; negative where there is none.
+  virtual Float nearest(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive,
+                        const ShapeRays& rays) const = 0;
+  /// Fills point, error, normals, parameters and, with `want_tangents`, tangents of lanes that hit the shape;
+  /// `o` and `d` are the rays that did.
+  virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
+                       Mask active, bool want_tangents, Surface& s) const = 0;
+
+  // Solids that are combined (CSG) need all of a ray's ways through a closed shape, not the nearest hit
+  // alone:
+  //   virtual int spans(table, shape, rays, span of {enter, leave, normals}) const;
+  // will stand here, with a default of none for shapes that are not closed. A whole sphere and a cylinder
+  // between two disks have it from the two roots that `nearest` computes (quadric.h).
+};
+
+/// The model of a kind; null for kTriangles and kCurves, which Embree meets itself.
+const AnalyticShape* analytic_shape(ShapeKind kind);
+
+/// Adds a model that is not among those of analytic_shape.cpp; records of the kind returned have it. Before
+/// anything is built or rendered: not thread-safe.
+ShapeKind add_analytic_shape(const AnalyticShape& model);
+
+/// Bounds of a box, given by its centre and half of its sides, that `transform` places: with that room.
+ShapeBounds placed_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3]);
+
+// The models by name; only analytic_shape.cpp chooses between them.
+const AnalyticShape& sphere_shape();
+const AnalyticShape& disk_shape();
+const AnalyticShape& cylinder_shape();
+const AnalyticShape& sdf_grid_shape();
+
+}  // namespace tessera::render::TESSERA_ISA

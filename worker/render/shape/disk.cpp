@@ -1,0 +1,50 @@
+#include "render/shape/quadric.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// A disk or ring in z = height, perhaps a sector of it.
+class DiskShape final : public QuadricShape {
+ public:
+  ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
+    const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+    return placed_bounds(q.render_from_object, {0, 0, q.height}, {q.radius, q.radius, 0.0f});
+  }
+
+ protected:
+  Float nearest_in_object(const QuadricRecord& q, const ObjectRays& r) const override {
+    const Mask slanted = r.active & (r.d.z != 0.0f);
+    const Float inv_z = 1.0f / select(slanted, r.d.z, 1.0f);
+    const Float t = (q.height - r.o.z) * inv_z;
+    const Vec3 near_it = r.at(t);
+    const Float rest = (q.height - near_it.z) * inv_z;
+    const Vec3 p = near_it + r.d * rest;
+    const Float root = t + rest, r2 = sqr(p.x) + sqr(p.y);
+    const Mask hit = slanted & (root > r.t_near) & (root < r.t_far) & (r2 <= q.radius * q.radius) &
+                     (r2 >= q.inner_radius * q.inner_radius) &
+                     (q.partial ? azimuth(p) <= q.phi_max : Mask::all());
+    return select(hit, root, -1.0f);
+  }
+  ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const override {
+    ObjectPoint o;
+    o.p = {p.x, p.y, Float(q.height)};
+    const Float phi = azimuth(p);
+    const Float r = sqrt(sqr(p.x) + sqr(p.y));
+    o.uv = {phi * (1 / q.phi_max), (q.radius - r) * (1 / (q.radius - q.inner_radius))};
+    const Float inv = 1.0f / max(r, 1e-30f);
+    o.dpdu = {p.y * -q.phi_max, p.x * q.phi_max, Float(0.0f)};
+    o.dpdv = Vec3{p.x * inv, p.y * inv, Float(0.0f)} * Float(q.inner_radius - q.radius);
+    o.n = {Float(0.0f), Float(0.0f), Float(1.0f)};
+    o.extent = q.radius;
+    return o;
+  }
+};
+
+}  // namespace
+
+const AnalyticShape& disk_shape() {
+  static const DiskShape model;
+  return model;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

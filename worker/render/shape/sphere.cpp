@@ -1,0 +1,68 @@
+#include "render/shape/quadric.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// Azimuth and height limits.
+Mask inside_limits(const QuadricRecord& q, Vec3 p) {
+  if (!q.partial) return Mask::all();
+  Mask inside = azimuth(p) <= q.phi_max;
+  if (q.z_min > -q.radius) inside &= p.z >= q.z_min;
+  if (q.z_max < q.radius) inside &= p.z <= q.z_max;
+  return inside;
+}
+
+/// A sphere about the origin, perhaps cut by two heights and an azimuth.
+///
+/// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019].
+/// The nearest point is found twice, the second time from the first, so that it does not cancel for far or
+/// tiny spheres.
+class SphereShape final : public QuadricShape {
+ public:
+  ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
+    const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+    return placed_bounds(q.render_from_object, {0, 0, (q.z_min + q.z_max) / 2},
+                         {q.radius, q.radius, (q.z_max - q.z_min) / 2});
+  }
+
+ protected:
+  Float nearest_in_object(const QuadricRecord& q, const ObjectRays& r) const override {
+    const Float inv_a = 1.0f / length_squared(r.d);
+    const Float t = -dot(r.o, r.d) * inv_a;
+    const Vec3 near_it = r.at(t);
+    const Float rest = -dot(near_it, r.d) * inv_a;
+    const Vec3 nearest = near_it + r.d * rest;
+    const Float discriminant = Float(sqr(Float(q.radius))) - length_squared(nearest);
+    const Mask meets = r.active & (discriminant >= 0.0f);
+    if (none(meets)) return Float(-1.0f);
+    return nearest_root(r, meets, t, rest, safe_sqrt(discriminant * inv_a), nearest,
+                        [&](Vec3 p) { return inside_limits(q, p); });
+  }
+  ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const override {
+    ObjectPoint o;
+    o.p = p * (q.radius / length(p));
+    // The pole has no azimuth; any will do.
+    const Mask pole = (o.p.x == 0.0f) & (o.p.y == 0.0f);
+    o.p.x = select(pole, 1e-5f * q.radius, o.p.x);
+    const Float phi = azimuth(o.p);
+    const Float theta_min = acos(Float(q.z_min / q.radius)), theta_max = acos(Float(q.z_max / q.radius));
+    const Float cos_theta = clamp(o.p.z * (1 / q.radius), -1.0f, 1.0f);
+    o.uv = {phi * (1 / q.phi_max), (acos(cos_theta) - theta_min) / (theta_max - theta_min)};
+    const Float z_radius = sqrt(sqr(o.p.x) + sqr(o.p.y));
+    const Float inv = 1.0f / z_radius;
+    o.dpdu = {o.p.y * -q.phi_max, o.p.x * q.phi_max, Float(0.0f)};
+    o.dpdv = Vec3{o.p.z * o.p.x * inv, o.p.z * o.p.y * inv, -z_radius} * (theta_max - theta_min);
+    o.n = o.p * (1 / q.radius);
+    o.extent = q.radius;
+    return o;
+  }
+};
+
+}  // namespace
+
+const AnalyticShape& sphere_shape() {
+  static const SphereShape model;
+  return model;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
