@@ -13,7 +13,7 @@
 
 namespace tessera::test {
 
-client::Image render_image(const LoadedFile& file) {
+client::Image render_image(const LoadedFile& file, std::uint64_t seed_offset) {
   const std::uint32_t width = file.job.width(), height = file.job.height(), spp = file.job.settings().spp();
   constexpr std::uint32_t kTile = 64;
   client::AssemblyOptions options;
@@ -41,7 +41,7 @@ client::Image render_image(const LoadedFile& file) {
       const std::uint32_t x = i % columns * tile, y = i / columns * tile;
       render::RenderStats stats;
       auto result = file.scene->render_tile(
-          {x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp}, {}, stats);
+          {x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp, seed_offset}, {}, stats);
       const std::lock_guard lock(mutex);
       EXPECT_EQ(stats.dropped_samples, 0u);
       EXPECT_TRUE(result.ok()) << result.status();
