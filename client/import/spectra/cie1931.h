@@ -5,9 +5,6 @@
 
 namespace tessera::client {
 
-inline constexpr double kCieFirstNm = 360;
-inline constexpr double kCieLastNm = 830;
-
 /// x, y and z at a wavelength, linear between samples 5 nm apart; zero outside 360..830 nm.
 std::array<double, 3> cie1931(double wavelength_nm);
 

@@ -1,9 +1,11 @@
 // CIE standard illuminants [CIE 15:2004] and the ACES white [Academy TB-2018-001]: relative power.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 
 #include "import/spectra/tables.h"
+#include "tables/illuminant_d65.h"
 
 namespace tessera::client {
 namespace {
@@ -16,13 +18,11 @@ constexpr float kD50[] = {0.0192f,  2.054f,   7.772f,   14.7395f, 17.9386f, 20.9
                           90.1249f, 85.8717f, 87.5589f, 84.5791f, 85.7562f, 88.4966f, 85.0434f, 74.9461f,
                           77.8232f, 79.5195f, 65.869f,  74.4892f, 79.936f,  67.6589f, 49.6084f, 71.3158f,
                           67.4956f, 68.569f,  63.3488f, 55.3185f, 61.1387f, 64.2855f};
-constexpr float kD65[] = {0.0341f,  3.2945f,  20.236f,  37.0535f, 39.9488f, 44.9117f, 46.6383f, 52.0891f,
-                          49.9755f, 54.6482f, 82.7549f, 91.486f,  93.4318f, 86.6823f, 104.865f, 117.008f,
-                          117.812f, 114.861f, 115.923f, 108.811f, 109.354f, 107.802f, 104.79f,  107.689f,
-                          104.405f, 104.046f, 100.0f,   96.3342f, 95.788f,  88.6856f, 90.0062f, 89.5991f,
-                          87.6987f, 83.2886f, 83.6992f, 80.0268f, 80.2146f, 82.2778f, 78.2842f, 69.7213f,
-                          71.6091f, 74.349f,  61.604f,  69.8856f, 75.087f,  63.5927f, 46.4182f, 66.8054f,
-                          63.3828f, 64.304f,  59.4519f, 51.959f,  57.4406f, 60.3125f};
+constexpr auto kD65 = [] {
+  std::array<float, tables::kIlluminantD65.size()> values{};
+  std::copy(tables::kIlluminantD65.begin(), tables::kIlluminantD65.end(), values.begin());
+  return values;
+}();
 constexpr float kAcesD60[] = {
     0.02928f,  2.55f,     15.5176f,  28.3765f,  31.4902f,  36.0251f,  38.3813f,  42.9077f,  41.207f,
     46.4172f,  72.1085f,  80.2427f,  82.7329f,  77.5372f,  95.5782f,  107.8627f, 109.4796f, 107.695f,

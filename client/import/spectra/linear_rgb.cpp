@@ -3,6 +3,7 @@
 #include "import/spectra/cie1931.h"
 #include "import/spectra/photometry.h"
 #include "import/spectra/tables.h"
+#include "tables/cie1931.h"
 
 namespace tessera::client {
 namespace {
@@ -27,14 +28,14 @@ std::array<double, 3> linear_rgb(const SpectrumTable& spectrum, SeenUnder light)
   static const SpectrumTable d65 = *find_illuminant("D65");
   std::array<double, 3> xyz = {0, 0, 0};
   for (int i = 0; i < kSteps; ++i) {
-    const double nm = kCieFirstNm + i / (kSteps - 1.0) * (kCieLastNm - kCieFirstNm);
+    const double nm = tables::kCieFirstNm + i / (kSteps - 1.0) * (tables::kCieLastNm - tables::kCieFirstNm);
     if (nm < spectrum.wavelengths_nm.front() || nm > spectrum.wavelengths_nm.back()) continue;
     double value = evaluate(spectrum, nm);
     if (light == SeenUnder::kD65) value *= evaluate(d65, nm) / kMeanOfD65;
     const std::array<double, 3> matching = cie1931(nm);
     for (int c = 0; c < 3; ++c) xyz[c] += value * matching[c];
   }
-  for (double& c : xyz) c *= (kCieLastNm - kCieFirstNm) / (kSteps * kIntegralOfY);
+  for (double& c : xyz) c *= (tables::kCieLastNm - tables::kCieFirstNm) / (kSteps * kIntegralOfY);
   return rec709_from_xyz(xyz);
 }
 

@@ -4,12 +4,13 @@
 #include <cmath>
 
 #include "import/spectra/cie1931.h"
+#include "tables/cie1931.h"
 
 namespace tessera::client {
 
 double luminance(const std::function<double(double)>& spectrum) {
   double sum = 0, white = 0;
-  for (double nm = kCieFirstNm; nm <= kCieLastNm; ++nm) {
+  for (double nm = tables::kCieFirstNm; nm <= tables::kCieLastNm; ++nm) {
     const double y = cie1931(nm)[1];
     sum += y * spectrum(nm);
     white += y;

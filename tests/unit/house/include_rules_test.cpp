@@ -19,6 +19,7 @@ using Rooms = std::set<std::string>;
 /// A folder, and the rooms that its files may include from (besides the standard library and packages).
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
+      {"proto/tables", {"tables"}},
       {"proto/wire", {"wire", "tessera/v1"}},
       {"proto/options", {"options", "wire"}},
       {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
@@ -29,7 +30,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/agent", {"agent", "render", "render/build", "options", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
-      {"client/import", {"import", "wire", "tessera/v1"}},
+      {"client/import", {"import", "tables", "wire", "tessera/v1"}},
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/command",
@@ -38,7 +39,7 @@ const std::map<std::string, Rooms>& rules() {
        {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
-      {"worker/render/color", {"render/color", "render/core", "wire"}},
+      {"worker/render/color", {"render/color", "render/core", "tables", "wire"}},
       {"worker/render/shape", {"render/shape", "render/core"}},
       {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
       {"worker/render/accel",
@@ -65,7 +66,7 @@ const std::map<std::string, Rooms>& rules() {
 std::string room_of(const std::string& include) {
   static const Rooms tops = {"wire",   "scheduler", "store", "tls",    "net",     "service",
                              "agent",  "farm",      "image", "import", "command", "local",
-                             "render", "tessera",   "plot",  "bench",  "options"};
+                             "render", "tessera",   "plot",  "bench",  "options", "tables"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-#include "render/color/cie_data.h"
+#include "tables/cie1931.h"
+#include "tables/illuminant_d65.h"
 
 namespace tessera::render {
 namespace {
@@ -13,9 +14,9 @@ SampledCurve constant(float c) { return {{550}, {c}}; }
 
 SampledCurve illuminant_d65() {
   SampledCurve curve;
-  for (std::size_t i = 0; i < kIlluminantD65.size(); ++i) {
-    curve.nm.push_back(static_cast<float>(360 + 10 * i));
-    curve.value.push_back(static_cast<float>(kIlluminantD65[i]));
+  for (std::size_t i = 0; i < tables::kIlluminantD65.size(); ++i) {
+    curve.nm.push_back(static_cast<float>(tables::kD65FirstNm + tables::kD65StepNm * static_cast<double>(i)));
+    curve.value.push_back(static_cast<float>(tables::kIlluminantD65[i]));
   }
   return curve;
 }
@@ -24,9 +25,9 @@ TEST(CieData, MatchesPublishedSums) {
   // Sums over 380..780 nm, every 5 nm [CIE 15:2004, table T.4].
   double x = 0, y = 0, z = 0;
   for (int i = 4; i <= 84; ++i) {
-    x += kCieMatching[static_cast<std::size_t>(i)].x;
-    y += kCieMatching[static_cast<std::size_t>(i)].y;
-    z += kCieMatching[static_cast<std::size_t>(i)].z;
+    x += tables::kCieMatching[static_cast<std::size_t>(i)].x;
+    y += tables::kCieMatching[static_cast<std::size_t>(i)].y;
+    z += tables::kCieMatching[static_cast<std::size_t>(i)].z;
   }
   // The table is rounded to six decimals: 81 values are off by 4e-5 at most.
   EXPECT_NEAR(x, 21.371524, 5e-5);

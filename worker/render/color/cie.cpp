@@ -3,19 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/color/cie_data.h"
+#include "tables/cie1931.h"
+#include "tables/illuminant_d65.h"
 
 namespace tessera::render {
 namespace {
+
+using tables::CieRow, tables::kCieCount, tables::kCieMatching, tables::kIlluminantD65;
 
 struct Triple {
   double v[3] = {0, 0, 0};
 };
 
-double wavelength_nm(int row) { return kCieFirstNm + kCieStepNm * row; }
+double wavelength_nm(int row) { return tables::kCieFirstNm + tables::kCieStepNm * row; }
 
 double illuminant_d65(int row) {
-  const auto i = static_cast<std::size_t>(row / 2);
+  // Two rows of the colour-matching functions for each of these, whose first are in the ultraviolet.
+  constexpr double kFirst = (tables::kCieFirstNm - tables::kD65FirstNm) / tables::kD65StepNm;
+  const auto i = static_cast<std::size_t>(kFirst) + static_cast<std::size_t>(row / 2);
   return row % 2 == 0 ? kIlluminantD65[i] : 0.5 * (kIlluminantD65[i] + kIlluminantD65[i + 1]);
 }
 

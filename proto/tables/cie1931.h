@@ -1,12 +1,13 @@
-// Measured data of colorimetry.
+// Measured data of colorimetry, for importers and renderer.
 #pragma once
 
 #include <array>
 
-namespace tessera::render {
+namespace tessera::tables {
 
-inline constexpr double kCieFirstNm = 360, kCieStepNm = 5;
-inline constexpr int kCieCount = 95;  // to 830 nm
+inline constexpr double kCieFirstNm = 360, kCieStepNm = 5, kCieLastNm = 830;
+inline constexpr int kCieCount = 95;
+static_assert(kCieCount == (kCieLastNm - kCieFirstNm) / kCieStepNm + 1);
 
 struct CieRow {
   double x, y, z;
@@ -51,14 +52,4 @@ inline constexpr std::array<CieRow, kCieCount> kCieMatching = {{
     // clang-format on
 }};
 
-/// Relative spectral power of CIE standard illuminant D65 from 360 nm on, every 10 nm; linear in between by
-/// definition [ISO 11664-2].
-inline constexpr std::array<double, 48> kIlluminantD65 = {
-    46.6383, 52.0891, 49.9755, 54.6482, 82.7549, 91.486,  93.4318, 86.6823, 104.865, 117.008,
-    117.812, 114.861, 115.923, 108.811, 109.354, 107.802, 104.79,  107.689, 104.405, 104.046,
-    100,     96.3342, 95.788,  88.6856, 90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268,
-    80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349,  61.604,  69.8856, 75.087,  63.5927,
-    46.4182, 66.8054, 63.3828, 64.304,  59.4519, 51.959,  57.4406, 60.3125,
-};
-
-}  // namespace tessera::render
+}  // namespace tessera::tables
