@@ -6,31 +6,58 @@
 namespace tessera::test {
 namespace {
 
-/// Energy scattered along wo's light, per component: the mean weight, refraction's radiance factor taken
-/// back.
-std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
-  std::array<double, 3> sum{};
+double square(double x) { return x * x; }
+
+/// Energy scattered of light along wo.
+struct Albedo {
+  std::array<double, 3> mean{};  // per component: the mean weight, refraction's radiance factor taken back
+  double deviation = 0;          // standard deviation of the first component's weights
+};
+
+Albedo albedo_of(const BsdfCase& bsdf, const Direction& wo, int samples) {
+  Albedo albedo;
+  double squares = 0;
   bsdf.for_each_even_sample(wo, samples, [&](const Sample& s) {
     if (!s.valid) return;
-    for (int c = 0; c < 3; ++c) sum[c] += s.weight[c] * (s.transmission ? s.eta * s.eta : 1);
+    const double scale = s.transmission ? s.eta * s.eta : 1;
+    for (std::size_t c = 0; c < 3; ++c) albedo.mean[c] += s.weight[c] * scale;
+    squares += square(s.weight[0] * scale);
   });
-  for (double& x : sum) x /= samples;
-  return sum;
+  for (double& x : albedo.mean) x /= samples;
+  albedo.deviation = std::sqrt(std::max(squares / samples - square(albedo.mean[0]), 0.0));
+  return albedo;
+}
+std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
+  return albedo_of(bsdf, wo, samples).mean;
 }
 
-// 2^14 evenly spread points integrate weights between 0 and about 1 with an error of about n^-2/3 = 1.6e-3.
-constexpr double kEvenTolerance = 2e-3;
-// Multiple scattering keeps the mean over diffuse light; single directions lie between the nodes of its
-// table.
-constexpr double kBalancedTolerance = 2e-2;
+/// Error of a mean over `samples` evenly spread points, of weights that spread by about 1 or by `deviation`:
+/// it falls as n^-2/3, as the integrand has edges; with a quarter more.
+double even_error(int samples, double deviation) {
+  return 1.25 * std::pow(samples, -2.0 / 3) * std::max(deviation, 1.0);
+}
+// Of weights between 0 and about 1.
+const double kEvenTolerance = even_error(1 << 14, 1);
+
+constexpr int kManySamples = 1 << 18;  // for weights that are far from 1, as those of balanced models are
+
+/// Error of a balanced model's albedo in a single direction. Its table keeps the mean over diffuse light;
+/// between the table's nodes it is off: measured with 2^18 and 2^20 points, by 0.28 % at most where the
+/// roughness is the same along x and y, and by 1.18 % where it is not (thirteen rows from one to the other).
+double table_error(const BsdfCase& bsdf) {
+  if (!(bsdf.flags & render::kBalanced)) return 0;
+  return bsdf.scalar(0) == bsdf.scalar(1) ? 3e-3 : 1.2e-2;
+}
 
 TEST(BsdfEnergy, NothingIsCreated) {
   for (const BsdfCase& bsdf : all_cases()) {
     for (const Direction& wo : all_wo()) {
       SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
-      const bool balanced = bsdf.name.find("balanced") != std::string::npos;
-      for (const double a : albedo(bsdf, wo)) {
-        EXPECT_LE(a, 1 + (balanced ? kBalancedTolerance : kEvenTolerance));
+      const int samples = bsdf.flags & render::kBalanced ? kManySamples : 1 << 14;
+      const Albedo albedo = albedo_of(bsdf, wo, samples);
+      const double tolerance = even_error(samples, albedo.deviation) + table_error(bsdf);
+      for (const double a : albedo.mean) {
+        EXPECT_LE(a, 1 + tolerance);
         EXPECT_GE(a, 0);
       }
     }
@@ -106,7 +133,11 @@ TEST(BsdfEnergy, MultipleScatteringLosesNothing) {
       SCOPED_TRACE(bsdf.name);
       EXPECT_NEAR(mean_albedo(bsdf, false), 1, 2e-3);
       EXPECT_NEAR(mean_albedo(bsdf, true), 1, 2e-3);
-      for (const Direction& wo : all_wo()) EXPECT_NEAR(albedo(bsdf, wo)[0], 1, kBalancedTolerance) << wo[2];
+      for (const Direction& wo : all_wo()) {
+        const Albedo albedo = albedo_of(bsdf, wo, kManySamples);
+        const double tolerance = even_error(kManySamples, albedo.deviation) + table_error(bsdf);
+        EXPECT_NEAR(albedo.mean[0], 1, tolerance) << wo[2];
+      }
     }
   }
   for (const float alpha : {0.05f, 0.37f, 0.71f}) {
