@@ -9,7 +9,7 @@
 namespace tessera::client {
 namespace {
 
-// What coordinators give jobs.
+// Identifiers that coordinators give jobs.
 constexpr std::size_t kIdLength = 8;
 
 std::vector<std::string> ids_of(const std::vector<v1::JobStatus>& jobs) {

@@ -94,7 +94,7 @@ class FarmClient {
 
  private:
   struct Stubs;
-  // Of one watch, over all its connections.
+  // State of one watch, over all its connections.
   struct WatchProgress {
     std::uint64_t after = 0;  // the last result handled
     v1::JobStatus last;

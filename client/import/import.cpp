@@ -30,7 +30,7 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
                ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
   }
   if (!scene.ok()) return scene;
-  // Of numbers that are sound each, products may not be.
+  // Products may be unsound though each factor is sound.
   Diagnostics diagnostics;
   const SourceLocation whole_file{.file = diagnostics.add_file(path.string())};
   for (const wire::BadNumber& bad : wire::find_bad_numbers(scene->scene, Diagnostics::kMaxErrors)) {

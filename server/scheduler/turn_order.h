@@ -94,7 +94,7 @@ class TurnOrder {
   std::uint64_t turns_ = 0;
   std::map<std::int32_t, Level, std::greater<>> levels_;  // highest priority first
   std::map<JobNumber, Place> places_;
-  // What was done lately, oldest first, and its sums.
+  // Latest completions, oldest first, and their sums.
   std::deque<Done> done_;
   absl::flat_hash_map<JobNumber, std::int64_t> done_by_job_;
   absl::flat_hash_map<UserKey, std::int64_t> done_by_user_;

@@ -55,7 +55,7 @@ UsualPace usual_pace(const std::vector<const WorkerPace*>& workers) {
     variance += worker->variance;
   }
   const auto count = static_cast<double>(times.size());
-  // Of an even number the lower one: of two workers, the faster says what is usual.
+  // The lower median of an even number: of two workers, the faster says what is usual.
   const auto middle = times.begin() + static_cast<std::ptrdiff_t>((times.size() - 1) / 2);
   std::nth_element(times.begin(), middle, times.end());
   const double mean = variance / count;

@@ -137,7 +137,7 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
   }
   if (!has_phases(*job.plan, done, has_blob)) return absl::OkStatus();
   if (chosen && adopted_units < job.plan->unit_count()) {
-    // Of results from before classes were told of, none says whose arithmetic the rest should have.
+    // Results from before classes were told of do not say whose arithmetic the rest should have.
     if (!wire::is_whole_class(*chosen)) return absl::OkStatus();
     if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen))
       return absl::OkStatus();

@@ -185,7 +185,7 @@ void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
   for (const std::string& host : entry.hosts.hosts())
     units += covers(subject, host) ? entry.hosts.units_of(host) : 0;
   if (units == 0) return;
-  // Of an open job all of its results are revoked, and rendered again.
+  // All results of an open job are revoked, and rendered again.
   if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
   wire::log(spdlog::level::err, {.job = entry.id, .host = subject, .user = entry.shape->spec.user()},
             "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));

@@ -24,7 +24,7 @@ struct JobEnd {
 /// `low`, the default, which are requeued after some seconds.
 class SlurmCluster {
  public:
-  /// What of Slurm is not installed; empty when all is there.
+  /// Parts of Slurm that are not installed; empty when all is there.
   static std::string missing();
 
   /// Throws std::runtime_error, with the daemons' logs, when the nodes do not become idle.

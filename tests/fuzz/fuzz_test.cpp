@@ -17,7 +17,7 @@ struct Input {
   std::string file, bytes;
 };
 
-/// Of a target, by name. Files called "sound-..." must be accepted.
+/// Corpus of a target, by name. Files called "sound-..." must be accepted.
 std::vector<Input> corpus_of(const Target& target) {
   std::vector<Input> inputs;
   for (const auto& entry : fs::directory_iterator(fs::path("tests/fuzz/corpus") / target.name)) {

@@ -1,4 +1,4 @@
-// What a fuzz target is: a function that takes any bytes, and must return.
+// A fuzz target: a function that takes any bytes, and must return.
 #pragma once
 
 #include <random>

@@ -1,4 +1,4 @@
-// What is lost when a process dies: nothing.
+// Nothing is lost when a process dies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ TEST(Crash, AKilledWorkerLosesNothing) {
 
 TEST(Crash, AKilledCoordinatorGoesOnWhereItWas) {
   FarmUnderTest farm;
-  // Of one name, and so of one host: no host audits itself, which would be rendering again.
+  // All have one name, and so one host: no host audits itself, which would be rendering again.
   farm.add_worker(1, "host");
   farm.add_worker(1, "host");
   const std::string job_id = farm.submit_detached(kSomeSeconds);

@@ -95,7 +95,7 @@ class FarmUnderTest {
                             const std::function<bool(const v1::JobStatus&)>& enough,
                             std::set<std::uint32_t>* acknowledged = nullptr);
 
-  /// Of the thread that holds this object.
+  /// Client for the thread that holds this object.
   client::FarmClient& client() { return *client_; }
   /// One more, for another thread.
   std::unique_ptr<client::FarmClient> new_client() const;

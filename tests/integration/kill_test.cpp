@@ -83,7 +83,7 @@ TEST(Kill, WorkersAtAnyTimeAndTheImageIsTheSame) {
   const int kills = static_cast<int>(test::how_often("TESSERA_KILLS", 12, 100));
   Chance chance{seed()};
   FarmUnderTest farm;
-  // Of one host: as many deaths in a minute as here would otherwise speak against the units.
+  // All are of one host: as many deaths in a minute as here would otherwise speak against the units.
   for (int i = 0; i < kWorkers; ++i) farm.add_worker(1, "host");
   int done = 0, jobs = 0, retries = 0;
   while (done < kills && !HasFailure()) {
@@ -198,7 +198,7 @@ class Witness {
   const std::string job_id_;
   const std::unique_ptr<client::FarmClient> client_;
   std::vector<std::size_t> read_;  // of each worker's log
-  // Of the listening thread.
+  // Used by the listening thread.
   std::vector<std::pair<std::uint32_t, Clock::time_point>> leased_;
   std::size_t renderings_ = 0;
   std::map<std::uint32_t, Clock::time_point> acknowledged_;  // of the watching thread
@@ -238,7 +238,7 @@ TEST(Kill, TheCoordinatorAtAnyTimeAlsoWithinACommit) {
   const int kills = static_cast<int>(test::how_often("TESSERA_KILLS", 6, 40));
   Chance chance{seed()};
   FarmUnderTest farm;
-  // Of one host: no host audits itself, which would be rendering again.
+  // Both are of one host: no host audits itself, which would be rendering again.
   farm.add_worker(1, "host");
   farm.add_worker(1, "host");
   int done = 0, jobs = 0, retries = 0;

@@ -115,7 +115,7 @@ std::string write_journal(const std::filesystem::path& data_dir, std::uint32_t u
                                          .host = "host number " + std::to_string(unit % 1000)});
     }
     if (entries.size() == kBatch) {
-      // As a coordinator does now and then. Of the sum, only what tests look at.
+      // Journals a sum, like a coordinator does now and then; only the part that tests look at.
       v1::JobCost sum;
       sum.mutable_stats()->set_samples(std::uint64_t{first + kBatch} *
                                        stub_stats(std::chrono::seconds(10)).samples());

@@ -19,7 +19,7 @@
 
 namespace tessera::load {
 
-/// What a process has used so far, from /proc.
+/// Resources that a process has used so far, from /proc.
 struct ProcessUse {
   std::chrono::milliseconds cpu{0};
   std::uint64_t resident_bytes = 0;
@@ -46,7 +46,7 @@ class Progress {
   bool all_done() const { return done_ >= wanted_; }
   /// The first job has ended: from here on shares are not equal any more.
   bool one_is_done() const { return one_is_done_; }
-  /// Of the jobs when the first of them was done, or now.
+  /// Progress of the jobs when the first of them was done, or now.
   std::vector<std::uint64_t> shares() const;
 
  private:

@@ -23,7 +23,7 @@ namespace {
 using google::protobuf::util::TimeUtil;
 using Clock = std::chrono::steady_clock;
 
-// As in worker/agent: what a worker holds, how long it asks, and what it remembers.
+// Limits of worker/agent: how much a worker holds, how long it asks, and how much it remembers.
 constexpr std::size_t kQueuedPerThread = 2;
 constexpr std::chrono::seconds kLeaseWait{10};
 constexpr std::size_t kKnownJobs = 64;

@@ -23,7 +23,7 @@ struct FleetOptions {
   std::size_t loaded_scenes = 2;           // that a worker holds
 };
 
-/// What was done. Thread-safe.
+/// Counts of all that was done. Thread-safe.
 struct FleetTally {
   std::atomic<std::uint64_t> completed{0};  // acknowledged as durable
   std::atomic<std::uint64_t> refused{0};    // results that were not accepted, and never will be
@@ -40,7 +40,7 @@ struct FleetTally {
 /// that it compresses as badly.
 std::string stub_result(const v1::WorkUnit& unit);
 
-/// What a unit cost; as large as what real workers say.
+/// Statistics of a unit, as large as those of real workers.
 v1::UnitStats stub_stats(std::chrono::milliseconds unit_time);
 
 class StubFleet {

@@ -23,7 +23,7 @@ class SimulatedCoordinator {
  public:
   /// Sent once what it tells of is durable.
   using Reply = std::function<void(const absl::Status&)>;
-  /// What a job id stands for; jobs are journaled by name only.
+  /// Meaning of a job id; jobs are journaled by name only.
   using Jobs = std::map<std::string, JobRequest>;
 
   /// Recovers. The journal must outlive the coordinator.

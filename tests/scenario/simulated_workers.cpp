@@ -65,7 +65,7 @@ void Simulation::kill_worker(std::size_t index) {
   });
 }
 
-/// What a worker does again and again: heartbeats, new units, results that were not acknowledged.
+/// Does what a worker does again and again: heartbeats, new units, results that were not acknowledged.
 void Simulation::work(std::size_t index) {
   Worker& worker = workers_[index];
   if (!worker.alive) return;

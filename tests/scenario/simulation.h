@@ -27,7 +27,7 @@ struct SimulationOptions {
   std::size_t workers = 0;  // 0: as the seed says, up to ten
 };
 
-/// What happened, for tests that want to know that something did.
+/// Counts of events, for tests that want to know that something happened.
 struct SimulationCounts {
   std::uint64_t steps = 0, results = 0, coordinator_deaths = 0, worker_deaths = 0, power_failures = 0,
                 set_aside = 0, quarantines = 0, revoked = 0, disk_full = 0, adopted = 0, audits = 0, runs = 0,
@@ -45,7 +45,7 @@ class Simulation {
   const SimulationCounts& counts() const { return counts_; }
 
  private:
-  // What has been promised, and to whom.
+  // Promises, and to whom they were made.
   struct Promise {
     JobRequest request;
     std::string donor;                 // a job of the same content that it continues; empty: none
@@ -134,7 +134,7 @@ class Simulation {
   UnitRun units_of(const std::string& job, const CoveredUnits& covered) const;
   UnitRun units_of(const v1::LeaseToken& token) const { return units_of(token.job_id(), covered_by(token)); }
   bool poisonous(const v1::LeaseToken& token) const;
-  /// What an honest worker returns.
+  /// Fingerprint that an honest worker returns.
   ResultFingerprint truth_of(const Promise& promise, const CoveredUnits& units,
                              const std::string& arithmetic_class, std::uint64_t inputs) const;
   void check_class(Promise& promise, const UnitDone& done, std::uint64_t inputs);
@@ -147,7 +147,7 @@ class Simulation {
                        const std::map<std::string, std::uint32_t>& waited);
   bool is_usual_pace_common() const;
   void check_paces();
-  /// What a unit takes on a usual thread: log-normal over two decades, and a
+  /// Time of a unit on a usual thread: log-normal over two decades, and a
   /// ray's part of it by a third.
   struct Effort {
     double milliseconds = 0;
@@ -171,7 +171,7 @@ class Simulation {
       events_;  // by time, then in the order in which they were made
   std::uint64_t order_ = 0;
 
-  // What this seed's world is like.
+  // Properties of this seed's world.
   double drop_ = 0, twice_ = 0, worker_death_ = 0, coordinator_death_ = 0, fail_ = 0;
   Time longest_delay_{1};
   Time settle_{0};

@@ -67,7 +67,7 @@ class SteadyFarm {
   /// Part of the threads' time until now that they had nothing to do, and the same while units were waiting.
   double idle() const { return idle_ / thread_time_; }
   double idle_while_units_wait() const { return idle_in_vain_ / thread_time_; }
-  /// As the scheduler sees it.
+  /// Slowness of a machine as the scheduler sees it.
   double slowness(std::size_t machine) const;
   bool is_done() const;
 

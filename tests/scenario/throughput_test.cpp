@@ -22,7 +22,7 @@ struct Worst {
   double idle = 0, slow = 1;
 };
 
-/// What the invariants are about, after every eighth result.
+/// Checks the invariants after every eighth result.
 void run_and_watch(SteadyFarm& farm, std::size_t machines, Worst& worst) {
   std::uint64_t results = 0;
   farm.run([&] {
@@ -133,7 +133,7 @@ TEST(Throughput, RunsTakeTenSecondsWhateverTheTileAndThreadsEndTogether) {
   }
 }
 
-/// Of one job of 2000 units.
+/// Seconds that one job of 2000 units takes.
 double seconds_with(std::uint32_t machines, std::uint64_t seed) {
   SteadyFarmOptions options{.machines = std::vector<SteadyFarmOptions::Machine>(machines),
                             .jobs = {{.user = "ann", .scene = "s", .units = 2000}},

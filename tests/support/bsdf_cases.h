@@ -168,7 +168,7 @@ class BsdfCase {
     }
   }
 
-  /// As for_each_sample, from the n points of a Hammersley set. For means.
+  /// Does what for_each_sample does, from the n points of a Hammersley set. For means.
   template <class F>
   void for_each_even_sample(const Direction& wo, int n, F&& f) const {
     const HammersleySet& set = HammersleySet::of(n);

@@ -10,7 +10,7 @@
 namespace tessera::support {
 namespace {
 
-// Of no machine: frames for it are dropped where they arrive.
+// Address of no machine: frames for it are dropped where they arrive.
 constexpr const char* kNobody = "02:00:00:00:00:01";
 
 Finished ip(std::vector<std::string> arguments) {

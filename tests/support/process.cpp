@@ -38,7 +38,7 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
 }  // namespace
 
 Process::Process(std::vector<std::string> command, std::vector<std::string> environment) {
-  // Of two values of one variable, programs take either.
+  // Programs take either of two values of one variable.
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string_view own{*variable}, name = own.substr(0, own.find('=') + 1);
     if (std::none_of(environment.begin(), environment.end(),

@@ -47,7 +47,7 @@ class Process {
   /// Waits until stderr holds `text`; false when it does not within `patience` or the program ends without.
   bool wait_for_err(const std::string& text, std::chrono::milliseconds patience);
 
-  /// What it has written so far; of stderr what lies behind the first `from` bytes.
+  /// Output so far; of stderr the part behind the first `from` bytes.
   std::string out() const;
   std::string err(std::size_t from = 0) const;
 

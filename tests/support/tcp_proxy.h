@@ -34,7 +34,7 @@ class TcpProxy {
   /// From now on. What a fault held back is forwarded when it is over, as TCP would send it again.
   void set_fault(Fault fault) { fault_ = fault; }
 
-  /// Of the bytes forwarded from now on, one bit in about `bytes` of them is flipped; 0: none.
+  /// Flips one bit in about `bytes` bytes that are forwarded from now on; 0: none.
   void flip_a_bit_in(std::uint64_t bytes) { flip_every_ = bytes; }
   std::uint64_t flipped() const { return flipped_; }
 

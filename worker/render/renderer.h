@@ -49,7 +49,7 @@ class RenderScene {
   virtual absl::StatusOr<std::string> merge(std::uint32_t phase,
                                             std::span<const std::string_view> blobs) const = 0;
 
-  /// As render_tile, also recording every ray; then measures how fast those rays alone can be traced.
+  /// Renders like render_tile, recording every ray; then measures how fast those rays alone can be traced.
   struct Ceiling {
     double render_cpu_seconds = 0;  // of rendering, without recording
     double replay_cpu_seconds = 0;  // of tracing the same rays with no shading
@@ -57,10 +57,10 @@ class RenderScene {
   };
   virtual Ceiling measure_ceiling(const TileRequest& tile) const = 0;
 
-  /// What the scene asked for that was approximated or left out; one line each.
+  /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
-  /// Of the indices in StageTimes::materials.
+  /// Names for the indices in StageTimes::materials.
   virtual const std::vector<std::string>& material_names() const = 0;
 
   /// Bytes held, acceleration structure included.

@@ -11,7 +11,7 @@ wire::MeshData rectangle_mesh() {
 }
 
 wire::MeshData cube_mesh() {
-  // Of each face: its normal, and the corners where uv is (0, 1), (1, 1), (1, 0) and (0, 0).
+  // Normal of each face, and its corners where uv is (0, 1), (1, 1), (1, 0) and (0, 0).
   struct Face {
     float normal[3];
     float corners[4][3];

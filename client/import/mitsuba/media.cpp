@@ -30,7 +30,7 @@ std::optional<Transform> bounds_beyond(const Transform& world_from_volume, bool 
       high[a] = std::max(high[a], p[a]);
     }
   }
-  // Of a map that keeps axes, each row has one element.
+  // Each row of a map that keeps axes has one element.
   bool keeps_axes = true;
   for (int r = 0; r < 3; ++r) {
     int elements = 0;

@@ -80,7 +80,7 @@ void write_filter(Context& context, Directive& filter) {
 }
 
 void write_film(Context& context, Directive& film, double shutter_seconds) {
-  // As large as PixelRect and a film in memory can be.
+  // The largest that PixelRect and a film in memory can hold.
   constexpr std::int64_t kMaxPixels = std::int64_t{1} << 17;
   Diagnostics& diagnostics = context.diagnostics;
   ParameterList& parameters = film.parameters;

@@ -1,4 +1,4 @@
-// What the importers of scene files have in common.
+// Common parts of the importers of scene files.
 #pragma once
 
 #include <string>

@@ -82,7 +82,7 @@ void fill_disk(server::Disk& disk, std::vector<std::string> parts) {
   }
 }
 
-/// What clients and workers ask of a farm that has started.
+/// Calls of clients and workers to a farm that has started.
 void use(server::Farm& farm) {
   const v1::ListJobsResponse jobs = farm.list_jobs();
   for (const v1::JobStatus& job : jobs.jobs()) {

@@ -1,4 +1,4 @@
-// What readers of meshes promise.
+// Promises of the readers of meshes.
 #pragma once
 
 #include "fuzz/target.h"

@@ -1,4 +1,4 @@
-// What a worker returns: the coordinator and the client decode it.
+// Results of workers, which the coordinator and the client decode.
 #include "wire/tile_result.h"
 
 #include "fuzz/target.h"

@@ -97,7 +97,7 @@ TEST_F(Phases, KillsAtAnyMomentChangeNothing) {
   const auto kills = static_cast<std::uint32_t>(test::how_often("TESSERA_KILLS", 12, 60));
   std::mt19937_64 random{test::how_often("TESSERA_SEED", 1, 2)};
   FarmUnderTest farm;
-  // Of one host: as many deaths in a minute as here would otherwise speak against the units.
+  // All are of one host: as many deaths in a minute as here would otherwise speak against the units.
   for (std::size_t i = 0; i < kWorkers; ++i) farm.add_worker(1, "host");
   std::uint32_t done = 0, jobs = 0;
   std::map<bool, std::uint32_t> within;  // kills while phases were made, and after

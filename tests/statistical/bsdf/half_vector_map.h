@@ -29,7 +29,8 @@ class HalfVectorMap {
     double jacobian;  // solid angle of wi over that of q; 0 where no wi corresponds to q
   };
 
-  /// Of a point q of the unit sphere: reflected light from the upper half, transmitted light from the lower.
+  /// Maps a point q of the unit sphere: reflected light from the upper half, transmitted light from the
+  /// lower.
   Mapped direction_of(const Direction& q) const {
     const double z = std::abs(q[2]), t = z * z * z, r = std::hypot(q[0], q[1]);
     const double slope = r > 0 ? std::sqrt(std::max(0.0, 1 - t * t)) / (t * r) : 0;

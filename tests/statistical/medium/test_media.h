@@ -91,7 +91,7 @@ inline Rgb3 value_at(const MediumTable& table, const MediumRecord& medium, const
   return result;
 }
 
-/// What the estimators must give on average along one ray, by the midpoint rule.
+/// Mean that the estimators must give along one ray, by the midpoint rule.
 struct Expected {
   Rgb3 transmittance{}, scattered{}, emitted{};
   std::vector<Rgb3> scattered_in_bin;  // equal parts of the ray

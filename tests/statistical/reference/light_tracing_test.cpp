@@ -12,8 +12,8 @@
 namespace tessera::test {
 namespace {
 
-/// Of a tetrahedron about the origin, its normals those of a sphere: shading and geometric normals differ
-/// much.
+/// Makes a tetrahedron about the origin whose normals are those of a sphere: shading and geometric normals
+/// differ much.
 std::string tetrahedron() {
   wire::MeshData mesh;
   const float r = 0.57735f;

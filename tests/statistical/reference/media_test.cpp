@@ -40,7 +40,7 @@ constexpr const char* kGrey = "constant { constant: 1.5 }";
 constexpr const char* kColoured = "constant { rgb { r: 0.5 g: 1.5 b: 3 } }";
 constexpr const char* kWhite = "albedo { constant { constant: 1 } }";
 
-/// Of radius 1.2 about (0, 0, 1), filled with 'm'.
+/// Makes a ball of radius 1.2 about (0, 0, 1), filled with 'm'.
 std::string ball(const std::string& material) {
   return absl::StrCat(
       " shapes { sphere { radius: 1.2 } material: '", material,
@@ -134,7 +134,7 @@ TEST(Media, EndsAtItsBounds) {
   // shorter.
   const std::string cube =
       "world_from_bounds { elements: [9,0,0,-4.5, 0,0.5,-0.5,0, 0,0.5,0.5,0.6, 0,0,0,1] } ";
-  // Of y from -0.5 to 0.5 the way through is 1 - 2 |y|, at z from 0.6 to 1.6; the picture is y from -1 to 1.
+  // At y from -0.5 to 0.5 the way through is 1 - 2 |y|, at z from 0.6 to 1.6; the picture is y from -1 to 1.
   const double through = (1 - std::exp(-1.5)) / 1.5;
   expect_value(Picture{{volpath(medium(kGrey, cube) + slab(), 4).whole(0)}}, (1 + through) / 2);
 }

@@ -26,7 +26,7 @@ double integrate(double low, double high, int steps, const std::function<double(
   return sum * (high - low) / steps;
 }
 
-/// Of unpolarized light met under this cosine, from the thinner side [Fresnel].
+/// Reflectance for unpolarized light met under this cosine, from the thinner side [Fresnel].
 double fresnel(double cosine) {
   const double refracted = std::sqrt(1 - (1 - cosine * cosine) / (kEta * kEta));
   const double parallel = (kEta * cosine - refracted) / (kEta * cosine + refracted);
@@ -75,7 +75,7 @@ void expect_mean(const Setting& setting, double expected, double largest_error) 
       << "off by " << 100 * mean / expected << " %, " << mean / error << " standard errors";
 }
 
-// Of the shell, as all in the middle of the scene.
+// The shell is in the middle of the scene, like everything.
 constexpr const char* kShell =
     R"( materials { name: 'sheet' thin_dielectric { eta { constant: 1.33 } passes_straight: true } }
   shapes { sphere { radius: 0.9 } material: 'sheet' )";
@@ -198,7 +198,7 @@ double floor_radiance(const std::function<double(double cos_s, double cos_g, dou
   for (int i = 0; i < kFloor * kFloor; ++i) {
     const V at = {-1 + 2 * (i % kFloor + 0.5) / kFloor, -1 + 2 * (i / kFloor + 0.5) / kFloor, 0};
     for (int j = 0; j < kLamp * kLamp; ++j) {
-      // Of the parallelogram's cells those of the triangle, those on its edge by half.
+      // Cells of the parallelogram that are in the triangle; those on its edge count by half.
       const int a = j % kLamp, b = j / kLamp;
       if (a + b > kLamp - 1) continue;
       const double weight = a + b == kLamp - 1 ? 0.5 : 1;

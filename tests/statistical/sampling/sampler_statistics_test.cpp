@@ -170,7 +170,7 @@ TEST(SamplerStatistics, PairsWithinAPixelAreUnrelated) {
                     v = number(SamplerKind::kSobol, 9, at, all[a + 2]);
         for (int l = 0; l < kWidth; ++l) sum += (u.lane(l) - 0.5) * (v.lane(l) - 0.5);
       }
-      // Of independent uniform numbers the product has the variance 1/144; four standard errors are crossed
+      // The product of independent uniform numbers has the variance 1/144; four standard errors are crossed
       // once in 16,000.
       bad += std::abs(sum / kSamples) > 4.0 / 12 / std::sqrt(double{kSamples});
     }

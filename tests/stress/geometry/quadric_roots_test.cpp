@@ -40,7 +40,7 @@ QuadPoint placed(const Affine& a, Point p, int w) {
 
 constexpr double kUnit = 0x1p-24;  // half a unit in the last place of 1
 
-/// What a ray should meet. `certain`: no decision on the way is closer than a float can tell.
+/// The hit that a ray should have. `certain`: no decision on the way is closer than a float can tell.
 struct Expected {
   bool hit = false, certain = true;
   double t = 0, tolerance = 0;

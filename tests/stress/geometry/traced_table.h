@@ -84,7 +84,7 @@ class TracedTable {
                   static_cast<std::int32_t>(table_.shapes.size()),
                   {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
   }
-  /// Of 16 rays from `first` on that nearest() has traced.
+  /// Surfaces that 16 rays from `first` on have met, which nearest() has traced.
   Surface surface(const RayBatch& r, int first) const {
     const Hit hit{Float::load(r.t + first),       Float::load(r.u + first),   Float::load(r.v + first),
                   Int::load(r.primitive + first), Int::load(r.shape + first), Int::load(r.instance + first)};

@@ -60,7 +60,7 @@ TEST(Watertight, RobustTestsLeaveNoHoles) {
     EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kAnywhere, rays).missed, 0);
     EXPECT_EQ(count_holes(table, traced, centre, place.radius, Aim::kEdges, stress_count(3e5, 2e6)).missed,
               0);
-    // Of the triangles about a vertex, each is told apart from its neighbour without gaps, but a ray within a
+    // Each triangle about a vertex is told apart from its neighbour without gaps, but a ray within a
     // rounding of the vertex itself may be outside of all of them: a limit of Embree (docs/numerics.md). A
     // ray at random comes as close once in 10^10.
     EXPECT_LT(count_holes(table, traced, centre, place.radius, Aim::kVertices, stress_count(3e5, 2e6)).rate(),

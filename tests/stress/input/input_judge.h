@@ -34,7 +34,7 @@ class InputJudge {
   /// scene file's own if empty.
   std::string judge_file(const std::filesystem::path& path, const std::filesystem::path& bad_file = {});
 
-  /// As the worker gets it: any message at all.
+  /// Judges a scene like the worker gets it: any message at all.
   std::string judge_scene(const v1::Scene& scene, const std::vector<client::SceneBlob>& blobs);
 
   const Tally& tally() const { return tally_; }

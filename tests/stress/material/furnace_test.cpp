@@ -36,7 +36,7 @@ double mean(const std::vector<double>& pixels) {
   return sum / static_cast<double>(pixels.size());
 }
 
-/// Of the mean of pixels that are all alike but for noise.
+/// Standard error of the mean of pixels that are all alike but for noise.
 double standard_error(const std::vector<double>& pixels) {
   double squares = 0;
   for (const double p : pixels) squares += (p - mean(pixels)) * (p - mean(pixels));
@@ -131,7 +131,7 @@ TEST(Furnace, TexturedRoughnessVanishesToo) {
 }
 
 TEST(Furnace, ColouredMetalLosesLittleByRoughness) {
-  // Of gold's red nearly all comes back however rough it is, of its blue much is absorbed, and twice by what
+  // Nearly all of gold's red comes back however rough it is; much of its blue is absorbed, and twice by what
   // scatters twice: the energy stays between what single scattering keeps and the smooth metal's.
   const auto gold = [](const std::string& rough) {
     return ball(absl::StrCat("conductor { reflectance { constant { constant: 0.6 } } ", rough, " }"));

@@ -23,7 +23,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// What the fake scenes of one test do, and how often.
+/// Behaviour of the fake scenes of one test, and counts of their calls.
 struct FakeRenderer {
   std::atomic<int> loads{0};
   std::atomic<int> renders{0};

@@ -44,7 +44,7 @@ class ImportTest : public testing::Test {
     return import_text("WorldBegin\n" + world);
   }
 
-  /// What an import must succeed with.
+  /// Imports a file that must be accepted.
   ImportedScene world(const std::string& text) const {
     absl::StatusOr<ImportedScene> result = import_world(text);
     EXPECT_TRUE(result.ok()) << result.status().ToString();

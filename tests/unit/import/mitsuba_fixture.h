@@ -19,7 +19,7 @@ class MitsubaTest : public ImportTest {
     return "<scene version=\"3.0.0\">\n<sensor type=\"perspective\"/>\n" + body + "\n</scene>\n";
   }
 
-  /// What an import must succeed with.
+  /// Imports a file that must be accepted.
   ImportedScene scene(const std::string& body, const std::map<std::string, std::string>& defines = {}) const {
     return succeed(import_xml(with_sensor(body), defines));
   }

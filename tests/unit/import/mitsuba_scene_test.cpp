@@ -514,7 +514,7 @@ TEST_F(MitsubaScene, TurnedGridsReachAsFarAsTheBoxAroundThem) {
 }
 
 TEST_F(MitsubaScene, WhatNobodyAsksForIsSaidOfEveryObject) {
-  // Of nested objects too, however deep they stand.
+  // Nested objects too, however deep they stand.
   const ImportedScene result = scene(
       "<shape type='sphere'><medium name='interior' type='heterogeneous'>\n"
       "<volume name='sigma_t' type='constvolume'><float name='volume_size' value='1'/></volume>\n"
@@ -528,7 +528,7 @@ TEST_F(MitsubaScene, WhatNobodyAsksForIsSaidOfEveryObject) {
   EXPECT_THAT(warnings, HasSubstr("scene.xml:5:18: parameter \"gee\" of phase \"hg\""));
   EXPECT_THAT(warnings, HasSubstr("parameter \"kolor\" of texture \"checkerboard\""));
   EXPECT_THAT(warnings, HasSubstr("parameter \"power\" of emitter \"area\""));
-  // What no shape refers to has no effect as a whole.
+  // Textures that no shape refers to have no effect.
   EXPECT_THAT(warnings, Not(HasSubstr("reflectence")));
 }
 

@@ -16,7 +16,7 @@ void expect_rgb(const v1::Spectrum& spectrum, double r, double g, double b, doub
   EXPECT_NEAR(spectrum.rgb().b(), b, tolerance);
 }
 
-// Of a float near one.
+// Rounding of a float near one.
 constexpr double kFloat = 1e-6;
 // 1000 samples, weighted as 1000 steps of 0.47 nm though they span 999: one part in 1000. The curves
 // themselves are linear between their own samples and so summed exactly enough.

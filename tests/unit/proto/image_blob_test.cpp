@@ -54,7 +54,7 @@ class ImageBlob : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
-  /// Of the last file, as OpenImageIO reads it by itself.
+  /// Pixels of the last file, as OpenImageIO reads it by itself.
   std::vector<float> reference() const {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);

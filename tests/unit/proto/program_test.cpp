@@ -50,7 +50,7 @@ class ProgramTest : public ::testing::Test {
     program_.add_command("resume", "Goes on");
   }
 
-  /// What is said about these words, which must be wrong.
+  /// Error message for these words, which must be wrong.
   std::string fault(const std::vector<std::string>& words) {
     const Outcome outcome = program_.parse(words);
     EXPECT_EQ(outcome.exit_code, kWrongUsage);

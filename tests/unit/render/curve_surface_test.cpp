@@ -31,7 +31,7 @@ ShapeTable straight(CurveKind kind) {
   return table;
 }
 
-/// What a ray sees of the first shape; `hit` says whether it meets it.
+/// Surface of the first shape where a ray meets it; `hit` says whether it does.
 struct Seen {
   bool hit = false;
   Surface surface;

@@ -21,7 +21,7 @@ void expect_near(Vec3 a, Vec3 b, float tolerance) {
 Vec2 at(float u, float v) { return {Float(u), Float(v)}; }
 
 TEST(OctahedralMap, HasItsLandmarks) {
-  // As pbrt-v4: the centre is +z, the corners -z, the middles of the edges the horizon.
+  // pbrt-v4's map: the centre is +z, the corners -z, the middles of the edges the horizon.
   expect_near(direction_from_octahedral(at(0.5f, 0.5f)), direction(0, 0, 1), 1e-6f);
   for (const float u : {0.0f, 1.0f}) {
     for (const float v : {0.0f, 1.0f})
@@ -53,7 +53,7 @@ TEST(OctahedralMap, KeepsAreas) {
 }
 
 TEST(LatLongMap, HasItsLandmarks) {
-  // As Mitsuba 3: +y on top, the edges at -z, then +x, +z, -x.
+  // Mitsuba 3's map: +y on top, the edges at -z, then +x, +z, -x.
   expect_near(direction_from_latlong(at(0.3f, 0)), direction(0, 1, 0), 1e-6f);
   expect_near(direction_from_latlong(at(0, 0.5f)), direction(0, 0, -1), 1e-6f);
   expect_near(direction_from_latlong(at(0.25f, 0.5f)), direction(1, 0, 0), 1e-6f);

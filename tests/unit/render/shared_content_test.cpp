@@ -53,7 +53,7 @@ class SharedContent : public testing::Test {
     return tile.ok() ? *tile : wire::TileResult{};
   }
 
-  /// What becomes of a scene that differs from the first as `edit` says.
+  /// Loads a scene that differs from the first as `edit` says.
   void expect_shared(bool shared, const std::function<void(v1::Scene&, v1::JobSpec&)>& edit) {
     SharedContents contents;
     const auto first = load(scene_, job_, &contents);

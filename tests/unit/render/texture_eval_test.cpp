@@ -14,7 +14,7 @@ struct Colour {
   double c[3] = {0, 0, 0};
 };
 
-/// What one texel says, four channels, linear.
+/// Value of one texel, four channels, linear.
 void read(const TextureImage& image, int x, int y, double (&rgba)[4]) {
   const auto index = static_cast<std::size_t>(y * image.width + x);
   for (std::size_t c = 0; c < 4; ++c) {

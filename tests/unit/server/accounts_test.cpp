@@ -1,4 +1,4 @@
-// What one who was let in may make the coordinator hold.
+// Upper bounds of what one who was let in makes the coordinator hold.
 #include "service/accounts.h"
 
 #include <google/protobuf/util/time_util.h>

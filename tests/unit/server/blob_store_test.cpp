@@ -109,7 +109,7 @@ TEST(FileBlobStore, OutlivesTheProcessAndNoticesTornParts) {
     auto writer = make_file_blob_store(directory.path())->write(digest, 0).value();
     ASSERT_TRUE(writer->append(std::string_view(bytes).substr(0, 50'000)).ok());
   }
-  // As after a power cut: the length is there, the contents are not.
+  // A power cut leaves this: the length is there, the contents are not.
   std::filesystem::resize_file(directory.path() / "partial" / digest, 0);
   std::filesystem::resize_file(directory.path() / "partial" / digest, 50'000);
 
@@ -148,7 +148,7 @@ TEST(FileBlobStore, UploadsThatWaitAndReadersOfOneBlobTakeNoDescriptors) {
   for (int i = 0; i < 1200; ++i) readers.push_back(store->read(wire::sha256_hex("7")).value());
   EXPECT_EQ(open_descriptors(), before + 1);
   EXPECT_EQ(readers.back()->read(0, 10).value(), "7");
-  // Of different ones there is an end to it, until somebody is done.
+  // There is a bound to different ones, until somebody is done.
   absl::Status status;
   for (int i = 0; i < 1200 && status.ok(); ++i) {
     auto reader = store->read(wire::sha256_hex(std::to_string(i)));
@@ -199,7 +199,7 @@ TEST(FileBlobStore, LeavesRoomForOthers) {
   space = {.free_bytes = 10, .total_bytes = 1'000'000};
   EXPECT_TRUE(absl::IsResourceExhausted(usual->check_room(0)));
   EXPECT_TRUE(store_that_keeps(0)->check_room(1'000'000).ok()) << "somebody wants no reserve";
-  // Of a large disk less than a twentieth, and where there is no limit to files, none is made up.
+  // Less than a twentieth of a large disk is kept, and where there is no limit to files, none is made up.
   space = {.free_bytes = DiskReserve::kMostBytes, .total_bytes = std::uint64_t{1} << 50};
   EXPECT_TRUE(usual->check_room(0).ok());
   EXPECT_FALSE(usual->check_room(1).ok());

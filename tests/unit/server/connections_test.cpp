@@ -47,7 +47,7 @@ struct Pair {
     hang_up();
     ::close(other);
   }
-  /// As gRPC does when a connection is over.
+  /// Closes it like gRPC does when a connection is over.
   void hang_up() {
     if (mine >= 0) ::close(mine);
     mine = -1;

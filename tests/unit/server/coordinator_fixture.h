@@ -17,7 +17,7 @@
 
 namespace tessera::server {
 
-/// Of a unit, with values that depend on `seed`.
+/// Result of a unit, with values that depend on `seed`.
 std::string payload_for(const v1::WorkUnit& unit, int seed = 0);
 
 class CoordinatorTest : public testing::Test {

@@ -123,7 +123,7 @@ TEST_F(Expelling, NobodyIsExpelledByATypingError) {
   EXPECT_THAT(message_, testing::HasSubstr("did you mean 'alice'?"));
   EXPECT_EQ(expel("admin", "worker", "alice"), NOT_FOUND) << "she is a client";
   EXPECT_EQ(list_code(channel_of("client-alice")), OK);
-  // Of a certificate that was never used here, and lies in the wrong hands.
+  // A certificate that was never used here, and lies in the wrong hands.
   EXPECT_EQ(expel("admin", "client", "bob"), NOT_FOUND);
   EXPECT_EQ(expel("admin", "client", "bob", /*undo=*/false, /*unseen=*/true), OK);
   EXPECT_EQ(list_code(channel_of("client-bob")), PERMISSION_DENIED);

@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 constexpr std::uint32_t kUnits = 16;  // of a job
 constexpr char kScene[] = "a scene";
 
-/// What a call that answers through a `done` answers; waits for it.
+/// Waits for the answer of a call that gives it through a `done`.
 template <typename T, typename Call>
 T answer_of(const Call& call) {
   auto promise = std::make_shared<std::promise<T>>();

@@ -1,4 +1,4 @@
-// What a job tells of the hosts that worked on it: who was slow, and who is not to be trusted.
+// Hosts of a job, as its status shows them: who was slow, and who is not to be trusted.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

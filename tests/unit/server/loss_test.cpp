@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the coordinator says, from warnings on.
+/// Log of the coordinator, from warnings on.
 class Said {
  public:
   Said() : before_(spdlog::default_logger()) {
@@ -57,7 +57,7 @@ void flip_a_bit(const fs::path& path, std::uint64_t at, unsigned bit) {
   overwrite(path, at, std::string(1, static_cast<char>(byte ^ (1 << bit))));
 }
 
-/// Of one file: gone, emptied, cut, zeroed in part, a bit flipped; at `places` places each.
+/// Damages of one file: gone, emptied, cut, zeroed in part, a bit flipped; at `places` places each.
 void add_damages_of(const fs::path& file, std::uint64_t size, unsigned places, std::mt19937& random,
                     std::vector<Damage>& damages) {
   const auto add = [&](const std::string& what, std::function<void(const fs::path&)> make) {
@@ -206,7 +206,7 @@ class LossTest : public CoordinatorTest {
 
   enum Verdict { kHealed, kNamed, kSilent };
 
-  /// What becomes of the store with this damage.
+  /// Opens the store with this damage, and says what became of it.
   Verdict judge(const std::function<void(const fs::path&)>& damage, std::string& said_text) {
     const fs::path copy = store_.path() / "copy";
     fs::remove_all(copy);
@@ -329,7 +329,7 @@ TEST_F(LossTest, WhatCannotBeMadeAnewKeepsTheCoordinatorFromStarting) {
       if (entry.path().extension() == ".log") fs::remove(entry.path());
     }
   };
-  // As a folder of an older version, whose journal is emptied.
+  // A folder of an older version, whose journal is emptied.
   expect_refused(
       [&](const fs::path& data) {
         remove_logs(data), remove_journal(data), fs::remove(data / "manifest"), fs::remove(data / "farm.log");

@@ -1,4 +1,4 @@
-// What a coordinator shows of itself: metrics and health.
+// Metrics and health of a coordinator.
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST_F(Observability, MetricsThatCannotBeServedAreAnError) {
   EXPECT_TRUE(absl::IsUnavailable(Coordinator::start(same).status()));
 }
 
-/// What grpc.health.v1.Health/Check answers, in bytes.
+/// Answer of grpc.health.v1.Health/Check, in bytes.
 std::string ask_for_health(const std::shared_ptr<grpc::Channel>& channel) {
   grpc::GenericStub stub{channel};
   grpc::ClientContext context;

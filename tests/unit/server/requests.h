@@ -26,7 +26,7 @@ inline v1::JobSpec square_spec(const std::string& scene, std::uint32_t side, std
   return spec;
 }
 
-/// Of a worker of this build with two threads, on a host of its own name.
+/// Registration of a worker of this build with two threads, on a host of its own name.
 inline v1::RegisterRequest registration(const std::string& name, const std::string& isa = "avx2") {
   v1::RegisterRequest request;
   request.set_protocol(wire::kProtocolVersion);

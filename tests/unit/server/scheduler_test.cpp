@@ -1,4 +1,4 @@
-// What needs no farm of its own to be shown; the rest is in tests/scenario.
+// Cases that need no farm of their own; the rest is in tests/scenario.
 #include "scheduler/scheduler.h"
 
 #include <gtest/gtest.h>

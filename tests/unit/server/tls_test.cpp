@@ -38,7 +38,7 @@ class Tls : public TlsTest {
     return stream->Finish().error_code();
   }
 
-  /// What a caller hears who asks for a job in every way there is.
+  /// Answers to a caller who asks for a job in every way there is.
   static std::vector<grpc::StatusCode> codes_about(const std::string& job,
                                                    const std::shared_ptr<grpc::Channel>& channel) {
     const auto farm = v1::FarmService::NewStub(channel);
@@ -115,7 +115,7 @@ TEST_F(Tls, JobsBelongToWhoeverSubmittedThem) {
 }
 
 TEST_F(Tls, StrangersDoNotGetIn) {
-  // Of another authority; expired; not valid yet; without a certificate; a server's for another host.
+  // Certificates of another authority; expired; not valid yet; none; a server's for another host.
   ASSERT_TRUE(write_farm_certificates(folder_.path() / "other", {}, {"alice"}).ok());
   EXPECT_EQ(list_code(channel(folder_.path() / "other" / "client-alice")), grpc::StatusCode::UNAVAILABLE);
 

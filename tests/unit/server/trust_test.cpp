@@ -163,7 +163,7 @@ class OneDishonestCertificate : public TlsTest {
     return response;
   }
 
-  /// Of four units, or of one.
+  /// Submits a job of four units, or of one.
   std::string submit_job(std::uint32_t side = 32) {
     std::string id;
     EXPECT_EQ(submit(channel_of("client-alice"), "alice", id, side), OK);
@@ -192,7 +192,7 @@ class OneDishonestCertificate : public TlsTest {
   Channel dishonest_, honest_, sound_;
 };
 
-// What brought down the farm of version 0.1: invented hosts outvote an honest one, and results need no lease.
+// The farm of version 0.1 fell to this: invented hosts outvote an honest one, and results need no lease.
 TEST_F(OneDishonestCertificate, ReturnsNoResultThatItHasNoLeaseFor) {
   const std::string id = submit_job(16);
   const std::string honest = enrol(honest_, "honest");
@@ -364,7 +364,7 @@ TEST_F(OwnFiles, AreNobodyElsesToRead) {
     return fs::status(path).permissions() & (fs::perms::group_all | fs::perms::others_all);
   };
   coordinator_.reset();
-  // As an earlier version, or a careless hand, left them.
+  // An earlier version, or a careless hand, left them so.
   fs::permissions(data, fs::perms{0755});
   fs::permissions(data / "journal.sqlite", fs::perms{0644});
   fs::permissions(data / "results", fs::perms{0755});

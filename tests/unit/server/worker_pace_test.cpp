@@ -57,7 +57,7 @@ TEST(WorkerPace, WhatIsAlwaysTenTimesAsLongIsAPace) {
   Crew crew(4);
   // Three fast workers return ten results each while the slow one returns one.
   for (int i = 0; i < 1240; ++i) crew.result(i % 31 == 0 ? 0 : 1 + i % 3, i % 31 == 0 ? 10 : 1);
-  // Of 40 results, costs are assumed to have a variance of 1.3, which leaves a doubt of 4.5^2 * 1.3 / 40 at
+  // Costs of 40 results are assumed to have a variance of 1.3, which leaves a doubt of 4.5^2 * 1.3 / 40 at
   // most: 10 less a factor of exp(0.66 / 2.3), and as much again for what the others' are assumed to have.
   EXPECT_GE(crew.slowness(0), 5.6);
   EXPECT_LE(crew.slowness(0), 10.1);

@@ -81,7 +81,7 @@ Sums look_at(const ShapeTable& table, const ShapeRecord& shape, std::int32_t tri
   return {angle, leak * angle, fine ? angle : 0};
 }
 
-/// Of `count` triangles spread over the shape, as if they were all.
+/// Sums over `count` triangles spread over the shape, scaled to all of them.
 Sums look_at_some(const ShapeTable& table, const PlacedShape& placed, std::int64_t count) {
   const ShapeRecord& shape = table.shapes[static_cast<std::size_t>(placed.shape)];
   Sums sums;

@@ -30,7 +30,7 @@ inline constexpr int kBalancePerRow = 1;
 inline constexpr int kBalanceKept = 2;
 inline constexpr int kBalanceFactors = kBalanceKept + kBalanceRows;
 
-/// What a table is for.
+/// Purpose of a table.
 struct BalancedFacets {
   float alpha_x = 0, alpha_y = 0;  // not both below kSmoothAlpha (microfacet.h)
   bool textured = false;  // any roughness from 0 to 1, the same along x and y; the above do not count then

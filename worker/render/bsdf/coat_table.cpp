@@ -81,7 +81,7 @@ double internal_attenuation(double eta, double thickness) {
   return whole > 0 ? left / whole : 1;
 }
 
-/// What is left of light that the coat let in along `cosine` when it comes to the base.
+/// Part of the light that the coat let in along `cosine` that is left at the base.
 double attenuation(double cosine, double eta, double thickness) {
   const double inside2 = 1 - (1 - sqr(cosine)) / sqr(eta);
   return inside2 > 0 ? std::exp(-thickness / std::sqrt(inside2)) : 0;

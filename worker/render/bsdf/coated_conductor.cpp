@@ -87,7 +87,7 @@ class Layers {
   TESSERA_INLINE BsdfEval eval_base(Vec3 wo, Vec3 wi, Mask active) const {
     return conductor_bsdf().eval(base_params_, wo, wi, kAny, active);
   }
-  /// Of the layer between them, along w.
+  /// Transmittance of the layer between them, along w.
   TESSERA_INLINE Float transmittance(Vec3 w) const { return exp(-thickness_ / max(abs(w.z), 1e-6f)); }
 
   /// A smooth stand-in for the density of sample(), for directions above the surface.
@@ -123,7 +123,7 @@ TESSERA_INLINE Float power_heuristic(Float pdf, Float other) {
   return a / max(a + b, 1e-30f);
 }
 
-/// What of the light from wi reaches wo by way of the base: f |cos theta_i|.
+/// Part of the light from wi that reaches wo by way of the base: f |cos theta_i|.
 Spectrum light_off_base(const Layers& layers, Vec3 wo, Vec3 wi, Mask active) {
   Stream numbers(wo, wi.x + 2.0f * wi.y, wi.z);
   // Smooth coats are passed by both for certain, with the transmittance as a factor; rough ones by chance.

@@ -35,7 +35,7 @@ enum MaterialFlags : std::int32_t {
   kAnisotropic = 8,  // needs a shading frame along dp/du
   kRemapAlpha = 16,  // textured alphas are pbrt roughnesses: alpha = sqrt(value)
   kPrepared = 32,    // Bsdf::prepare() completes the slots once textures are looked up
-  // What the model looks at besides spectra[0]; the rest is not even fetched.
+  // Slots that the model reads besides spectra[0]; the rest is not even fetched.
   kUsesSecondSpectrum = 64,  // spectra[1]
   kUsesAlphas = 128,         // scalars[0] and [1]
   kUsesEta = 256,            // scalars[2] and coat_table
@@ -50,7 +50,7 @@ enum MaterialFlags : std::int32_t {
   // The two sides.
   kOneSided = 1 << 17,  // black when seen from behind
   kHasBack = 1 << 18,   // MaterialRecord::back is what is seen from behind
-  // What only the integrator looks at.
+  // For the integrator alone.
   kHasOpacity = 1 << 19,  // `opacity` may be below 1
   kPassesStraight =
       1 << 20,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes

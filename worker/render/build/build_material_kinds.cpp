@@ -263,7 +263,7 @@ absl::Status SceneBuilder::set_principled(const v1::PrincipledMaterial& principl
                  {principled.diff_trans(), 0, extended.scalars[slot::kDiffTrans]}};
   for (const auto& [value, otherwise, target] : scalars) {
     if (auto s = set_scalar(value, otherwise, record, target); !s.ok()) return s;
-    // As the textured ones; the index is not one of these yet.
+    // Treated like the textured ones; the index is not one of these yet.
     const float highest = &target == &extended.scalars[slot::kDiffTrans] ? 2.0f : 1.0f;
     if (&target != &record.scalars[slot::kEta]) target.value = std::clamp(target.value, 0.0f, highest);
   }

@@ -16,8 +16,8 @@ constexpr std::size_t kMostSamples = std::size_t{1} << 30;
 /// is denser than this, corner to corner, would take seconds a path.
 constexpr double kLargestOpticalDepth = 1e6;
 
-/// Of the largest majorant along all three edges of the bounds, which no straight way through them is longer
-/// than.
+/// Optical depth of the largest majorant along all three edges of the bounds, which no straight way through
+/// them is longer than.
 double largest_optical_depth(const MediumRecord& medium) {
   Transform bounds_from_render, render_from_bounds;
   std::copy_n(medium.bounds_from_render.m, 12, bounds_from_render.m.begin());

@@ -12,7 +12,7 @@ namespace tessera::render {
 
 namespace {
 
-/// Of `choices`, the one called `name`, or the first when `name` is empty. InvalidArgument names them all.
+/// Finds the choice called `name`, or the first when `name` is empty. InvalidArgument names them all.
 template <class T>
 absl::Status choose(const char* what, const std::string& name,
                     std::initializer_list<std::pair<const char*, T>> choices, T& choice) {

@@ -52,7 +52,7 @@ Matrix3 difference(const Matrix3& a, const Matrix3& b) {
 /// The orthogonal matrix nearest to `m`, by Newton's iteration with scaling [Higham 1986]; its determinant
 /// has the sign of m's. None for matrices that are singular to working precision.
 std::optional<Matrix3> orthogonal_factor(const Matrix3& m) {
-  // Of unit size, so that no square over- or underflows.
+  // Scaled to unit size, so that no square over- or underflows.
   const double size = norm(m);
   if (!(size > 0) || !std::isfinite(size)) return std::nullopt;
   Matrix3 q;

@@ -232,7 +232,7 @@ class SceneBuilder {
   int default_material_ = 0;
 };
 
-/// Of transforms that fits_floats() refuses.
+/// Error for transforms that fits_floats() refuses.
 inline constexpr const char* kBeyondFloats =
     "its transform scales by more, or by less, than 32-bit floats hold";
 

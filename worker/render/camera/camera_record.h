@@ -15,7 +15,7 @@ struct CameraRecord {
   // Camera space (x right, y up, z forward) to render space. Without translation: render space is centred on
   // the camera.
   Affine render_from_camera;
-  // Of a camera that moves: the same at evenly spaced times (core/motion.h), with the way that it went since
+  // Poses of a camera that moves, at evenly spaced times (core/motion.h), with the way that it went since
   // the shutter opened.
   std::vector<Affine> steps;
   // A film position (pixels) times these plus offsets: a point on the plane z = 1 of camera space

@@ -23,7 +23,7 @@ void fill_decode_table(TextureImage& image, TexelEncoding encoding, float gamma)
   }
 }
 
-/// As of the numbers of a scene (wire/scene_numbers.h).
+/// Same bound as for the numbers of a scene (wire/scene_numbers.h).
 constexpr double kLargestTexel = 1e18;
 
 /// Decodes in place: R, G and B by the encoding, and nothing stays that is not finite.

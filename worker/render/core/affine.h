@@ -29,7 +29,7 @@ TESSERA_INLINE Vec3 transform_normal(const WideAffine& inverse, Vec3 n) {
           dot({inverse.m[1], inverse.m[5], inverse.m[9]}, n),
           dot({inverse.m[2], inverse.m[6], inverse.m[10]}, n)};
 }
-/// Of maps that are not singular.
+/// Inverse of a map that is not singular.
 inline WideAffine inverse(const WideAffine& a) {
   const Vec3 x{a.m[0], a.m[4], a.m[8]}, y{a.m[1], a.m[5], a.m[9]}, z{a.m[2], a.m[6], a.m[10]};
   const Vec3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);

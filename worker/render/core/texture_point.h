@@ -14,7 +14,7 @@ struct TexturePoint {
   Int shape, primitive;
   Vec2 barycentric;  // weights of corners 1 and 2
 
-  /// Of textures that need no more than uv: images on lights, for example.
+  /// Point for textures that need no more than uv: images on lights, for example.
   static TESSERA_INLINE TexturePoint at(Vec2 uv) {
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
     return {uv, zero, zero, Int(-1), Int(0), {Float(0.0f), Float(0.0f)}};

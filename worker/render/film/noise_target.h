@@ -15,7 +15,7 @@ struct NoiseTarget {
 /// Samples of each half that are taken anyway.
 inline constexpr std::uint32_t kPilotSamples = wire::kMinAdaptiveSamples / 2;
 
-/// Of the half that did not see the pilot: how many samples it takes, from kPilotSamples to half of
+/// Number of samples that the half takes that did not see the pilot, from kPilotSamples to half of
 /// target.samples. `pilot_error`: the squared relative error of a pixel's mean over a pilot, averaged over
 /// the block.
 std::uint32_t samples_for(const NoiseTarget& target, double pilot_error);

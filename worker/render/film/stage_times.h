@@ -8,7 +8,7 @@
 
 namespace tessera::render {
 
-/// What a batch of paths goes through.
+/// Stages of a batch of paths.
 enum class Stage : std::uint8_t {
   kCamera,        // paths start
   kIntersection,  // nearest hits
@@ -19,7 +19,7 @@ enum class Stage : std::uint8_t {
 };
 inline constexpr std::array kStageNames{"camera", "intersection", "transit", "shading", "shadow", "film"};
 
-/// What shading a packet of paths goes through.
+/// Parts of shading a packet of paths.
 enum class ShadingPart : std::uint8_t {
   kSurfaces,   // geometry at the hit, emission and environment that the path found
   kMaterials,  // textures, evaluating and sampling BSDFs
@@ -31,7 +31,7 @@ inline constexpr std::array kShadingPartNames{"surfaces", "materials", "light sa
 /// Nanoseconds of CPU time; within a kernel, ticks of its clock. They add up.
 struct StageTimes {
   std::array<std::uint64_t, kStageNames.size()> stages{};
-  /// Of the batches alone that were looked into, one in some: shares of the stage kShading.
+  /// Sampled: shares of the stage kShading, in one batch of several that is timed packet by packet.
   std::array<std::uint64_t, kShadingPartNames.size()> shading_parts{};
   /// kMaterials by the index of the material; empty where no batch was looked into. A packet's time is shared
   /// evenly among its paths.

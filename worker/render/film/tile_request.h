@@ -1,4 +1,4 @@
-// What is asked of a render call, and what it counts.
+// Request of a render call, and the counts that it returns.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace tessera::render::TESSERA_ISA {
 /// that of up to 1024 samples of neighbouring pixels.
 inline constexpr float kFireflyRatio = 100;
 
-/// Of all lanes.
+/// Sum over all lanes.
 inline double sum_of(Float a) {
   alignas(64) float lanes[kWidth];
   a.store(lanes);

@@ -37,7 +37,7 @@ Mask reflects_only(const Interaction& at, Mask active);
 /// f |cos| and pdf in render space, lanes of any kind.
 BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,
                    Transport transport = Transport::kRadiance);
-/// Of mixes, one part is chosen; pdf and weight are of both, unless it was a delta lobe.
+/// One part of a mix is chosen; pdf and weight are of both, unless it was a delta lobe.
 BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
                        Transport transport = Transport::kRadiance);
 

@@ -1,4 +1,4 @@
-// What a kernel module exports.
+// Exports of a kernel module.
 #include <memory>
 
 #include "render/accel/arithmetic.h"

@@ -15,7 +15,7 @@
 
 namespace tessera::render {
 
-/// What an AOV job wants of the first hit.
+/// Layers that a job asks for of the first hit.
 struct AovRequest {
   bool albedo = false, normal = false, depth = false;
 };

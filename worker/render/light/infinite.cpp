@@ -39,7 +39,7 @@ Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
 
 /// Round about in u, up to the poles in v.
 Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
-  // As Mitsuba 3 does it: columns have their centres at half-integers, but the first and last rows lie on the
+  // Mitsuba 3's grid: columns have their centres at half-integers, but the first and last rows lie on the
   // poles.
   const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height - 1);
   const Float x_floor = floor(x), y_floor = floor(y);

@@ -82,7 +82,7 @@ const LightSource& light_source(LightKind kind);
 /// is rendered: not thread-safe.
 LightKind add_light_model(const LightModel& model);
 
-/// As LightModel::sample and pdf, where lanes may hold lights of any kind.
+/// LightModel::sample and pdf for lanes that may hold lights of any kind.
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active);
 Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
                 Mask active);

@@ -1,4 +1,4 @@
-// What the light models share: reading records, and the end of a shadow ray.
+// Shared by the light models: reading records, and the end of a shadow ray.
 #pragma once
 
 #include "render/core/constants.h"
@@ -70,7 +70,7 @@ TESSERA_INLINE Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}
 /// The texture of area lights at points of their surfaces, 1 for lights that have none.
 Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
 
-/// Of shadow rays to lights at infinity: beyond any scene, and finite when squared.
+/// Length of shadow rays to lights at infinity: beyond any scene, and finite when squared.
 inline constexpr float kInfiniteDistance = 1e18f;
 
 TESSERA_INLINE Float max_abs(Vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }

@@ -39,7 +39,7 @@ Cone around(Cone a, Cone b) {
   return {unit(a.axis * std::cos(turn) + unit(across) * std::sin(turn)), angle};
 }
 
-/// What is known of some lights.
+/// Bounds of a set of lights: places, directions, intensity.
 struct Bounds : LightBounds {
   Bounds() = default;
   explicit Bounds(const LightBounds& one) : LightBounds(one) {}

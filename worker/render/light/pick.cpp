@@ -63,7 +63,7 @@ struct Weights {
       quads[q] = (each[4 * q] + each[4 * q + 1]) + (each[4 * q + 2] + each[4 * q + 3]);
     total = (quads[0] + quads[1]) + (quads[2] + quads[3]);
   }
-  /// Of a child; zero for all where nothing can be reached.
+  /// Probability of a child; zero for all where nothing can be reached.
   float probability(int child) const { return total > 0 ? each[child] / total : 0; }
 };
 

@@ -48,7 +48,7 @@ struct View {
             corner_weight(from, to + along_x + along_y, seen.inverse_distance(2))};
   }
 
-  /// Of a point of the rectangle: parts of the two sides.
+  /// Parts of the two sides at a point of the rectangle.
   Vec2 parts(Vec3 point) const {
     const Vec3 p = point - sides.corner;
     return {clamp(dot(p, sides.x) / sides.width, 0.0f, 1.0f),

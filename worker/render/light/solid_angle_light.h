@@ -1,4 +1,4 @@
-// What sampling a flat light by solid angle needs besides the solid angle.
+// Sampling a flat light by solid angle, besides the solid angle itself.
 #pragma once
 
 #include "render/light/light_access.h"

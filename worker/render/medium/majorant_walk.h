@@ -58,7 +58,7 @@ class MajorantWalk {
 
   TESSERA_INLINE void stop(Mask lanes) { active_ = and_not(active_, lanes); }
   TESSERA_INLINE Float t() const { return t_; }
-  /// Of the cell of the latest collision; 1 for lanes that never collided.
+  /// Majorant of the cell of the latest collision; 1 for lanes that never collided.
   TESSERA_INLINE Float majorant() const { return majorant_; }
 
  private:

@@ -32,7 +32,7 @@ struct MediumRays {
   Float distance;  // may be infinite
 };
 
-/// What became of a ray.
+/// Fate of a ray.
 struct Flight {
   Mask scattered;  // at `t`; else it came through
   Float t;

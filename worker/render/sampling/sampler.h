@@ -42,7 +42,8 @@ class Sampler {
                 hash(y, UInt(static_cast<std::uint32_t>(seed >> 32))));
   }
 
-  /// Of one of the pixel's sequences: independent of those of other streams; stream 0 is the pixel itself.
+  /// Key of one of the pixel's sequences, independent of those of other streams; stream 0 is the pixel
+  /// itself.
   static TESSERA_INLINE UInt stream_hash(UInt pixel, UInt stream) {
     return pixel ^ hash(stream);  // hash(0) is 0
   }

@@ -14,13 +14,13 @@ struct HalfSolidAngle {
   TESSERA_INLINE Float whole() const { return 2.0f * atan2(sine, cosine); }
 };
 
-/// Of the triangle between three unit vectors [Van Oosterom & Strackee 1983]. `volume` is |det(a, b, c)|:
-/// given apart, as the sides of small triangles are known better than their corners.
+/// Half the solid angle of the triangle between three unit vectors [Van Oosterom & Strackee 1983]. `volume`
+/// is |det(a, b, c)|: given apart, as the sides of small triangles are known better than their corners.
 TESSERA_INLINE HalfSolidAngle half_solid_angle(Vec3 a, Vec3 b, Vec3 c, Float volume) {
   return {1.0f + dot(a, b) + dot(b, c) + dot(c, a), volume};
 }
 
-/// Of two triangles side by side.
+/// Sum for two triangles side by side.
 TESSERA_INLINE HalfSolidAngle operator+(HalfSolidAngle a, HalfSolidAngle b) {
   return {difference_of_products(a.cosine, b.cosine, a.sine, b.sine),
           fma(a.sine, b.cosine, b.sine * a.cosine)};

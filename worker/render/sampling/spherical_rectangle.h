@@ -86,7 +86,7 @@ class SphericalRectangle {
     }
   };
 
-  /// Of the part whose first side is `width` long.
+  /// Solid angle of the part whose first side is `width` long.
   TESSERA_INLINE Float solid_angle_up_to(Float width) const {
     return Corners(x0_, x0_ + width, y0_, y1_, z_).half_solid_angle_of(width, height_, z_).whole();
   }

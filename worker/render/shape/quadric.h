@@ -7,7 +7,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What rounding leaves of a sum: `value` + `rest` is right to twice the digits of a float.
+/// A sum and the rest that rounding took: `value` + `rest` is right to twice the digits of a float.
 struct Exact {
   Float value, rest;
 };

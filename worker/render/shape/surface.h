@@ -7,7 +7,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What a ray met. `shape` is -1 for a miss; `instance` is -1 outside instances.
+/// Hit of a ray. `shape` is -1 for a miss; `instance` is -1 outside instances.
 struct Hit {
   Float t;     // ray parameter
   Float u, v;  // barycentric weights of vertices 1 and 2 (triangles)

@@ -43,7 +43,7 @@ class Accelerator {
                                                             const BuildOptions& options);
 
   RTCScene scene() const { return world_; }
-  /// Of Embree's own structures.
+  /// Bytes of Embree's own structures.
   std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_bytes_.load()); }
   /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
   float bounding_radius() const { return bounding_radius_; }

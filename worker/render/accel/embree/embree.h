@@ -15,7 +15,7 @@ namespace tessera::render {
 /// Embree, one ray at a time; it gives what packets give but for rounding, and is there to check them.
 enum class Traversal { kCoherent, kIncoherent, kSingle };
 
-/// What one trace call needs besides the rays.
+/// Context of one trace call, besides the rays.
 class TraceContext {
  public:
   explicit TraceContext(Traversal traversal) {

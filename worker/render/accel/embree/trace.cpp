@@ -96,7 +96,7 @@ RTCRay single_ray(const RayArrays& rays, int i, float distance) {
   return ray;
 }
 
-/// What Embree calls the instance of a hit, as HitArrays counts it.
+/// Instance of a hit, as HitArrays counts it.
 std::int32_t instance_of(unsigned id, std::int32_t first_instance) {
   return static_cast<std::int32_t>(id) < 0 ? -1 : static_cast<std::int32_t>(id) - first_instance;
 }

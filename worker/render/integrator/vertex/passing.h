@@ -16,7 +16,7 @@ Mask may_pass(const SceneTables& scene, Int shape, Mask active);
 /// the material scatters everything.
 Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active);
 
-/// Of material `material`, textures looked up.
+/// Opacity of material `material`, textures looked up.
 Float opacity_of(const SceneTables& scene, Int material, const Surface& surface, Mask active);
 
 /// The medium that a ray along `d` is in once it has left the surface, `medium` being the one that it came
