@@ -66,7 +66,7 @@ struct Passing {
 struct BsdfTraits {
   bool reflects_only = false;  // light is scattered back to the side of wo alone
   bool exact_density = true;   // `pdf` is that of sample(), so that f_cos may be divided by it; else it is
-                              // good for weighing only
+                               // good for weighing only
 };
 
 class Bsdf {

@@ -29,11 +29,8 @@ struct SceneContent {
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
 
 /// Errors as of load_scene().
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(const v1::Scene& scene,
-                                                                  const v1::JobSpec& job,
-                                                                  const BlobSource& blobs,
-                                                                  const LoadOptions& options,
-                                                                  const EmbreeKernel& embree,
-                                                                  LightSources light_sources);
+absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(
+    const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, const LoadOptions& options,
+    const EmbreeKernel& embree, LightSources light_sources);
 
 }  // namespace tessera::render
