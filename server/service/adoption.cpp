@@ -10,28 +10,20 @@
 #include "service/journal_events.h"
 #include "service/result_check.h"
 #include "wire/arithmetic_class.h"
+#include "wire/job_parts.h"
 
 namespace tessera::server {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-/// The part of a spec on which the result of a unit depends. A scene names its blobs by digest, so its own
-/// stands for all.
+/// The part of a spec on which the result of a unit depends.
 v1::JobSpec content_of(const v1::JobSpec& spec) {
-  v1::JobSpec content;
-  content.mutable_scene()->set_digest(spec.scene().digest());
-  *content.mutable_settings() = spec.settings();
+  using enum wire::JobPart;
+  std::vector<wire::JobPart> parts{kScene, kView, kUnits, kBuild};
   // Where noise decides, the cap is part of the decision.
-  if (spec.settings().noise() == 0) content.mutable_settings()->clear_spp();
-  content.set_width(spec.width());
-  content.set_height(spec.height());
-  *content.mutable_crop() = spec.crop();
-  content.set_tile_size(spec.tile_size());
-  content.set_samples_per_unit(spec.samples_per_unit());
-  *content.mutable_phases() = spec.phases();
-  content.set_build(spec.build());
-  *content.mutable_aovs() = spec.aovs();
+  if (spec.settings().noise() != 0) parts.push_back(kSamples);
+  v1::JobSpec content = wire::parts_of(spec, parts);
   std::sort(content.mutable_aovs()->begin(), content.mutable_aovs()->end());
   return content;
 }

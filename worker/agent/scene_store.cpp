@@ -7,19 +7,16 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "wire/job_parts.h"
 
 namespace tessera::agent {
 namespace {
 
-/// Two specs with the same key need the same RenderScene. What only cuts or names the work is left out.
+/// Two specs with the same key need the same RenderScene.
 std::string key_of(const v1::JobSpec& spec) {
-  v1::JobSpec relevant = spec;
-  relevant.clear_name();
-  relevant.clear_blobs();
-  relevant.clear_tile_size();
-  relevant.clear_samples_per_unit();
-  relevant.clear_priority();
-  return relevant.SerializeAsString();
+  using enum wire::JobPart;
+  constexpr wire::JobPart kParts[] = {kScene, kView, kSamples, kKernels};
+  return wire::parts_of(spec, kParts).SerializeAsString();
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
   EXPECT_EQ(store.digests(), (std::vector<std::string>{"b"}));
 }
 
-TEST(SceneStore, HowTheWorkIsCutMakesNoOtherScene) {
+TEST(SceneStore, NeitherHowTheWorkIsCutNorWhoseItIsMakesAnotherScene) {
   int loads = 0;
   SceneStore store{[&](const v1::JobSpec&, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      ++loads;
@@ -90,6 +90,12 @@ TEST(SceneStore, HowTheWorkIsCutMakesNoOtherScene) {
   first.set_tile_size(8);
   v1::JobSpec second = spec("a");
   second.set_tile_size(64);
+  second.mutable_crop()->set_x1(100);
+  second.set_user("bob");
+  second.add_required_tags("gpu");
+  second.set_max_workers(3);
+  second.set_bits(v1::BITS_ANY);
+  second.add_phases()->set_parts(4);
   ASSERT_TRUE(store.get(first, {}).ok());
   ASSERT_TRUE(store.get(second, {}).ok());
   EXPECT_EQ(loads, 1);
