@@ -181,7 +181,7 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
   if (!test::long_form()) cases.resize(60);
 
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(25);
-  for (const Case& c : cases) {
+  for (const BadNumber& c : cases) {
     if (std::chrono::steady_clock::now() > until) break;
     v1::Scene scene = c.sample->scene;
     std::size_t i = 0;

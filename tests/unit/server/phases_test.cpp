@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // Parts 0 to 3, merges 4 and 5, and 6; part 7; 2 x 2 tiles.
-constexpr std::uint32_t kFirstRoot = 6, kSecondRoot = 7, kPicture = 8, kUnits = 12;
+constexpr std::uint32_t kFirstRoot = 6, kSecondRoot = 7, kFirstOfPicture = 8, kAllUnits = 12;
 
 class PhasesTest : public CoordinatorTest {
  protected:
@@ -92,7 +92,7 @@ class PhasesTest : public CoordinatorTest {
 
 TEST_F(PhasesTest, StepsFollowEachOtherAndReadWhatWasMade) {
   const std::string id = submit(phased_spec());
-  EXPECT_EQ(job(id).units_total(), kUnits);
+  EXPECT_EQ(job(id).units_total(), kAllUnits);
   const std::vector<v1::Lease> parts = lease_all();
   EXPECT_THAT(units_of(parts), ElementsAre(0, 1, 2, 3));
   for (const v1::Lease& lease : parts) EXPECT_THAT(inputs_of(lease), IsEmpty());
@@ -152,13 +152,13 @@ TEST_F(PhasesTest, ARestartGoesOnWithinAReduction) {
   EXPECT_THAT(units_of(rest), ElementsAre(5)) << "the other merge is there";
   EXPECT_THAT(inputs_of(rest[0]), ElementsAre(made_[3])) << "inputs are known after a restart";
   ASSERT_TRUE(finish(rest[0]).ok());
-  finish_until(kUnits);
+  finish_until(kAllUnits);
   EXPECT_EQ(job(id).state(), v1::DONE);
 }
 
 TEST_F(PhasesTest, ALostBlobIsMadeAnewAndAllThatWasMadeOfIt) {
   const std::string id = submit(phased_spec());
-  finish_until(kPicture);
+  finish_until(kFirstOfPicture);
   const std::vector<v1::Lease> tiles = lease_all();
   ASSERT_EQ(tiles.size(), 4u);
   ASSERT_TRUE(finish(tiles[0]).ok());
@@ -175,7 +175,7 @@ TEST_F(PhasesTest, ALostBlobIsMadeAnewAndAllThatWasMadeOfIt) {
   EXPECT_EQ(stale.error_code(), grpc::FAILED_PRECONDITION);
   EXPECT_THAT(stale.error_message(), HasSubstr("count no more"));
   ASSERT_TRUE(finish(again[0]).ok());
-  finish_until(kUnits);
+  finish_until(kAllUnits);
   EXPECT_EQ(job(id).state(), v1::DONE);
 }
 
@@ -190,9 +190,9 @@ TEST_F(PhasesTest, ALostBlobIsNoticedBeforeItIsNeeded) {
 
 TEST_F(PhasesTest, MoreSamplesOfTheSameJobTakeItsPhasesOver) {
   submit(phased_spec());
-  finish_until(kUnits);
+  finish_until(kAllUnits);
   const std::string more = submit(phased_spec(2));
-  EXPECT_EQ(job(more).units_adopted(), kUnits);
+  EXPECT_EQ(job(more).units_adopted(), kAllUnits);
   const std::vector<v1::Lease> tiles = lease_all();
   EXPECT_THAT(units_of(tiles), ElementsAre(12, 13, 14, 15));
   EXPECT_THAT(inputs_of(tiles[0]), ElementsAre(made_[kFirstRoot], made_[kSecondRoot]));
@@ -200,7 +200,7 @@ TEST_F(PhasesTest, MoreSamplesOfTheSameJobTakeItsPhasesOver) {
 
 TEST_F(PhasesTest, WithoutThePhasesNothingIsTakenOver) {
   submit(phased_spec());
-  finish_until(kUnits);
+  finish_until(kAllUnits);
   std::filesystem::remove(blob_file(kSecondRoot));
   EXPECT_EQ(job(submit(phased_spec(2))).units_adopted(), 0u);
   v1::JobSpec other = phased_spec(2);
