@@ -16,7 +16,7 @@
 #include "agent/blob_fetcher.h"
 #include "agent/coordinator_link.h"
 #include "agent/scene_store.h"
-#include "render/integrator/prepared.h"
+#include "render/renderer.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::agent {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "render/film/prepared.h"
 #include "render/film/stage_times.h"
-#include "render/integrator/prepared.h"
 
 namespace tessera::render {
 

@@ -10,9 +10,9 @@
 
 #include "render/accel/ray_query.h"
 #include "render/film/film.h"
+#include "render/film/prepared.h"
 #include "render/film/sample_source.h"
 #include "render/film/tile_request.h"
-#include "render/integrator/prepared.h"
 #include "render/integrator/scene_tables.h"
 
 namespace tessera::render {
