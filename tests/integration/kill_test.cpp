@@ -272,9 +272,10 @@ TEST(Kill, TheCoordinatorAtAnyTimeAlsoWithinACommit) {
 TEST(Kill, WorkersGoOnWhileThereIsNoCoordinatorAndDeliverLater) {
   FarmUnderTest farm;
   support::Process& worker = farm.add_worker(2);
-  // Units of some 0.3 s; a worker of two threads has up to six in hand.
+  // Units of some 0.1 s, far more than are done before the kill; a worker of two threads has up to six in
+  // hand.
   const std::string job_id = farm.submit_detached(
-      {"scenes/cornell-box/scene.pbrt", "--resolution", "64x64", "--spp", "2048", "--tile", "32", "--quiet"});
+      {"scenes/cornell-box/scene.pbrt", "--resolution", "64x64", "--spp", "8192", "--tile", "32", "--quiet"});
   Witness witness{farm, job_id, 1};
   farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_done() > 2; });
   const auto rendered = [&] {
