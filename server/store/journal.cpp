@@ -30,7 +30,7 @@ bool is_over(int state) { return state != 0 && state != v1::INCOMPLETE; }
 
 template <typename Function>
 absl::Status SqliteJournal::read_tables(const char* what, Function function) {
-  const absl::Status status = guarded(what, function);
+  absl::Status status = guarded(what, function);
   if (absl::IsDataLoss(status) && manifest_ && counts_.damaged == 0) {
     counts_.damaged = 1;
     absl::Status noted = manifest_->write(counts_);

@@ -21,7 +21,7 @@ using google::protobuf::util::TimeUtil;
 using std::chrono::hours;
 using std::chrono::milliseconds;
 
-constexpr std::uint32_t kUnits = 16;  // of a job
+constexpr std::uint32_t kJobUnits = 16;  // of a job
 constexpr char kScene[] = "a scene";
 
 /// Waits for the answer of a call that gives it through a `done`.
@@ -72,7 +72,7 @@ class FarmThreads : public testing::Test {
         EXPECT_TRUE(units.insert(result.unit().index()).second);
       }
       if (!batch->finished) continue;
-      EXPECT_TRUE(units.size() == kUnits || batch->response.status().state() == v1::CANCELLED)
+      EXPECT_TRUE(units.size() == kJobUnits || batch->response.status().state() == v1::CANCELLED)
           << units.size();
       farm_->note_fetched(id);
       return;

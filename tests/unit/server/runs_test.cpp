@@ -14,8 +14,8 @@ namespace tessera::server {
 namespace {
 
 constexpr std::uint32_t kRanges = 16;
-constexpr std::uint32_t kUnits = 4 * kRanges;  // of 2 x 2 tiles
-constexpr std::chrono::milliseconds kTook{1};  // however long the test takes for it
+constexpr std::uint32_t kRunUnits = 4 * kRanges;  // of 2 x 2 tiles
+constexpr std::chrono::milliseconds kTook{1};     // however long the test takes for it
 
 class RunsTest : public CoordinatorTest {
  protected:
@@ -26,7 +26,7 @@ class RunsTest : public CoordinatorTest {
 
   /// Does what there is to do until `results` more results are in, or nothing is left. Returns the ranges of
   /// each.
-  std::vector<std::uint32_t> render(std::size_t results = kUnits) {
+  std::vector<std::uint32_t> render(std::size_t results = kRunUnits) {
     std::vector<std::uint32_t> ranges;
     while (ranges.size() < results) {
       const v1::LeaseResponse leases = lease(worker_, 1);
@@ -60,7 +60,7 @@ class RunsTest : public CoordinatorTest {
         ++results;
       }
     }
-    EXPECT_EQ(units, kUnits);
+    EXPECT_EQ(units, kRunUnits);
     return results;
   }
 
@@ -72,11 +72,11 @@ class RunsTest : public CoordinatorTest {
 TEST_F(RunsTest, OneResultOfManyUnitsIsWhatTheClientGets) {
   const std::string id = submit(job_spec(kRanges));
   const std::vector<std::uint32_t> ranges = render();
-  EXPECT_LT(ranges.size(), kUnits) << "these units cost nothing";
+  EXPECT_LT(ranges.size(), kRunUnits) << "these units cost nothing";
   EXPECT_EQ(ranges.front(), 1u) << "it was not known yet";
   const v1::JobStatus status = job(id);
   EXPECT_EQ(status.state(), v1::DONE);
-  EXPECT_EQ(status.units_done(), kUnits);
+  EXPECT_EQ(status.units_done(), kRunUnits);
   EXPECT_EQ(expect_whole(id), static_cast<int>(ranges.size()));
 }
 
@@ -86,8 +86,8 @@ TEST_F(RunsTest, WithoutRunsThereIsAResultAUnit) {
   start(std::move(options));
   worker_ = register_worker();
   const std::string id = submit(job_spec(kRanges));
-  EXPECT_EQ(render().size(), kUnits);
-  EXPECT_EQ(expect_whole(id), static_cast<int>(kUnits));
+  EXPECT_EQ(render().size(), kRunUnits);
+  EXPECT_EQ(expect_whole(id), static_cast<int>(kRunUnits));
 }
 
 TEST_F(RunsTest, ARestartedCoordinatorKnowsThem) {
@@ -104,7 +104,7 @@ TEST_F(RunsTest, ARestartedCoordinatorKnowsThem) {
   const std::vector<std::uint32_t> after = render();
   EXPECT_EQ(expect_whole(id), static_cast<int>(before.size() + after.size()));
   start(directory_.path());
-  EXPECT_EQ(job(id).units_done(), kUnits) << "of a job that is over";
+  EXPECT_EQ(job(id).units_done(), kRunUnits) << "of a job that is over";
   EXPECT_EQ(expect_whole(id), static_cast<int>(before.size() + after.size()));
 }
 
@@ -113,7 +113,7 @@ TEST_F(RunsTest, AJobOfEqualContentTakesThemOver) {
   render();
   const std::string second = submit(job_spec(kRanges));
   EXPECT_EQ(job(second).state(), v1::DONE);
-  EXPECT_EQ(job(second).units_adopted(), kUnits);
+  EXPECT_EQ(job(second).units_adopted(), kRunUnits);
   EXPECT_EQ(expect_whole(second), expect_whole(first));
 }
 
@@ -121,7 +121,7 @@ TEST_F(RunsTest, MoreSamplesTakeOverRunsThatAreTheirNodes) {
   submit(job_spec(kRanges / 2));
   render();
   const std::string more = submit(job_spec(kRanges));
-  EXPECT_EQ(job(more).units_adopted(), kUnits / 2);
+  EXPECT_EQ(job(more).units_adopted(), kRunUnits / 2);
   render();
   expect_whole(more);
 }
