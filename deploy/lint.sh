@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Checks that all sources are as clang-format has them, then looks for faults with clang-tidy (.clang-tidy), in each source by
-# itself and in as many as a time allows: those first that the latest commits concern, then the others, from another one on
-# with each commit. Fails where something is found, not where time runs out.
+# Checks that all sources are as clang-format has them, then looks for faults with clang-tidy (.clang-tidy), in
+# each source by itself and in as many as a time allows: those first that the latest commits concern, then the
+# others, from another one on with each commit. Fails where something is found, not where time runs out.
 #
 #   deploy/lint.sh              form alone: seconds
 #   deploy/lint.sh SECONDS      faults as well, for that long
@@ -42,7 +42,10 @@ check_form() {
 }
 
 # The sources that `build/lint` compiles, one a line.
-compiled() { sed -n "s,^ *\"file\": \"$top/\(.*\.cpp\)\".*,\1,p" build/lint/compile_commands.json | grep -v '^build/' | sort -u; }
+compiled() {
+  sed -n "s,^ *\"file\": \"$top/\(.*\.cpp\)\".*,\1,p" build/lint/compile_commands.json |
+    grep -v '^build/' | sort -u
+}
 
 # sources_of FILE...: sources as they are; for a header, the first source that includes it.
 sources_of() {
