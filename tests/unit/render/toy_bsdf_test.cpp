@@ -13,7 +13,7 @@ namespace {
 /// Scatters a part of the light, the same in all directions of wo's side.
 class EvenBsdf final : public Bsdf {
  public:
-  EvenBsdf() : Bsdf({.reflects_only = true}) {}
+  EvenBsdf() : Bsdf(kReflectsOnly) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const override {
     const Float pdf = select_or_zero(active & same_hemisphere(wo, wi), Float(kInv2Pi));
     return {params.spectra[slot::kReflectance] * pdf, pdf};

@@ -62,19 +62,13 @@ struct Passing {
   Spectrum weight;    // factor of the light that passes
 };
 
-/// What holds for a model whatever its parameters are.
-struct BsdfTraits {
-  bool reflects_only = false;  // light is scattered back to the side of wo alone
-  bool exact_density = true;   // `pdf` is that of sample(), so that f_cos may be divided by it; else it is
-                               // good for weighing only
-};
-
 class Bsdf {
  public:
-  explicit constexpr Bsdf(BsdfTraits model_traits = {}) : traits(model_traits) {}
+  explicit constexpr Bsdf(std::int32_t model_traits = 0) : traits(model_traits) {}
   virtual ~Bsdf() = default;
 
-  const BsdfTraits traits;
+  /// Of MaterialFlags, those that hold whatever the parameters are.
+  const std::int32_t traits;
 
   /// Value and density. Lanes that are not active may hold anything, and give anything.
   virtual BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport,

@@ -23,7 +23,7 @@ namespace {
 
 class CoatedConductorBsdf final : public Bsdf {
  public:
-  CoatedConductorBsdf() : Bsdf({.reflects_only = true, .exact_density = false}) {}
+  CoatedConductorBsdf() : Bsdf(kReflectsOnly | kEstimatedDensity) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

@@ -32,7 +32,7 @@ namespace {
 
 class CoatedDiffuseBsdf final : public Bsdf {
  public:
-  CoatedDiffuseBsdf() : Bsdf({.reflects_only = true}) {}
+  CoatedDiffuseBsdf() : Bsdf(kReflectsOnly) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

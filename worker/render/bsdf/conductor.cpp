@@ -18,7 +18,7 @@ namespace {
 
 class ConductorBsdf final : public Bsdf {
  public:
-  ConductorBsdf() : Bsdf({.reflects_only = true}) {}
+  ConductorBsdf() : Bsdf(kReflectsOnly) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

@@ -58,6 +58,10 @@ enum MaterialFlags : std::int32_t {
   kBendsSoftly = 1 << 22,  // with kHasBump: Material::bends_softly
   // Another variant of the models.
   kBalanced = 1 << 23,  // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
+  // What holds for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
+  // loaded.
+  kReflectsOnly = 1 << 24,      // light is scattered back to the side of wo alone
+  kEstimatedDensity = 1 << 25,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
 };
 
 inline constexpr int kMaterialSpectra = 2;

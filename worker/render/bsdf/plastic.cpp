@@ -24,7 +24,7 @@ namespace {
 
 class PlasticBsdf final : public Bsdf {
  public:
-  PlasticBsdf() : Bsdf({.reflects_only = true}) {}
+  PlasticBsdf() : Bsdf(kReflectsOnly) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

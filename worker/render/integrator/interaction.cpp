@@ -19,15 +19,14 @@ Int kind_of(const SceneTables& scene, Int record, Mask active) {
 Int flags_of(const SceneTables& scene, Int record, Mask active) {
   return gather(&scene.materials.materials.data()->flags, record * kStride, active);
 }
-/// Lanes whose model has the trait.
-Mask lanes_with(bool BsdfTraits::*trait, Int kind, Mask active) {
-  Mask result = Mask::none();
+/// Bsdf::traits a lane.
+Int traits_of(Int kind, Mask active) {
+  Int traits(0);
   for_each_distinct(kind, active, [&](std::int32_t k, Mask lanes) {
-    if (bsdf_model(static_cast<BsdfKind>(k))->traits.*trait) result |= lanes;
+    traits = select(lanes, Int(bsdf_model(static_cast<BsdfKind>(k))->traits), traits);
   });
-  return result;
+  return traits;
 }
-
 Mask is_mix(Int flags) { return (flags & kMixed) != 0; }
 
 Float amount_of(const SceneTables& scene, const MaterialRecord& mix, const Surface& surface, Mask lanes) {
@@ -155,10 +154,10 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
   if (const std::optional<std::int32_t> same = common_value(route.record, active)) {
     common = &scene.materials.materials[static_cast<std::size_t>(*same)];
     part.kind = Int(static_cast<std::int32_t>(common->kind));
-    part.flags = Int(common->flags);
+    part.flags = Int(common->flags | bsdf_model(common->kind)->traits);
   } else {
     part.kind = kind_of(scene, route.record, active);
-    part.flags = flags_of(scene, route.record, active);
+    part.flags = flags_of(scene, route.record, active) | traits_of(part.kind, active);
   }
   if (scene.any_mix) {
     part.flags = part.flags | route.inherited;
@@ -271,8 +270,7 @@ void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 w
   const BsdfEval also = eval_part(other, wo, sample.wi, transport, spread);
   const Float chosen = share * sample.pdf, pdf = chosen + (1.0f - share) * also.pdf;
   const Spectrum f_cos = sample.weight * chosen + also.f_cos * (1.0f - share);
-  const Mask exact = lanes_with(&BsdfTraits::exact_density, own.kind, spread) &
-                     lanes_with(&BsdfTraits::exact_density, other.kind, spread);
+  const Mask exact = and_not(spread, ((own.flags | other.flags) & kEstimatedDensity) != 0);
   sample.weight = select(exact, f_cos * (1.0f / max(pdf, 1e-37f)), sample.weight);
   sample.pdf = select(spread, pdf, sample.pdf);
 }
@@ -294,10 +292,6 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
   } else {
     load_part(scene, surface, wo, Route{surface.material}, active, at);
   }
-}
-
-Mask reflects_only(const Interaction& at, Mask active) {
-  return lanes_with(&BsdfTraits::reflects_only, at.kind, and_not(active, (at.flags & kMixed) != 0));
 }
 
 BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport) {

@@ -32,7 +32,9 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
               Interaction& at);
 
 /// Where light is scattered back to the side of wo only.
-Mask reflects_only(const Interaction& at, Mask active);
+TESSERA_INLINE Mask reflects_only(const Interaction& at) {
+  return and_not((at.flags & kReflectsOnly) != 0, (at.flags & kMixed) != 0);
+}
 
 /// f |cos| and pdf in render space, lanes of any kind.
 BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,

@@ -1,7 +1,7 @@
 #include "render/light/light.h"
 
 #include <cassert>
-#include <vector>
+#include <cstddef>
 
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
@@ -24,29 +24,25 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
   return factor;
 }
 
-/// The models, in the order of LightKind.
-std::vector<const LightModel*>& models() {
-  static std::vector<const LightModel*> table = {&point_light(),      &spot_light(),       &distant_light(),
-                                                 &infinite_light(),   &triangle_light(),   &rectangle_light(),
-                                                 &sphere_light(),     &disk_light(),       &cylinder_light(),
-                                                 &projection_light(), &goniometric_light()};
-  return table;
-}
+constexpr std::size_t kMostModels = 64;
+
+/// In the order of LightKind; filled when the kernels are loaded, so that asking costs one load.
+const LightModel* models[kMostModels] = {&point_light(),      &spot_light(),       &distant_light(),
+                                         &infinite_light(),   &triangle_light(),   &rectangle_light(),
+                                         &sphere_light(),     &disk_light(),       &cylinder_light(),
+                                         &projection_light(), &goniometric_light()};
+std::size_t model_count = static_cast<std::size_t>(LightKind::kCount);
 
 }  // namespace
 
-const LightModel& light_model(LightKind kind) {
-  const std::vector<const LightModel*>& table = models();
-  assert(static_cast<std::size_t>(kind) < table.size());
-  return *table[static_cast<std::size_t>(kind)];
-}
+const LightModel& light_model(LightKind kind) { return *models[static_cast<std::size_t>(kind)]; }
 
 const LightSource& light_source(LightKind kind) { return light_model(kind); }
 
 LightKind add_light_model(const LightModel& model) {
-  assert(models().size() >= static_cast<std::size_t>(LightKind::kCount));
-  models().push_back(&model);
-  return static_cast<LightKind>(models().size() - 1);
+  assert(model_count < kMostModels);
+  models[model_count] = &model;
+  return static_cast<LightKind>(model_count++);
 }
 
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {

@@ -2,30 +2,26 @@
 
 #include <cassert>
 #include <cmath>
-#include <vector>
+#include <cstddef>
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// In the order of ShapeKind.
-std::vector<const AnalyticShape*>& models() {
-  static std::vector<const AnalyticShape*> table = {nullptr,           &sphere_shape(),   &disk_shape(),
-                                                    &cylinder_shape(), &sdf_grid_shape(), nullptr};
-  return table;
-}
+constexpr std::size_t kMostModels = 64;
+
+/// In the order of ShapeKind; filled when the kernels are loaded, so that asking costs one load.
+const AnalyticShape* models[kMostModels] = {nullptr,           &sphere_shape(),   &disk_shape(),
+                                            &cylinder_shape(), &sdf_grid_shape(), nullptr};
+std::size_t model_count = static_cast<std::size_t>(ShapeKind::kCount);
 
 }  // namespace
 
-const AnalyticShape* analytic_shape(ShapeKind kind) {
-  const std::vector<const AnalyticShape*>& table = models();
-  assert(static_cast<std::size_t>(kind) < table.size());
-  return table[static_cast<std::size_t>(kind)];
-}
+const AnalyticShape* analytic_shape(ShapeKind kind) { return models[static_cast<std::size_t>(kind)]; }
 
 ShapeKind add_analytic_shape(const AnalyticShape& model) {
-  assert(models().size() >= static_cast<std::size_t>(ShapeKind::kCount));
-  models().push_back(&model);
-  return static_cast<ShapeKind>(models().size() - 1);
+  assert(model_count < kMostModels);
+  models[model_count] = &model;
+  return static_cast<ShapeKind>(model_count++);
 }
 
 ShapeBounds placed_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3]) {

@@ -155,7 +155,7 @@ void Wavefront::sample_one_light(const Event& e, Mask events, int depth) {
   const Mask wanted = joinable(v, events);
   if (!samples_lights(scene_.lights) || none(wanted)) return;
 
-  Receiver here = receiver_at(scene_, v, wanted);
+  Receiver here = receiver_at(scene_, v);
   here.roughly = depth >= kFirstRoughEvent && !scene_.volumetric;
   // One pair for the light and the point on it stratifies the points over all lights together (measured:
   // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
@@ -201,7 +201,7 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   next.roulette_scale =
       select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
   next.slot = e.path.slot;
-  if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v, events).normal;
+  if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
   next.time = v.time;
   if (scene_.volumetric) {
     next.medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, and_not(events, v.in_medium));

@@ -72,9 +72,9 @@ TESSERA_INLINE Mask joinable(const Vertex& v, Mask active) {
 }
 
 /// The vertex as lights see it.
-TESSERA_INLINE Receiver receiver_at(const SceneTables& scene, const Vertex& v, Mask active) {
+TESSERA_INLINE Receiver receiver_at(const SceneTables& scene, const Vertex& v) {
   if (!scene.lights.uses_normals) return v.surface.p;
-  const Mask one_way = reflects_only(v.at, and_not(active, v.in_medium));
+  const Mask one_way = and_not(reflects_only(v.at), v.in_medium);
   const Vec3 n = face_forward(v.at.frame.z, v.wo);
   return {v.surface.p,
           {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
