@@ -55,9 +55,7 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
   };
   const auto spectrum_at = [&](const SpectrumSlot& slot) {
     const Float4 row = row_at(slot.value[0]);
-    Spectrum value;
-    for (int c = 0; c < kSpectrumLanes; ++c) value.c[c] = row.c[c];
-    return value;
+    return spectrum_of([&](int band) { return row.c[band]; });
   };
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   params.spectra[0] = spectrum_at(records->spectra[0]);
@@ -76,7 +74,7 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
 /// The same for lanes that all have one material.
 void load_constants(const MaterialRecord& material, BsdfParams& params) {
   for (int i = 0; i < kMaterialSpectra; ++i) {
-    for (int c = 0; c < kSpectrumLanes; ++c) params.spectra[i].c[c] = Float(material.spectra[i].value[c]);
+    params.spectra[i] = spectrum_of(material.spectra[i].value);
   }
   for (int i = 0; i < kMaterialScalars; ++i) params.scalars[i] = Float(material.scalars[i].value);
   params.coat_table = Int(material.coat_table);
@@ -92,8 +90,8 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
     return gather(base + (&member - base), index * kExtendedStride, lanes);
   };
   for (int i = 0; i < kExtendedSpectra; ++i) {
-    for (int c = 0; c < kSpectrumLanes; ++c)
-      params.extended_spectra[i].c[c] = constant_at(records->spectra[i].value[c]);
+    params.extended_spectra[i] =
+        spectrum_of([&](int band) { return constant_at(records->spectra[i].value[band]); });
   }
   for (int i = 0; i < kExtendedScalars; ++i) params.extended[i] = constant_at(records->scalars[i].value);
 

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/color/bands.h"
+
 namespace tessera::render {
 
 /// The models of bsdf/models.cpp, in its order; kinds from kCount on are those that add_bsdf() gives.
@@ -71,7 +73,7 @@ inline constexpr int kExtendedScalars = 9;
 
 /// A constant, or a texture of the TextureTable (then the constant is ignored).
 struct SpectrumSlot {
-  float value[3] = {0, 0, 0};
+  float value[kBands] = {0, 0, 0};
   std::int32_t texture = -1;
 };
 struct ScalarSlot {

@@ -23,10 +23,9 @@ TESSERA_INLINE Float schlick_weight(Float cosine, Float eta) {
 
 /// The base colour at luminance 1; white where it is black.
 TESSERA_INLINE Spectrum hue(Spectrum colour) {
-  // Rec.709 primaries; the digits are those of the format's renderer.
-  const Float luminance = 0.212671f * colour.c[0] + 0.715160f * colour.c[1] + 0.072169f * colour.c[2];
-  const Mask lit = luminance > 0.0f;
-  return select(lit, colour * (1.0f / select(lit, luminance, 1.0f)), Spectrum(1.0f));
+  const Float y = luminance(colour);
+  const Mask lit = y > 0.0f;
+  return select(lit, colour * (1.0f / select(lit, y, 1.0f)), Spectrum(1.0f));
 }
 
 /// Reflectance along the normal of the tinted dielectric.

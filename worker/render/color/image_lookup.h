@@ -86,9 +86,7 @@ class ImageLookup {
     const float* texels = image_.texels32.data();
     const Int first = index * 4;
     if (channel_ >= 0) return Spectrum(gather(texels + channel_, first, lanes));
-    Spectrum result;
-    for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = gather(texels + i, first, lanes);
-    return result;
+    return spectrum_of([&](int band) { return gather(texels + band, first, lanes); });
   }
 
   TESSERA_INLINE Spectrum byte_texel(Int index, Mask lanes) const {
@@ -96,9 +94,7 @@ class ImageLookup {
     if (channel_ == 3)
       return Spectrum(to_float(bit_cast<std::int32_t>(shift_right<24>(packed))) * (1.0f / 255));
     if (channel_ >= 0) return Spectrum(decoded(channel_byte(packed, channel_), lanes));
-    Spectrum result;
-    for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = decoded(channel_byte(packed, i), lanes);
-    return result;
+    return spectrum_of([&](int band) { return decoded(channel_byte(packed, band), lanes); });
   }
 
   static TESSERA_INLINE Int channel_byte(UInt packed, std::int32_t channel) {

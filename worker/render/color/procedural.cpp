@@ -21,9 +21,9 @@ Spectrum marble(const TextureNode& node, Vec3 p) {
   const Float t = along - to_float(first), s = 1.0f - t;
   const Float weights[4] = {s * s * s, 3.0f * s * s * t, 3.0f * s * t * t, t * t * t};
   Spectrum result(0.0f);
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < kSpectrumLanes; ++c) {
     for (int k = 0; k < 4; ++k)
-      result.c[c] = fma(weights[k], gather(&kColors[0][c], (first + k) * 3), result.c[c]);
+      result.c[c] = fma(weights[k], gather(&kColors[0][band_of(c)], (first + k) * 3), result.c[c]);
     result.c[c] = min(result.c[c] * kBrightness, 1.0f);
   }
   return result;

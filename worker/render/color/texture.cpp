@@ -35,9 +35,7 @@ Vec2 map_uv(const TextureNode& node, const TexturePoint& at) {
 }
 
 Spectrum constant(const TextureNode& node, Mask active) {
-  Spectrum result;
-  for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = select_or_zero(active, Float(node.value[i]));
-  return result;
+  return select_or_zero(active, spectrum_of(node.value));
 }
 
 Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
@@ -91,7 +89,7 @@ Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, cons
     const float* values = attribute.values.data();
     const std::int32_t corners = attribute.per_face ? 1 : 3, channels = attribute.channels;
     for (int c = 0; c < kSpectrumLanes; ++c) {
-      const Int first = at.primitive * (corners * channels) + (channels == 3 ? c : 0);
+      const Int first = at.primitive * (corners * channels) + (channels == kBands ? band_of(c) : 0);
       Float value = gather(values, first, lanes);
       if (!attribute.per_face) {
         const Float b1 = at.barycentric.x, b2 = at.barycentric.y;

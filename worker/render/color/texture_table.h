@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "render/color/bands.h"
 #include "render/core/affine_data.h"
 #include "render/core/big_array.h"
 
@@ -48,7 +49,7 @@ struct TextureImage {
 
 struct TextureNode {
   TextureKind kind = TextureKind::kConstant;
-  float value[3] = {0, 0, 0};                 // kConstant
+  float value[kBands] = {0, 0, 0};            // kConstant
   std::shared_ptr<const TextureImage> image;  // kImage
   WrapMode wrap = WrapMode::kRepeat;
   bool nearest = false;

@@ -2,7 +2,7 @@
 // image.
 #pragma once
 
-#include "render/core/wide.h"
+#include "render/color/spectrum.h"
 #include "render/film/tile_request.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -23,16 +23,16 @@ inline double sum_of(Float a) {
 /// `planes`: R, G and B of `samples` samples, with a stride of `stride`; each plane may be read up to a
 /// multiple of kWidth.
 inline void count_fireflies(const float* planes, std::size_t stride, int samples, RenderStats& stats) {
-  const auto luminance = [&](int i) {
+  const auto brightness = [&](int i) {
     const Float red = Float::load_unaligned(planes + i), green = Float::load_unaligned(planes + stride + i),
                 blue = Float::load_unaligned(planes + 2 * stride + i);
     // Filters with negative lobes weigh some samples negatively.
-    const Float y = abs(0.2126f * red + 0.7152f * green + 0.0722f * blue);
+    const Float y = abs(luminance(red, green, blue));
     return select_or_zero(Mask::first(samples - i), y);
   };
   Float sum(0.0f), brightest(0.0f);
   for (int i = 0; i < samples; i += kWidth) {
-    const Float y = luminance(i);
+    const Float y = brightness(i);
     sum += y;
     brightest = max(brightest, y);
   }
@@ -41,7 +41,7 @@ inline void count_fireflies(const float* planes, std::size_t stride, int samples
   const auto least = static_cast<float>(kFireflyRatio * light / samples);
   if (!(reduce_max(brightest) > least)) return;
   for (int i = 0; i < samples; i += kWidth) {
-    const Float y = luminance(i);
+    const Float y = brightness(i);
     const Mask firefly = y > least;
     stats.fireflies += static_cast<std::uint64_t>(count(firefly));
     stats.firefly_light += sum_of(select_or_zero(firefly, y));

@@ -94,8 +94,8 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
 
 /// The normal that a tangent-space normal map gives.
 Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes) {
-  const Spectrum encoded = eval_texture(scene.textures, texture, texture_point(s), lanes);
-  const Vec3 local{encoded.c[0] * 2.0f - 1.0f, encoded.c[1] * 2.0f - 1.0f, encoded.c[2] * 2.0f - 1.0f};
+  const Vec3 encoded = rgb_of(eval_texture(scene.textures, texture, texture_point(s), lanes));
+  const Vec3 local{encoded.x * 2.0f - 1.0f, encoded.y * 2.0f - 1.0f, encoded.z * 2.0f - 1.0f};
   const Vec3 n = Frame::from_normal_tangent(s.ns, s.dpdu).to_world(local);
   const Float l2 = length_squared(n);
   const Mask usable = lanes & (l2 > 0.0f);

@@ -120,11 +120,13 @@ std::size_t SampleBatch::fill_planes() {
       to += stride;
     };
     const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
-    for (int c = 0; c < 3; ++c) put(Float::load(radiance_.c[c] + i) * scene_.exposure);
+    const auto put_bands = [&](const SpectrumLanes& lanes, auto&& put_one) {
+      for (int band = 0; band < kBands; ++band)
+        put_one(band_mean(band, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
+    };
+    put_bands(radiance_, [&](Float value) { put(value * scene_.exposure); });
     put(Float::load(coverage_ + i));
-    if (aovs.albedo) {
-      for (int c = 0; c < 3; ++c) put_summable(Float::load(albedo_.c[c] + i));
-    }
+    if (aovs.albedo) put_bands(albedo_, put_summable);
     if (aovs.normal) {
       for (const auto& component : {normal_.x, normal_.y, normal_.z})
         put_summable(Float::load(component + i));

@@ -22,8 +22,8 @@ struct Texel {
 Texel whole_texel(const Environment& e, Int x, Int y, Mask active) {
   const Float4 rgbd = gather4(e.texels.data(), (y * e.width + x) * 4, active);
   Texel result;
-  for (int i = 0; i < kSpectrumLanes; ++i) result.radiance.c[i] = select_or_zero(active, rgbd.c[i]);
-  result.density = select_or_zero(active, rgbd.c[3]);
+  result.radiance = spectrum_of([&](int band) { return select_or_zero(active, rgbd.c[band]); });
+  result.density = select_or_zero(active, rgbd.c[kBands]);
   return result;
 }
 
@@ -52,9 +52,7 @@ Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
 }
 
 Spectrum uniform_radiance(const LightRecord& record, Mask active) {
-  Spectrum result;
-  for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = select_or_zero(active, Float(record.radiance[i]));
-  return result;
+  return select_or_zero(active, spectrum_of(record.radiance));
 }
 
 /// The parallelogram through which the light comes, to the side of its normal only [pbrt-v4

@@ -35,12 +35,9 @@ struct LightLanes {
             select_or_zero(active, row.c[2])};
   }
   TESSERA_INLINE Spectrum radiance() const {
-    const Vec3 rgb = field3(&LightRecord::radiance);
-    Spectrum result;
-    result.c[0] = rgb.x;
-    result.c[1] = rgb.y;
-    result.c[2] = rgb.z;
-    return result;
+    const Vec3 color = field3(&LightRecord::radiance);
+    const Float rgb[kBands] = {color.x, color.y, color.z};
+    return spectrum_of([&](int band) { return rgb[band]; });
   }
   /// A direction of render space, turned into the space of a kSpot, kProjection or kGoniometric.
   TESSERA_INLINE Vec3 to_light(Vec3 w) const {

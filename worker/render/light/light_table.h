@@ -37,9 +37,9 @@ struct LightRecord {
   std::int32_t shape = -1;     // kTriangle, kRectangle, kSphere, kDisk, kCylinder
   std::int32_t primitive = 0;  // kTriangle, kRectangle: within the shape
   std::int32_t two_sided = 0;
-  float radiance[3] = {0, 0,
-                       0};  // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
-  float area = 0;           // of lights with a shape, kRectangle: of the whole; render-space units squared
+  float radiance[kBands] = {
+      0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
+  float area = 0;  // of lights with a shape, kRectangle: of the whole; render-space units squared
   float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere: the centre
   float radius = 0;  // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
   float direction[3] = {

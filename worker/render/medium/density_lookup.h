@@ -35,15 +35,12 @@ TESSERA_INLINE Spectrum grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
     return lerp(z.t, lerp(y.t, along_x(y.low, z.low), along_x(y.high, z.low)),
                 lerp(y.t, along_x(y.low, z.high), along_x(y.high, z.high)));
   };
-  if (grid.channels != 3) return Spectrum(channel(0));
-  Spectrum result;
-  for (int c = 0; c < kSpectrumLanes; ++c) result.c[c] = channel(c);
-  return result;
+  if (grid.channels != kBands) return Spectrum(channel(0));
+  return spectrum_of(channel);
 }
 
 TESSERA_INLINE Spectrum density_at(const MediumTable& table, const MediumValue& value, Vec3 p, Mask active) {
-  Spectrum result;
-  for (int c = 0; c < kSpectrumLanes; ++c) result.c[c] = Float(value.value[c]);
+  Spectrum result = spectrum_of(value.value);
   if (value.grid >= 0)
     result = result * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
   return result;

@@ -24,8 +24,8 @@ float largest(const DensityGrid& grid, const MediumValue& value, Range x, Range 
     for (std::int32_t j = y.first; j <= y.last; ++j) {
       for (std::int32_t i = x.first; i <= x.last; ++i) {
         const std::size_t at = (static_cast<std::size_t>(k) * grid.size[1] + j) * grid.size[0] + i;
-        for (int c = 0; c < 3; ++c) {
-          const float sample = grid.samples[at * grid.channels + (grid.channels == 3 ? c : 0)];
+        for (int c = 0; c < kBands; ++c) {
+          const float sample = grid.samples[at * grid.channels + (grid.channels == kBands ? c : 0)];
           result = std::max(result, sample * value.value[c]);
         }
       }

@@ -12,16 +12,12 @@ namespace {
 /// Beyond this many mean free paths nothing comes through that a float can hold.
 constexpr float kOpaque = 100.0f;
 
-Spectrum constant(const MediumValue& value) {
-  Spectrum result;
-  for (int c = 0; c < kSpectrumLanes; ++c) result.c[c] = Float(value.value[c]);
-  return result;
-}
+Spectrum constant(const MediumValue& value) { return spectrum_of(value.value); }
 
 Spectrum transmitted(const MediumRecord& medium, Float distance) {
   Spectrum result;
   for (int c = 0; c < kSpectrumLanes; ++c) {
-    const float sigma = medium.sigma_t.value[c];
+    const float sigma = medium.sigma_t.value[band_of(c)];
     result.c[c] = sigma > 0 ? exp(-min(distance * sigma, kOpaque)) : Float(1.0f);
   }
   return result;
@@ -40,11 +36,12 @@ Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Sp
                           Mask active) {
   // A component, and a distance by it.
   const Spectrum probability = component_probabilities(throughput);
-  Float sigma(medium.sigma_t.value[kSpectrumLanes - 1]), above = probability.c[0];
+  const Spectrum sigma_t = constant(medium.sigma_t);
+  Float sigma = sigma_t.c[kSpectrumLanes - 1], above = probability.c[0];
   Mask undecided = Mask::all();
   for (int c = 0; c + 1 < kSpectrumLanes; ++c) {
     const Mask here = undecided & (u.y < above);
-    sigma = select(here, Float(medium.sigma_t.value[c]), sigma);
+    sigma = select(here, sigma_t.c[c], sigma);
     undecided = and_not(undecided, here);
     above = above + probability.c[c + 1];
   }
@@ -56,7 +53,6 @@ Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Sp
 
   // Over the density of this outcome by any component.
   const Spectrum through = transmitted(medium, flight.t);
-  const Spectrum sigma_t = constant(medium.sigma_t);
   const Spectrum outcome = select(flight.scattered, through * sigma_t, through);
   const Float density = weighed_sum(probability, outcome);
   flight.weight = outcome * (1.0f / select(density > 0.0f, density, 1.0f));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/color/bands.h"
 #include "render/core/affine_data.h"
 
 namespace tessera::render {
@@ -11,14 +12,14 @@ namespace tessera::render {
 /// Samples at the centres of the cells of the unit cube.
 struct DensityGrid {
   std::int32_t size[3] = {1, 1, 1};
-  std::int32_t channels = 1;   // 1 or 3, together
+  std::int32_t channels = 1;   // 1 or kBands, together
   Affine grid_from_render;     // to the unit cube
   std::vector<float> samples;  // x fastest
 };
 
 /// A quantity of a medium: the same everywhere, or `grid` (an index into MediumTable::grids) times `value`.
 struct MediumValue {
-  float value[3] = {0, 0, 0};
+  float value[kBands] = {0, 0, 0};
   std::int32_t grid = -1;
 };
 

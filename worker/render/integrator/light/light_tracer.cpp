@@ -187,8 +187,10 @@ void LightTracer::trace_connections(Film& film) {
   splats_.clear();
   for (int i = 0; i < connections_.size; ++i) {
     if (connections_.distance[i] < 0) continue;
-    const SpectrumLanes& light = connections_.contribution;
-    splats_.push_back({film_x_[i], film_y_[i], {light.c[0][i], light.c[1][i], light.c[2][i]}});
+    const auto light = [&](int band) {
+      return band_mean(band, [&](int lane) { return connections_.contribution.c[lane][i]; });
+    };
+    splats_.push_back({film_x_[i], film_y_[i], {light(0), light(1), light(2)}});
   }
   connections_.size = 0;
   film.splat(splats_);
