@@ -6,6 +6,11 @@
 
 namespace tessera::render {
 
+Point render_origin(const v1::Scene& scene, const Transform& world_from_camera) {
+  if (!scene.has_render_origin()) return world_from_camera.apply({0, 0, 0});
+  return {scene.render_origin().x(), scene.render_origin().y(), scene.render_origin().z()};
+}
+
 absl::Status SceneBuilder::build_camera() {
   const v1::Camera& camera = scene_.camera();
   auto world_from_camera = Transform::from_proto(camera.world_from_camera());
@@ -13,9 +18,11 @@ absl::Status SceneBuilder::build_camera() {
   if (world_from_camera->determinant() == 0)
     return absl::InvalidArgumentError("camera: its transform is singular");
 
-  // Render space: as the world, but with the camera at its origin.
-  camera_origin_ = world_from_camera->apply({0, 0, 0});
-  render_from_world_ = Transform::translation({-camera_origin_.x, -camera_origin_.y, -camera_origin_.z});
+  render_origin_ = render_origin(scene_, *world_from_camera);
+  for (const double x : {render_origin_.x, render_origin_.y, render_origin_.z}) {
+    if (!std::isfinite(x)) return absl::InvalidArgumentError("the scene's render_origin is not finite");
+  }
+  render_from_world_ = Transform::translation({-render_origin_.x, -render_origin_.y, -render_origin_.z});
   CameraRecord& record = tables_.camera;
   record.render_from_camera = (render_from_world_ * *world_from_camera).to_affine();
   if (!camera.world_from_camera_end().elements().empty()) {

@@ -56,7 +56,7 @@ absl::Status SceneBuilder::place_light(const v1::Matrix& matrix, LightRecord& re
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world))
     return absl::InvalidArgumentError("its transform is singular");
-  put(world_from_light->apply({0, 0, 0}) - camera_origin_, record.position);
+  put(world_from_light->apply({0, 0, 0}) - render_origin_, record.position);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
       record.vertices[3 * row + column] = static_cast<float>(light_from_world.m[4 * row + column]);
@@ -85,7 +85,7 @@ absl::Status SceneBuilder::set_portal(const v1::InfiniteLight& light, Environmen
   const Point u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
   const double area = length(cross(u, v));
   if (!(area > 0) || !std::isfinite(area)) return absl::InvalidArgumentError("its portal has no area");
-  const Point corner = p0 - camera_origin_;
+  const Point corner = p0 - render_origin_;
   int i = 0;
   for (const Point row : {corner, u, v}) {
     for (const double x : {row.x, row.y, row.z}) environment.portal[i++] = static_cast<float>(x);
@@ -120,13 +120,13 @@ absl::Status SceneBuilder::add_light(const v1::Light& light, float scale) {
   switch (light.kind_case()) {
     case v1::Light::kPoint:
       record.kind = LightKind::kPoint;
-      put(point_of(light.point().position()) - camera_origin_, record.position);
+      put(point_of(light.point().position()) - render_origin_, record.position);
       status = set_colour(light.point().intensity());
       break;
     case v1::Light::kSpot: {
       const v1::SpotLight& spot = light.spot();
       record.kind = LightKind::kSpot;
-      put(point_of(spot.position()) - camera_origin_, record.position);
+      put(point_of(spot.position()) - render_origin_, record.position);
       status = set_colour(spot.intensity());
       const Point axis = point_of(spot.target()) - point_of(spot.position());
       if (status.ok()) status = put_unit(axis, record.direction);

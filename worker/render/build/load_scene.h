@@ -67,9 +67,9 @@ struct LoadOptions {
 };
 
 /// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but
-/// the film, the sampler, the depth of paths and, where it stands still, the camera's direction and lens) is
-/// shared with that. InvalidArgument names the element that is at fault ("shape 12 (lamp): material 'x' does
-/// not exist"); errors of the blob source pass through.
+/// the film, the sampler, the depth of paths and, where it stands still, the camera's direction and lens, and
+/// its place if the scene has a render_origin) is shared with that. InvalidArgument names the element that is
+/// at fault ("shape 12 (lamp): material 'x' does not exist"); errors of the blob source pass through.
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options);
 

@@ -208,10 +208,10 @@ class SceneBuilder {
   Intersection intersection_ = Intersection::kAuto;
   LightSelection light_selection_ = LightSelection::kAuto;
   std::vector<std::string> shape_names_,
-      instance_names_;   // of each of ShapeTable::shapes and instances, for messages
-  Point camera_origin_;  // world space
-  Transform render_from_world_;
-  std::map<std::string, int> texture_nodes_;            // by name; kInProgress while it is made
+      instance_names_;                        // of each of ShapeTable::shapes and instances, for messages
+  Point render_origin_;                       // world space
+  Transform render_from_world_;               // a translation
+  std::map<std::string, int> texture_nodes_;  // by name; kInProgress while it is made
   std::map<std::string, const v1::Texture*> textures_;  // by name
   struct PendingImage {
     const v1::ImageTexture* source;
@@ -231,6 +231,9 @@ class SceneBuilder {
   std::map<BalancedFacets, int> balance_tables_;
   int default_material_ = 0;
 };
+
+/// The point of world space that render space has as its origin: the scene's, else the camera's.
+Point render_origin(const v1::Scene& scene, const Transform& world_from_camera);
 
 /// Error for transforms that fits_floats() refuses.
 inline constexpr const char* kBeyondFloats =

@@ -23,7 +23,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   std::string key = absl::StrCat(isa, " ");
   if (camera.world_from_camera_end().elements().empty() && world_from_camera.ok()) {
-    const Point origin = world_from_camera->apply({0, 0, 0});
+    const Point origin = render_origin(scene, *world_from_camera);
     absl::StrAppend(&key, absl::Hex(std::bit_cast<std::uint64_t>(origin.x)), " ",
                     absl::Hex(std::bit_cast<std::uint64_t>(origin.y)), " ",
                     absl::Hex(std::bit_cast<std::uint64_t>(origin.z)), " ");

@@ -25,7 +25,8 @@ struct SceneContent {
 };
 
 /// Key of the content: jobs that share it differ only in what SceneBuilder::rebuild_view() sets. Positions
-/// are relative to the camera's origin, so that stays; settings that are not named in it are taken to matter.
+/// are relative to the origin of render space, so that stays; settings that are not named in it are taken to
+/// matter.
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
 
 /// Errors as of load_scene().

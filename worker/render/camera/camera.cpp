@@ -64,6 +64,12 @@ WideAffine pose_at(const CameraRecord& camera, Float time) {
 
 Vec3 place_of(const WideAffine& pose) { return {pose.m[3], pose.m[7], pose.m[11]}; }
 
+/// Whether the camera is anywhere but at the origin of render space.
+bool is_elsewhere(const CameraRecord& camera) {
+  const float* m = camera.render_from_camera.m;
+  return !camera.steps.empty() || m[3] != 0 || m[7] != 0 || m[11] != 0;
+}
+
 /// Length of a ray of unit direction for every unit of depth.
 Float length_per_depth(const CameraRecord& camera, const WideAffine& pose, Vec3 direction) {
   if (sees_all_around(camera)) return Float(1.0f);
@@ -90,7 +96,7 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, 
   }
   const WideAffine pose = pose_at(camera, time);
   CameraRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction))};
-  if (!camera.steps.empty()) result.origin = result.origin + place_of(pose);
+  if (is_elsewhere(camera)) result.origin = result.origin + place_of(pose);
   if (camera.near_clip > 0) {
     const Float per_depth = length_per_depth(camera, pose, result.direction);
     result.origin = fma(result.direction, camera.near_clip * per_depth, result.origin);
@@ -101,7 +107,7 @@ CameraRay sample_camera_ray(const CameraRecord& camera, Vec2 film, Vec2 u_lens, 
 CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active) {
   const WideAffine pose = pose_at(camera, time);
-  if (!camera.steps.empty()) point = point - place_of(pose);
+  if (is_elsewhere(camera)) point = point - place_of(pose);
   // Camera space: the axes of the camera's frame are orthogonal, but may be scaled.
   const auto axis = [&](int a) { return Vec3{pose.m[a], pose.m[4 + a], pose.m[8 + a]}; };
   const auto along = [&](int a) { return dot(point, axis(a)) / length_squared(axis(a)); };
@@ -133,7 +139,7 @@ CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 
   result.film = {(place.x - camera.offset_x) * (1 / camera.scale_x),
                  (place.y - camera.offset_y) * (1 / camera.scale_y)};
   result.lens = transform_vector(pose, lens);
-  if (!camera.steps.empty()) result.lens = result.lens + place_of(pose);
+  if (is_elsewhere(camera)) result.lens = result.lens + place_of(pose);
   const Vec3 to_point = p - lens;
   const Float distance_squared = length_squared(to_point);
   const Float cosine = depth / sqrt(distance_squared);
