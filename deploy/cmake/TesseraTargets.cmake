@@ -169,7 +169,7 @@ foreach(isa ${TESSERA_ISAS})
   if(TESSERA_TESTS)
     # The same with GoogleTest, and main().
     add_library(tessera_kernel_test_main_${isa} OBJECT ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
-    target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} GTest::gmock GTest::gtest)
+    target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} tessera_processor GTest::gmock GTest::gtest)
     target_include_directories(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
     target_precompile_headers(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h
       <gtest/gtest.h>)

@@ -13,28 +13,13 @@
 #include <vector>
 
 #include "render/accel/embree/accelerator.h"
+#include "render/core/processor.h"
 #include "render/renderer.h"
 #include "wire/arithmetic_class.h"
 
 namespace tessera::render {
 
 namespace {
-
-bool processor_has(const std::string& isa) {
-#if defined(__x86_64__)
-  if (isa == "avx512") {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-           __builtin_cpu_supports("avx512cd");
-  }
-  if (isa == "avx2") {
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  }
-  return false;
-#else
-  return isa == "neon";
-#endif
-}
 
 // From the best on.
 constexpr const char* kIsas[] = {"avx512", "avx2", "neon"};
