@@ -179,9 +179,9 @@ AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {
   AliasTable none;
   none.pmf.assign(table.lights.size(), 0.0f);
   if (kind == LightSelection::kNone) return none;
-  // Some choices by power, most evenly among emitters: power alone starves a lamp beside a bright sky, whose
-  // power grows with the scene's size.
-  const double by_power = kind == LightSelection::kPower ? 1 : kind == LightSelection::kUniform ? 0 : 0.25;
+  // Most choices by power, some evenly among emitters: power alone starves a lamp beside a bright sky, whose
+  // power grows with the scene's size. Measured: docs/decisions/0006-media-and-passing.md.
+  const double by_power = kind == LightSelection::kPower ? 1 : kind == LightSelection::kUniform ? 0 : 0.75;
   std::vector<double> power;
   std::map<std::pair<std::int32_t, std::size_t>, double> emitters;  // a shape, or a light without one
   const auto emitter_of = [&](std::size_t i) {

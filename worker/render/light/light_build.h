@@ -16,8 +16,8 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
                         bool two_sided, std::int32_t texture, std::vector<LightRecord>& lights,
                         float interpolated_pick = 0);
 
-/// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), a quarter by
-/// power and the rest evenly; by LightTable::tree, or by the tree where there are several lights and else
+/// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), three quarters
+/// by power and the rest evenly; by LightTable::tree, or by the tree where there are several lights and else
 /// mixed; or not at all.
 enum class LightSelection { kAuto, kTree, kMixed, kPower, kUniform, kNone };
 

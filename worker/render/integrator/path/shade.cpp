@@ -36,7 +36,7 @@ namespace {
 
 /// Paths end at random only after this many further events. Measured:
 /// docs/decisions/0006-media-and-passing.md.
-constexpr int kRouletteStart = 3;
+constexpr int kRouletteStart = 2;
 
 /// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in
 /// media, whose points come arbitrarily close to lamps.
