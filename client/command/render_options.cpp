@@ -74,7 +74,7 @@ void define_render_options(options::Command& command, RenderOptions& options) {
 }
 
 void define_job_options(options::Command& command, RenderOptions& options) {
-  JobRequest& job = options.job;
+  JobSettings& job = options.job;
   command.group("Quality");
   command
       .add("--noise", job.noise,

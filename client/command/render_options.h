@@ -7,14 +7,14 @@
 
 #include "absl/status/statusor.h"
 #include "command/command_line.h"
-#include "command/job_request.h"
+#include "command/job_settings.h"
 
 namespace tessera::client {
 
 struct RenderOptions {
   std::string scene;   // the file
   std::string output;  // .exr or .png
-  JobRequest job;
+  JobSettings job;
   std::vector<std::string> defines;  // NAME=VALUE
   int threads = 0;                   // of this process
   bool half = false;                 // 16-bit EXR

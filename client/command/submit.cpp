@@ -125,7 +125,7 @@ void add_submit_command(CommandLine& line) {
   Command command = line.add_command("submit", "Render a scene on the farm");
   define_render_options(command, options->render);
   command.group("Job");
-  JobRequest& job = options->render.job;
+  JobSettings& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
   command.add("--user", job.user, "whose share of the farm it counts against")

@@ -19,12 +19,12 @@ constexpr std::size_t kMaxFiles = 100'000;  // of all included files together
 struct DirectiveReader::DirectiveSyntax {
   std::string_view name;
   Handler handler = nullptr;
-  SceneBuilder::Typed typed = nullptr;
+  DirectiveHandler::Typed typed = nullptr;
 };
 
 const DirectiveReader::DirectiveSyntax* DirectiveReader::find_syntax(std::string_view name) {
   using R = DirectiveReader;
-  using B = SceneBuilder;
+  using B = DirectiveHandler;
   // Sorted by name.
   static constexpr DirectiveSyntax kSyntax[] = {
       {"Accelerator", nullptr, &B::accelerator},

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "import/pbrt/scene_builder.h"
+#include "import/pbrt/directive_handler.h"
 #include "import/pbrt/tokenizer.h"
 
 namespace tessera::client::pbrt {
@@ -15,7 +15,7 @@ namespace tessera::client::pbrt {
 /// Reads files and calls the builder. Errors are recorded and reading goes on behind them.
 class DirectiveReader {
  public:
-  DirectiveReader(Context& context, SceneBuilder& builder) : context_(context), builder_(builder) {}
+  DirectiveReader(Context& context, DirectiveHandler& builder) : context_(context), builder_(builder) {}
 
   /// Reads a file and all that it includes. `named_at` is where it is named, for a message when it cannot be
   /// read.
@@ -70,7 +70,7 @@ class DirectiveReader {
   void import(const Token&);
 
   Context& context_;
-  SceneBuilder& builder_;
+  DirectiveHandler& builder_;
   Tokenizer* tokenizer_ = nullptr;  // of the file that is being read
   Token lookahead_;
   bool has_lookahead_ = false;

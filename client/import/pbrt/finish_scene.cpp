@@ -1,4 +1,4 @@
-// The second half of SceneBuilder: what can only be done when the whole file has been read.
+// The second half of DirectiveHandler: what can only be done when the whole file has been read.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,8 +7,8 @@
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
 #include "import/input/parallel.h"
+#include "import/pbrt/directive_handler.h"
 #include "import/pbrt/render_settings.h"
-#include "import/pbrt/scene_builder.h"
 #include "import/pbrt/shapes.h"
 #include "import/ply/ply_reader.h"
 #include "wire/digest.h"
@@ -47,7 +47,7 @@ void run(MeshJob& job) {
 
 }  // namespace
 
-MovingTransform SceneBuilder::during_exposure(const MovingTransform& moving) const {
+MovingTransform DirectiveHandler::during_exposure(const MovingTransform& moving) const {
   if (!moving.moves()) return moving;
   MovingTransform result;
   result.start = interpolated(moving, shutter_.open, transform_times_[0], transform_times_[1]);
@@ -55,7 +55,7 @@ MovingTransform SceneBuilder::during_exposure(const MovingTransform& moving) con
   return result;
 }
 
-void SceneBuilder::place_shapes() {
+void DirectiveHandler::place_shapes() {
   for (const PendingShape& pending : pending_shapes_) {
     const MovingTransform moving = during_exposure(pending.world_from_object);
     write_matrix(moving.start, *pending.shape->mutable_world_from_object());
@@ -63,7 +63,7 @@ void SceneBuilder::place_shapes() {
   }
 }
 
-void SceneBuilder::place_camera() {
+void DirectiveHandler::place_camera() {
   const MovingTransform from_world = during_exposure(camera_from_world_);
   const std::optional<Transform> start = inverse(from_world.start), end = inverse(from_world.end);
   if (!start || !end) {
@@ -81,7 +81,7 @@ void SceneBuilder::place_camera() {
   if (from_world.moves()) write_all_elements(*end, *camera.mutable_world_from_camera_end());
 }
 
-void SceneBuilder::add_media() {
+void DirectiveHandler::add_media() {
   std::set<std::string> used = {context_.scene.camera().medium()};
   for (const PendingShape& pending : pending_shapes_) {
     used.insert(pending.shape->interior_medium());
@@ -92,7 +92,7 @@ void SceneBuilder::add_media() {
   }
 }
 
-void SceneBuilder::place_instances() {
+void DirectiveHandler::place_instances() {
   std::set<int> used;
   for (const PendingInstance& instance : pending_instances_) {
     const auto object = object_index_.find(instance.object);
@@ -116,7 +116,7 @@ void SceneBuilder::place_instances() {
   }
 }
 
-void SceneBuilder::load_meshes() {
+void DirectiveHandler::load_meshes() {
   // Each file once, however many shapes use it.
   std::vector<MeshJob> jobs;
   std::map<std::string, std::size_t> job_of_file;
@@ -143,7 +143,7 @@ void SceneBuilder::load_meshes() {
   }
 }
 
-void SceneBuilder::resolve_materials_and_textures() {
+void DirectiveHandler::resolve_materials_and_textures() {
   for (const PendingShape& pending : pending_shapes_) {
     pending.shape->set_material(materials_.use(pending.material, pending.where));
     if (!pending.needs.alpha_texture.empty()) {
@@ -158,7 +158,7 @@ void SceneBuilder::resolve_materials_and_textures() {
   }
 }
 
-void SceneBuilder::resolve_powers() {
+void DirectiveHandler::resolve_powers() {
   for (const PendingShape& pending : pending_shapes_) {
     if (pending.power <= 0 || !pending.shape->has_area_light()) continue;
     const SurfaceArea area = world_area(*pending.shape, pending.world_from_object.start, context_.blobs);
@@ -185,7 +185,7 @@ void SceneBuilder::resolve_powers() {
   }
 }
 
-void SceneBuilder::finish() {
+void DirectiveHandler::finish() {
   for (const Block& block : blocks_) {
     context_.diagnostics.error(block.where, "this block is never closed");
   }

@@ -1,11 +1,11 @@
-// The part of SceneBuilder that makes few shapes of many curves: hair has hundreds of thousands of
+// The part of DirectiveHandler that makes few shapes of many curves: hair has hundreds of thousands of
 // directives.
 #include "import/input/concat.h"
-#include "import/pbrt/scene_builder.h"
+#include "import/pbrt/directive_handler.h"
 
 namespace tessera::client::pbrt {
 
-void SceneBuilder::curve(ValueReader& values, SourceLocation where) {
+void DirectiveHandler::curve(ValueReader& values, SourceLocation where) {
   OpenCurves next;
   next.batch.kind = read_curve_kind(values);
   next.pending.where = where;
@@ -36,7 +36,7 @@ void SceneBuilder::curve(ValueReader& values, SourceLocation where) {
   open_curves_ = std::move(next);
 }
 
-void SceneBuilder::close_curves() {
+void DirectiveHandler::close_curves() {
   if (!open_curves_) return;
   OpenCurves curves = *std::exchange(open_curves_, std::nullopt);
   write_curves(curves.batch, context_.blobs, *curves.looks.mutable_curves());

@@ -14,7 +14,7 @@ absl::StatusOr<ImportedScene> import_pbrt(const std::filesystem::path& path, int
   context.directory = path.parent_path();
   context.threads = threads;
   {
-    SceneBuilder builder(context);
+    DirectiveHandler builder(context);
     DirectiveReader reader(context, builder);
     reader.read_file(path, SourceLocation{});
     if (!context.diagnostics.full()) builder.finish();

@@ -1,4 +1,4 @@
-#include "command/job_request.h"
+#include "command/job_settings.h"
 
 #include <algorithm>
 #include <array>
@@ -72,7 +72,7 @@ const std::string& first_of(const std::string& wish, const std::string& scene, c
   return !wish.empty() ? wish : !scene.empty() ? scene : otherwise;
 }
 
-v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderSettings& scene) {
+v1::RenderSettings resolve_settings(const JobSettings& request, const v1::RenderSettings& scene) {
   v1::RenderSettings settings;
   settings.set_integrator(first_of(request.integrator, scene.integrator(), kDefaultIntegrator));
   settings.set_sampler(first_of(request.sampler, scene.sampler(), kSamplers[0]));
@@ -90,7 +90,7 @@ v1::RenderSettings resolve_settings(const JobRequest& request, const v1::RenderS
   return settings;
 }
 
-absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Resolution& film) {
+absl::StatusOr<v1::PixelRect> resolve_crop(const JobSettings& request, const Resolution& film) {
   v1::PixelRect crop;
   crop.set_x1(film.width);
   crop.set_y1(film.height);
@@ -104,7 +104,7 @@ absl::StatusOr<v1::PixelRect> resolve_crop(const JobRequest& request, const Reso
 }
 
 /// The Scene message, with the film's filter as asked for.
-std::string scene_bytes(const JobRequest& request, const v1::Scene& scene) {
+std::string scene_bytes(const JobSettings& request, const v1::Scene& scene) {
   const auto filter = std::find(kFilters.begin(), kFilters.end(), request.filter);
   if (filter == kFilters.end()) return scene.SerializeAsString();
   v1::Scene filtered = scene;
@@ -147,7 +147,7 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
   return rect;
 }
 
-absl::Status check_names(const JobRequest& request) {
+absl::Status check_names(const JobSettings& request) {
   if (absl::Status status = check_settings(resolve_settings(request, {})); !status.ok()) return status;
   if (absl::Status status = check_name("pixel filter", request.filter, kFilters); !status.ok()) return status;
   return wire::channels_for_aovs(request.aovs).status();
@@ -178,7 +178,7 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request,
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,
                                                          const ImportedScene& imported,
                                                          const std::string& name) {
   auto job = std::make_unique<PreparedJob>();

@@ -1,4 +1,4 @@
-#include "command/job_request.h"
+#include "command/job_settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ ImportedScene scene_of(std::uint32_t width, std::uint32_t height) {
   return imported;
 }
 
-TEST(JobRequest, EverythingHasADefault) {
+TEST(JobSettings, EverythingHasADefault) {
   const ImportedScene scene = scene_of(640, 480);
   const auto job = prepare_job({}, scene, "kitchen");
   ASSERT_TRUE(job.ok()) << job.status();
@@ -38,7 +38,7 @@ TEST(JobRequest, EverythingHasADefault) {
   EXPECT_EQ(spec.settings().max_depth(), 5U);
 }
 
-TEST(JobRequest, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
+TEST(JobSettings, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
   ImportedScene scene = scene_of(64, 48);
   scene.scene.mutable_settings()->set_max_depth(1'000'000);
   const auto job = prepare_job({}, scene, "");
@@ -46,13 +46,13 @@ TEST(JobRequest, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
   EXPECT_EQ((*job)->spec.settings().max_depth(), wire::kMaxDepth);
 }
 
-TEST(JobRequest, IntegratorsAreRefusedWhatTheyCannotDo) {
+TEST(JobSettings, IntegratorsAreRefusedWhatTheyCannotDo) {
   const ImportedScene scene = scene_of(64, 48);
-  JobRequest layers, lighting;
+  JobSettings layers, lighting;
   layers.integrator = lighting.integrator = "light";
   layers.aovs = {"albedo"};
   lighting.direct_light = "bsdf";
-  for (const JobRequest& request : {layers, lighting}) {
+  for (const JobSettings& request : {layers, lighting}) {
     const auto job = prepare_job(request, scene, "");
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     EXPECT_THAT(std::string{job.status().message()}, HasSubstr("integrator 'light'"));
@@ -64,7 +64,7 @@ TEST(JobRequest, IntegratorsAreRefusedWhatTheyCannotDo) {
   EXPECT_EQ(prepare_job({}, wrong, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
+TEST(JobSettings, TheScenesWishesHoldUnlessOverridden) {
   ImportedScene scene = scene_of(640, 480);
   scene.scene.mutable_settings()->set_spp(100);
   scene.scene.mutable_settings()->set_max_depth(0);
@@ -77,7 +77,7 @@ TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
   EXPECT_EQ((*held)->spec.settings().seed(), 7U);
   EXPECT_EQ((*held)->spec.settings().sampler(), "independent");
 
-  JobRequest request;
+  JobSettings request;
   request.spp = 3;
   request.max_depth = 9;
   request.seed = 0;
@@ -93,15 +93,15 @@ TEST(JobRequest, TheScenesWishesHoldUnlessOverridden) {
   EXPECT_EQ((*overridden)->spec.crop().y1(), 32U);
 }
 
-TEST(JobRequest, IntersectionIsChosenByRequestSceneOrProbe) {
+TEST(JobSettings, IntersectionIsChosenByRequestSceneOrProbe) {
   ImportedScene scene = scene_of(8, 8);
-  const auto chosen = [&](const JobRequest& request) {
+  const auto chosen = [&](const JobSettings& request) {
     return (*prepare_job(request, scene, ""))->spec.settings().intersection();
   };
   EXPECT_EQ(chosen({}), "auto");
   scene.scene.mutable_settings()->set_intersection("robust");
   EXPECT_EQ(chosen({}), "robust");
-  JobRequest request;
+  JobSettings request;
   request.intersection = "fast";
   EXPECT_EQ(chosen(request), "fast");
   request.intersection = "loose";
@@ -110,7 +110,7 @@ TEST(JobRequest, IntersectionIsChosenByRequestSceneOrProbe) {
   EXPECT_FALSE(prepare_job({}, scene, "").ok());
 }
 
-TEST(JobRequest, NamesEveryBlobAndTheSceneByItsDigest) {
+TEST(JobSettings, NamesEveryBlobAndTheSceneByItsDigest) {
   ImportedScene scene = scene_of(8, 8);
   SceneBlob mesh;
   mesh.bytes = "mesh";
@@ -124,21 +124,21 @@ TEST(JobRequest, NamesEveryBlobAndTheSceneByItsDigest) {
   EXPECT_EQ((*job)->blobs.size(), 2U);
 }
 
-TEST(JobRequest, ACropMustLieWithinTheFilm) {
+TEST(JobSettings, ACropMustLieWithinTheFilm) {
   const ImportedScene scene = scene_of(100, 50);
-  JobRequest request;
+  JobSettings request;
   request.crop = *parse_crop("0,0,100,51");
   EXPECT_EQ(prepare_job(request, scene, "").status().code(), absl::StatusCode::kOutOfRange);
   request.crop = *parse_crop("99,49,100,50");
   EXPECT_TRUE(prepare_job(request, scene, "").ok());
 }
 
-TEST(JobRequest, AFilmWithoutPixelsIsTheScenesFault) {
+TEST(JobSettings, AFilmWithoutPixelsIsTheScenesFault) {
   EXPECT_EQ(prepare_job({}, scene_of(0, 480), "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-TEST(JobRequest, UnknownNamesAreAnsweredWithTheKnownOnes) {
-  JobRequest request;
+TEST(JobSettings, UnknownNamesAreAnsweredWithTheKnownOnes) {
+  JobSettings request;
   request.sampler = "dice";
   EXPECT_THAT(std::string{check_names(request).message()}, HasSubstr("sobol, independent"));
   request = {};
@@ -149,7 +149,7 @@ TEST(JobRequest, UnknownNamesAreAnsweredWithTheKnownOnes) {
   EXPECT_TRUE(check_names(request).ok());
 }
 
-TEST(JobRequest, UnitsAreAPowerOfTwoOfSixteenThousandSamplesAtMost) {
+TEST(JobSettings, UnitsAreAPowerOfTwoOfSixteenThousandSamplesAtMost) {
   EXPECT_EQ(samples_per_unit(1024, 1, 4096), 16U);
   EXPECT_EQ(samples_per_unit(256, 1, 4096), 64U);
   EXPECT_EQ(samples_per_unit(1089, 1, 4096), 8U);
@@ -159,7 +159,7 @@ TEST(JobRequest, UnitsAreAPowerOfTwoOfSixteenThousandSamplesAtMost) {
   EXPECT_EQ(samples_per_unit(8, 1, 1), 1U);
 }
 
-TEST(JobRequest, AJobHasAMillionUnitsAtMostWhereItCan) {
+TEST(JobSettings, AJobHasAMillionUnitsAtMostWhereItCan) {
   constexpr std::uint64_t kTiles = 120 * 68;  // 3840x2160
   EXPECT_EQ(samples_per_unit(1024, kTiles, 1024), 16U);
   EXPECT_EQ(samples_per_unit(1024, kTiles, 4096), 32U);
@@ -167,9 +167,9 @@ TEST(JobRequest, AJobHasAMillionUnitsAtMostWhereItCan) {
   EXPECT_EQ(samples_per_unit(64, kTiles * 16 * 16, 16), 16U) << "a tile is a unit at least";
 }
 
-TEST(JobRequest, WithNoiseAUnitHasAllSamples) {
+TEST(JobSettings, WithNoiseAUnitHasAllSamples) {
   const ImportedScene scene = scene_of(64, 64);
-  JobRequest request;
+  JobSettings request;
   request.spp = 1000;
   request.noise = 0.05;
   const auto job = prepare_job(request, scene, "");
@@ -178,10 +178,10 @@ TEST(JobRequest, WithNoiseAUnitHasAllSamples) {
   EXPECT_EQ((*job)->spec.settings().noise(), 0.05);
 }
 
-TEST(JobRequest, NoiseThatDoesNotGoWithTheRestIsRefused) {
+TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
   const ImportedScene scene = scene_of(64, 64);
   const auto refusal = [&](auto change) {
-    JobRequest request;
+    JobSettings request;
     request.spp = 64;
     request.noise = 0.05;
     change(request);
@@ -189,15 +189,15 @@ TEST(JobRequest, NoiseThatDoesNotGoWithTheRestIsRefused) {
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     return std::string{job.status().message()};
   };
-  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = 2; }), HasSubstr("settings.noise is 2"));
-  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = -0.1; }), HasSubstr("settings.noise is -0.1"));
-  EXPECT_THAT(refusal([](JobRequest& r) { r.noise = NAN; }), HasSubstr("settings.noise is nan"));
-  EXPECT_THAT(refusal([](JobRequest& r) { r.spp = 15; }), HasSubstr("16 or more"));
-  EXPECT_THAT(refusal([](JobRequest& r) { r.tile_size = 20; }), HasSubstr("a multiple of 8"));
-  EXPECT_THAT(refusal([](JobRequest& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = 2; }), HasSubstr("settings.noise is 2"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = -0.1; }), HasSubstr("settings.noise is -0.1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = NAN; }), HasSubstr("settings.noise is nan"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.spp = 15; }), HasSubstr("16 or more"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.tile_size = 20; }), HasSubstr("a multiple of 8"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
 }
 
-TEST(JobRequest, ParsesResolutions) {
+TEST(JobSettings, ParsesResolutions) {
   ASSERT_TRUE(parse_resolution("640x480").ok());
   EXPECT_EQ(parse_resolution("640x480")->width, 640U);
   EXPECT_EQ(parse_resolution("640x480")->height, 480U);
@@ -207,7 +207,7 @@ TEST(JobRequest, ParsesResolutions) {
   }
 }
 
-TEST(JobRequest, ParsesCrops) {
+TEST(JobSettings, ParsesCrops) {
   ASSERT_TRUE(parse_crop("1,2,3,4").ok());
   EXPECT_EQ(parse_crop("1,2,3,4")->y1(), 4U);
   for (const char* wrong :
@@ -216,7 +216,7 @@ TEST(JobRequest, ParsesCrops) {
   }
 }
 
-TEST(JobRequest, ParsesSeeds) {
+TEST(JobSettings, ParsesSeeds) {
   EXPECT_EQ(*parse_seed("0"), 0U);
   EXPECT_EQ(*parse_seed("18446744073709551615"), ~std::uint64_t{0});
   for (const char* wrong : {"", "-1", "+1", "1e3", "nan", "18446744073709551616", " 1", "1 "}) {

@@ -29,9 +29,9 @@ struct GraphicsState {
   std::map<std::string, std::vector<Parameter>> attributes;  // defaults by target: "shape", "light", ...
 };
 
-class SceneBuilder {
+class DirectiveHandler {
  public:
-  explicit SceneBuilder(Context& context);
+  explicit DirectiveHandler(Context& context);
 
   // Transformations.
   void set_transform(const Transform& t);
@@ -59,8 +59,8 @@ class SceneBuilder {
   void restore(GraphicsState state) { state_ = std::move(state); }
 
   /// A directive of the form `Name "type" parameters`, before or inside the world block.
-  using Typed = void (SceneBuilder::*)(const std::string& type, std::vector<Parameter> parameters,
-                                       SourceLocation where);
+  using Typed = void (DirectiveHandler::*)(const std::string& type, std::vector<Parameter> parameters,
+                                           SourceLocation where);
   void camera(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
   void film(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
   void pixel_filter(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);

@@ -19,7 +19,7 @@ struct Resolution {
 };
 
 /// Settings that the command line gives; absent or empty: as the scene has it, or the default.
-struct JobRequest {
+struct JobSettings {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
   std::optional<std::uint32_t> spp;
@@ -63,12 +63,12 @@ absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
 /// InvalidArgument, naming what there is, for an integrator, a sampler, another setting, a pixel filter or an
 /// AOV that does not exist.
-absl::Status check_names(const JobRequest& request);
+absl::Status check_names(const JobSettings& request);
 
 /// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not
 /// within the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself
 /// asks for what does not exist. `scene` must outlive the result.
-absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobRequest& request,
+absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,
                                                          const ImportedScene& scene, const std::string& name);
 
 /// The power of two that makes a unit of a tile of `pixels` pixels of at most 2^14 samples, but no larger

@@ -1,4 +1,4 @@
-#include "import/pbrt/scene_builder.h"
+#include "import/pbrt/directive_handler.h"
 
 #include <utility>
 
@@ -8,43 +8,45 @@
 
 namespace tessera::client::pbrt {
 
-SceneBuilder::SceneBuilder(Context& context)
+DirectiveHandler::DirectiveHandler(Context& context)
     : context_(context), textures_(context), materials_(context, textures_) {}
 
-ParameterList SceneBuilder::list(std::string_view what, const std::string& type,
-                                 std::vector<Parameter> parameters, SourceLocation where,
-                                 const std::string& attribute_target) {
+ParameterList DirectiveHandler::list(std::string_view what, const std::string& type,
+                                     std::vector<Parameter> parameters, SourceLocation where,
+                                     const std::string& attribute_target) {
   static const std::vector<Parameter> kNone;
   const auto defaults = state_.attributes.find(attribute_target);
   return ParameterList(std::move(parameters), defaults == state_.attributes.end() ? kNone : defaults->second,
                        concat(what, " \"", type, "\""), where, state_.color_space, context_.diagnostics);
 }
 
-bool SceneBuilder::require_world(std::string_view directive, SourceLocation where) {
+bool DirectiveHandler::require_world(std::string_view directive, SourceLocation where) {
   if (!in_world_) context_.diagnostics.error(where, concat(directive, " is only allowed after WorldBegin"));
   return in_world_;
 }
 
-bool SceneBuilder::require_options(std::string_view directive, SourceLocation where) {
+bool DirectiveHandler::require_options(std::string_view directive, SourceLocation where) {
   if (in_world_) context_.diagnostics.error(where, concat(directive, " is only allowed before WorldBegin"));
   return !in_world_;
 }
 
 // ---------------------------------------------------------------- transformations
 
-void SceneBuilder::set_transform(const Transform& t) {
+void DirectiveHandler::set_transform(const Transform& t) {
   if (state_.acts_on_start) state_.ctm.start = t;
   if (state_.acts_on_end) state_.ctm.end = t;
 }
 
-void SceneBuilder::concatenate(const Transform& t) {
+void DirectiveHandler::concatenate(const Transform& t) {
   if (state_.acts_on_start) state_.ctm.start = state_.ctm.start * t;
   if (state_.acts_on_end) state_.ctm.end = state_.ctm.end * t;
 }
 
-void SceneBuilder::name_coordinate_system(const std::string& name) { coordinate_systems_[name] = state_.ctm; }
+void DirectiveHandler::name_coordinate_system(const std::string& name) {
+  coordinate_systems_[name] = state_.ctm;
+}
 
-void SceneBuilder::use_coordinate_system(const std::string& name, SourceLocation where) {
+void DirectiveHandler::use_coordinate_system(const std::string& name, SourceLocation where) {
   const auto known = coordinate_systems_.find(name);
   if (known != coordinate_systems_.end()) {
     state_.ctm = known->second;
@@ -54,7 +56,7 @@ void SceneBuilder::use_coordinate_system(const std::string& name, SourceLocation
   }
 }
 
-void SceneBuilder::set_active_transform(std::string_view which, SourceLocation where) {
+void DirectiveHandler::set_active_transform(std::string_view which, SourceLocation where) {
   if (which != "All" && which != "StartTime" && which != "EndTime") {
     context_.diagnostics.error(where, concat("expected All, StartTime or EndTime, found \"", which, "\""));
     return;
@@ -63,7 +65,7 @@ void SceneBuilder::set_active_transform(std::string_view which, SourceLocation w
   state_.acts_on_end = which != "StartTime";
 }
 
-void SceneBuilder::set_transform_times(double start, double end, SourceLocation where) {
+void DirectiveHandler::set_transform_times(double start, double end, SourceLocation where) {
   if (!require_options("TransformTimes", where)) return;
   if (!(start < end)) {
     context_.diagnostics.error(where, "TransformTimes: the end is not after the start");
@@ -75,7 +77,7 @@ void SceneBuilder::set_transform_times(double start, double end, SourceLocation 
 
 // ---------------------------------------------------------------- blocks and state
 
-void SceneBuilder::world_begin(SourceLocation where) {
+void DirectiveHandler::world_begin(SourceLocation where) {
   if (!require_options("WorldBegin", where)) return;
   in_world_ = true;
   state_.ctm = MovingTransform{};
@@ -83,11 +85,11 @@ void SceneBuilder::world_begin(SourceLocation where) {
   name_coordinate_system("world");
 }
 
-void SceneBuilder::begin_block(std::string_view directive, SourceLocation where) {
+void DirectiveHandler::begin_block(std::string_view directive, SourceLocation where) {
   if (require_world(directive, where)) blocks_.push_back({Block::Kind::kAttribute, where, state_});
 }
 
-void SceneBuilder::end_block(std::string_view directive, SourceLocation where) {
+void DirectiveHandler::end_block(std::string_view directive, SourceLocation where) {
   if (blocks_.empty() || blocks_.back().kind != Block::Kind::kAttribute) {
     std::string problem = concat(directive, " without its beginning");
     if (!blocks_.empty())
@@ -99,7 +101,7 @@ void SceneBuilder::end_block(std::string_view directive, SourceLocation where) {
   blocks_.pop_back();
 }
 
-void SceneBuilder::object_begin(const std::string& name, SourceLocation where) {
+void DirectiveHandler::object_begin(const std::string& name, SourceLocation where) {
   if (!require_world("ObjectBegin", where)) return;
   blocks_.push_back({Block::Kind::kObject, where, state_});
   if (current_object_ >= 0) {
@@ -113,7 +115,7 @@ void SceneBuilder::object_begin(const std::string& name, SourceLocation where) {
   }
 }
 
-void SceneBuilder::object_end(SourceLocation where) {
+void DirectiveHandler::object_end(SourceLocation where) {
   if (blocks_.empty() || blocks_.back().kind != Block::Kind::kObject) {
     context_.diagnostics.error(where, "ObjectEnd without ObjectBegin");
     return;
@@ -123,7 +125,7 @@ void SceneBuilder::object_end(SourceLocation where) {
   current_object_ = -1;
 }
 
-void SceneBuilder::object_instance(const std::string& name, SourceLocation where) {
+void DirectiveHandler::object_instance(const std::string& name, SourceLocation where) {
   if (!require_world("ObjectInstance", where)) return;
   if (current_object_ >= 0) {
     context_.diagnostics.error(where, "ObjectInstance inside of an object");
@@ -132,7 +134,7 @@ void SceneBuilder::object_instance(const std::string& name, SourceLocation where
   pending_instances_.push_back({name, state_.ctm, where});
 }
 
-void SceneBuilder::set_color_space(const std::string& name, SourceLocation where) {
+void DirectiveHandler::set_color_space(const std::string& name, SourceLocation where) {
   if (const std::optional<ColorSpace> space = color_space_of(name)) {
     state_.color_space = *space;
     if (*space != ColorSpace::kSrgb) {
@@ -146,8 +148,8 @@ void SceneBuilder::set_color_space(const std::string& name, SourceLocation where
   }
 }
 
-void SceneBuilder::set_attributes(const std::string& target, std::vector<Parameter> parameters,
-                                  SourceLocation where) {
+void DirectiveHandler::set_attributes(const std::string& target, std::vector<Parameter> parameters,
+                                      SourceLocation where) {
   if (target != "shape" && target != "light" && target != "material" && target != "medium" &&
       target != "texture") {
     context_.diagnostics.error(where,
@@ -160,13 +162,14 @@ void SceneBuilder::set_attributes(const std::string& target, std::vector<Paramet
                   std::make_move_iterator(parameters.end()));
 }
 
-void SceneBuilder::option(const std::string& name, std::string_view value, SourceLocation where) {
+void DirectiveHandler::option(const std::string& name, std::string_view value, SourceLocation where) {
   if (require_options("Option", where)) write_option(context_, name, value, where);
 }
 
 // ---------------------------------------------------------------- before the world
 
-void SceneBuilder::camera(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void DirectiveHandler::camera(const std::string& type, std::vector<Parameter> parameters,
+                              SourceLocation where) {
   if (!require_options("Camera", where)) return;
   camera_ = {type, list("camera", type, std::move(parameters), where)};
   camera_from_world_ = state_.ctm;
@@ -175,35 +178,37 @@ void SceneBuilder::camera(const std::string& type, std::vector<Parameter> parame
   context_.scene.mutable_camera()->set_medium(state_.outside_medium);
 }
 
-void SceneBuilder::film(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void DirectiveHandler::film(const std::string& type, std::vector<Parameter> parameters,
+                            SourceLocation where) {
   if (require_options("Film", where)) film_ = {type, list("film", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::pixel_filter(const std::string& type, std::vector<Parameter> parameters,
-                                SourceLocation where) {
+void DirectiveHandler::pixel_filter(const std::string& type, std::vector<Parameter> parameters,
+                                    SourceLocation where) {
   if (require_options("PixelFilter", where))
     filter_ = {type, list("filter", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::sampler(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void DirectiveHandler::sampler(const std::string& type, std::vector<Parameter> parameters,
+                               SourceLocation where) {
   if (require_options("Sampler", where))
     sampler_ = {type, list("sampler", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::integrator(const std::string& type, std::vector<Parameter> parameters,
-                              SourceLocation where) {
+void DirectiveHandler::integrator(const std::string& type, std::vector<Parameter> parameters,
+                                  SourceLocation where) {
   if (require_options("Integrator", where))
     integrator_ = {type, list("integrator", type, std::move(parameters), where)};
 }
 
-void SceneBuilder::accelerator(const std::string&, std::vector<Parameter>, SourceLocation where) {
+void DirectiveHandler::accelerator(const std::string&, std::vector<Parameter>, SourceLocation where) {
   require_options("Accelerator", where);  // how rays find surfaces is the renderer's own affair
 }
 
 // ---------------------------------------------------------------- materials, media, lights, shapes
 
-void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parameter> parameters,
-                                     SourceLocation where) {
+void DirectiveHandler::make_named_medium(const std::string& name, std::vector<Parameter> parameters,
+                                         SourceLocation where) {
   ParameterList all = list("medium", name, std::move(parameters), where, "medium");
   ValueReader values(context_, textures_, all);
   const std::string type = values.get_string("type", "");
@@ -215,8 +220,8 @@ void SceneBuilder::make_named_medium(const std::string& name, std::vector<Parame
   }
 }
 
-void SceneBuilder::medium_interface(const std::string& inside, const std::string& outside,
-                                    SourceLocation where) {
+void DirectiveHandler::medium_interface(const std::string& inside, const std::string& outside,
+                                        SourceLocation where) {
   for (const std::string& name : {inside, outside}) {
     if (!name.empty() && !media_.contains(name)) {
       context_.diagnostics.error(where, concat("there is no medium \"", name, "\""));
@@ -227,20 +232,21 @@ void SceneBuilder::medium_interface(const std::string& inside, const std::string
   state_.outside_medium = outside;
 }
 
-void SceneBuilder::make_named_material(const std::string& name, std::vector<Parameter> parameters,
-                                       SourceLocation where) {
+void DirectiveHandler::make_named_material(const std::string& name, std::vector<Parameter> parameters,
+                                           SourceLocation where) {
   materials_.define_named(name, list("material", name, std::move(parameters), where, "material"));
 }
 
-void SceneBuilder::material(const std::string& type, std::vector<Parameter> parameters,
-                            SourceLocation where) {
+void DirectiveHandler::material(const std::string& type, std::vector<Parameter> parameters,
+                                SourceLocation where) {
   if (!require_world("Material", where)) return;
   ParameterList all = list("material", type, std::move(parameters), where, "material");
   state_.material = {materials_.define_anonymous(type, std::move(all)), ""};
 }
 
-void SceneBuilder::texture(const std::string& name, const std::string& value_type, const std::string& type,
-                           std::vector<Parameter> parameters, SourceLocation where) {
+void DirectiveHandler::texture(const std::string& name, const std::string& value_type,
+                               const std::string& type, std::vector<Parameter> parameters,
+                               SourceLocation where) {
   if (!require_world("Texture", where)) return;
   if (value_type != "float" && value_type != "spectrum") {
     context_.diagnostics.error(
@@ -251,8 +257,8 @@ void SceneBuilder::texture(const std::string& name, const std::string& value_typ
                    list("texture", type, std::move(parameters), where, "texture"), state_.ctm.start);
 }
 
-void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> parameters,
-                                SourceLocation where) {
+void DirectiveHandler::light_source(const std::string& type, std::vector<Parameter> parameters,
+                                    SourceLocation where) {
   if (!require_world("LightSource", where)) return;
   ParameterList all = list("light", type, std::move(parameters), where, "light");
   if (state_.ctm.moves()) {
@@ -261,15 +267,15 @@ void SceneBuilder::light_source(const std::string& type, std::vector<Parameter> 
   add_light(context_, textures_, type, all, state_.ctm.start);
 }
 
-void SceneBuilder::area_light_source(const std::string& type, std::vector<Parameter> parameters,
-                                     SourceLocation where) {
+void DirectiveHandler::area_light_source(const std::string& type, std::vector<Parameter> parameters,
+                                         SourceLocation where) {
   if (!require_world("AreaLightSource", where)) return;
   state_.has_area_light = true;
   state_.area_light_type = type;
   state_.area_light = list("area light", type, std::move(parameters), where, "light");
 }
 
-void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
+void DirectiveHandler::bind_area_light(PendingShape& pending, v1::Shape& shape) {
   if (!state_.has_area_light) return;
   if (current_object_ >= 0) {
     context_.diagnostics.warning(pending.where,
@@ -284,7 +290,7 @@ void SceneBuilder::bind_area_light(PendingShape& pending, v1::Shape& shape) {
   }
 }
 
-void SceneBuilder::write_state(v1::Shape& shape, PendingShape& pending) {
+void DirectiveHandler::write_state(v1::Shape& shape, PendingShape& pending) {
   shape.set_reverse_orientation(state_.reverse_orientation);
   if (state_.inside_medium != state_.outside_medium) {
     shape.set_interior_medium(state_.inside_medium);
@@ -296,7 +302,7 @@ void SceneBuilder::write_state(v1::Shape& shape, PendingShape& pending) {
   bind_area_light(pending, shape);
 }
 
-void SceneBuilder::keep_shape(v1::Shape message, PendingShape pending) {
+void DirectiveHandler::keep_shape(v1::Shape message, PendingShape pending) {
   auto* shapes = pending.object >= 0 ? context_.scene.mutable_objects(pending.object)->mutable_shapes()
                                      : context_.scene.mutable_shapes();
   pending.shape = shapes->Add();
@@ -304,7 +310,8 @@ void SceneBuilder::keep_shape(v1::Shape message, PendingShape pending) {
   pending_shapes_.push_back(std::move(pending));
 }
 
-void SceneBuilder::shape(const std::string& type, std::vector<Parameter> parameters, SourceLocation where) {
+void DirectiveHandler::shape(const std::string& type, std::vector<Parameter> parameters,
+                             SourceLocation where) {
   if (!require_world("Shape", where)) return;
   ParameterList all = list("shape", type, std::move(parameters), where, "shape");
   ValueReader values(context_, textures_, all);
