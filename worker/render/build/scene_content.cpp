@@ -8,6 +8,7 @@
 #include "render/accel/embree/embree_kernel.h"
 #include "render/build/scene_builder.h"
 #include "wire/digest.h"
+#include "wire/job_parts.h"
 
 namespace tessera::render {
 
@@ -29,12 +30,8 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                     absl::Hex(std::bit_cast<std::uint64_t>(origin.z)), " ");
     camera.clear_world_from_camera();
   }
-  v1::RenderSettings settings = job.settings();
-  settings.clear_sampler();
-  settings.clear_spp();
-  settings.clear_noise();
-  settings.clear_max_depth();
-  settings.clear_seed();
+  constexpr wire::JobPart kParts[] = {wire::JobPart::kScene};
+  const v1::RenderSettings settings = wire::parts_of(job, kParts).settings();
   return absl::StrCat(key, wire::sha256_hex(settings.SerializeAsString()),
                       wire::sha256_hex(relevant.SerializeAsString()));
 }

@@ -1,8 +1,8 @@
 // Geometry as the kernels read it: plain arrays, filled by build/, the same for every ISA.
 //
 // Positions are in render space: world space minus its origin (Scene.render_origin, else where the camera
-// stands; subtracted in double), so that floats are finest there. Shapes of an Object stay in instance space; an InstanceRecord places
-// them.
+// stands; subtracted in double), so that floats are finest there. Shapes of an Object stay in instance space;
+// an InstanceRecord places them.
 #pragma once
 
 #include <cstdint>
