@@ -161,6 +161,7 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
       break;
     case ShapeKind::kSdfGrid:
     case ShapeKind::kCurves:
+    case ShapeKind::kCount:
       return;  // build/ lets none of these emit
   }
   lights.push_back(light);
