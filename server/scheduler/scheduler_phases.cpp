@@ -1,7 +1,5 @@
 // Steps of jobs: which units may be given out, and what follows for those that read a result that counts no
 // more [docs/decisions/0026-phases.md].
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 #include "scheduler/scheduler.h"
 
