@@ -20,7 +20,7 @@ concerned() {
   changed=$(git -C "$top" diff --name-only HEAD~10 2>/dev/null || true)
   case "$changed" in *worker/render/*) echo 'statistical|stress' ;; esac
   case "$changed" in *server/* | *worker/agent/* | *proto/*) echo 'integration|load|scenario' ;; esac
-  case "$changed" in *client/import/* | *proto/wire/*) echo 'fuzz' ;; esac
+  case "$changed" in *client/import/* | *proto/wire/* | *proto/images/*) echo 'fuzz' ;; esac
 }
 
 mapfile -t all < <(tests -L '^long$')

@@ -11,12 +11,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "base/address.h"
 #include "options/program.h"
 #include "service/coordinator.h"
+#include "telemetry/log.h"
 #include "tls/authority.h"
-#include "wire/address.h"
-#include "wire/grpc_log.h"
-#include "wire/log.h"
+#include "transport/grpc_log.h"
 #include "wire/version.h"
 
 namespace {
@@ -53,7 +53,7 @@ struct Options {
   tessera::server::CoordinatorOptions coordinator;
   std::string data_dir = default_data_dir();
   std::string join_authority;
-  tessera::wire::LogOptions log{.program = "tessera-server"};
+  tessera::telemetry::LogOptions log{.program = "tessera-server"};
   double keep_days = 1, keep_unfetched_days = 30;
   double max_gigabytes = 1000;
   std::optional<double> keep_free_gigabytes;
@@ -68,7 +68,7 @@ struct Options {
 std::string tell_certificates(const Options& options) {
   const std::string folder = std::filesystem::absolute(options.new_certificates).lexically_normal().string();
   const std::string host = options.hosts.empty() ? "127.0.0.1" : options.hosts.front();
-  const std::string address = tessera::wire::HostPort{.host = host, .port = 7070}.to_string();
+  const std::string address = tessera::base::HostPort{.host = host, .port = 7070}.to_string();
   std::string text = absl::StrCat("made in ", folder, ", valid for 397 days:\n",
                                   "  authority   signs the others: keep it off the network\n",
                                   "  server      for the coordinator\n",
@@ -147,11 +147,11 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("ADDR:PORT");
   command.add("--log-level", options.log.level, "what goes to standard error")
       .type_name("LEVEL")
-      .one_of(tessera::wire::kLogLevels)
+      .one_of(tessera::telemetry::kLogLevels)
       .with_default();
   command.add("--log-format", options.log.format, "lines for people, or one JSON object a line")
       .type_name("FORMAT")
-      .one_of(tessera::wire::kLogFormats)
+      .one_of(tessera::telemetry::kLogFormats)
       .with_default();
   command.group("Scheduling");
   command
@@ -251,8 +251,8 @@ int main(int argc, char** argv) {
     if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
   }
   const tessera::server::CoordinatorOptions options = coordinator_options(given);
-  tessera::wire::set_up_log(given.log);
-  tessera::wire::log_grpc();
+  tessera::telemetry::set_up_log(given.log);
+  tessera::transport::log_grpc();
   if (!given.new_certificates.empty()) {
     const absl::Status status =
         tessera::server::write_farm_certificates(given.new_certificates, given.hosts, given.users);

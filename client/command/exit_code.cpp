@@ -3,12 +3,12 @@
 #include <iostream>
 #include <string>
 
-#include "wire/printable.h"
+#include "base/printable.h"
 
 namespace tessera::client {
 
 int report(ExitCode code, const std::string& message) {
-  std::cerr << "tessera: " << wire::printable_lines(message) << std::endl;
+  std::cerr << "tessera: " << base::printable_lines(message) << std::endl;
   return code;
 }
 

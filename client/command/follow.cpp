@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/printable.h"
 #include "command/exit_code.h"
 #include "command/job_news.h"
 #include "command/output.h"
 #include "command/progress.h"
 #include "image/assemble.h"
-#include "wire/printable.h"
 #include "wire/tile_result.h"
 #include "wire/version.h"
 
@@ -47,7 +47,7 @@ class Tale {
       : options_(options),
         // The noise decides how many samples are taken.
         samples_total_(spec.settings().noise() == 0 ? samples_of(spec) : 0),
-        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, wire::printable(spec.name()),
+        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, base::printable(spec.name()),
                   samples_total_, Clock::now(), terminal_columns(STDERR_FILENO)) {}
 
   /// `received`: samples whose results are here; absent where results are not asked for.
@@ -74,10 +74,10 @@ class Tale {
     if (options_.building)
       return options_.building() ? "building the scene" : "starting, or rendering the first tiles";
     if (status.units_leased() == 0) {
-      const std::string why = wire::printable(status.waiting_for());
+      const std::string why = base::printable(status.waiting_for());
       return why.empty() ? "waiting for a worker" : absl::StrCat("waiting: ", why);
     }
-    if (!status.phase().empty()) return absl::StrCat("phase ", wire::printable(status.phase()));
+    if (!status.phase().empty()) return absl::StrCat("phase ", base::printable(status.phase()));
     return absl::StrCat("building the scene, or rendering the first tiles, on ", status.workers(),
                         status.workers() == 1 ? " worker" : " workers");
   }
@@ -223,7 +223,7 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
             bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings())
-      std::cerr << "warning: " << wire::printable(warning) << '\n';
+      std::cerr << "warning: " << base::printable(warning) << '\n';
   }
   const int code = end_of(followed);
   if (!followed.image) return code;

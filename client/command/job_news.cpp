@@ -3,16 +3,16 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "wire/printable.h"
+#include "base/printable.h"
 
 namespace tessera::client {
 namespace {
 
 std::string text_of(const v1::FailedUnit& failed) {
   const v1::UnitFailure& failure = failed.failure();
-  const std::string host = wire::printable(failure.host()), unit = name_of(failed);
+  const std::string host = base::printable(failure.host()), unit = name_of(failed);
   if (failure.lost()) return absl::StrCat(unit, " was lost with a worker on ", host);
-  return absl::StrCat(unit, " failed on ", host, ": ", wire::printable(failure.message()));
+  return absl::StrCat(unit, " failed on ", host, ": ", base::printable(failure.message()));
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ std::vector<std::string> JobNews::lines(const v1::JobStatus& status) {
   }
   if (!status.left_out().empty() && status.left_out() != left_out_) {
     left_out_ = status.left_out();
-    lines.push_back(absl::StrCat("warning: left out: ", wire::printable(left_out_)));
+    lines.push_back(absl::StrCat("warning: left out: ", base::printable(left_out_)));
   }
   // A coordinator that was started again counts from 0.
   const std::uint64_t more = status.failures() - std::min(failures_, status.failures());

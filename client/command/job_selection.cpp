@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "base/nearest_name.h"
 #include "command/job_table.h"
-#include "wire/nearest_name.h"
 
 namespace tessera::client {
 namespace {
@@ -58,7 +58,7 @@ absl::StatusOr<std::string> find_job_id(const std::vector<std::string>& all, con
   }
   if (found.size() == 1) return found.front();
   if (found.empty())
-    return absl::NotFoundError(absl::StrCat("there is no job ", id, wire::did_you_mean(id, all)));
+    return absl::NotFoundError(absl::StrCat("there is no job ", id, base::did_you_mean(id, all)));
   return absl::InvalidArgumentError(
       absl::StrCat(found.size(), " jobs begin with ", id, ", ", found[0], " and ", found[1], " among them"));
 }

@@ -10,8 +10,8 @@
 #include "absl/strings/str_join.h"
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
-#include "wire/noise.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {

@@ -8,12 +8,12 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/printable.h"
 #include "command/job_news.h"
 #include "command/progress.h"
 #include "command/table.h"
 #include "command/time_spent.h"
 #include "farm/farm_client.h"
-#include "wire/printable.h"
 
 namespace tessera::client {
 
@@ -165,7 +165,7 @@ std::string workers_table(const std::vector<v1::WorkerStatus>& workers, std::siz
                absl::StrFormat("%.1f s", 1e-3 * static_cast<double>(worker.last_seen_ms_ago())),
                arithmetic_of(worker), absl::StrJoin(worker.tags(), ","), jobs_of(worker)});
     for (const std::string& remark : remarks_on(worker)) {
-      absl::StrAppend(&below, wire::printable(worker.name()), ": ", wire::printable(remark), "\n");
+      absl::StrAppend(&below, base::printable(worker.name()), ": ", base::printable(remark), "\n");
     }
   }
   return table.text(width) + below;
@@ -177,7 +177,7 @@ namespace {
 class Lines {
  public:
   void add(const char* label, const std::string& text) {
-    absl::StrAppend(&text_, absl::StrFormat("%-12s", label), wire::printable(text), "\n");
+    absl::StrAppend(&text_, absl::StrFormat("%-12s", label), base::printable(text), "\n");
   }
   void add_if_any(const char* label, const std::string& text) {
     if (!text.empty()) add(label, text);

@@ -1,11 +1,11 @@
 // tessera: renders scenes here or on a farm.
 #include "command/command.h"
 #include "command/interrupt.h"
-#include "wire/grpc_log.h"
+#include "transport/grpc_log.h"
 
 int main(int argc, char** argv) {
   using namespace tessera::client;
-  tessera::wire::mute_grpc();
+  tessera::transport::mute_grpc();
   Interrupt interrupt;
   CommandLine line{interrupt};
   line.group("Rendering");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/follow.h"
@@ -22,7 +23,6 @@
 #include "farm/farm_client.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
-#include "wire/cpu_time.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -94,7 +94,7 @@ void keep_image(const Image& image, const RenderOptions& options) {
 
 /// `is_whole`: the job is done, and its image written.
 int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
-  const double start_cpu_seconds = wire::in_seconds(wire::process_cpu_time());
+  const double start_cpu_seconds = base::in_seconds(base::process_cpu_time());
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
@@ -132,7 +132,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   const TimeSpent spent = time_spent(
       followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
                                             .import_seconds = loaded->import_cpu_seconds,
-                                            .total_seconds = wire::in_seconds(wire::process_cpu_time())});
+                                            .total_seconds = base::in_seconds(base::process_cpu_time())});
   if (const std::string text = to_text(spent); !options.quiet && !text.empty()) std::cerr << text << '\n';
   if (options.stats.empty()) return exit_code;
 

@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "command/exit_code.h"
 #include "command/output.h"
 #include "command/phase.h"
 #include "import/import.h"
-#include "wire/cpu_time.h"
 #include "wire/limits.h"
 #include "wire/mesh_blob.h"
 
@@ -146,7 +146,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   const auto start = std::chrono::steady_clock::now();
-  const std::chrono::nanoseconds cpu_start = wire::process_cpu_time();
+  const std::chrono::nanoseconds cpu_start = base::process_cpu_time();
   auto loaded = std::make_unique<LoadedJob>();
   absl::StatusOr<ImportedScene> imported = [&] {
     const Phase phase{progress_mode(STDERR_FILENO, options.quiet), std::cerr, options.scene, "reading"};
@@ -169,7 +169,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   }
   loaded->job = *std::move(job);
   loaded->import_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  loaded->import_cpu_seconds = wire::in_seconds(wire::process_cpu_time() - cpu_start);
+  loaded->import_cpu_seconds = base::in_seconds(base::process_cpu_time() - cpu_start);
   return loaded;
 }
 

@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/address.h"
 #include "command/exit_code.h"
-#include "wire/address.h"
-#include "wire/channel.h"
-#include "wire/probe.h"
-#include "wire/status.h"
+#include "transport/channel.h"
+#include "transport/probe.h"
+#include "transport/status.h"
 
 namespace tessera::client {
 
@@ -25,7 +25,7 @@ void define_server_option(options::Command& command, ServerOption& option) {
 }
 
 absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet) {
-  auto channel = wire::make_channel(
+  auto channel = transport::make_channel(
       option.address, {.allow_insecure = option.allow_insecure, .certificates = option.certificates});
   if (!channel.ok()) return channel.status();
   FarmClientOptions options;
@@ -40,30 +40,30 @@ namespace {
 /// Returns `status` with the reason why the call was never answered.
 absl::Status explained(const absl::Status& status, const ServerOption& option) {
   constexpr std::chrono::milliseconds kPatience{1000};
-  const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(option.address);
-  if (!address.ok() || !wire::is_transient(status) || absl::IsCancelled(status)) return status;
+  const absl::StatusOr<base::HostPort> address = base::parse_host_port(option.address);
+  if (!address.ok() || !transport::is_transient(status) || absl::IsCancelled(status)) return status;
   const bool encrypted = !option.certificates.empty();
   const auto unreachable = [&](const std::string& why) {
     return absl::UnavailableError(absl::StrCat(why, "\n  (", std::string{status.message()}, ")"));
   };
-  switch (wire::probe(*address, kPatience)) {
-    case wire::Speaks::kNobody:
+  switch (transport::probe(*address, kPatience)) {
+    case transport::Speaks::kNobody:
       return absl::UnavailableError(absl::StrCat("no coordinator at ", option.address,
                                                  " (is tessera-server running? --server, TESSERA_SERVER)"));
-    case wire::Speaks::kTls:
+    case transport::Speaks::kTls:
       if (!encrypted) {
         return absl::UnavailableError(
             absl::StrCat(option.address, " speaks TLS: give --tls DIR (TESSERA_TLS)"));
       }
       return unreachable(absl::StrCat(option.address, " and the certificates in ", option.certificates,
                                       " do not go together, or it does not answer"));
-    case wire::Speaks::kPlain:
+    case transport::Speaks::kPlain:
       if (encrypted) {
         return absl::UnavailableError(
             absl::StrCat(option.address, " does not speak TLS: leave --tls (TESSERA_TLS) away"));
       }
       break;
-    case wire::Speaks::kUnclear:
+    case transport::Speaks::kUnclear:
       return unreachable(
           absl::StrCat("what listens at ", option.address, " is no coordinator, or does not answer"));
   }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/printable.h"
 #include "command/progress.h"
-#include "wire/printable.h"
 
 namespace tessera::client {
 namespace {
@@ -35,7 +35,7 @@ std::string cut(const std::string& text, std::size_t width) {
 }  // namespace
 
 void Table::add(std::vector<std::string> cells) {
-  for (std::string& cell : cells) cell = wire::printable(cell);
+  for (std::string& cell : cells) cell = base::printable(cell);
   rows_.push_back(std::move(cells));
 }
 

@@ -5,10 +5,11 @@
 #include <random>
 #include <utility>
 
+#include "base/printable.h"
 #include "farm/stubs.h"
-#include "wire/call.h"
-#include "wire/channel.h"
-#include "wire/printable.h"
+#include "transport/call.h"
+#include "transport/channel.h"
+#include "wire/printable_message.h"
 
 namespace tessera::client {
 namespace {
@@ -37,7 +38,7 @@ FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions
           Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
       contact_(options.address, options.first_contact_patience, options.later_patience,
                std::move(options.notice), [channel](milliseconds delay, std::stop_token stop) {
-                 return wire::wait_for_connection(*channel, delay, std::move(stop));
+                 return transport::wait_for_connection(*channel, delay, std::move(stop));
                }) {}
 
 FarmClient::~FarmClient() = default;
@@ -54,8 +55,8 @@ absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Re
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob",
+                                 contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->job_id();
@@ -65,15 +66,15 @@ absl::StatusOr<v1::GetJobResponse> FarmClient::job(const std::string& job_id, st
   v1::GetJobRequest request;
   request.set_job_id(job_id);
   return contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob",
+                                 contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<std::vector<v1::JobStatus>> FarmClient::jobs(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{},
-                            "ListJobs", contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{},
+                                 "ListJobs", contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return std::vector<v1::JobStatus>{response->jobs().begin(), response->jobs().end()};
@@ -83,8 +84,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std:
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob",
+                                 contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -96,8 +97,8 @@ absl::Status FarmClient::delete_job(const std::string& job_id, std::stop_token s
   return contact_
       .retried(stop,
                [&] {
-                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request,
-                                         "DeleteJob", contact_.address(), kCallTimeout, stop);
+                 return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request,
+                                              "DeleteJob", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -106,8 +107,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
   v1::RetryJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob",
+                                 contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -115,8 +116,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
 
 absl::StatusOr<v1::JobStatus> FarmClient::adjust(const v1::AdjustJobRequest& request, std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob",
+                                 contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -128,8 +129,8 @@ absl::Status FarmClient::trust(const std::string& host, std::stop_token stop) {
   return contact_
       .retried(stop,
                [&] {
-                 return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request,
-                                         "TrustHost", contact_.address(), kCallTimeout, stop);
+                 return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request,
+                                              "TrustHost", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -140,8 +141,8 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
   request.mutable_lifetime()->set_seconds(lifetime.count());
   request.set_uses(uses);
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeJoinToken, request, "MakeJoinToken",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeJoinToken, request,
+                                 "MakeJoinToken", contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->token();
@@ -149,15 +150,15 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
 
 absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& request, std::stop_token stop) {
   return contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel",
-                            contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel",
+                                 contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return wire::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
-                            "ListWorkers", contact_.address(), kCallTimeout, stop);
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
+                                 "ListWorkers", contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return std::vector<v1::WorkerStatus>{response->workers().begin(), response->workers().end()};
@@ -187,7 +188,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
 
   grpc::ClientContext context;
   std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
-  wire::StallGuard guard{context, kWatchStall};
+  transport::StallGuard guard{context, kWatchStall};
   const auto reader = stubs_->farm->WatchJob(&context, request);
   v1::WatchJobResponse response;
   while (progress.handler.ok() && reader->Read(&response)) {
@@ -216,7 +217,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
   const grpc::Status status = reader->Finish();
   const std::string call = absl::StrCat("WatchJob at ", contact_.address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));
-  return status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
+  return status.ok() ? absl::OkStatus() : transport::from_grpc(status, call);
 }
 
 bool has_ended(v1::JobState state) {

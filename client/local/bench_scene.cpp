@@ -7,11 +7,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "local/scene_blobs.h"
 #include "render/build/load_scene.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
-#include "wire/cpu_time.h"
+#include "wire/job_check.h"
 
 namespace tessera::client {
 namespace {
@@ -68,7 +69,7 @@ const std::vector<std::string>& BenchScene::warnings() const { return parts_->sc
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,
                                                              int threads) {
-  const std::chrono::nanoseconds start = wire::process_cpu_time();
+  const std::chrono::nanoseconds start = base::process_cpu_time();
   const SceneBlobs source(blobs);
   const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.scene().digest());
   if (!bytes.ok()) return bytes.status();
@@ -87,7 +88,7 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   parts->tiles = tiles_of(
       spec.crop(), wire::works_in_passes(spec) ? std::max(spec.width(), spec.height()) : spec.tile_size());
   std::unique_ptr<BenchScene> self{new BenchScene{std::move(parts)}};
-  self->build_cpu_seconds_ = wire::in_seconds(wire::process_cpu_time() - start);
+  self->build_cpu_seconds_ = base::in_seconds(base::process_cpu_time() - start);
   return self;
 }
 
@@ -142,9 +143,9 @@ class BenchTurns {
     tile.sample_end = spp_;
     tile.seed_offset = seed_offset_;
     render::RenderStats stats;
-    const std::chrono::nanoseconds start = wire::thread_cpu_time();
+    const std::chrono::nanoseconds start = base::thread_cpu_time();
     absl::StatusOr<wire::TileResult> result = scenes_[scene]->parts_->scene->render_tile(tile, stop_, stats);
-    const double seconds = wire::in_seconds(wire::thread_cpu_time() - start);
+    const double seconds = base::in_seconds(base::thread_cpu_time() - start);
 
     const std::lock_guard lock{mutex_};
     if (!result.ok()) {

@@ -7,8 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/nearest_name.h"
 #include "options/spec.h"
-#include "wire/nearest_name.h"
 
 namespace tessera::options {
 namespace {
@@ -88,7 +88,7 @@ class Parser {
     // A misspelt option comes first: others may be missing because of it.
     if (app_.remaining_size() > 0) {
       const std::string name = name_of(app_.remaining().front());
-      fault = absl::StrCat("there is no option '", name, "'", wire::did_you_mean(name, names_of_options()));
+      fault = absl::StrCat("there is no option '", name, "'", base::did_you_mean(name, names_of_options()));
     }
     return fault.empty() ? absl::OkStatus() : absl::InvalidArgumentError(fault);
   }

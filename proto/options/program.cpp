@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/nearest_name.h"
 #include "options/spec.h"
-#include "wire/nearest_name.h"
 
 namespace tessera::options {
 namespace {
@@ -81,7 +81,7 @@ Outcome Program::parse_command(const std::string& name, const std::vector<std::s
     for (const auto& command : parts.commands) names.push_back(command.first);
     const std::string what = name.starts_with('-') ? "option" : "command";
     return parts.wrong(parts.root.path,
-                       absl::StrCat("there is no ", what, " '", name, "'", wire::did_you_mean(name, names)),
+                       absl::StrCat("there is no ", what, " '", name, "'", base::did_you_mean(name, names)),
                        parts.usage());
   }
   CommandSpec& command = *found->second;

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "absl/status/status.h"
-#include "tessera/v1/job.pb.h"
 
 namespace tessera::wire {
 
@@ -57,14 +56,5 @@ const AlgorithmTraits* find_algorithm(std::string_view name);
 
 /// InvalidArgument, naming all that there are, where there is none with this name.
 absl::Status check_algorithm_name(const std::string& name);
-
-/// InvalidArgument where the job's algorithm does not exist or cannot do what the job asks for.
-absl::Status check_algorithm(const v1::JobSpec& spec);
-
-/// Gives the job the phases of its algorithm, which must exist.
-void add_phases(v1::JobSpec& spec);
-
-/// Whether the job's units are passes. False for unknown algorithms.
-bool works_in_passes(const v1::JobSpec& spec);
 
 }  // namespace tessera::wire

@@ -25,7 +25,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "wire/freer.h"
+#include "base/freer.h"
 
 namespace tessera::wire {
 namespace {
@@ -41,8 +41,8 @@ absl::Status unsound(const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("tile result: ", what));
 }
 
-using Compressor = std::unique_ptr<ZSTD_CCtx, Freer<ZSTD_freeCCtx>>;
-using Decompressor = std::unique_ptr<ZSTD_DCtx, Freer<ZSTD_freeDCtx>>;
+using Compressor = std::unique_ptr<ZSTD_CCtx, base::Freer<ZSTD_freeCCtx>>;
+using Decompressor = std::unique_ptr<ZSTD_DCtx, base::Freer<ZSTD_freeDCtx>>;
 
 // Contexts are large; one a thread is made once and used for every tile.
 ZSTD_CCtx* thread_compressor() {

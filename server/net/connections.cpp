@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -174,9 +174,9 @@ void Connections::refuse(const Peer& peer, const char* why) {
   const auto [write, left_out] = refusals_.count();
   if (!write) return;
   const std::string from = peer.to_string();
-  wire::log(spdlog::level::warn, {.peer = from},
-            "a connection of {} is refused: {}; {} are open ({} such lines left out before)", from, why,
-            records_.size(), left_out);
+  telemetry::log(spdlog::level::warn, {.peer = from},
+                 "a connection of {} is refused: {}; {} are open ({} such lines left out before)", from, why,
+                 records_.size(), left_out);
 }
 
 // ---------------------------------------------------------------- what becomes of them
@@ -206,9 +206,10 @@ void Connections::sweep_some(std::size_t count, Clock::time_point now) {
       const auto [write, left_out] = endings_.count();
       const std::string from = record->peer.to_string();
       if (write) {
-        wire::log(spdlog::level::warn, {.peer = from},
-                  "a connection of {} is closed: no call came in {:.0f} s ({} such lines left out before)",
-                  from, seconds(now - record->since), left_out);
+        telemetry::log(
+            spdlog::level::warn, {.peer = from},
+            "a connection of {} is closed: no call came in {:.0f} s ({} such lines left out before)", from,
+            seconds(now - record->since), left_out);
       }
       close(*record);
     }
@@ -221,7 +222,7 @@ void Connections::forget(Records::iterator record) {
     const auto [write, left_out] = endings_.count();
     const std::string from = record->peer.to_string();
     if (write) {
-      wire::log(
+      telemetry::log(
           spdlog::level::info, {.peer = from},
           "a connection of {} ended before any call: a failed handshake, or no program of Tessera's ({} such "
           "lines left out before)",

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "wire/line_limit.h"
+#include "telemetry/line_limit.h"
 
 namespace tessera::server {
 
@@ -117,7 +117,7 @@ class Connections {
   std::unordered_multimap<Peer, Records::iterator, Hash> by_peer_;
   std::atomic<std::size_t> open_ = 0, silent_count_ = 0;
   std::atomic<std::uint64_t> refused_ = 0, closed_ = 0;
-  wire::LineLimit refusals_, endings_;
+  telemetry::LineLimit refusals_, endings_;
 };
 
 }  // namespace tessera::server

@@ -14,7 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "net/free_memory.h"
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -83,14 +83,14 @@ int open_spare() { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
 
 }  // namespace
 
-Listener::Listener(wire::HostPort address, Connections& connections, Connections::Port kind)
+Listener::Listener(base::HostPort address, Connections& connections, Connections::Port kind)
     : address_(std::move(address)),
       connections_(connections),
       kind_(kind),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       spare_(open_spare()) {}
 
-absl::StatusOr<std::unique_ptr<Listener>> Listener::open(const wire::HostPort& address,
+absl::StatusOr<std::unique_ptr<Listener>> Listener::open(const base::HostPort& address,
                                                          Connections& connections, Connections::Port kind) {
   std::unique_ptr<Listener> listener{new Listener{address, connections, kind}};
   if (absl::Status status = listener->listen(); !status.ok()) return status;

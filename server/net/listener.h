@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/address.h"
 #include "net/connections.h"
-#include "wire/address.h"
 
 namespace grpc::experimental {
 class ExternalConnectionAcceptor;
@@ -26,7 +26,7 @@ class Listener {
 
   /// Unavailable where the address is not one of this machine, or in use. `connections` must outlive the
   /// listener.
-  static absl::StatusOr<std::unique_ptr<Listener>> open(const wire::HostPort& address,
+  static absl::StatusOr<std::unique_ptr<Listener>> open(const base::HostPort& address,
                                                         Connections& connections, Connections::Port kind);
   /// Stops, as stop() does.
   ~Listener();
@@ -39,7 +39,7 @@ class Listener {
   void stop();
 
  private:
-  Listener(wire::HostPort address, Connections& connections, Connections::Port kind);
+  Listener(base::HostPort address, Connections& connections, Connections::Port kind);
 
   absl::Status listen();
   void run();
@@ -49,14 +49,14 @@ class Listener {
   void hand_over(int connection, int socket);
   void close_sockets();
 
-  wire::HostPort address_;  // with the port that was taken
+  base::HostPort address_;  // with the port that was taken
   Connections& connections_;
   const Connections::Port kind_;
   Acceptor acceptor_;
   std::vector<int> sockets_;
   int wake_ = -1;   // an eventfd
   int spare_ = -1;  // given up to accept, and close, what comes when there is no other descriptor
-  wire::LineLimit exhausted_;
+  telemetry::LineLimit exhausted_;
   std::atomic<bool> broken_ = false, stopping_ = false;
   std::thread thread_;
 };

@@ -8,10 +8,10 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/nearest_name.h"
 #include "scheduler/identity.h"
 #include "scheduler/scheduler.h"
 #include "wire/digest.h"
-#include "wire/nearest_name.h"
 
 namespace tessera::server {
 namespace {
@@ -316,7 +316,7 @@ absl::Status Scheduler::trust_host(const std::string& text) {
       names.push_back(worker.info.host.substr(0, worker.info.host.find('@')));
     for (const auto& [subject, why] : distrusted_) names.push_back(short_name(subject));
     return absl::NotFoundError(
-        absl::StrCat("no host \"", text, "\" is known", wire::did_you_mean(text, names)));
+        absl::StrCat("no host \"", text, "\" is known", base::did_you_mean(text, names)));
   }
   distrusted_.erase(meant.front());
   record(FarmEvent::Kind::kTrusted, "").host = meant.front();

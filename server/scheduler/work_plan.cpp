@@ -9,8 +9,8 @@
 #include "absl/strings/str_cat.h"
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
-#include "wire/noise.h"
 #include "wire/tile_result.h"
 
 namespace tessera::server {

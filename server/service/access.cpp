@@ -9,8 +9,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "wire/line_limit.h"
-#include "wire/log.h"
+#include "telemetry/line_limit.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -64,7 +64,7 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
     }
     const std::string who = caller.role ? absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")")
                                         : absl::StrCat("'", caller.user, "' (a certificate without a role)");
-    wire::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
+    telemetry::log(spdlog::level::warn, {.user = caller.user}, "refused: {} called {}", who, method);
     return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat(method, " is not for ", who)};
   }
 
@@ -72,9 +72,9 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
   grpc::Status refuse_expelled(const Caller& caller, const std::string& method) {
     const std::string who = absl::StrCat("'", caller.user, "' (", to_string(*caller.role), ")");
     if (const auto [write, left_out] = expelled_calls_.count(); write) {
-      wire::log(spdlog::level::warn, {.user = caller.user},
-                "refused: {}, who is expelled, called {} ({} such lines left out before)", who, method,
-                left_out);
+      telemetry::log(spdlog::level::warn, {.user = caller.user},
+                     "refused: {}, who is expelled, called {} ({} such lines left out before)", who, method,
+                     left_out);
     }
     return {grpc::StatusCode::PERMISSION_DENIED,
             absl::StrCat(who,
@@ -84,7 +84,7 @@ class AccessByRole final : public grpc::AuthMetadataProcessor {
 
   const std::shared_ptr<const Expelled> expelled_;
   const std::shared_ptr<Members> members_;
-  wire::LineLimit expelled_calls_;  // a machine that was taken over may call as often as it likes
+  telemetry::LineLimit expelled_calls_;  // a machine that was taken over may call as often as it likes
 };
 
 class AccessToJoining final : public grpc::AuthMetadataProcessor {
@@ -103,7 +103,7 @@ class AccessToJoining final : public grpc::AuthMetadataProcessor {
   }
 
  private:
-  wire::LineLimit limit_;  // whoever reaches the port may call
+  telemetry::LineLimit limit_;  // whoever reaches the port may call
 };
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
-#include "wire/status.h"
+#include "transport/status.h"
 
 namespace tessera::server {
 
 inline grpc::ServerUnaryReactor* answer(grpc::ServerUnaryReactor* reactor, const absl::Status& status) {
-  reactor->Finish(wire::to_grpc(status));
+  reactor->Finish(transport::to_grpc(status));
   return reactor;
 }
 

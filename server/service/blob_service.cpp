@@ -4,9 +4,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "service/answer.h"
+#include "transport/status.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
-#include "wire/status.h"
 
 namespace tessera::server {
 namespace {
@@ -35,18 +35,18 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
 
  private:
   void start(BlobStore& blobs, const v1::DownloadRequest& request) {
-    if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(wire::to_grpc(status));
+    if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(transport::to_grpc(status));
     if (absl::Status status = check_digest(request.blob()); !status.ok())
-      return Finish(wire::to_grpc(status));
+      return Finish(transport::to_grpc(status));
     const std::string& digest = request.blob().digest();
     if (request.doubted()) {
       if (absl::Status status = drop_if_damaged(blobs, digest); !status.ok()) {
         spdlog::error("{}", std::string(status.message()));
-        return Finish(wire::to_grpc(status));
+        return Finish(transport::to_grpc(status));
       }
     }
     auto reader = blobs.read(digest);
-    if (!reader.ok()) return Finish(wire::to_grpc(reader.status()));
+    if (!reader.ok()) return Finish(transport::to_grpc(reader.status()));
     reader_ = *std::move(reader);
     send_chunk();
   }
@@ -54,7 +54,7 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
   void send_chunk() {
     if (offset_ >= reader_->size()) return Finish(grpc::Status::OK);
     absl::StatusOr<std::string> bytes = reader_->read(offset_, wire::kBlobChunkBytes);
-    if (!bytes.ok()) return Finish(wire::to_grpc(bytes.status()));
+    if (!bytes.ok()) return Finish(transport::to_grpc(bytes.status()));
     offset_ += bytes->size();
     message_.set_data(*std::move(bytes));
     stream_.begin_message();

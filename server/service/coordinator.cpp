@@ -7,14 +7,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/address.h"
 #include "net/connection_calls.h"
 #include "net/descriptors.h"
 #include "service/access.h"
 #include "service/coordinator_impl.h"
 #include "tls/own_certificate.h"
-#include "wire/address.h"
+#include "transport/tls.h"
 #include "wire/limits.h"
-#include "wire/tls.h"
 
 namespace tessera::server {
 namespace {
@@ -29,17 +29,17 @@ constexpr std::size_t kBytesPerConnection = std::size_t{32} << 10;
 using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
-    const wire::HostPort& address, const CoordinatorOptions& options,
+    const base::HostPort& address, const CoordinatorOptions& options,
     std::shared_ptr<const Expelled> expelled, std::shared_ptr<Members> members) {
   if (options.certificates.empty()) {
-    if (absl::Status s = wire::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
+    if (absl::Status s = base::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
     return grpc::InsecureServerCredentials();
   }
-  if (absl::Status s = wire::check_certificates(options.certificates); !s.ok()) {
+  if (absl::Status s = transport::check_certificates(options.certificates); !s.ok()) {
     return absl::InvalidArgumentError(s.message());
   }
   if (absl::Status s = check_own_certificate(options.certificates); !s.ok()) return s;
-  auto credentials = wire::server_credentials(options.certificates, options.certificate_interval);
+  auto credentials = transport::server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled), std::move(members)));
   return credentials;
 }
@@ -123,7 +123,7 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
   if (absl::Status s = check_private_key(options.join_authority); !s.ok()) return s;
   std::string address = options.join_listen;
   if (address.empty()) {
-    absl::StatusOr<wire::HostPort> beside = wire::parse_host_port(options.listen);
+    absl::StatusOr<base::HostPort> beside = base::parse_host_port(options.listen);
     if (!beside.ok()) return beside.status();
     if (beside->port != 0) ++beside->port;
     address = beside->to_string();
@@ -142,7 +142,7 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
 
 absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const CoordinatorOptions& options,
                                                                 grpc::ServerBuilder& builder) {
-  const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.listen);
+  const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.listen);
   if (!address.ok()) return address.status();
   const auto credentials = credentials_for(*address, options, expelled, members);
   if (!credentials.ok()) return credentials.status();
@@ -217,8 +217,8 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   std::vector<std::shared_ptr<prometheus::Collectable>> sources{farm->metrics().collectable(),
                                                                 farm_gauges(*farm), stream_counter(*streams)};
   if (connections) sources.push_back(connection_metrics(*connections));
-  absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serving =
-      wire::MetricsServer::start(options.metrics, std::move(sources));
+  absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> serving =
+      telemetry::MetricsServer::start(options.metrics, std::move(sources));
   if (serving.ok()) metrics = *std::move(serving);
   return serving.status();
 }

@@ -28,8 +28,8 @@ struct CoordinatorOptions {
   /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data
   /// directory, or in memory.
   std::shared_ptr<BlobStore> blobs;
-  /// Certificates of a server (wire/tls.h), whose renewal is noticed; empty: no encryption, and everybody may
-  /// do everything.
+  /// Certificates of a server (transport/tls.h), whose renewal is noticed; empty: no encryption, and
+  /// everybody may do everything.
   std::string certificates = {};
   std::chrono::seconds certificate_interval{10};
   /// Folder with the key of the authority that the certificates are of, with which workers join; empty: none

@@ -23,7 +23,7 @@
 #include "store/blob_store.h"
 #include "store/data_dir.h"
 #include "store/journal.h"
-#include "wire/metrics_server.h"
+#include "telemetry/metrics_server.h"
 
 namespace tessera::server {
 
@@ -55,7 +55,7 @@ struct Coordinator::Impl {
   std::unique_ptr<HealthServer> health;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Listener> listener;
-  std::unique_ptr<wire::MetricsServer> metrics;
+  std::unique_ptr<telemetry::MetricsServer> metrics;
 
   std::mutex mutex;
   std::condition_variable changed;

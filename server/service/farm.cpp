@@ -9,9 +9,9 @@
 #include "scheduler/identity.h"
 #include "service/identifier.h"
 #include "service/journal_events.h"
+#include "telemetry/log.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
-#include "wire/log.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30,
                         kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
 
-wire::LogFields fields_of(const JobEntry& entry) {
+telemetry::LogFields fields_of(const JobEntry& entry) {
   return {.job = entry.id, .user = entry.shape->spec.user()};
 }
 
@@ -93,26 +93,26 @@ absl::Status Farm::recover(JobRecord record) {
   JobEntry& entry = jobs_.add(*std::move(made));
   if (entry.past) {
     if (record.whole_results < record.result_count) {
-      wire::log(spdlog::level::err, fields_of(entry), "job {}: its result file is missing or too short; {}",
-                entry.id,
-                entry.past->state == v1::DONE ? "what is lost is rendered again when somebody fetches it"
-                                              : "what is lost cannot be fetched");
+      telemetry::log(spdlog::level::err, fields_of(entry),
+                     "job {}: its result file is missing or too short; {}", entry.id,
+                     entry.past->state == v1::DONE ? "what is lost is rendered again when somebody fetches it"
+                                                   : "what is lost cannot be fetched");
     }
     return absl::OkStatus();
   }
 
   absl::Status status = restore_job(scheduler_, request_of(entry), record);
   if (record.whole_results < record.result_count) {
-    wire::log(spdlog::level::err, fields_of(entry),
-              "job {}: {} results are lost, for their file is too short; their units are done again",
-              entry.id, record.result_count - record.whole_results);
+    telemetry::log(spdlog::level::err, fields_of(entry),
+                   "job {}: {} results are lost, for their file is too short; their units are done again",
+                   entry.id, record.result_count - record.whole_results);
   }
   for (std::uint64_t sequence = record.whole_results + 1; status.ok() && sequence <= record.result_count;
        ++sequence) {
     status.Update(do_again(entry, sequence, absl::DataLossError("its result is not on the disk any more")));
   }
-  wire::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
-            scheduler_.job(entry.id)->units_done, entry.shape->plan->unit_count());
+  telemetry::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
+                 scheduler_.job(entry.id)->units_done, entry.shape->plan->unit_count());
   return status;
 }
 
@@ -136,8 +136,8 @@ JobView Farm::view_of(const JobEntry& entry) const {
 
 void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (event.kind == FarmEvent::Kind::kDistrusted) {
-    wire::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}",
-              short_name(event.host), event.text);
+    telemetry::log(spdlog::level::err, {.host = event.host}, "host {} is in quarantine: {}",
+                   short_name(event.host), event.text);
     for (const auto& entry : jobs_.all()) note_distrusted(*entry, event.host);
   }
   JobEntry* const entry = event.job.empty() ? nullptr : jobs_.find(event.job);
@@ -146,9 +146,9 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
     case FarmEvent::Kind::kEnded:
       entry->finished_unix_ms = unix_milliseconds();
       shown.push_back({.job = event.job, .results = 0, .end = true, .times_reopened = entry->times_reopened});
-      wire::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
-                v1::JobState_Name(static_cast<v1::JobState>(event.value)), event.text.empty() ? "" : ": ",
-                event.text);
+      telemetry::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
+                     v1::JobState_Name(static_cast<v1::JobState>(event.value)),
+                     event.text.empty() ? "" : ": ", event.text);
       return;
     case FarmEvent::Kind::kBound:
       ++entry->bounds_under_way;
@@ -173,7 +173,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       return;
     }
     case FarmEvent::Kind::kNote:
-      wire::log(spdlog::level::warn, fields_of(*entry), "job {}: {}", event.job, event.text);
+      telemetry::log(spdlog::level::warn, fields_of(*entry), "job {}: {}", event.job, event.text);
       return;
     default:
       return;
@@ -187,8 +187,8 @@ void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
   if (units == 0) return;
   // All results of an open job are revoked, and rendered again.
   if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
-  wire::log(spdlog::level::err, {.job = entry.id, .host = subject, .user = entry.shape->spec.user()},
-            "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));
+  telemetry::log(spdlog::level::err, {.job = entry.id, .host = subject, .user = entry.shape->spec.user()},
+                 "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));
 }
 
 void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done) {
@@ -355,9 +355,9 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
                              .submitted_unix_ms = entry.submitted_unix_ms,
                              .uploaded_bytes = entry.uploaded_bytes});
   if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
-  wire::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units",
-            entry.id, spec.name(), spec.width(), spec.height(), spec.settings().spp(),
-            entry.shape->plan->unit_count());
+  telemetry::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units",
+                 entry.id, spec.name(), spec.width(), spec.height(), spec.settings().spp(),
+                 entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
   const auto has_blob = [this](const std::string& digest) { return blobs_.query(digest).complete; };
@@ -376,8 +376,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
     entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
   }
   if (entry.units > 0) {
-    wire::log(spdlog::level::info, fields_of(entry), "job {}: {} units are taken over from job {}", entry.id,
-              entry.units, donor->record.added.id);
+    telemetry::log(spdlog::level::info, fields_of(entry), "job {}: {} units are taken over from job {}",
+                   entry.id, entry.units, donor->record.added.id);
   }
   return entries;
 }

@@ -8,8 +8,8 @@
 #include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/journal_events.h"
+#include "telemetry/log.h"
 #include "wire/limits.h"
-#include "wire/log.h"
 #include "wire/tile_result.h"
 
 namespace tessera::server {
@@ -147,8 +147,8 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
   if (!(*entry)->durable_end) {
     return done(absl::FailedPreconditionError(absl::StrCat("job ", id, " is not over: cancel it first")));
   }
-  wire::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()},
-            "job {} is deleted on request", id);
+  telemetry::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()},
+                 "job {} is deleted on request", id);
   forget(id, std::move(done));
 }
 
@@ -381,7 +381,7 @@ void Farm::prune() {
     old.push_back(entry->id);
   }
   for (const std::string& id : old) {
-    wire::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
+    telemetry::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
     forget(id, [](const absl::Status&) {});
   }
   if (now() >= no_collection_before_ && (!old.empty() || now() >= next_collection_)) collect_blobs();

@@ -8,7 +8,7 @@
 #include "service/access.h"
 #include "service/answer.h"
 #include "service/watch_reactor.h"
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -18,7 +18,7 @@ Caller caller(const grpc::CallbackServerContext& context) { return caller_of(con
 /// The answer to a watcher that may not watch.
 class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
  public:
-  explicit RefusedWatch(const absl::Status& why) { Finish(wire::to_grpc(why)); }
+  explicit RefusedWatch(const absl::Status& why) { Finish(transport::to_grpc(why)); }
   void OnDone() override { delete this; }
 };
 
@@ -31,8 +31,8 @@ absl::Status FarmService::check_access(const grpc::CallbackServerContext& contex
   const absl::StatusOr<std::string> owner = farm_.owner_of(job);
   if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
   const std::string peer = context.peer();
-  wire::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer},
-            "refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
+  telemetry::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer},
+                 "refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
   return absl::PermissionDeniedError(absl::StrCat("job ", job, " belongs to another user"));
 }
 
@@ -139,8 +139,8 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
       joining_->make_token(std::chrono::seconds{request->lifetime().seconds()}, request->uses());
   if (token.ok()) {
     const std::string user = caller(*context).user;
-    wire::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user,
-              request->uses(), request->lifetime().seconds());
+    telemetry::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user,
+                   request->uses(), request->lifetime().seconds());
     response->set_token(*std::move(token));
   }
   return answer(reactor, token.status());
@@ -158,8 +158,8 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
   const std::string& name = request.name();
   if (request.undo()) {
     if (absl::Status status = expelled_.readmit(*role, name); !status.ok()) return status;
-    wire::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user,
-              request.role(), name);
+    telemetry::log(spdlog::level::warn, {.user = who.user}, "'{}' lets {} '{}' come back", who.user,
+                   request.role(), name);
     return v1::ExpelResponse{};
   }
   absl::Status known = check_member_name(name);
@@ -173,7 +173,8 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
     until = *own - std::chrono::seconds{1};
   }
   if (absl::Status s = expelled_.expel(*role, name, until); !s.ok()) return s;
-  wire::log(spdlog::level::warn, {.user = who.user}, "'{}' expelled {} '{}'", who.user, request.role(), name);
+  telemetry::log(spdlog::level::warn, {.user = who.user}, "'{}' expelled {} '{}'", who.user, request.role(),
+                 name);
   streams_.cut_off(*role, name);
   v1::ExpelResponse response;
   if (role != Role::kWorker) return response;

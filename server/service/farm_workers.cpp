@@ -5,14 +5,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/printable.h"
 #include "scheduler/identity.h"
 #include "service/farm.h"
 #include "service/identifier.h"
 #include "service/result_check.h"
+#include "telemetry/log.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
-#include "wire/log.h"
-#include "wire/printable.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -72,7 +72,7 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
   if (request.name().empty() && request.host().empty()) {
     return absl::InvalidArgumentError("a worker has a name, or says on which host it is");
   }
-  const auto is_plain = [](const std::string& name) { return wire::printable(name) == name; };
+  const auto is_plain = [](const std::string& name) { return base::printable(name) == name; };
   if (!is_plain(request.name()) || !is_plain(request.host()) ||
       !std::all_of(request.tags().begin(), request.tags().end(), is_plain)) {
     return absl::InvalidArgumentError("the name, the host or a tag has a control character");
@@ -99,10 +99,11 @@ class Served {
 void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
                absl::string_view text) {
   const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
-  wire::log(level,
-            {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
-            "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(),
-            std::string(text));
+  telemetry::log(
+      level,
+      {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
+      "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(),
+      std::string(text));
 }
 
 std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
@@ -119,8 +120,8 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
   if (absl::Status status = check_serving(); !status.ok()) return status;
   if (absl::Status status = check_registration(request); !status.ok()) {
     const std::string name = request.name().substr(0, kMaxNameBytes);
-    wire::log(spdlog::level::warn, {.worker = name, .peer = origin.peer}, "worker {} refused: {}", name,
-              std::string(status.message()));
+    telemetry::log(spdlog::level::warn, {.worker = name, .peer = origin.peer}, "worker {} refused: {}", name,
+                   std::string(status.message()));
     return status;
   }
   v1::RegisterResponse response;
@@ -144,10 +145,11 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
       now());
   if (!status.ok()) return status;
   registrations_[response.worker_id()] = origin.account;
-  wire::log(spdlog::level::info,
-            {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
-            "worker {} ({}, {} threads) registered as {}", request.name(),
-            absl::StrJoin(request.arithmetic_classes(), " "), request.threads(), response.worker_id());
+  telemetry::log(
+      spdlog::level::info,
+      {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
+      "worker {} ({}, {} threads) registered as {}", request.name(),
+      absl::StrJoin(request.arithmetic_classes(), " "), request.threads(), response.worker_id());
   return response;
 }
 
@@ -318,7 +320,7 @@ absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
     if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
     registrations_.erase(worker);
   }
-  wire::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
+  telemetry::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
   dispatcher_.notify_work();
   return absl::OkStatus();
 }
@@ -332,9 +334,10 @@ std::uint32_t Farm::expel(const std::string& certificate) {
       if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
       registrations_.erase(info.id);
       ++expelled;
-      wire::log(spdlog::level::warn,
-                {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
-                "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id, worker.leases);
+      telemetry::log(spdlog::level::warn,
+                     {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
+                     "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id,
+                     worker.leases);
     }
   }
   dispatcher_.notify_work();
@@ -347,8 +350,8 @@ void Farm::tick() {
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) {
     registrations_.erase(worker.id);
-    wire::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host}, "worker {} ({}) was lost",
-              worker.name, worker.id);
+    telemetry::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host},
+                   "worker {} ({}) was lost", worker.name, worker.id);
   }
   metrics_.lost(expiry.lost_leases);
   if (expiry.lost_leases > 0)

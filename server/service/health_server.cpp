@@ -5,13 +5,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "wire/address.h"
+#include "base/address.h"
 
 namespace tessera::server {
 
 absl::StatusOr<std::unique_ptr<HealthServer>> HealthServer::start(const std::string& address,
                                                                   Connections& connections) {
-  const absl::StatusOr<wire::HostPort> parsed = wire::parse_host_port(address);
+  const absl::StatusOr<base::HostPort> parsed = base::parse_host_port(address);
   if (!parsed.ok()) return parsed.status();
   auto health = std::unique_ptr<HealthServer>(new HealthServer);
   grpc::EnableDefaultHealthCheckService(true);

@@ -3,12 +3,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/address.h"
 #include "service/access.h"
 #include "service/answer.h"
-#include "wire/address.h"
-#include "wire/join_token.h"
-#include "wire/log.h"
-#include "wire/tls.h"
+#include "telemetry/log.h"
+#include "transport/join_token.h"
+#include "transport/tls.h"
 
 namespace tessera::server {
 namespace {
@@ -60,7 +60,7 @@ JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::function<voi
 
 absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options,
                                                               Connections& connections) {
-  const absl::StatusOr<wire::HostPort> address = wire::parse_host_port(options.address);
+  const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.address);
   if (!address.ok()) return address.status();
   absl::StatusOr<Authority> authority = Authority::open_existing(options.authority);
   if (!authority.ok()) return authority.status();
@@ -73,7 +73,8 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
 
   std::unique_ptr<JoinServer> server{
       new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
-  const auto credentials = wire::open_server_credentials(options.certificates, options.certificate_interval);
+  const auto credentials =
+      transport::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
   grpc::ServerBuilder builder;
   builder.RegisterService(server->service_.get());
@@ -102,9 +103,9 @@ JoinServer::~JoinServer() {
 absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, std::uint32_t uses) {
   absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
   if (!secret.ok()) return secret.status();
-  return wire::JoinToken{.port = static_cast<std::uint16_t>(port()),
-                         .authority_digest = authority_.digest(),
-                         .secret = *std::move(secret)}
+  return transport::JoinToken{.port = static_cast<std::uint16_t>(port()),
+                              .authority_digest = authority_.digest(),
+                              .secret = *std::move(secret)}
       .to_string();
 }
 
@@ -119,15 +120,15 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
                          now - kClockSlack, now + kCertificateLife);
   if (!certificate.ok()) return certificate.status();
   const absl::Status redeemed = tokens_.redeem(request.secret(), request.name(), address_of(peer), now);
-  const wire::LogFields fields{.worker = request.name(), .peer = peer};
+  const telemetry::LogFields fields{.worker = request.name(), .peer = peer};
   if (redeemed.ok()) {
-    wire::log(spdlog::level::info, fields, "worker {} joined the farm", request.name());
+    telemetry::log(spdlog::level::info, fields, "worker {} joined the farm", request.name());
     joined_(request.name());
     return certificate;
   }
   if (absl::IsResourceExhausted(redeemed)) return redeemed;  // the lines before this one tell enough
-  wire::log(spdlog::level::warn, fields, "worker {} may not join: {}", request.name(),
-            std::string(redeemed.message()));
+  telemetry::log(spdlog::level::warn, fields, "worker {} may not join: {}", request.name(),
+                 std::string(redeemed.message()));
   if (absl::IsPermissionDenied(redeemed)) {
     return absl::PermissionDeniedError("the join token is not valid: wrong, expired, or used up");
   }

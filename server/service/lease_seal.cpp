@@ -11,8 +11,8 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "base/private_file.h"
 #include "wire/digest.h"
-#include "wire/private_file.h"
 
 namespace tessera::server {
 namespace {
@@ -48,7 +48,7 @@ absl::StatusOr<std::shared_ptr<const LeaseSeal>> LeaseSeal::open(const std::file
   }
   if (!file.empty()) {
     const std::string text = absl::StrCat(absl::BytesToHexString(key), "\n");
-    if (absl::Status status = wire::replace_file(file, 0600, text); !status.ok()) return status;
+    if (absl::Status status = base::replace_file(file, 0600, text); !status.ok()) return status;
   }
   return std::shared_ptr<const LeaseSeal>(new LeaseSeal(std::move(key)));
 }

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "wire/log.h"
-#include "wire/private_file.h"
+#include "base/private_file.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -59,7 +59,7 @@ std::string LivedTime::to_text() const {
 }
 
 absl::Status LivedTime::save(const std::filesystem::path& file, const std::string& text) {
-  return file.empty() ? absl::OkStatus() : wire::replace_file(file, 0600, text);
+  return file.empty() ? absl::OkStatus() : base::replace_file(file, 0600, text);
 }
 
 }  // namespace tessera::server

@@ -12,7 +12,7 @@
 #include "net/connections.h"
 #include "service/farm.h"
 #include "service/open_streams.h"
-#include "wire/metrics.h"
+#include "telemetry/metrics.h"
 
 namespace tessera::server {
 namespace {
@@ -30,7 +30,7 @@ prometheus::Counter& counter(prometheus::Registry& registry, const char* name, c
 }
 
 /// Read anew at each call.
-wire::ReadFamily gauge(const char* name, const char* help, const char* label) {
+telemetry::ReadFamily gauge(const char* name, const char* help, const char* label) {
   return {prometheus::MetricType::Gauge, name, help, label};
 }
 
@@ -39,8 +39,9 @@ class FarmGauges final : public prometheus::Collectable {
   explicit FarmGauges(Farm& farm) : farm_(farm) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
-    wire::ReadFamily jobs = gauge("tessera_jobs", "Jobs, by state", "state");
-    wire::ReadFamily units = gauge("tessera_units", "Units of jobs that are not over, by state", "state");
+    telemetry::ReadFamily jobs = gauge("tessera_jobs", "Jobs, by state", "state");
+    telemetry::ReadFamily units =
+        gauge("tessera_units", "Units of jobs that are not over, by state", "state");
     units["waiting"] = units["leased"] = units["done"] = units["set_aside"] = 0;
     const v1::ListJobsResponse all_jobs = farm_.list_jobs();
     for (const v1::JobStatus& job : all_jobs.jobs()) {
@@ -51,9 +52,9 @@ class FarmGauges final : public prometheus::Collectable {
       units["set_aside"] += job.units_set_aside();
       units["waiting"] += job.units_total() - job.units_leased() - job.units_done() - job.units_set_aside();
     }
-    wire::ReadFamily workers = gauge("tessera_workers", "Workers that are connected, by state", "state");
+    telemetry::ReadFamily workers = gauge("tessera_workers", "Workers that are connected, by state", "state");
     workers["working"] = workers["idle"] = workers["draining"] = workers["quarantine"] = 0;
-    wire::ReadFamily threads =
+    telemetry::ReadFamily threads =
         gauge("tessera_worker_threads", "Threads of the workers that are connected, by kernel ISA", "isa");
     const v1::ListWorkersResponse all_workers = farm_.list_workers();
     for (const v1::WorkerStatus& worker : all_workers.workers()) {
@@ -64,7 +65,7 @@ class FarmGauges final : public prometheus::Collectable {
       threads[worker.isa()] += worker.threads();
     }
     std::vector<prometheus::MetricFamily> families;
-    for (wire::ReadFamily* read : {&jobs, &units, &workers, &threads})
+    for (telemetry::ReadFamily* read : {&jobs, &units, &workers, &threads})
       families.push_back(std::move(*read).family());
     return families;
   }
@@ -78,8 +79,8 @@ class StreamCounter final : public prometheus::Collectable {
   explicit StreamCounter(const OpenStreams& streams) : streams_(streams) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
-    wire::ReadFamily cut{prometheus::MetricType::Counter, "tessera_cut_streams_total",
-                         "Streams that were cut off because their other end took, or sent, nothing"};
+    telemetry::ReadFamily cut{prometheus::MetricType::Counter, "tessera_cut_streams_total",
+                              "Streams that were cut off because their other end took, or sent, nothing"};
     cut[""] = static_cast<double>(streams_.cut_count());
     return {std::move(cut).family()};
   }
@@ -93,13 +94,14 @@ class ConnectionMetrics final : public prometheus::Collectable {
   explicit ConnectionMetrics(const Connections& connections) : connections_(connections) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
-    wire::ReadFamily open =
+    telemetry::ReadFamily open =
         gauge("tessera_connections", "Connections, by whether a call has come on them", "state");
     const std::size_t silent = connections_.silent(), all = connections_.open();
     open["silent"] = static_cast<double>(silent);
     open["called"] = static_cast<double>(all - std::min(all, silent));
-    wire::ReadFamily ended{prometheus::MetricType::Counter, "tessera_ended_connections_total",
-                           "Connections that the coordinator refused, or closed because no call came", "why"};
+    telemetry::ReadFamily ended{prometheus::MetricType::Counter, "tessera_ended_connections_total",
+                                "Connections that the coordinator refused, or closed because no call came",
+                                "why"};
     ended["refused"] = static_cast<double>(connections_.refused());
     ended["silent"] = static_cast<double>(connections_.closed());
     return {std::move(open).family(), std::move(ended).family()};
@@ -134,7 +136,7 @@ struct FarmMetrics::Series {
           .Name("tessera_unit_seconds")
           .Help("Time that workers took for the units whose results were accepted")
           .Register(*registry)
-          .Add({}, wire::kUnitSecondsBuckets);
+          .Add({}, telemetry::kUnitSecondsBuckets);
   prometheus::Histogram& commit_seconds = prometheus::BuildHistogram()
                                               .Name("tessera_commit_seconds")
                                               .Help("Time from a change to its being durable")

@@ -1,6 +1,6 @@
 #include "service/open_streams.h"
 
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {
@@ -39,10 +39,11 @@ void OpenStreams::cut_stalled(Clock::time_point now) {
     const auto [write, left_out] = lines_.count();
     if (!write) continue;
     const std::string peer = stream->context_->peer();
-    wire::log(spdlog::level::warn, {.user = stream->caller_.user, .peer = peer},
-              "cut off: the other end of a stream ({}) let a message wait for {:.1f} s ({} such lines left "
-              "out before)",
-              stream->kind_, std::chrono::duration<double>(now.time_since_epoch() - since).count(), left_out);
+    telemetry::log(
+        spdlog::level::warn, {.user = stream->caller_.user, .peer = peer},
+        "cut off: the other end of a stream ({}) let a message wait for {:.1f} s ({} such lines left "
+        "out before)",
+        stream->kind_, std::chrono::duration<double>(now.time_since_epoch() - since).count(), left_out);
   }
 }
 

@@ -12,7 +12,7 @@
 
 #include "service/access.h"
 #include "service/accounts.h"
-#include "wire/line_limit.h"
+#include "telemetry/line_limit.h"
 
 namespace tessera::server {
 
@@ -72,7 +72,7 @@ class OpenStreams {
   std::list<Stream*> streams_;
   Clock::time_point next_look_{};
   std::atomic<std::uint64_t> cut_ = 0;
-  wire::LineLimit lines_;
+  telemetry::LineLimit lines_;
 };
 
 }  // namespace tessera::server

@@ -9,6 +9,7 @@
 #include "scheduler/work_plan.h"
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
 
 namespace tessera::server {

@@ -4,8 +4,8 @@
 
 #include "service/access.h"
 #include "service/blob_upload.h"
-#include "wire/log.h"
-#include "wire/status.h"
+#include "telemetry/log.h"
+#include "transport/status.h"
 
 namespace tessera::server {
 namespace {
@@ -45,7 +45,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
     response_->set_received_bytes(upload_->received_bytes());
     // Stored parts are found by the next call as soon as the client has the answer.
     upload_.reset();
-    Finish(wire::to_grpc(status));
+    Finish(transport::to_grpc(status));
   }
 
   absl::Status finish() {
@@ -59,9 +59,9 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
     if (!write) return;
     const std::string user = caller_of(context_->auth_context().get()).user;
     const std::string peer = context_->peer();
-    wire::log(spdlog::level::warn, {.user = user, .peer = peer},
-              "an upload of {} is refused: {} ({} such lines left out before)", upload_->digest(),
-              std::string(why.message()), left_out);
+    telemetry::log(spdlog::level::warn, {.user = user, .peer = peer},
+                   "an upload of {} is refused: {} ({} such lines left out before)", upload_->digest(),
+                   std::string(why.message()), left_out);
   }
 
   Uploads& uploads_;

@@ -8,8 +8,8 @@
 
 #include "service/open_streams.h"
 #include "store/blob_store.h"
+#include "telemetry/line_limit.h"
 #include "tessera/v1/blob.pb.h"
-#include "wire/line_limit.h"
 
 namespace tessera::server {
 
@@ -20,7 +20,7 @@ struct Uploads {
   /// Told of each that ended well: digest, and bytes that the call brought.
   using Done = std::function<void(const std::string&, std::uint64_t)>;
   Done done;
-  wire::LineLimit refusals = {};  // of lines about uploads that there was no room for
+  telemetry::LineLimit refusals = {};  // of lines about uploads that there was no room for
 };
 
 /// Deletes itself when the call is over. What came before a break stays stored.

@@ -8,8 +8,8 @@
 #include "store/checksum.h"
 #include "store/sqlite_journal.h"
 #include "store/sqlite_status.h"
+#include "telemetry/log.h"
 #include "tessera/v1/job.pb.h"
-#include "wire/log.h"
 
 namespace tessera::server {
 namespace {

@@ -8,7 +8,7 @@
 #include "store/log_recovery.h"
 #include "store/sqlite_journal.h"
 #include "store/sqlite_status.h"
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::server {
 namespace {

@@ -13,10 +13,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "wire/freer.h"
-#include "wire/private_file.h"
-#include "wire/tls.h"
-#include "wire/x509.h"
+#include "base/freer.h"
+#include "base/private_file.h"
+#include "transport/tls.h"
+#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -27,8 +27,8 @@ using Clock = std::chrono::system_clock;
 constexpr std::chrono::hours kDay{24};
 constexpr auto kAuthorityLife = 3650 * kDay;
 
-using wire::Certificate;
-using wire::Key;
+using transport::Certificate;
+using transport::Key;
 
 absl::Status openssl_error(const std::string& what) {
   std::array<char, 256> reason{};
@@ -38,11 +38,11 @@ absl::Status openssl_error(const std::string& what) {
 }
 
 absl::Status write_key(EVP_PKEY* key, const fs::path& folder) {
-  return wire::replace_file(folder / wire::kKeyFile, 0600, wire::to_pem(key));
+  return base::replace_file(folder / transport::kKeyFile, 0600, transport::to_pem(key));
 }
 
 absl::Status write_certificate(X509* certificate, const fs::path& path) {
-  return wire::replace_file(path, 0644, wire::to_pem(certificate));
+  return base::replace_file(path, 0644, transport::to_pem(certificate));
 }
 
 absl::StatusOr<std::string> read_file(const fs::path& path) {
@@ -56,13 +56,13 @@ bool add_extension(X509* certificate, X509* issuer, int kind, const std::string&
   X509V3_CTX context;
   X509V3_set_ctx_nodb(&context);
   X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
-  const std::unique_ptr<X509_EXTENSION, wire::Freer<X509_EXTENSION_free>> extension{
+  const std::unique_ptr<X509_EXTENSION, base::Freer<X509_EXTENSION_free>> extension{
       X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
   return extension != nullptr && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
 bool set_random_serial(X509* certificate) {
-  const std::unique_ptr<BIGNUM, wire::Freer<BN_free>> number{BN_new()};
+  const std::unique_ptr<BIGNUM, base::Freer<BN_free>> number{BN_new()};
   return BN_rand(number.get(), 127, BN_RAND_TOP_ANY, BN_RAND_BOTTOM_ANY) == 1 &&
          BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
 }
@@ -87,7 +87,7 @@ Certificate draft_certificate(EVP_PKEY* key, const std::string& name, Clock::tim
 std::string alternative_names(const Identity& identity) {
   std::vector<std::string> names{"URI:" + role_uri(identity.role)};
   for (const std::string& host : identity.hosts) {
-    const std::unique_ptr<ASN1_OCTET_STRING, wire::Freer<ASN1_OCTET_STRING_free>> numeric{
+    const std::unique_ptr<ASN1_OCTET_STRING, base::Freer<ASN1_OCTET_STRING_free>> numeric{
         a2i_IPADDRESS(host.c_str())};
     names.push_back((numeric != nullptr ? "IP:" : "DNS:") + host);
     ERR_clear_error();
@@ -145,13 +145,13 @@ Authority& Authority::operator=(Authority&&) noexcept = default;
 Authority::~Authority() = default;
 
 absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
-  const absl::StatusOr<std::string> certificate = read_file(folder / wire::kTrustedFile);
+  const absl::StatusOr<std::string> certificate = read_file(folder / transport::kTrustedFile);
   if (!certificate.ok()) return certificate.status();
-  const absl::StatusOr<std::string> key = read_file(folder / wire::kKeyFile);
+  const absl::StatusOr<std::string> key = read_file(folder / transport::kKeyFile);
   if (!key.ok()) return key.status();
   auto parts = std::make_unique<Parts>();
-  parts->certificate = wire::certificate_from_pem(*certificate);
-  parts->key = wire::key_from_pem(*key);
+  parts->certificate = transport::certificate_from_pem(*certificate);
+  parts->key = transport::key_from_pem(*key);
   if (parts->certificate == nullptr || parts->key == nullptr ||
       X509_check_private_key(parts->certificate.get(), parts->key.get()) != 1) {
     ERR_clear_error();
@@ -162,10 +162,10 @@ absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
 }
 
 absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
-  if (auto s = wire::make_folder(folder); !s.ok()) return s;
-  if (fs::exists(folder / wire::kTrustedFile)) return open_existing(folder);
+  if (auto s = base::make_folder(folder); !s.ok()) return s;
+  if (fs::exists(folder / transport::kTrustedFile)) return open_existing(folder);
   auto parts = std::make_unique<Parts>();
-  parts->key = wire::make_key();
+  parts->key = transport::make_key();
   if (parts->key == nullptr) return openssl_error("making a key");
   const auto now = Clock::now();
   parts->certificate =
@@ -180,45 +180,45 @@ absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
   }
   // The certificate last: without it, there is no authority yet.
   if (auto s = write_key(parts->key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(c, folder / wire::kTrustedFile); !s.ok()) return s;
+  if (auto s = write_certificate(c, folder / transport::kTrustedFile); !s.ok()) return s;
   return Authority{std::move(parts)};
 }
 
-std::string Authority::certificate_pem() const { return wire::to_pem(parts_->certificate.get()); }
+std::string Authority::certificate_pem() const { return transport::to_pem(parts_->certificate.get()); }
 
-std::string Authority::digest() const { return wire::digest_of(parts_->certificate.get()); }
+std::string Authority::digest() const { return transport::digest_of(parts_->certificate.get()); }
 
 bool Authority::is_trusted_by(const fs::path& folder) const {
-  const absl::StatusOr<std::string> trusted = read_file(folder / wire::kTrustedFile);
-  const Certificate certificate = trusted.ok() ? wire::certificate_from_pem(*trusted) : nullptr;
+  const absl::StatusOr<std::string> trusted = read_file(folder / transport::kTrustedFile);
+  const Certificate certificate = trusted.ok() ? transport::certificate_from_pem(*trusted) : nullptr;
   return certificate != nullptr && X509_cmp(certificate.get(), parts_->certificate.get()) == 0;
 }
 
 absl::Status Authority::issue(const Identity& identity, const fs::path& folder, Clock::time_point begin,
                               Clock::time_point end) const {
-  const Key key = wire::make_key();
+  const Key key = transport::make_key();
   if (key == nullptr) return openssl_error("making a key");
   const absl::StatusOr<Certificate> certificate = parts_->sign(key.get(), identity, begin, end);
   if (!certificate.ok()) return certificate.status();
-  if (auto s = wire::make_folder(folder); !s.ok()) return s;
+  if (auto s = base::make_folder(folder); !s.ok()) return s;
   if (auto s = write_key(key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(certificate->get(), folder / wire::kCertificateFile); !s.ok()) return s;
-  return write_certificate(parts_->certificate.get(), folder / wire::kTrustedFile);
+  if (auto s = write_certificate(certificate->get(), folder / transport::kCertificateFile); !s.ok()) return s;
+  return write_certificate(parts_->certificate.get(), folder / transport::kTrustedFile);
 }
 
 absl::StatusOr<std::string> Authority::certify(const std::string& request_pem, const Identity& identity,
                                                Clock::time_point begin, Clock::time_point end) const {
-  const wire::CertificateRequest request = wire::request_from_pem(request_pem);
+  const transport::CertificateRequest request = transport::request_from_pem(request_pem);
   EVP_PKEY* const key = request == nullptr ? nullptr : X509_REQ_get0_pubkey(request.get());
   if (key == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
-  if (!wire::is_usual_key(key))
+  if (!transport::is_usual_key(key))
     return absl::InvalidArgumentError("the key of the request is not one on P-256");
   const bool proved = X509_REQ_verify(request.get(), key) == 1;
   ERR_clear_error();
   if (!proved) return absl::InvalidArgumentError("the request is not signed with its own key");
   const absl::StatusOr<Certificate> certificate = parts_->sign(key, identity, begin, end);
   if (!certificate.ok()) return certificate.status();
-  return wire::to_pem(certificate->get());
+  return transport::to_pem(certificate->get());
 }
 
 absl::Status write_farm_certificates(const fs::path& folder, const std::vector<std::string>& hosts,

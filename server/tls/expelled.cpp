@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "absl/strings/str_cat.h"
+#include "base/private_file.h"
 #include "tls/authority.h"
-#include "wire/private_file.h"
-#include "wire/x509.h"
+#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -25,8 +25,8 @@ bool is_name(std::string_view name) {
 }  // namespace
 
 std::optional<std::chrono::system_clock::time_point> time_made(std::string_view certificate_pem) {
-  const wire::Certificate certificate = wire::certificate_from_pem(certificate_pem);
-  const auto begin = certificate == nullptr ? std::nullopt : wire::begin_of(certificate.get());
+  const transport::Certificate certificate = transport::certificate_from_pem(certificate_pem);
+  const auto begin = certificate == nullptr ? std::nullopt : transport::begin_of(certificate.get());
   if (!begin) return std::nullopt;
   return *begin + kClockSlack;  // they begin a while before
 }
@@ -69,7 +69,7 @@ absl::Status Expelled::write(const Members& members) const {
   for (const auto& [member, since] : members) {
     absl::StrAppend(&text, to_string(member.first), " ", member.second, " ", unix_seconds(since), "\n");
   }
-  return wire::replace_file(file_, 0600, text);
+  return base::replace_file(file_, 0600, text);
 }
 
 absl::Status Expelled::expel(Role role, const std::string& name, Time now) {

@@ -11,9 +11,9 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "base/private_file.h"
+#include "transport/join_token.h"
 #include "wire/digest.h"
-#include "wire/join_token.h"
-#include "wire/private_file.h"
 
 namespace tessera::server {
 namespace {
@@ -57,7 +57,7 @@ absl::Status JoinTokens::write(const std::vector<Token>& tokens) const {
       absl::StrAppend(&text, " ", absl::BytesToHexString(member));
     text += '\n';
   }
-  return wire::replace_file(file_, 0600, text);
+  return base::replace_file(file_, 0600, text);
 }
 
 absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uint32_t uses, Time now) {
@@ -65,7 +65,7 @@ absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uin
     return absl::InvalidArgumentError(
         absl::StrCat("a join token lives for 1 second to 30 days and is used 1 to ", kMostUses, " times"));
   }
-  std::array<unsigned char, wire::JoinToken::kSecretDigits / 2> random{};
+  std::array<unsigned char, transport::JoinToken::kSecretDigits / 2> random{};
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
     return absl::InternalError("no random numbers for a join token");
   }

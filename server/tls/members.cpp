@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "wire/nearest_name.h"
+#include "base/nearest_name.h"
 
 namespace tessera::server {
 namespace {
@@ -57,7 +57,7 @@ absl::Status Members::check_seen(Role role, const std::string& name) const {
   }
   return absl::NotFoundError(absl::StrCat("no ", to_string(role), " with the name '", name,
                                           "' in its certificate has ", "called here",
-                                          wire::did_you_mean(name, names)));
+                                          base::did_you_mean(name, names)));
 }
 
 }  // namespace tessera::server

@@ -7,8 +7,8 @@
 
 namespace tessera::server {
 
-/// InvalidArgument, saying what to do, when the key in `folder` (wire/tls.h) can be read by every user of the
-/// machine. OK where there is no key.
+/// InvalidArgument, saying what to do, when the key in `folder` (transport/tls.h) can be read by every user
+/// of the machine. OK where there is no key.
 absl::Status check_private_key(const std::filesystem::path& folder);
 
 /// The same for the coordinator's own folder; also when its certificate is one of a worker, a client or an

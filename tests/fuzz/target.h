@@ -18,7 +18,7 @@ struct Target {
 
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kTextScene;
-// ---- proto/wire
+// ---- proto/wire, proto/images
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage;
 // ---- server
 extern const Target kJournal, kUpload;

@@ -10,12 +10,12 @@
 #include <list>
 #include <thread>
 
+#include "base/address.h"
 #include "load/farm_under_load.h"
 #include "support/idle_connections.h"
 #include "support/long_form.h"
 #include "support/tcp_proxy.h"
-#include "wire/address.h"
-#include "wire/channel.h"
+#include "transport/channel.h"
 
 namespace tessera::load {
 namespace {
@@ -57,7 +57,7 @@ class SoftLimit {
 
 /// Somebody who was never there before.
 absl::Status call_anew(const std::string& address) {
-  auto channel = wire::make_channel(address);
+  auto channel = transport::make_channel(address);
   if (!channel.ok()) return channel.status();
   return client::FarmClient{*std::move(channel), {.address = address}}.jobs({}).status();
 }
@@ -104,7 +104,7 @@ class HalfCalls {
  public:
   /// On one connection. They share the memory of `request`.
   HalfCalls(const std::string& address, std::size_t calls, const grpc::ByteBuffer& request) : calls_(calls) {
-    grpc::ChannelArguments arguments = wire::channel_arguments();
+    grpc::ChannelArguments arguments = transport::channel_arguments();
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     grpc::GenericStub stub{grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments)};
     for (Call& call : calls_) {
@@ -147,7 +147,7 @@ TEST(Strangers, LargeRequestsThatNeverArriveWholeTakeBoundedMemory) {
                      {"--log-level", "error"},
                      {},
                      {"/bin/bash", "-c", "ulimit -n " + std::to_string(kByHand) + "; exec \"$@\"", "bash"}};
-  support::TcpProxy proxy{wire::parse_host_port(farm.address())->port};
+  support::TcpProxy proxy{base::parse_host_port(farm.address())->port};
   proxy.forward_at_most(kSent / kConnections);
   const grpc::Slice bytes{std::string(kRequestBytes, 'x')};
   std::list<HalfCalls> halves;

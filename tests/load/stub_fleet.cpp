@@ -11,9 +11,9 @@
 #include <tuple>
 
 #include "tessera/v1/work.grpc.pb.h"
-#include "wire/channel.h"
+#include "transport/channel.h"
+#include "transport/status.h"
 #include "wire/limits.h"
-#include "wire/status.h"
 #include "wire/tile_result.h"
 #include "wire/version.h"
 
@@ -35,7 +35,7 @@ LatencyHistogram::Duration since(Clock::time_point start) {
 
 /// A connection of its own: channels of equal arguments would share one.
 std::shared_ptr<grpc::Channel> connect(const std::string& address) {
-  grpc::ChannelArguments arguments = wire::channel_arguments();
+  grpc::ChannelArguments arguments = transport::channel_arguments();
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
@@ -307,7 +307,7 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) lost(call->request.worker_id());
     if (status.error_code() == grpc::StatusCode::NOT_FOUND ||
-        wire::is_transient(wire::from_grpc(status, "Complete"))) {
+        transport::is_transient(transport::from_grpc(status, "Complete"))) {
       return try_again([this, lease, payload] { deliver(lease, payload); });
     }
     if (status.ok()) {

@@ -7,6 +7,7 @@
 
 #include "tessera/v1/job.pb.h"
 #include "wire/algorithm.h"
+#include "wire/job_check.h"
 
 namespace tessera::test {
 

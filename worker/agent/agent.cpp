@@ -12,10 +12,10 @@
 #include "agent/outbox.h"
 #include "agent/session.h"
 #include "agent/unit_renderer.h"
-#include "wire/backoff.h"
+#include "telemetry/log.h"
+#include "transport/backoff.h"
+#include "transport/status.h"
 #include "wire/limits.h"
-#include "wire/log.h"
-#include "wire/status.h"
 #include "wire/version.h"
 
 namespace tessera::agent {
@@ -118,7 +118,7 @@ class Agent::Work {
 };
 
 absl::Status Agent::Work::lease_units(std::stop_token stop) {
-  wire::Backoff backoff{milliseconds{100}, milliseconds{2000}};
+  transport::Backoff backoff{milliseconds{100}, milliseconds{2000}};
   bool warned = false;
   while (true) {
     leases_.wait_until_hungry(stop);
@@ -144,7 +144,7 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
       session_.lost(*worker_id);
       continue;
     }
-    if (wire::is_refusal(response.status())) return response.status();
+    if (transport::is_refusal(response.status())) return response.status();
     if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
     warned = true;
     link_.wait(backoff, stop);
@@ -159,8 +159,8 @@ void Agent::Work::render_units(std::stop_token halt) {
       continue;
     }
     if (!outcome.failure.ok()) {
-      wire::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(),
-                unit->job_id, outcome.failure.ToString());
+      telemetry::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(),
+                     unit->job_id, outcome.failure.ToString());
     }
     outbox_.push(std::move(outcome), halt);
   }

@@ -55,7 +55,7 @@ struct AgentReport {
   std::uint64_t units_handed_back = 0;  // not begun when the agent stopped
   double unit_seconds = 0;              // of those rendered
   std::vector<std::uint64_t>
-      units_by_seconds;  // by bucket of wire::kUnitSecondsBuckets; the last is of all beyond
+      units_by_seconds;  // by bucket of telemetry::kUnitSecondsBuckets; the last is of all beyond
   std::uint64_t results_acknowledged = 0;
   std::uint64_t outbox_results = 0;  // on their way, or waiting for it
   std::uint64_t outbox_bytes = 0;

@@ -7,10 +7,10 @@
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
-#include "wire/call.h"
-#include "wire/channel.h"
-#include "wire/status.h"
-#include "wire/upload.h"
+#include "transport/call.h"
+#include "transport/channel.h"
+#include "transport/status.h"
+#include "transport/upload.h"
 
 namespace tessera::agent {
 namespace {
@@ -40,39 +40,39 @@ CoordinatorLink::~CoordinatorLink() = default;
 
 absl::StatusOr<v1::RegisterResponse> CoordinatorLink::register_worker(const v1::RegisterRequest& request,
                                                                       std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_,
-                          kCallTimeout, stop);
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address_,
+                               kCallTimeout, stop);
 }
 
 absl::StatusOr<v1::LeaseResponse> CoordinatorLink::lease(const v1::LeaseRequest& request,
                                                          std::stop_token stop) {
   const milliseconds wait =
       seconds{request.max_wait().seconds()} + milliseconds{request.max_wait().nanos() / 1'000'000};
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_,
-                          wait + kLeaseMargin, stop);
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address_,
+                               wait + kLeaseMargin, stop);
 }
 
 absl::StatusOr<v1::HeartbeatResponse> CoordinatorLink::heartbeat(const v1::HeartbeatRequest& request,
                                                                  std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat", address_,
-                          kCallTimeout, stop);
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat",
+                               address_, kCallTimeout, stop);
 }
 
 absl::StatusOr<v1::CompleteResponse> CoordinatorLink::complete(const v1::CompleteRequest& request,
                                                                std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_,
-                          kCallTimeout, stop);
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address_,
+                               kCallTimeout, stop);
 }
 
 absl::Status CoordinatorLink::fail(const v1::FailRequest& request, std::stop_token stop) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_,
-                          kCallTimeout, stop)
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address_,
+                               kCallTimeout, stop)
       .status();
 }
 
 absl::Status CoordinatorLink::deregister(const v1::DeregisterRequest& request) {
-  return wire::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address_,
-                          kDeregisterTimeout, {})
+  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister",
+                               address_, kDeregisterTimeout, {})
       .status();
 }
 
@@ -80,11 +80,11 @@ absl::Status CoordinatorLink::upload(const v1::BlobRef& blob, std::string_view b
   const auto read = [bytes](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
     return std::string{bytes.substr(offset, size)};
   };
-  return wire::upload_rest(*stubs_->blob, {blob, read}, address_, std::move(stop), [](std::uint64_t) {});
+  return transport::upload_rest(*stubs_->blob, {blob, read}, address_, std::move(stop), [](std::uint64_t) {});
 }
 
-bool CoordinatorLink::wait(wire::Backoff& backoff, std::stop_token stop) {
-  return wire::wait_for_connection(*channel_, backoff.next(), std::move(stop));
+bool CoordinatorLink::wait(transport::Backoff& backoff, std::stop_token stop) {
+  return transport::wait_for_connection(*channel_, backoff.next(), std::move(stop));
 }
 
 absl::Status CoordinatorLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {
@@ -95,7 +95,7 @@ absl::Status CoordinatorLink::download(const Wanted& wanted, const ChunkSink& si
 
   grpc::ClientContext context;
   std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
-  wire::StallGuard guard{context, kChunkTimeout};
+  transport::StallGuard guard{context, kChunkTimeout};
   const auto reader = stubs_->blob->Download(&context, request);
 
   v1::DownloadResponse response;
@@ -110,7 +110,7 @@ absl::Status CoordinatorLink::download(const Wanted& wanted, const ChunkSink& si
 
   const std::string call = absl::StrCat("Download at ", address_);
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": no data for 30 s"));
-  return status.ok() ? absl::OkStatus() : wire::from_grpc(status, call);
+  return status.ok() ? absl::OkStatus() : transport::from_grpc(status, call);
 }
 
 }  // namespace tessera::agent

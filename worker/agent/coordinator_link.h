@@ -11,7 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "tessera/v1/work.pb.h"
-#include "wire/backoff.h"
+#include "transport/backoff.h"
 
 namespace grpc {
 class Channel;
@@ -46,12 +46,12 @@ class CoordinatorLink {
   /// when no chunk has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop);
 
-  /// Stores the bytes under their digest with the coordinator, unless it has them; as wire::upload_rest.
+  /// Stores the bytes under their digest with the coordinator, unless it has them; as transport::upload_rest.
   absl::Status upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop);
 
   /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected
   /// again. False when `stop` was requested meanwhile.
-  bool wait(wire::Backoff& backoff, std::stop_token stop);
+  bool wait(transport::Backoff& backoff, std::stop_token stop);
 
   const std::string& address() const { return address_; }
 

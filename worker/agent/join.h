@@ -10,16 +10,16 @@ namespace tessera::agent {
 
 struct JoinRequest {
   std::string server;            // HOST:PORT of the coordinator
-  std::string token;             // as text (wire/join_token.h)
+  std::string token;             // as text (transport/join_token.h)
   std::string name;              // of this machine: the certificate's common name
   std::filesystem::path folder;  // where the certificates go
 };
 
-/// Makes a key, has the farm's authority certify it, and leaves both in the folder, as wire/tls.h wants them.
-/// The key does not leave this machine, and the secret of the token is said only to a server that the token's
-/// authority vouches for. A folder with sound certificates is left as it is, so that a worker may be started
-/// with the same token again. InvalidArgument (token, address or name), PermissionDenied (the server's
-/// authority is not the token's, or the token is not valid), Unavailable (server, or files).
+/// Makes a key, has the farm's authority certify it, and leaves both in the folder, as transport/tls.h wants
+/// them. The key does not leave this machine, and the secret of the token is said only to a server that the
+/// token's authority vouches for. A folder with sound certificates is left as it is, so that a worker may be
+/// started with the same token again. InvalidArgument (token, address or name), PermissionDenied (the
+/// server's authority is not the token's, or the token is not valid), Unavailable (server, or files).
 absl::Status join_farm(const JoinRequest& request);
 
 }  // namespace tessera::agent

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "agent/unit_renderer.h"
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 namespace tessera::agent {
 namespace {
@@ -48,7 +48,7 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
     if (!is_known) spec = sent.find(token.job_id());
     if (!is_known && spec == sent.end()) {
       // The lease runs out.
-      wire::log(
+      telemetry::log(
           spdlog::level::err, {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt()},
           "{} leased unit {} of job {} without the job's spec", address_, token.unit_index(), token.job_id());
       continue;

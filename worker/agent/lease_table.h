@@ -14,8 +14,8 @@
 #include <tuple>
 #include <vector>
 
+#include "telemetry/log.h"
 #include "tessera/v1/work.pb.h"
-#include "wire/log.h"
 
 namespace tessera::agent {
 
@@ -30,7 +30,9 @@ struct HeldUnit {
   std::shared_ptr<const v1::JobSpec> spec;
   std::stop_source stop;  // requested when the lease is revoked
 
-  wire::LogFields log_fields() const { return {.job = job_id, .unit = unit.index(), .attempt = attempt}; }
+  telemetry::LogFields log_fields() const {
+    return {.job = job_id, .unit = unit.index(), .attempt = attempt};
+  }
 };
 
 /// Thread-safe. Leases come in by add(), render threads take units with next(), and whoever has brought the

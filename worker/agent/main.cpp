@@ -16,12 +16,12 @@
 #include "agent/blob_cache.h"
 #include "agent/join.h"
 #include "agent/metrics.h"
+#include "base/address.h"
 #include "options/program.h"
-#include "wire/address.h"
-#include "wire/channel.h"
-#include "wire/grpc_log.h"
-#include "wire/log.h"
-#include "wire/metrics_server.h"
+#include "telemetry/log.h"
+#include "telemetry/metrics_server.h"
+#include "transport/channel.h"
+#include "transport/grpc_log.h"
 #include "wire/version.h"
 
 namespace tessera {
@@ -37,7 +37,7 @@ struct Options {
   std::string isa;
   std::string name;
   std::vector<std::string> tags;
-  wire::LogOptions log{.program = "tessera-worker"};
+  telemetry::LogOptions log{.program = "tessera-worker"};
   int grace_seconds = 10;
   int unit_limit_seconds = 4 * 3600;
   double memory_gigabytes = 0;
@@ -98,11 +98,11 @@ void define_options(options::Command command, Options& options) {
   command.group("Seen from outside");
   command.add("--log-level", options.log.level, "what goes to standard error")
       .type_name("LEVEL")
-      .one_of(wire::kLogLevels)
+      .one_of(telemetry::kLogLevels)
       .with_default();
   command.add("--log-format", options.log.format, "lines for people, or one JSON object a line")
       .type_name("FORMAT")
-      .one_of(wire::kLogFormats)
+      .one_of(telemetry::kLogFormats)
       .with_default();
   command.add("--metrics", options.metrics, "where to serve Prometheus metrics, at /metrics")
       .type_name("ADDR:PORT");
@@ -176,10 +176,10 @@ absl::Status join_where_asked(const Options& options) {
 }
 
 /// Null when nobody asked for them.
-absl::StatusOr<std::unique_ptr<wire::MetricsServer>> serve_metrics(const Options& options,
-                                                                   const agent::Agent& agent) {
+absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> serve_metrics(const Options& options,
+                                                                        const agent::Agent& agent) {
   if (options.metrics.empty()) return nullptr;
-  auto server = wire::MetricsServer::start(options.metrics, {agent::agent_metrics(agent)});
+  auto server = telemetry::MetricsServer::start(options.metrics, {agent::agent_metrics(agent)});
   if (server.ok()) spdlog::info("metrics on port {}", (*server)->port());
   return server;
 }
@@ -189,7 +189,7 @@ int run_worker(const Options& options) {
     spdlog::error("{}", std::string(joined.message()));
     return absl::IsInvalidArgument(joined) ? kUsage : kUnreachable;
   }
-  const auto channel = wire::make_channel(
+  const auto channel = transport::make_channel(
       options.server, {.allow_insecure = options.allow_insecure, .certificates = options.certificates});
   if (!channel.ok()) {
     std::cerr << "tessera-worker: " << channel.status().message() << '\n';
@@ -247,7 +247,7 @@ int main(int argc, char** argv) {
     if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
   }
   options.log.worker = tessera::worker_name(options);
-  tessera::wire::set_up_log(options.log);
-  tessera::wire::log_grpc();
+  tessera::telemetry::set_up_log(options.log);
+  tessera::transport::log_grpc();
   return tessera::run_worker(options);
 }

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "agent/agent.h"
-#include "wire/metrics.h"
+#include "telemetry/metrics.h"
 
 namespace tessera::agent {
 namespace {
 
 using prometheus::MetricType;
-using wire::ReadFamily;
+using telemetry::ReadFamily;
 
 prometheus::MetricFamily unit_seconds(const AgentReport& report) {
   prometheus::MetricFamily family;
@@ -23,10 +23,10 @@ prometheus::MetricFamily unit_seconds(const AgentReport& report) {
   prometheus::ClientMetric::Histogram& histogram = family.metric.emplace_back().histogram;
   histogram.sample_sum = report.unit_seconds;
   for (std::size_t i = 0; i < report.units_by_seconds.size(); ++i) {
-    const bool last = i == wire::kUnitSecondsBuckets.size();
+    const bool last = i == telemetry::kUnitSecondsBuckets.size();
     histogram.sample_count += report.units_by_seconds[i];
     histogram.bucket.push_back({histogram.sample_count, last ? std::numeric_limits<double>::infinity()
-                                                             : wire::kUnitSecondsBuckets[i]});
+                                                             : telemetry::kUnitSecondsBuckets[i]});
   }
   return family;
 }

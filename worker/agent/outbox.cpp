@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "wire/backoff.h"
-#include "wire/log.h"
-#include "wire/status.h"
+#include "telemetry/log.h"
+#include "transport/backoff.h"
+#include "transport/status.h"
 
 namespace tessera::agent {
 namespace {
@@ -80,7 +80,7 @@ void Outbox::send_all(std::stop_token stop) {
 
 void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
   const std::stop_token revoked = outcome.unit->stop.get_token();
-  wire::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
+  transport::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
   std::string unknown_to;  // a registration under which the result was NOT_FOUND
   int unsound = 0;         // times that the coordinator could not read the result
   bool warned = false;
@@ -88,7 +88,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
     if (!worker_id.ok()) return;
     const absl::Status uploaded = upload(link_, outcome, stop);
-    if (!uploaded.ok() && !wire::is_transient(uploaded) && !stop.stop_requested()) {
+    if (!uploaded.ok() && !transport::is_transient(uploaded) && !stop.stop_requested()) {
       outcome.failure = uploaded;
       continue;
     }
@@ -111,15 +111,16 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
       if (++unsound > 1) outcome.failure = status;
       continue;
     }
-    if (!wire::is_transient(status)) {
-      wire::log(spdlog::level::warn, outcome.unit->log_fields(), "unit {} of job {}: result not taken: {}",
-                outcome.unit->unit.index(), outcome.unit->job_id, status.ToString());
+    if (!transport::is_transient(status)) {
+      telemetry::log(spdlog::level::warn, outcome.unit->log_fields(),
+                     "unit {} of job {}: result not taken: {}", outcome.unit->unit.index(),
+                     outcome.unit->job_id, status.ToString());
       return;
     }
     if (!warned) {
-      wire::log(spdlog::level::warn, outcome.unit->log_fields(),
-                "unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
-                outcome.unit->job_id, status.ToString());
+      telemetry::log(spdlog::level::warn, outcome.unit->log_fields(),
+                     "unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
+                     outcome.unit->job_id, status.ToString());
       warned = true;
     }
     link_.wait(backoff, stop);

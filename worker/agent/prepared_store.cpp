@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "wire/backoff.h"
+#include "transport/backoff.h"
+#include "transport/status.h"
 #include "wire/digest.h"
-#include "wire/status.h"
 
 namespace tessera::agent {
 
@@ -17,7 +17,7 @@ std::shared_ptr<const render::Prepared> PreparedStore::whole(const std::shared_p
 
 absl::StatusOr<render::BlobBytes> PreparedStore::fetch(const std::string& digest, std::stop_token stop) {
   if (fetcher_ != nullptr) return fetcher_->get(digest, stop);
-  wire::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
+  transport::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
   while (true) {
     const auto bytes = std::make_shared<std::string>();
     const auto sink = [&](std::string_view chunk) {
@@ -28,7 +28,7 @@ absl::StatusOr<render::BlobBytes> PreparedStore::fetch(const std::string& digest
     if (status.ok() && wire::sha256_hex(*bytes) != digest)
       status = absl::DataLossError(absl::StrCat("blob ", digest, " came with other bytes"));
     if (status.ok()) return render::BlobBytes{*bytes, bytes};
-    if (!wire::is_transient(status) || !link_.wait(backoff, stop)) return status;
+    if (!transport::is_transient(status) || !link_.wait(backoff, stop)) return status;
   }
 }
 

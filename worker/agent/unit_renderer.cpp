@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
+#include "telemetry/log.h"
+#include "telemetry/metrics.h"
 #include "tessera/v1/scene.pb.h"
-#include "wire/cpu_time.h"
 #include "wire/digest.h"
-#include "wire/log.h"
-#include "wire/metrics.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -111,7 +111,7 @@ UnitRenderer::UnitRenderer(const AgentOptions& options, CoordinatorLink& link, B
               options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
       prepared_(link, fetcher),
       time_limit_(options.unit_limit) {
-  report_.units_by_seconds.resize(wire::kUnitSecondsBuckets.size() + 1);
+  report_.units_by_seconds.resize(telemetry::kUnitSecondsBuckets.size() + 1);
 }
 
 Outcome UnitRenderer::render(std::shared_ptr<HeldUnit> unit) {
@@ -168,9 +168,9 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
   };
   const absl::StatusOr<wire::TileResult> result = scene->scene->render_tile(request, stop, counts);
   if (!result.ok()) return result.status();
-  const std::chrono::nanoseconds encode_start = wire::thread_cpu_time();
+  const std::chrono::nanoseconds encode_start = base::thread_cpu_time();
   outcome.payload = wire::encode_tile_result(*result);
-  (*outcome.stats.mutable_stage_ns())["encode"] = count_of(wire::thread_cpu_time() - encode_start);
+  (*outcome.stats.mutable_stage_ns())["encode"] = count_of(base::thread_cpu_time() - encode_start);
   return absl::OkStatus();
 }
 
@@ -186,7 +186,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   }
 
   const Clock::time_point start = Clock::now();
-  const std::chrono::nanoseconds cpu_start = wire::thread_cpu_time();
+  const std::chrono::nanoseconds cpu_start = base::thread_cpu_time();
   render::RenderStats counts;
   const TimeLimit::Watch watch(time_limit_, stop);
   const absl::Status made = make(unit, *loaded, watch.token(), outcome, counts);
@@ -209,20 +209,20 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   add_warnings(counts.warnings, outcome.stats);
   // Every job hears once what its scene asked for in vain.
   if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);
-  set_duration(wire::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
+  set_duration(base::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
   const Clock::duration taken = Clock::now() - start;
   set_duration(taken, *outcome.stats.mutable_wall_time());
 
-  wire::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(),
-            unit.job_id);
+  telemetry::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(),
+                 unit.job_id);
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
   const double seconds = std::chrono::duration<double>(taken).count();
   report_.unit_seconds += seconds;
   const auto bucket =
-      std::lower_bound(wire::kUnitSecondsBuckets.begin(), wire::kUnitSecondsBuckets.end(), seconds);
-  ++report_.units_by_seconds[static_cast<std::size_t>(bucket - wire::kUnitSecondsBuckets.begin())];
+      std::lower_bound(telemetry::kUnitSecondsBuckets.begin(), telemetry::kUnitSecondsBuckets.end(), seconds);
+  ++report_.units_by_seconds[static_cast<std::size_t>(bucket - telemetry::kUnitSecondsBuckets.begin())];
   if (const auto cost = untold_costs_.extract((*loaded)->scene.get())) {
     (*outcome.stats.mutable_stage_ns())["fetch"] = count_of(cost.mapped().fetch_cpu);
     (*outcome.stats.mutable_stage_ns())["build"] = count_of(cost.mapped().build_cpu);
@@ -233,7 +233,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
 
 absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
   const Clock::time_point start = Clock::now();
-  const std::chrono::nanoseconds cpu_start = wire::process_cpu_time();
+  const std::chrono::nanoseconds cpu_start = base::process_cpu_time();
   const std::string& digest = spec.scene().digest();
   std::optional<BlobsOnDemand> on_demand;
   render::BlobSource blobs = options_.blobs;
@@ -259,7 +259,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
   }
 
   const Clock::time_point build_start = Clock::now();
-  const std::chrono::nanoseconds cpu_build_start = wire::process_cpu_time();
+  const std::chrono::nanoseconds cpu_build_start = base::process_cpu_time();
   const std::string isa = spec.isa().empty() ? options_.isas.front() : spec.isa();
   if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
     return absl::FailedPreconditionError(
@@ -279,7 +279,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
   }
   std::lock_guard lock{mutex_};
   untold_costs_[loaded.scene.get()] = {cpu_build_start - cpu_start,
-                                       wire::process_cpu_time() - cpu_build_start, *blob_bytes};
+                                       base::process_cpu_time() - cpu_build_start, *blob_bytes};
   report_.load_seconds += loaded.load_seconds;
   report_.build_seconds += loaded.build_seconds;
   report_.scene_bytes = std::max(report_.scene_bytes, loaded.bytes);

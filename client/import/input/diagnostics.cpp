@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "base/printable.h"
 #include "import/input/concat.h"
-#include "wire/printable.h"
 
 namespace tessera::client {
 
@@ -12,7 +12,7 @@ std::string to_string(const Diagnostic& diagnostic) {
   if (diagnostic.line > 0) text += concat(":", diagnostic.line);
   if (diagnostic.line > 0 && diagnostic.column > 0) text += concat(":", diagnostic.column);
   if (!text.empty()) text += concat(": ");
-  return wire::printable(concat(text, diagnostic.message));
+  return base::printable(concat(text, diagnostic.message));
 }
 
 std::uint32_t Diagnostics::add_file(std::string name) {

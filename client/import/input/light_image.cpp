@@ -30,7 +30,7 @@ double LightImage::mean_of_channels(int x, int y) const {
 absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path) {
   const absl::StatusOr<InputFile> file = InputFile::open(path);
   if (!file.ok()) return file.status();
-  const absl::StatusOr<wire::ImagePixels> pixels = wire::decode_image(file->bytes(), path.string());
+  const absl::StatusOr<images::ImagePixels> pixels = images::decode_image(file->bytes(), path.string());
   if (!pixels.ok()) return pixels.status();
   const bool encoded = pixels->floats.empty();
   const std::size_t count = encoded ? pixels->bytes.size() : pixels->floats.size() / 4;
@@ -50,10 +50,10 @@ absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path) {
   return image;
 }
 
-absl::StatusOr<wire::ImageSize> read_image_size(const std::filesystem::path& path) {
+absl::StatusOr<images::ImageSize> read_image_size(const std::filesystem::path& path) {
   const absl::StatusOr<InputFile> file = InputFile::open(path);
   if (!file.ok()) return file.status();
-  return wire::image_size(file->bytes(), path.string());
+  return images::image_size(file->bytes(), path.string());
 }
 
 }  // namespace tessera::client

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "wire/image_blob.h"
+#include "images/image_blob.h"
 
 namespace tessera::client {
 
@@ -25,6 +25,6 @@ struct LightImage {
 absl::StatusOr<LightImage> read_light_image(const std::filesystem::path& path);
 
 /// Reads no more than the header. InvalidArgument with the path for what is not an image; NotFound.
-absl::StatusOr<wire::ImageSize> read_image_size(const std::filesystem::path& path);
+absl::StatusOr<images::ImageSize> read_image_size(const std::filesystem::path& path);
 
 }  // namespace tessera::client

@@ -98,7 +98,7 @@ double aspect_of(Context& context, Object* texture) {
   PropertyReader nested(context, *texture);
   const std::optional<std::filesystem::path> path = nested.file("filename");
   if (!path) return 1;
-  const absl::StatusOr<wire::ImageSize> size = read_image_size(*path);
+  const absl::StatusOr<images::ImageSize> size = read_image_size(*path);
   if (size.ok()) return static_cast<double>(size->width) / size->height;
   nested.error(std::string(size.status().message()));
   return 1;

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/nearest_name.h"
 #include "import/input/concat.h"
-#include "wire/nearest_name.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
@@ -123,7 +123,7 @@ class SceneCheck {
       if (reference.field != name_in_package(field)) continue;
       const std::set<std::string>& names = names_[std::string(reference.kind)];
       if (names.contains(name)) return;
-      const std::string nearest = wire::nearest_name(name, {names.begin(), names.end()});
+      const std::string nearest = base::nearest_name(name, {names.begin(), names.end()});
       diagnostics_.error(where, concat("there is no ", reference.kind, " \"", name, "\"",
                                        nearest.empty() ? "" : concat(": did you mean \"", nearest, "\"?")));
     }

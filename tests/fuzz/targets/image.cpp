@@ -1,6 +1,6 @@
 // Textures as workers decode them: the own readers first, then OpenImageIO's.
 #include "fuzz/target.h"
-#include "wire/image_blob.h"
+#include "images/image_blob.h"
 
 namespace tessera::fuzz {
 namespace {
@@ -9,7 +9,7 @@ bool accepts(std::string_view bytes) {
   constexpr std::uint64_t kMaxPixels = 1 << 16;
   const std::vector<char> input = exact(bytes);
   // TGA has no mark: its name tells it.
-  const auto image = wire::decode_image({input.data(), input.size()}, "fuzz.tga", kMaxPixels);
+  const auto image = images::decode_image({input.data(), input.size()}, "fuzz.tga", kMaxPixels);
   if (!image.ok()) {
     require(!image.status().message().empty(), "an error without a message");
     return false;

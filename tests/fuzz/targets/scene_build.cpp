@@ -11,6 +11,7 @@
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
+#include "wire/job_check.h"
 
 namespace tessera::fuzz {
 namespace {

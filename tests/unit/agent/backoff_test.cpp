@@ -1,8 +1,8 @@
-#include "wire/backoff.h"
+#include "transport/backoff.h"
 
 #include <gtest/gtest.h>
 
-namespace tessera::wire {
+namespace tessera::transport {
 namespace {
 
 using std::chrono::milliseconds;
@@ -35,4 +35,4 @@ TEST(Backoff, AStopEndsTheWait) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::transport

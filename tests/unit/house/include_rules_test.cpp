@@ -20,26 +20,36 @@ using Rooms = std::set<std::string>;
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
       {"proto/tables", {"tables"}},
-      {"proto/wire", {"wire", "tessera/v1"}},
-      {"proto/options", {"options", "wire"}},
-      {"server/scheduler", {"scheduler", "wire", "tessera/v1"}},
-      {"server/store", {"store", "wire", "tessera/v1"}},
-      {"server/tls", {"tls", "wire"}},
-      {"server/net", {"net", "wire"}},
-      {"server/service", {"service", "net", "scheduler", "store", "tls", "wire", "tessera/v1"}},
-      {"worker/agent", {"agent", "render", "render/build", "options", "wire", "tessera/v1"}},
-      {"client/farm", {"farm", "import", "wire", "tessera/v1"}},
+      {"proto/base", {"base"}},
+      {"proto/images", {"images"}},
+      {"proto/wire", {"wire", "base", "tessera/v1"}},
+      {"proto/telemetry", {"telemetry", "base"}},
+      {"proto/transport", {"transport", "base", "telemetry", "wire", "tessera/v1"}},
+      {"proto/options", {"options", "base"}},
+      {"server/scheduler", {"scheduler", "base", "wire", "tessera/v1"}},
+      {"server/store", {"store", "telemetry", "wire", "tessera/v1"}},
+      {"server/tls", {"tls", "base", "transport", "wire"}},
+      {"server/net", {"net", "base", "telemetry"}},
+      {"server/service",
+       {"service", "net", "scheduler", "store", "tls", "base", "telemetry", "transport", "wire",
+        "tessera/v1"}},
+      {"worker/agent",
+       {"agent", "render", "render/build", "base", "options", "telemetry", "transport", "wire",
+        "tessera/v1"}},
+      {"client/farm", {"farm", "import", "base", "transport", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
-      {"client/import", {"import", "tables", "wire", "tessera/v1"}},
+      {"client/import", {"import", "base", "images", "tables", "wire", "tessera/v1"}},
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/command",
-       {"command", "bench", "farm", "image", "import", "local", "options", "plot", "wire", "tessera/v1"}},
+       {"command", "base", "bench", "farm", "image", "import", "local", "options", "plot", "transport",
+        "wire", "tessera/v1"}},
       {"client/local",
-       {"local", "farm", "import", "agent", "render/build", "service", "store", "wire", "tessera/v1"}},
+       {"local", "base", "farm", "import", "agent", "render/build", "service", "store", "wire",
+        "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
-      {"worker/render/color", {"render/color", "render/core", "tables", "wire"}},
+      {"worker/render/color", {"render/color", "render/core", "images", "tables"}},
       {"worker/render/shape", {"render/shape", "render/core"}},
       {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
       {"worker/render/accel",
@@ -56,7 +66,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
         "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/sampling",
-        "render/shape", "wire", "tessera/v1"}},
+        "render/shape", "base", "wire", "tessera/v1"}},
   };
   return rules;
 }
@@ -64,9 +74,10 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render,
 /// "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",   "scheduler", "store", "tls",    "net",     "service",
-                             "agent",  "farm",      "image", "import", "command", "local",
-                             "render", "tessera",   "plot",  "bench",  "options", "tables"};
+  static const Rooms tops = {"wire",  "base",   "images",  "telemetry", "transport", "scheduler",
+                             "store", "tls",    "net",     "service",   "agent",     "farm",
+                             "image", "import", "command", "local",     "render",    "tessera",
+                             "plot",  "bench",  "options", "tables"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

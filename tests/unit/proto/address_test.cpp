@@ -1,10 +1,10 @@
-#include "wire/address.h"
+#include "base/address.h"
 
 #include <gtest/gtest.h>
 
-#include "wire/channel.h"
+#include "transport/channel.h"
 
-namespace tessera::wire {
+namespace tessera::base {
 namespace {
 
 TEST(Address, ParsesNamesAndNumbers) {
@@ -36,11 +36,11 @@ TEST(Address, KnowsLoopback) {
 }
 
 TEST(Address, ChannelToAnotherMachineNeedsLeave) {
-  EXPECT_EQ(make_channel("10.0.0.1:7070").status().code(), absl::StatusCode::kPermissionDenied);
-  EXPECT_TRUE(make_channel("10.0.0.1:7070", {.allow_insecure = true}).ok());
-  EXPECT_TRUE(make_channel("127.0.0.1:7070").ok());
-  EXPECT_EQ(make_channel("nonsense").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(transport::make_channel("10.0.0.1:7070").status().code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_TRUE(transport::make_channel("10.0.0.1:7070", {.allow_insecure = true}).ok());
+  EXPECT_TRUE(transport::make_channel("127.0.0.1:7070").ok());
+  EXPECT_EQ(transport::make_channel("nonsense").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::base

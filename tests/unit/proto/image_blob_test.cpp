@@ -1,6 +1,6 @@
 // Files of every form that has a reader of its own are written with OpenImageIO, and read back both ways: by
 // the reader and by OpenImageIO. The two must agree to the bit.
-#include "wire/image_blob.h"
+#include "images/image_blob.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "wire/image/readers.h"
+#include "images/readers.h"
 
-namespace tessera::wire {
+namespace tessera::images {
 namespace {
 
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 28;
@@ -204,4 +204,4 @@ TEST_F(ImageBlob, SaysWhatIsWrongWithABrokenFile) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::images

@@ -1,5 +1,5 @@
 // One call, two formats of the log.
-#include "wire/log.h"
+#include "telemetry/log.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "wire/line_limit.h"
+#include "telemetry/line_limit.h"
 
-namespace tessera::wire {
+namespace tessera::telemetry {
 namespace {
 
 using testing::EndsWith;
@@ -116,4 +116,4 @@ TEST(LineLimit, TenAMinuteAndTheRestCounted) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::telemetry

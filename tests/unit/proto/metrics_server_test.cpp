@@ -11,9 +11,9 @@
 #include "prometheus/counter.h"
 #include "support/http_get.h"
 #include "support/idle_connections.h"
-#include "wire/metrics_server.h"
+#include "telemetry/metrics_server.h"
 
-namespace tessera::wire {
+namespace tessera::telemetry {
 namespace {
 
 using ::testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST_F(MetricsServerTest, AnAddressInUseIsUnavailable) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::telemetry

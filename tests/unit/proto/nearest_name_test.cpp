@@ -1,8 +1,8 @@
-#include "wire/nearest_name.h"
+#include "base/nearest_name.h"
 
 #include <gtest/gtest.h>
 
-namespace tessera::wire {
+namespace tessera::base {
 namespace {
 
 const std::vector<std::string> kCommands{"render", "resume", "retry", "priority", "cancel"};
@@ -30,4 +30,4 @@ TEST(NearestName, IsAskedForInAQuestion) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::base

@@ -1,10 +1,11 @@
-#include "wire/printable.h"
+#include "base/printable.h"
 
 #include <gtest/gtest.h>
 
 #include "tessera/v1/farm.pb.h"
+#include "wire/printable_message.h"
 
-namespace tessera::wire {
+namespace tessera::base {
 namespace {
 
 TEST(Printable, SpellsOutWhatMovesTheCursor) {
@@ -47,7 +48,7 @@ TEST(Printable, GoesThroughWholeMessages) {
   response.mutable_status()->add_notes("c");
   response.mutable_status()->add_set_aside()->add_failures()->set_message("d\ne");
   (*response.mutable_status()->mutable_stats()->mutable_material_ns())["f\x1b"] = 3;
-  make_printable(response);
+  wire::make_printable(response);
   EXPECT_EQ(response.status().name(), "a\\x1b[31m");
   EXPECT_EQ(response.status().notes(0), "b\\x0d");
   EXPECT_EQ(response.status().notes(1), "c");
@@ -57,9 +58,9 @@ TEST(Printable, GoesThroughWholeMessages) {
 
   v1::WatchJobResponse watched;
   watched.add_results()->set_payload("\x1b\r\n");
-  make_printable(watched);
+  wire::make_printable(watched);
   EXPECT_EQ(watched.results(0).payload(), "\x1b\r\n") << "bytes are no text";
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::base

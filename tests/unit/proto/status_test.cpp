@@ -1,10 +1,10 @@
-#include "wire/status.h"
+#include "transport/status.h"
 
 #include <gmock/gmock.h>
 #include <grpcpp/support/status.h>
 #include <gtest/gtest.h>
 
-namespace tessera::wire {
+namespace tessera::transport {
 namespace {
 
 TEST(Status, EveryCodeSurvivesTheWay) {
@@ -26,4 +26,4 @@ TEST(Status, TheMessageNamesTheCall) {
 }
 
 }  // namespace
-}  // namespace tessera::wire
+}  // namespace tessera::transport

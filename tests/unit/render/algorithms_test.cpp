@@ -8,6 +8,7 @@
 #include "render/integrator/kernel.h"
 #include "render/renderer.h"
 #include "wire/algorithm.h"
+#include "wire/job_check.h"
 
 namespace tessera::render {
 namespace {

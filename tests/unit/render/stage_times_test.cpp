@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/cpu_time.h"
 #include "support/scene_file.h"
-#include "wire/cpu_time.h"
 
 namespace tessera::test {
 namespace {
@@ -29,9 +29,9 @@ TEST(StageTimes, AddUpToTheCpuTime) {
     double best = 0;
     for (int attempt = 0; attempt < 6 && best < 0.9; ++attempt) {
       render::RenderStats stats;
-      const auto start = wire::thread_cpu_time();
+      const auto start = base::thread_cpu_time();
       ASSERT_TRUE(file->scene->render_tile({0, 0, 64, 64, 0, 64}, {}, stats).ok());
-      const auto spent = static_cast<double>((wire::thread_cpu_time() - start).count());
+      const auto spent = static_cast<double>((base::thread_cpu_time() - start).count());
       const auto sum = static_cast<double>(
           std::accumulate(stats.times.stages.begin(), stats.times.stages.end(), std::uint64_t{0}));
       EXPECT_LE(sum, 1.001 * spent) << integrator;

@@ -7,7 +7,7 @@
 #include "coordinator_fixture.h"
 #include "tls/expelled.h"
 #include "tls_fixture.h"
-#include "wire/x509.h"
+#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -20,9 +20,9 @@ const Expelled::Time kNow{hours{24 * 365 * 50}};
 
 /// A certificate that was made at some time, as PEM.
 std::string made_at(const Authority& authority, Role role, const std::string& name, Expelled::Time time) {
-  const wire::Key key = wire::make_key();
+  const transport::Key key = transport::make_key();
   return authority
-      .certify(wire::to_pem(wire::make_request(key.get(), name).get()),
+      .certify(transport::to_pem(transport::make_request(key.get(), name).get()),
                {.role = role, .name = name, .hosts = {}}, time - kClockSlack, time + kCertificateLife)
       .value();
 }

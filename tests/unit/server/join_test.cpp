@@ -8,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "base/private_file.h"
 #include "service/coordinator.h"
 #include "support/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
@@ -16,11 +17,10 @@
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
-#include "wire/channel.h"
-#include "wire/join_token.h"
-#include "wire/private_file.h"
-#include "wire/tls.h"
-#include "wire/x509.h"
+#include "transport/channel.h"
+#include "transport/join_token.h"
+#include "transport/tls.h"
+#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -28,7 +28,9 @@ namespace {
 namespace fs = std::filesystem;
 using enum grpc::StatusCode;
 
-std::string request_pem(EVP_PKEY* key) { return wire::to_pem(wire::make_request(key, "render7").get()); }
+std::string request_pem(EVP_PKEY* key) {
+  return transport::to_pem(transport::make_request(key, "render7").get());
+}
 
 /// The code of a call without a request, by the method's full name.
 grpc::StatusCode call_code(const std::shared_ptr<grpc::Channel>& channel, const std::string& method) {
@@ -72,13 +74,13 @@ class Joining : public testing::Test {
   std::string join_address() const { return "127.0.0.1:" + std::to_string(coordinator_->join_port()); }
 
   std::shared_ptr<grpc::Channel> member(const fs::path& certificates) const {
-    return wire::make_channel(main_address(), {.certificates = certificates.string()}).value();
+    return transport::make_channel(main_address(), {.certificates = certificates.string()}).value();
   }
 
   /// What somebody with the token's authority, and nothing else, has.
   std::shared_ptr<grpc::Channel> stranger() const {
     const auto authority = Authority::open(farm() / "authority");
-    return grpc::CreateChannel(join_address(), wire::trusting_credentials(authority->certificate_pem()));
+    return grpc::CreateChannel(join_address(), transport::trusting_credentials(authority->certificate_pem()));
   }
 
   grpc::Status make_token(const std::string& program, std::uint32_t uses, std::string& token) const {
@@ -95,7 +97,7 @@ class Joining : public testing::Test {
   std::string secret(std::uint32_t uses = 1) const {
     std::string token;
     EXPECT_TRUE(make_token("admin", uses, token).ok());
-    const auto parsed = wire::parse_join_token(token);
+    const auto parsed = transport::parse_join_token(token);
     EXPECT_TRUE(parsed.ok()) << parsed.status();
     return parsed.ok() ? parsed->secret : "";
   }
@@ -114,7 +116,7 @@ class Joining : public testing::Test {
   }
 
   support::TempDir folder_;
-  const wire::Key key_ = wire::make_key();
+  const transport::Key key_ = transport::make_key();
   std::unique_ptr<Coordinator> coordinator_;
 };
 
@@ -122,11 +124,11 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
   std::string certificate;
   ASSERT_EQ(join(secret(), request_pem(key_.get()), &certificate), OK);
   const fs::path mine = folder_.path() / "mine";
-  ASSERT_TRUE(wire::make_folder(mine).ok());
-  ASSERT_TRUE(wire::replace_file(mine / wire::kKeyFile, 0600, wire::to_pem(key_.get())).ok());
-  ASSERT_TRUE(wire::replace_file(mine / wire::kCertificateFile, 0644, certificate).ok());
-  fs::copy_file(farm() / "server" / wire::kTrustedFile, mine / wire::kTrustedFile);
-  ASSERT_TRUE(wire::check_certificates(mine.string()).ok());
+  ASSERT_TRUE(base::make_folder(mine).ok());
+  ASSERT_TRUE(base::replace_file(mine / transport::kKeyFile, 0600, transport::to_pem(key_.get())).ok());
+  ASSERT_TRUE(base::replace_file(mine / transport::kCertificateFile, 0644, certificate).ok());
+  fs::copy_file(farm() / "server" / transport::kTrustedFile, mine / transport::kTrustedFile);
+  ASSERT_TRUE(transport::check_certificates(mine.string()).ok());
 
   const auto channel = member(mine);
   EXPECT_EQ(call_code(channel, "/tessera.v1.WorkService/Register"),
@@ -152,13 +154,13 @@ TEST_F(Joining, UnsoundRequestsDoNotUseTheTokenUp) {
   EXPECT_EQ(join(once, std::string(5000, 'x')), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get()), nullptr, "../evil"), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get()), nullptr, "a,URI:tessera:admin"), INVALID_ARGUMENT);
-  const wire::Key other_curve{EVP_EC_gen("P-384")};
+  const transport::Key other_curve{EVP_EC_gen("P-384")};
   EXPECT_EQ(join(once, request_pem(other_curve.get())), INVALID_ARGUMENT);
   // Somebody else's public key, signed with one's own.
-  const wire::Key other = wire::make_key();
-  const wire::CertificateRequest stolen = wire::make_request(key_.get(), "render7");
+  const transport::Key other = transport::make_key();
+  const transport::CertificateRequest stolen = transport::make_request(key_.get(), "render7");
   ASSERT_EQ(X509_REQ_set_pubkey(stolen.get(), other.get()), 1);
-  EXPECT_EQ(join(once, wire::to_pem(stolen.get())), INVALID_ARGUMENT);
+  EXPECT_EQ(join(once, transport::to_pem(stolen.get())), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get())), OK);
 }
 
@@ -176,7 +178,7 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
   EXPECT_EQ(make_token("client-alice", 1, token).error_code(), PERMISSION_DENIED);
   EXPECT_EQ(make_token("admin", 0, token).error_code(), INVALID_ARGUMENT);
   ASSERT_EQ(make_token("admin", 1, token).error_code(), OK);
-  const auto parsed = wire::parse_join_token(token);
+  const auto parsed = transport::parse_join_token(token);
   ASSERT_TRUE(parsed.ok());
   EXPECT_EQ(parsed->port, coordinator_->join_port());
   EXPECT_EQ(parsed->authority_digest, Authority::open(farm() / "authority")->digest());
@@ -186,7 +188,7 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
 TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
   const auto authority = Authority::open(farm() / "authority");
   const auto at_main =
-      grpc::CreateChannel(main_address(), wire::trusting_credentials(authority->certificate_pem()));
+      grpc::CreateChannel(main_address(), transport::trusting_credentials(authority->certificate_pem()));
   const auto at_join = stranger();
   int methods = 0;
   const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
@@ -213,7 +215,7 @@ TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
     EXPECT_EQ(call_code(at_join, method), PERMISSION_DENIED);
   }
   // Members are told nothing more there.
-  const auto admin = grpc::CreateChannel(join_address(), wire::channel_credentials(farm() / "admin"));
+  const auto admin = grpc::CreateChannel(join_address(), transport::channel_credentials(farm() / "admin"));
   EXPECT_EQ(call_code(admin, "/tessera.v1.FarmService/ListJobs"), PERMISSION_DENIED);
 }
 
@@ -241,9 +243,9 @@ TEST_F(Joining, TheAuthorityMustBeTheServersOwn) {
 }
 
 TEST(JoinToken, IsReadAsItIsWritten) {
-  const wire::JoinToken token{
+  const transport::JoinToken token{
       .port = 7071, .authority_digest = std::string(64, 'a'), .secret = std::string(32, '7')};
-  const auto read = wire::parse_join_token(token.to_string());
+  const auto read = transport::parse_join_token(token.to_string());
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(read->port, token.port);
   EXPECT_EQ(read->authority_digest, token.authority_digest);
@@ -252,7 +254,7 @@ TEST(JoinToken, IsReadAsItIsWritten) {
   for (const std::string& bad :
        {std::string{}, text.substr(1), text.substr(0, text.size() - 1), text + "0", text + ":1",
         "tessera-join:0" + text.substr(17), "tessera-join:99999" + text.substr(17)}) {
-    const auto refused = wire::parse_join_token(bad);
+    const auto refused = transport::parse_join_token(bad);
     EXPECT_TRUE(absl::IsInvalidArgument(refused.status())) << bad;
     EXPECT_EQ(std::string(refused.status().message()).find("7777"), std::string::npos);
   }

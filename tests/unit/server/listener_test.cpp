@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "coordinator_fixture.h"
-#include "wire/channel.h"
+#include "transport/channel.h"
 
 namespace tessera::server {
 namespace {
@@ -28,7 +28,7 @@ class ListenerTest : public CoordinatorTest {
 
   /// Somebody who was never there before.
   grpc::Status list_jobs(const std::string& host) const {
-    grpc::ChannelArguments arguments = wire::channel_arguments();
+    grpc::ChannelArguments arguments = transport::channel_arguments();
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     const auto stub = v1::FarmService::NewStub(
         grpc::CreateCustomChannel(host + ":" + std::to_string(coordinator_->bound_port()),

@@ -8,7 +8,7 @@
 
 #include "coordinator_fixture.h"
 #include "service/coordinator_impl.h"
-#include "wire/channel.h"
+#include "transport/channel.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -23,7 +23,7 @@ class OpenStreamsTest : public CoordinatorTest {
     options.stream_patience = patience;
     start(options);
     // Over a real socket, which holds little for a reader that takes nothing.
-    grpc::ChannelArguments arguments = wire::channel_arguments();
+    grpc::ChannelArguments arguments = transport::channel_arguments();
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     const auto channel = grpc::CreateCustomChannel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),

@@ -16,7 +16,7 @@
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
-#include "wire/channel.h"
+#include "transport/channel.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -47,7 +47,7 @@ class TlsTest : public testing::Test {
   std::string address() const { return "127.0.0.1:" + std::to_string(coordinator_->bound_port()); }
 
   std::shared_ptr<grpc::Channel> channel(const std::filesystem::path& certificates) const {
-    auto made = wire::make_channel(address(), {.certificates = certificates.string()});
+    auto made = transport::make_channel(address(), {.certificates = certificates.string()});
     EXPECT_TRUE(made.ok()) << made.status();
     return made.ok() ? *made : nullptr;
   }

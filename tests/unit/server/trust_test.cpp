@@ -10,7 +10,7 @@
 #include "scheduler/identity.h"
 #include "service/lease_seal.h"
 #include "tls_fixture.h"
-#include "wire/tls.h"
+#include "transport/tls.h"
 
 namespace tessera::server {
 namespace {
@@ -339,9 +339,9 @@ TEST_F(OwnFiles, AKeyThatEverybodyCanReadIsRefused) {
   namespace fs = std::filesystem;
   const fs::path server = farm_certificates() / "server";
   EXPECT_TRUE(try_start(server).ok());
-  fs::permissions(server / wire::kKeyFile, fs::perms::group_read, fs::perm_options::add);
+  fs::permissions(server / transport::kKeyFile, fs::perms::group_read, fs::perm_options::add);
   EXPECT_TRUE(try_start(server).ok()) << "a group may be that of the service";
-  fs::permissions(server / wire::kKeyFile, fs::perms::others_read, fs::perm_options::add);
+  fs::permissions(server / transport::kKeyFile, fs::perms::others_read, fs::perm_options::add);
   const absl::Status refused = try_start(server);
   EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
   EXPECT_THAT(std::string(refused.message()), AllOf(HasSubstr("key.pem"), HasSubstr("chmod 600")));

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/scene_builder.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
 
 namespace tessera::render {

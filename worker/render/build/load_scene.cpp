@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
 #include "render/build/scene_builder.h"
 #include "render/build/scene_content.h"
@@ -12,14 +13,13 @@
 #include "render/film/pass_film.h"
 #include "render/integrator/kernel.h"
 #include "wire/algorithm.h"
-#include "wire/cpu_time.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
 namespace {
 
-double thread_cpu_seconds() { return wire::in_seconds(wire::thread_cpu_time()); }
+double thread_cpu_seconds() { return base::in_seconds(base::thread_cpu_time()); }
 
 class LoadedScene final : public RenderScene {
  public:

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "wire/image_blob.h"
+#include "images/image_blob.h"
 
 namespace tessera::render {
 namespace {
@@ -44,7 +44,8 @@ void decode_floats(std::vector<float>& texels, TexelEncoding encoding, float gam
 
 absl::StatusOr<TextureImage> load_texture_image(std::string_view bytes, std::string_view name,
                                                 const TextureLoadOptions& options) {
-  absl::StatusOr<wire::ImagePixels> pixels = wire::decode_image(bytes, std::string(name), options.max_texels);
+  absl::StatusOr<images::ImagePixels> pixels =
+      images::decode_image(bytes, std::string(name), options.max_texels);
   if (!pixels.ok()) return pixels.status();
   TextureImage image;
   image.width = pixels->size.width;

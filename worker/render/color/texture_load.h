@@ -24,8 +24,8 @@ struct TextureLoadOptions {
   std::uint64_t max_texels = 1ull << 28;  // of the decoded image; more is refused
 };
 
-/// Decodes a file that wire::decode_image() reads, with its errors. 8-bit files stay 8-bit, all others become
-/// float. Texels that are not finite become 0, those beyond 1e18 become 1e18.
+/// Decodes a file that images::decode_image() reads, with its errors. 8-bit files stay 8-bit, all others
+/// become float. Texels that are not finite become 0, those beyond 1e18 become 1e18.
 absl::StatusOr<TextureImage> load_texture_image(std::string_view bytes, std::string_view name,
                                                 const TextureLoadOptions& options = {});
 

@@ -1,0 +1,27 @@
+#include "transport/backoff.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+
+namespace tessera::transport {
+
+Backoff::Backoff(Duration first, Duration cap, std::uint32_t seed)
+    : first_(first), cap_(cap), bound_(first), random_(seed) {}
+
+Backoff::Duration Backoff::next() {
+  const Duration delay{
+      std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(random_)};
+  bound_ = std::min(2 * bound_, cap_);
+  return delay;
+}
+
+bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock{mutex};
+  wake.wait_for(lock, stop, delay, [] { return false; });
+  return !stop.stop_requested();
+}
+
+}  // namespace tessera::transport

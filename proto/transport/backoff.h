@@ -1,0 +1,37 @@
+// How long to wait before a call is tried again.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <random>
+#include <stop_token>
+
+namespace tessera::transport {
+
+/// Exponential backoff with jitter: each delay is drawn from the upper half of a bound that doubles from
+/// `first` to `cap`, so that workers which lost the same coordinator do not all come back at the same
+/// instant.
+class Backoff {
+ public:
+  using Duration = std::chrono::milliseconds;
+
+  explicit Backoff(Duration first = Duration{100}, Duration cap = Duration{5000},
+                   std::uint32_t seed = std::random_device{}());
+
+  /// The delay before the next attempt.
+  Duration next();
+
+  /// After a success: the next delay is short again.
+  void reset() { bound_ = first_; }
+
+ private:
+  Duration first_;
+  Duration cap_;
+  Duration bound_;
+  std::mt19937 random_;
+};
+
+/// Sleeps for `delay`, or until `stop` is requested: then false.
+bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop);
+
+}  // namespace tessera::transport
