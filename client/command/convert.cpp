@@ -5,7 +5,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
-#include "command/output.h"
+#include "command/report/output.h"
 #include "image/exr.h"
 #include "import/import.h"
 

@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "command/command_line.h"
-#include "command/job_settings.h"
+#include "command/jobs/job_settings.h"
 
 namespace tessera::client {
 

@@ -7,9 +7,9 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
-#include "command/job_table.h"
+#include "command/report/job_table.h"
+#include "command/report/table.h"
 #include "command/server_option.h"
-#include "command/table.h"
 
 namespace tessera::client {
 namespace {

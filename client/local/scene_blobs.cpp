@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "agent/mapped_file.h"
+#include "agent/stores/mapped_file.h"
 
 namespace tessera::client {
 namespace {

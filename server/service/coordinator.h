@@ -12,7 +12,7 @@
 #include "absl/status/statusor.h"
 #include "net/connections.h"
 #include "scheduler/turn_order.h"
-#include "service/accounts.h"
+#include "service/farm/accounts.h"
 
 namespace tessera::server {
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "net/connections.h"
-#include "service/farm.h"
-#include "service/open_streams.h"
+#include "service/farm/farm.h"
+#include "service/rpc/open_streams.h"
 #include "telemetry/metrics.h"
 
 namespace tessera::server {

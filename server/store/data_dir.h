@@ -6,7 +6,7 @@
 //   farm.log                 what was journaled of the whole farm (entry_log.h)
 //   results/JOB              payloads of a job's results, one after another (result_file.h)
 //   results/JOB.log          all else that was journaled of the job
-//   lease-key, expelled, join-tokens    small files of their own (service/lease_seal.h, tls/)
+//   lease-key, expelled, join-tokens    small files of their own (service/farm/lease_seal.h, tls/)
 //   blobs/ab/abcdef...       blobs, named by digest (blob_store.h)
 //   partial/abcdef...        uploads that are not complete
 #pragma once

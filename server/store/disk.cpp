@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "store/checked_pages.h"
 #include "store/file.h"
+#include "store/sqlite/checked_pages.h"
 
 namespace tessera::server {
 namespace {

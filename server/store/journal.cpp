@@ -5,9 +5,9 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
-#include "store/checksum.h"
-#include "store/sqlite_journal.h"
-#include "store/sqlite_status.h"
+#include "store/log/checksum.h"
+#include "store/sqlite/sqlite_journal.h"
+#include "store/sqlite/sqlite_status.h"
 #include "telemetry/log.h"
 #include "tessera/v1/job.pb.h"
 

@@ -8,7 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "scenario/simulated_coordinator.h"
-#include "service/journal_events.h"
+#include "service/job/journal_events.h"
 #include "support/phased_job.h"
 #include "wire/arithmetic_class.h"
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "service/adoption.h"
-#include "service/journal_events.h"
+#include "service/job/adoption.h"
+#include "service/job/journal_events.h"
 
 namespace tessera::server {
 

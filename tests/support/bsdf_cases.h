@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "render/bsdf/balance_table.h"
 #include "render/bsdf/bsdf.h"
-#include "render/bsdf/coat_table.h"
-#include "render/bsdf/plastic_table.h"
+#include "render/bsdf/tables/balance_table.h"
+#include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/plastic_table.h"
 
 namespace tessera::test {
 

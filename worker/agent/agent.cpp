@@ -5,12 +5,12 @@
 #include <thread>
 #include <utility>
 
-#include "agent/blob_fetcher.h"
-#include "agent/coordinator_link.h"
-#include "agent/heart.h"
 #include "agent/lease_table.h"
-#include "agent/outbox.h"
-#include "agent/session.h"
+#include "agent/link/coordinator_link.h"
+#include "agent/link/heart.h"
+#include "agent/link/outbox.h"
+#include "agent/link/session.h"
+#include "agent/stores/blob_fetcher.h"
 #include "agent/unit_renderer.h"
 #include "telemetry/log.h"
 #include "transport/backoff.h"

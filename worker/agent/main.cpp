@@ -13,9 +13,9 @@
 
 #include "absl/strings/str_join.h"
 #include "agent/agent.h"
-#include "agent/blob_cache.h"
-#include "agent/join.h"
+#include "agent/link/join.h"
 #include "agent/metrics.h"
+#include "agent/stores/blob_cache.h"
 #include "base/address.h"
 #include "options/program.h"
 #include "telemetry/log.h"

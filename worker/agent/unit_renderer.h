@@ -8,10 +8,10 @@
 #include <stop_token>
 
 #include "agent/agent.h"
-#include "agent/blob_fetcher.h"
-#include "agent/outbox.h"
-#include "agent/prepared_store.h"
-#include "agent/scene_store.h"
+#include "agent/link/outbox.h"
+#include "agent/stores/blob_fetcher.h"
+#include "agent/stores/prepared_store.h"
+#include "agent/stores/scene_store.h"
 #include "agent/time_limit.h"
 
 namespace tessera::agent {

@@ -6,7 +6,7 @@
 
 #include "import/input/blob_collector.h"
 #include "import/input/diagnostics.h"
-#include "import/mitsuba/values.h"
+#include "import/mitsuba/document/values.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::client::mitsuba {

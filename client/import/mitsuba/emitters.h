@@ -1,7 +1,7 @@
 // Mitsuba emitters -> Light messages and area lights.
 #pragma once
 
-#include "import/mitsuba/textures.h"
+#include "import/mitsuba/matter/textures.h"
 
 namespace tessera::client::mitsuba {
 

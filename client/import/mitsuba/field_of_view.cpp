@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "import/input/concat.h"
-#include "import/mitsuba/value_text.h"
+#include "import/mitsuba/document/value_text.h"
 
 namespace tessera::client::mitsuba {
 namespace {

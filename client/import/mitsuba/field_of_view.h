@@ -1,7 +1,7 @@
 // Field of view, which perspective sensors and projectors have in common.
 #pragma once
 
-#include "import/mitsuba/property_reader.h"
+#include "import/mitsuba/document/property_reader.h"
 
 namespace tessera::client::mitsuba {
 

@@ -2,11 +2,11 @@
 
 #include "import/input/concat.h"
 #include "import/input/valid_text.h"
-#include "import/mitsuba/document_reader.h"
+#include "import/mitsuba/document/document_reader.h"
 #include "import/mitsuba/emitters.h"
 #include "import/mitsuba/integrator.h"
 #include "import/mitsuba/sensor.h"
-#include "import/mitsuba/shapes.h"
+#include "import/mitsuba/shapes/shapes.h"
 
 namespace tessera::client::mitsuba {
 namespace {

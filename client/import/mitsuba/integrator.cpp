@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "import/input/concat.h"
-#include "import/mitsuba/property_reader.h"
+#include "import/mitsuba/document/property_reader.h"
 #include "wire/limits.h"
 
 namespace tessera::client::mitsuba {

@@ -1,7 +1,7 @@
 // The Mitsuba sensor, with its film and sampler -> Camera, Film and settings.
 #pragma once
 
-#include "import/mitsuba/media.h"
+#include "import/mitsuba/matter/media.h"
 
 namespace tessera::client::mitsuba {
 

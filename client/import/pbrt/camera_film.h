@@ -2,7 +2,7 @@
 #pragma once
 
 #include "import/pbrt/context.h"
-#include "import/pbrt/parameters.h"
+#include "import/pbrt/file/parameters.h"
 
 namespace tessera::client::pbrt {
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "import/input/concat.h"
-#include "import/pbrt/media.h"
+#include "import/pbrt/matter/media.h"
 #include "import/pbrt/render_settings.h"
 
 namespace tessera::client::pbrt {

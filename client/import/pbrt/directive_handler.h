@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "import/pbrt/camera_film.h"
-#include "import/pbrt/curves.h"
 #include "import/pbrt/lights.h"
-#include "import/pbrt/materials.h"
-#include "import/pbrt/shapes.h"
+#include "import/pbrt/matter/materials.h"
+#include "import/pbrt/shapes/curves.h"
+#include "import/pbrt/shapes/shapes.h"
 
 namespace tessera::client::pbrt {
 

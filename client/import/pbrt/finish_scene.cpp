@@ -9,7 +9,7 @@
 #include "import/input/parallel.h"
 #include "import/pbrt/directive_handler.h"
 #include "import/pbrt/render_settings.h"
-#include "import/pbrt/shapes.h"
+#include "import/pbrt/shapes/shapes.h"
 #include "import/ply/ply_reader.h"
 #include "wire/digest.h"
 #include "wire/scene_numbers.h"

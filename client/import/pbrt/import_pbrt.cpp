@@ -1,7 +1,7 @@
 #include "import/pbrt/import_pbrt.h"
 
 #include "import/input/valid_text.h"
-#include "import/pbrt/directive_reader.h"
+#include "import/pbrt/file/directive_reader.h"
 
 namespace tessera::client::pbrt {
 

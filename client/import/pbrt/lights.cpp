@@ -5,7 +5,7 @@
 
 #include "import/input/concat.h"
 #include "import/input/light_image.h"
-#include "import/pbrt/spectrum_values.h"
+#include "import/pbrt/matter/spectrum_values.h"
 
 namespace tessera::client::pbrt {
 namespace {

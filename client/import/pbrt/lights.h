@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "import/pbrt/textures.h"
+#include "import/pbrt/matter/textures.h"
 
 namespace tessera::client::pbrt {
 

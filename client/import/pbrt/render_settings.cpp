@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "import/input/concat.h"
-#include "import/pbrt/tokenizer.h"
+#include "import/pbrt/file/tokenizer.h"
 #include "wire/limits.h"
 
 namespace tessera::client::pbrt {

@@ -9,7 +9,7 @@
 #include "fuzz/mutate_message.h"
 #include "fuzz/target.h"
 #include "scenario/simulated_disk.h"
-#include "service/farm.h"
+#include "service/farm/farm.h"
 #include "wire/version.h"
 
 namespace tessera::fuzz {

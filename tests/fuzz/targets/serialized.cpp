@@ -1,6 +1,6 @@
 // Mitsuba's packed meshes.
 #include "fuzz/targets/sound_mesh.h"
-#include "import/mitsuba/serialized_mesh.h"
+#include "import/mitsuba/shapes/serialized_mesh.h"
 
 namespace tessera::fuzz {
 namespace {

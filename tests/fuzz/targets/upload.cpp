@@ -2,7 +2,7 @@
 // told the truth, so that uploads can succeed.
 #include "fuzz/mutate_message.h"
 #include "fuzz/target.h"
-#include "service/blob_upload.h"
+#include "service/rpc/blob_upload.h"
 #include "wire/digest.h"
 
 namespace tessera::fuzz {

@@ -1,5 +1,5 @@
 // Mitsuba's volumes.
-#include "import/mitsuba/volume_file.h"
+#include "import/mitsuba/matter/volume_file.h"
 #include "fuzz/target.h"
 #include "wire/volume_blob.h"
 

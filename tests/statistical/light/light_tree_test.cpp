@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "render/light/light_tree_build.h"
-#include "render/light/pick.h"
+#include "render/light/selection/light_tree_build.h"
+#include "render/light/selection/pick.h"
 #include "statistical/light/lamps.h"
 #include "support/chi2.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "render/bsdf/boundary_energy.h"
 #include "render/bsdf/boundary_scatter.h"
+#include "render/bsdf/tables/boundary_energy.h"
 #include "support/render_image.h"
 
 namespace tessera::test {

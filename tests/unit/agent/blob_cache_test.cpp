@@ -1,4 +1,4 @@
-#include "agent/blob_cache.h"
+#include "agent/stores/blob_cache.h"
 
 #include <gtest/gtest.h>
 

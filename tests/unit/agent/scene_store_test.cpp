@@ -1,4 +1,4 @@
-#include "agent/scene_store.h"
+#include "agent/stores/scene_store.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "command/job_news.h"
+#include "command/jobs/job_news.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

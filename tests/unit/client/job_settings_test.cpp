@@ -1,4 +1,4 @@
-#include "command/job_settings.h"
+#include "command/jobs/job_settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,12 +1,12 @@
-#include "command/job_table.h"
+#include "command/report/job_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "absl/strings/str_split.h"
-#include "command/job_selection.h"
-#include "command/phase.h"
-#include "command/table.h"
+#include "command/jobs/job_selection.h"
+#include "command/report/phase.h"
+#include "command/report/table.h"
 
 namespace tessera::client {
 namespace {

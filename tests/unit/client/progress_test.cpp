@@ -1,4 +1,4 @@
-#include "command/progress.h"
+#include "command/report/progress.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "command/time_spent.h"
+#include "command/report/time_spent.h"
 
 #include <gtest/gtest.h>
 

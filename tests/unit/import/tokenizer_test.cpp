@@ -1,4 +1,4 @@
-#include "import/pbrt/tokenizer.h"
+#include "import/pbrt/file/tokenizer.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "render/bsdf/balance_table.h"
+#include "render/bsdf/tables/balance_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "render/bsdf/coat_table.h"
+#include "render/bsdf/tables/coat_table.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "render/bsdf/boundary_energy.h"
+#include "render/bsdf/tables/boundary_energy.h"
 
 namespace tessera::render {
 namespace {

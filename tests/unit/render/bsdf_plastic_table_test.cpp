@@ -1,4 +1,4 @@
-#include "render/bsdf/plastic_table.h"
+#include "render/bsdf/tables/plastic_table.h"
 
 #include <gtest/gtest.h>
 

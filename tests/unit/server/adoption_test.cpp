@@ -1,10 +1,10 @@
 // Results that are there already, given to new jobs.
-#include "service/adoption.h"
+#include "service/job/adoption.h"
 
 #include <gmock/gmock.h>
 
-#include "coordinator_fixture.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "coordinator_fixture.h"
-#include "service/blob_upload.h"
+#include "service/rpc/blob_upload.h"
 #include "store/data_dir.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 

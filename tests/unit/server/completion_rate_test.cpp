@@ -1,4 +1,4 @@
-#include "service/completion_rate.h"
+#include "service/job/completion_rate.h"
 
 #include <gtest/gtest.h>
 

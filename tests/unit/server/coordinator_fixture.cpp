@@ -1,9 +1,9 @@
-#include "coordinator_fixture.h"
+#include "unit/server/coordinator_fixture.h"
 
 #include <google/protobuf/util/time_util.h>
 
-#include "requests.h"
 #include "service/in_process.h"
+#include "unit/server/requests.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"

@@ -5,8 +5,8 @@
 #include <map>
 #include <thread>
 
-#include "coordinator_fixture.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

@@ -1,4 +1,4 @@
-#include "service/dispatcher.h"
+#include "service/farm/dispatcher.h"
 
 #include <gtest/gtest.h>
 

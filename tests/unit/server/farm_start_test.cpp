@@ -6,8 +6,8 @@
 #include <future>
 #include <thread>
 
-#include "requests.h"
-#include "service/farm.h"
+#include "service/farm/farm.h"
+#include "unit/server/requests.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

@@ -9,9 +9,9 @@
 #include <set>
 #include <thread>
 
-#include "coordinator_fixture.h"
-#include "requests.h"
-#include "service/farm.h"
+#include "service/farm/farm.h"
+#include "unit/server/coordinator_fixture.h"
+#include "unit/server/requests.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

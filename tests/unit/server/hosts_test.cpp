@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "coordinator_fixture.h"
-#include "requests.h"
-#include "service/host_shares.h"
+#include "service/farm/host_shares.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
+#include "unit/server/requests.h"
 
 namespace tessera::server {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 #include <thread>
 
-#include "coordinator_fixture.h"
+#include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {

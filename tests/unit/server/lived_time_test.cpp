@@ -1,4 +1,4 @@
-#include "service/lived_time.h"
+#include "service/farm/lived_time.h"
 
 #include <gtest/gtest.h>
 

@@ -11,9 +11,9 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "coordinator_fixture.h"
 #include "support/long_form.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {

@@ -2,9 +2,9 @@
 // over.
 #include <gmock/gmock.h>
 
-#include "coordinator_fixture.h"
-#include "requests.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
+#include "unit/server/requests.h"
 
 namespace tessera::server {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "coordinator_fixture.h"
 #include "service/in_process.h"
 #include "support/http_get.h"
+#include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {

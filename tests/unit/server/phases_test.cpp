@@ -5,9 +5,9 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
-#include "coordinator_fixture.h"
 #include "support/phased_job.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "coordinator_fixture.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
 namespace {

@@ -1,4 +1,4 @@
-#include "service/result_check.h"
+#include "service/job/result_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

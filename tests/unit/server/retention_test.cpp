@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "coordinator_fixture.h"
-#include "store/blob_store.h"
+#include "store/blobs/blob_store.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "coordinator_fixture.h"
 #include "support/temp_dir.h"
+#include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

@@ -3,8 +3,8 @@
 
 #include <future>
 
-#include "coordinator_fixture.h"
-#include "requests.h"
+#include "unit/server/coordinator_fixture.h"
+#include "unit/server/requests.h"
 #include "wire/version.h"
 
 namespace tessera::server {

@@ -8,9 +8,9 @@
 // scattering keeps, the geometric series of [Kulla & Conty 2017].
 #pragma once
 
-#include "render/bsdf/balance_table.h"
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/microfacet.h"
+#include "render/bsdf/tables/balance_table.h"
 
 namespace tessera::render::TESSERA_ISA {
 

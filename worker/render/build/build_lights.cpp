@@ -7,7 +7,7 @@
 #include "render/light/environment.h"
 #include "render/light/light_build.h"
 #include "render/light/light_source.h"
-#include "render/light/light_tree_build.h"
+#include "render/light/selection/light_tree_build.h"
 
 namespace tessera::render {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "render/bsdf/coat_table.h"
-#include "render/bsdf/plastic_table.h"
 #include "render/bsdf/slots.h"
+#include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/plastic_table.h"
 #include "render/build/scene_builder.h"
 #include "render/core/constants.h"
 

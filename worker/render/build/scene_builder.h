@@ -11,7 +11,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "render/bsdf/balance_table.h"
+#include "render/bsdf/tables/balance_table.h"
 #include "render/build/load_scene.h"
 #include "render/build/motion.h"
 #include "render/build/transform.h"

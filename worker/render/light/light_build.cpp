@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "render/light/area/rectangle_build.h"
 #include "render/light/light_source.h"
-#include "render/light/rectangle_build.h"
 
 namespace tessera::render {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "render/color/texture_table.h"
 #include "render/core/big_array.h"
-#include "render/light/light_tree.h"
+#include "render/light/selection/light_tree.h"
 #include "render/sampling/alias_table.h"
 #include "render/sampling/piecewise2d.h"
 #include "render/shape/shape_table.h"

@@ -4,8 +4,8 @@
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/integrator/vertex/roulette.h"
-#include "render/light/interpolated_normal.h"
-#include "render/light/pick.h"
+#include "render/light/area/interpolated_normal.h"
+#include "render/light/selection/pick.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -1,0 +1,63 @@
+// tessera fetch ID -o OUT
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "command/jobs/follow.h"
+#include "command/jobs/job_selection.h"
+#include "command/report/output.h"
+#include "command/server_option.h"
+
+namespace tessera::client {
+namespace {
+
+struct FetchOptions {
+  ServerOption server;
+  std::string job_id;
+  std::string output;
+  bool half = false;
+  bool partial = false;
+  bool quiet = false;
+};
+
+int run(const FetchOptions& options, Interrupt& interrupt) {
+  if (const absl::Status status = check_output(options.output); !status.ok()) {
+    return report(kUsage, std::string{status.message()});
+  }
+  const std::stop_token stop = interrupt.token();
+  const auto farm = connect(options.server, options.quiet);
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
+  const auto id = find_job_id(**farm, options.job_id, stop);
+  if (!id.ok()) return report_farm_error(id.status(), options.server);
+  const auto job = (*farm)->job(*id, stop);
+  if (!job.ok()) return report_farm_error(job.status(), options.server);
+  PartialImage partial;
+  if (options.partial) {
+    partial = {.wanted = true, .units = job->status().units_done()};
+    if (partial.units == 0 && !has_ended(job->status().state())) {
+      return report(kIncomplete, absl::StrCat("job ", *id, " has no results yet"));
+    }
+  }
+  auto followed = follow_job(**farm, *id, job->spec(), {.quiet = options.quiet}, stop, partial);
+  if (!followed.ok()) return report_farm_error(followed.status(), options.server);
+  return deliver(*followed, job->spec(), options.output, options.half, options.quiet);
+}
+
+}  // namespace
+
+void add_fetch_command(CommandLine& line) {
+  auto options = std::make_shared<FetchOptions>();
+  Command command = line.add_command("fetch", "Write the image of a job, waiting for its end");
+  command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
+  command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
+  command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--partial", options->partial, "what there is of it now, of a job that is not done");
+  command.add_flag("--quiet", options->quiet, "no progress, no warnings");
+  define_server_option(command, options->server);
+  command.example("tessera fetch 4f0c2a11 -o scene.exr");
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,158 @@
+// tessera submit SCENE -o OUT: renders on the farm.
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+
+#include "command/command.h"
+#include "command/exit_code.h"
+#include "command/interrupt.h"
+#include "command/jobs/follow.h"
+#include "command/render_options.h"
+#include "command/report/output.h"
+#include "command/report/phase.h"
+#include "command/report/stats_file.h"
+#include "command/server_option.h"
+
+namespace tessera::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct SubmitOptions {
+  RenderOptions render;
+  ServerOption server;
+  FarmClient::Reuse reuse;
+  bool detach = false;
+};
+
+absl::Status check(const SubmitOptions& options) {
+  if (absl::Status status = check_stats(options.render); !status.ok()) return status;
+  if (options.render.output.empty()) {
+    if (options.detach) return absl::OkStatus();
+    return absl::InvalidArgumentError("--output is required, unless with --detach");
+  }
+  return check_output(options.render.output);
+}
+
+/// Cuts the job into the units of the one that it continues: only equal units have equal results.
+absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSpec& spec,
+                       std::stop_token stop) {
+  if (continued.empty()) return absl::OkStatus();
+  const absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, stop);
+  if (!job.ok()) return job.status();
+  spec.set_tile_size(job->spec().tile_size());
+  spec.set_samples_per_unit(job->spec().samples_per_unit());
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet,
+                                     std::stop_token stop) {
+  Phase phase{progress_mode(STDERR_FILENO, quiet), std::cerr, loaded.job->spec.name(), "uploading"};
+  return farm.upload(loaded.job->blobs, stop, [&](std::uint64_t sent, std::uint64_t total) {
+    phase.detail(format_bytes(sent, total));
+  });
+}
+
+/// Follows the submitted job to its image.
+int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::string& job_id,
+                   const LoadedJob& loaded, std::uint64_t uploaded_bytes, std::stop_token stop) {
+  const v1::JobSpec& spec = loaded.job->spec;
+  const Clock::time_point start = Clock::now();
+  absl::StatusOr<FollowedJob> followed =
+      follow_job(farm, job_id, spec, {.quiet = options.render.quiet}, stop);
+  if (!followed.ok()) {
+    const int exit_code = report_farm_error(followed.status(), options.server);
+    std::cerr << "tessera: the job goes on; its image comes with: tessera fetch " << job_id << " -o "
+              << options.render.output << " --server " << options.server.address << std::endl;
+    return exit_code;
+  }
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const int exit_code =
+      deliver(*followed, spec, options.render.output, options.render.half, options.render.quiet);
+  if (options.render.stats.empty()) return exit_code;
+
+  RenderStatistics statistics;
+  statistics.load_seconds = loaded.import_seconds;
+  statistics.render_wall_seconds = seconds;
+  statistics.uploaded_bytes = uploaded_bytes;
+  statistics.import_warnings = loaded.warning_lines();
+  statistics.spec = spec;
+  statistics.status = followed->status;
+  statistics.time = time_spent(followed->status.stats());
+  if (const absl::Status status = write_statistics(statistics, options.render.stats); !status.ok()) {
+    return report(kIncomplete, std::string{status.message()});
+  }
+  return exit_code;
+}
+
+int run(const SubmitOptions& options, Interrupt& interrupt) {
+  if (const absl::Status status = check(options); !status.ok())
+    return report(kUsage, std::string{status.message()});
+  const auto farm = connect(options.server, options.render.quiet);
+  if (!farm.ok()) return report_farm_error(farm.status(), options.server);
+  // A coordinator that is not there is better noticed before a long import than after it.
+  const auto workers = (*farm)->workers({});
+  if (!workers.ok()) return report_farm_error(workers.status(), options.server);
+  if (workers->empty() && !options.render.quiet) {
+    std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one"
+              << std::endl;
+  }
+
+  int exit_code = kDone;
+  const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code);
+  if (loaded == nullptr) return exit_code;
+  const std::stop_token stop = interrupt.token();
+  const absl::StatusOr<std::uint64_t> uploaded = upload(**farm, *loaded, options.render.quiet, stop);
+  if (!uploaded.ok()) return report_farm_error(uploaded.status(), options.server);
+  if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop);
+      !status.ok()) {
+    return report_farm_error(status, options.server);
+  }
+  const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
+  if (!job_id.ok()) return report_farm_error(job_id.status(), options.server);
+  if (options.detach || !options.render.quiet) std::cout << "job " << *job_id << std::endl;
+  if (options.detach) return kDone;
+  return wait_for_image(options, **farm, *job_id, *loaded, *uploaded, stop);
+}
+
+}  // namespace
+
+void add_submit_command(CommandLine& line) {
+  auto options = std::make_shared<SubmitOptions>();
+  Command command = line.add_command("submit", "Render a scene on the farm");
+  define_render_options(command, options->render);
+  command.group("Job");
+  JobSettings& job = options->render.job;
+  if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
+  command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
+  command.add("--user", job.user, "whose share of the farm it counts against")
+      .type_name("NAME")
+      .with_default();
+  command.add("--priority", job.priority, "higher goes first").with_default();
+  command.add("--require", job.required_tags, "tags that a worker must have")
+      .separated_by_commas()
+      .type_name("TAG,...");
+  command
+      .add("--bits", job.bits,
+           "same: machines that round alike render all of it; any: every machine works (default: as the farm "
+           "has it)")
+      .one_of({"same", "any"});
+  command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
+  const Option continued =
+      command
+          .add("--continue", options->reuse.continued,
+               "a job whose samples are taken over, with its tiles; only --spp may differ")
+          .type_name("JOB");
+  command.add_flag("--fresh", options->reuse.fresh, "render everything, even what the farm has already")
+      .excludes(continued);
+  command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);
+  define_server_option(command, options->server);
+  command.example("tessera submit scene.pbrt -o scene.exr --spp 256");
+  command.example("tessera submit scene.pbrt --detach --priority 5 --require big-memory");
+  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+}
+
+}  // namespace tessera::client

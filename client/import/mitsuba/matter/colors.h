@@ -1,0 +1,34 @@
+// Colours as Mitsuba 3's RGB modes see them.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "import/mitsuba/document/property_reader.h"
+
+namespace tessera::client::mitsuba {
+
+enum class ColorUse {
+  kReflectance,  // within 0..1
+  kUnbounded,    // indices of refraction, extinction
+  kEmission,
+};
+
+v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb);
+v1::Spectrum constant_spectrum(double value);
+
+/// Linear Rec.709 of a number, <rgb>, <spectrum> or constant texture ("uniform", "srgb", "d65",
+/// "rawconstant"); nothing for textures that vary, and for other types.
+///
+/// Numbers and <rgb> stand for themselves. Sampled spectra are integrated (spectra/linear_rgb.h): emitted
+/// ones as they are, others under D65. A uniform emitted <spectrum> is an equal-energy one, whose colour is
+/// not grey.
+std::optional<std::array<double, 3>> read_constant_color(PropertyReader& reader, const Property& property,
+                                                         ColorUse use);
+
+/// The constant colour of parameter `name`, `fallback` where it is absent; an error where it is something
+/// else.
+std::array<double, 3> read_color(PropertyReader& reader, std::string_view name, double fallback,
+                                 ColorUse use);
+
+}  // namespace tessera::client::mitsuba

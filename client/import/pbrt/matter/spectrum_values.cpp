@@ -1,0 +1,265 @@
+#include "import/pbrt/matter/spectrum_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "import/input/concat.h"
+#include "import/input/input_file.h"
+#include "import/pbrt/file/tokenizer.h"
+#include "import/spectra/linear_rgb.h"
+#include "import/spectra/named_spectra.h"
+#include "import/spectra/photometry.h"
+
+namespace tessera::client::pbrt {
+namespace {
+
+// The range of wavelengths that pbrt-v4 renders.
+constexpr float kFirstNm = 360;
+constexpr float kLastNm = 830;
+
+v1::Spectrum sampled_spectrum(const SpectrumTable& table) {
+  v1::Spectrum spectrum;
+  v1::SampledSpectrum* sampled = spectrum.mutable_sampled();
+  sampled->mutable_wavelengths_nm()->Add(table.wavelengths_nm.begin(), table.wavelengths_nm.end());
+  sampled->mutable_values()->Add(table.values.begin(), table.values.end());
+  return spectrum;
+}
+
+SpectrumTable table_of(const v1::SampledSpectrum& sampled) {
+  return {{sampled.wavelengths_nm().begin(), sampled.wavelengths_nm().end()},
+          {sampled.values().begin(), sampled.values().end()}};
+}
+
+/// The spectrum at so many wavelengths that lines between them miss nothing that is seen.
+SpectrumTable tabulated(const v1::Spectrum& spectrum) {
+  if (spectrum.has_sampled()) return table_of(spectrum.sampled());
+  constexpr float kStep = 5;
+  SpectrumTable table;
+  for (float nm = kFirstNm; nm <= kLastNm; nm += kStep) {
+    table.wavelengths_nm.push_back(nm);
+    table.values.push_back(spectrum.has_blackbody()
+                               ? static_cast<float>(normalized_blackbody(nm, spectrum.blackbody().kelvin()))
+                               : spectrum.constant());
+  }
+  return table;
+}
+
+std::array<double, 3> rgb_or_grey(const v1::Spectrum& spectrum) {
+  if (spectrum.has_rgb()) return {spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()};
+  return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
+}
+
+bool is_table(const v1::Spectrum& spectrum) { return spectrum.has_sampled() || spectrum.has_blackbody(); }
+
+/// Pairs of wavelength and value; the message of what is wrong, or nothing.
+std::string fill_table(const std::vector<double>& numbers, SpectrumTable& table) {
+  if (numbers.empty() || numbers.size() % 2 != 0) {
+    return concat("expected pairs of wavelength and value, found ", numbers.size(), " numbers");
+  }
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    const float nm = static_cast<float>(numbers[i]);
+    if (!table.wavelengths_nm.empty() && !(nm > table.wavelengths_nm.back())) {
+      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.wavelengths_nm.back(),
+                    " nm");
+    }
+    table.wavelengths_nm.push_back(nm);
+    table.values.push_back(static_cast<float>(numbers[i + 1]));
+  }
+  return "";
+}
+
+void add_zero_ends(SpectrumTable& table) {
+  // A step as steep as floats allow at these wavelengths, with room to spare.
+  constexpr float kStepNm = 0.01f;
+  if (table.wavelengths_nm.front() > kFirstNm) {
+    table.wavelengths_nm.insert(table.wavelengths_nm.begin(), table.wavelengths_nm.front() - kStepNm);
+    table.values.insert(table.values.begin(), 0);
+  }
+  if (table.wavelengths_nm.back() < kLastNm) {
+    table.wavelengths_nm.push_back(table.wavelengths_nm.back() + kStepNm);
+    table.values.push_back(0);
+  }
+}
+
+/// A file of pairs of wavelength and value, with comments.
+absl::StatusOr<SpectrumTable> read_spectrum_file(const std::filesystem::path& path) {
+  absl::StatusOr<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.status();
+  Tokenizer tokenizer(file->bytes(), 0);
+  std::vector<double> numbers;
+  tokenizer.read_numbers([&](double value) { numbers.push_back(value); });
+  const Token rest = tokenizer.next();
+  SpectrumTable table;
+  const std::string problem =
+      rest.kind == TokenKind::kEnd
+          ? fill_table(numbers, table)
+          : concat("line ", rest.where.line, ": expected a number, found \"", rest.text, "\"");
+  if (!problem.empty()) return absl::InvalidArgumentError(concat(path.string(), ": ", problem));
+  return table;
+}
+
+std::optional<v1::Spectrum> fail(Context& context, const Parameter& parameter, std::string_view owner,
+                                 std::string_view what) {
+  context.diagnostics.error(parameter.where,
+                            concat("parameter \"", parameter.name, "\" of ", owner, ": ", what));
+  return std::nullopt;
+}
+
+std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& parameter, std::string_view owner,
+                                     SpectrumUse use) {
+  if (parameter.numbers.size() != 3) {
+    return fail(context, parameter, owner,
+                concat("expected one RGB, found ", parameter.numbers.size() / 3.0));
+  }
+  std::array<double, 3> rgb = {parameter.numbers[0], parameter.numbers[1], parameter.numbers[2]};
+  if (*std::min_element(rgb.begin(), rgb.end()) < 0)
+    return fail(context, parameter, owner, "an RGB value is negative");
+  rgb = rec709_from(parameter.color_space, rgb);
+  const double highest = use == SpectrumUse::kReflectance ? 1 : HUGE_VAL;
+  bool clamped = false;
+  for (double& component : rgb) {
+    const double inside = std::clamp(component, 0.0, highest);
+    clamped = clamped || inside != component;
+    component = inside;
+  }
+  if (clamped) {
+    context.diagnostics.warning(parameter.where, concat("parameter \"", parameter.name, "\" of ", owner,
+                                                        ": a component is outside of what linear Rec.709 can "
+                                                        "hold there: clamped"));
+  }
+  return rgb_spectrum(rgb);
+}
+
+std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& parameter, std::string_view owner,
+                                         SpectrumUse use) {
+  SpectrumTable table;
+  bool measured_over_all = false;
+  if (parameter.strings.empty()) {
+    if (std::string problem = fill_table(parameter.numbers, table); !problem.empty()) {
+      return fail(context, parameter, owner, problem);
+    }
+  } else if (parameter.strings.size() != 1) {
+    return fail(context, parameter, owner, "expected one name of a spectrum");
+  } else if (std::optional<SpectrumTable> named = find_named_spectrum(parameter.strings.front())) {
+    table = *std::move(named);
+    measured_over_all = true;
+  } else {
+    const std::string& name = parameter.strings.front();
+    absl::StatusOr<SpectrumTable> from_file = read_spectrum_file(context.resolve(name));
+    if (!from_file.ok()) {
+      const bool missing = absl::IsNotFound(from_file.status());
+      return fail(context, parameter, owner,
+                  missing ? concat("\"", name, "\" is neither a named spectrum nor a file")
+                          : std::string(from_file.status().message()));
+    }
+    table = *std::move(from_file);
+  }
+  if (use != SpectrumUse::kUnbounded && !measured_over_all) add_zero_ends(table);
+  return sampled_spectrum(table);
+}
+
+}  // namespace
+
+v1::Spectrum constant_spectrum(double value) {
+  v1::Spectrum spectrum;
+  spectrum.set_constant(static_cast<float>(value));
+  return spectrum;
+}
+
+v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb) {
+  v1::Spectrum spectrum;
+  spectrum.mutable_rgb()->set_r(static_cast<float>(rgb[0]));
+  spectrum.mutable_rgb()->set_g(static_cast<float>(rgb[1]));
+  spectrum.mutable_rgb()->set_b(static_cast<float>(rgb[2]));
+  return spectrum;
+}
+
+v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor) {
+  if (is_table(spectrum)) {
+    SpectrumTable table = tabulated(spectrum);
+    for (float& value : table.values) value = static_cast<float>(value * factor);
+    return sampled_spectrum(table);
+  }
+  if (!spectrum.has_rgb()) return constant_spectrum(spectrum.constant() * factor);
+  const std::array<double, 3> rgb = rgb_or_grey(spectrum);
+  return rgb_spectrum({rgb[0] * factor, rgb[1] * factor, rgb[2] * factor});
+}
+
+v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b) {
+  if (a.has_rgb() || b.has_rgb()) {
+    const std::array<double, 3> first = linear_rgb_of(a), second = linear_rgb_of(b);
+    return rgb_spectrum({first[0] + second[0], first[1] + second[1], first[2] + second[2]});
+  }
+  if (!is_table(a) && !is_table(b)) return constant_spectrum(double{a.constant()} + b.constant());
+  // Linear between the samples of both.
+  const SpectrumTable first = tabulated(a), second = tabulated(b);
+  SpectrumTable result;
+  std::set_union(first.wavelengths_nm.begin(), first.wavelengths_nm.end(), second.wavelengths_nm.begin(),
+                 second.wavelengths_nm.end(), std::back_inserter(result.wavelengths_nm));
+  for (const float nm : result.wavelengths_nm) {
+    result.values.push_back(static_cast<float>(evaluate(first, nm) + evaluate(second, nm)));
+  }
+  return sampled_spectrum(result);
+}
+
+std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum) {
+  if (!is_table(spectrum)) return rgb_or_grey(spectrum);
+  // Constant beyond its ends, which linear_rgb() is not.
+  SpectrumTable table = tabulated(spectrum);
+  if (table.wavelengths_nm.front() > kFirstNm) {
+    table.wavelengths_nm.insert(table.wavelengths_nm.begin(), kFirstNm);
+    table.values.insert(table.values.begin(), table.values.front());
+  }
+  if (table.wavelengths_nm.back() < kLastNm) {
+    table.wavelengths_nm.push_back(kLastNm);
+    table.values.push_back(table.values.back());
+  }
+  std::array<double, 3> rgb = linear_rgb(table, SeenUnder::kD65);
+  for (double& component : rgb) component = std::max(component, 0.0);
+  return rgb;
+}
+
+std::optional<v1::Spectrum> read_spectrum(Context& context, const Parameter& parameter,
+                                          std::string_view owner, SpectrumUse use) {
+  switch (parameter.type) {
+    case ParameterType::kRgb:
+      return read_rgb(context, parameter, owner, use);
+    case ParameterType::kSpectrum:
+      return read_sampled(context, parameter, owner, use);
+    default:
+      break;
+  }
+  if (parameter.numbers.size() != 1) {
+    return fail(context, parameter, owner, concat("expected one value, found ", parameter.numbers.size()));
+  }
+  const double value = parameter.numbers.front();
+  if (parameter.type != ParameterType::kBlackbody) return constant_spectrum(value);
+  if (value <= 0) return fail(context, parameter, owner, "a temperature must be above 0 kelvin");
+  v1::Spectrum spectrum;
+  spectrum.mutable_blackbody()->set_kelvin(static_cast<float>(value));
+  return spectrum;
+}
+
+LightSpectrum read_light_spectrum(Context& context, ParameterList& parameters, std::string_view name) {
+  LightSpectrum result;
+  result.spectrum = rgb_spectrum({1, 1, 1});
+  const Parameter* parameter = parameters.find(
+      name, {ParameterType::kRgb, ParameterType::kSpectrum, ParameterType::kBlackbody}, context.diagnostics);
+  if (parameter == nullptr) return result;
+  std::optional<v1::Spectrum> spectrum =
+      read_spectrum(context, *parameter, parameters.owner(), SpectrumUse::kIlluminant);
+  if (!spectrum) return result;
+  result.spectrum = *std::move(spectrum);
+  double luminance_of_spectrum = 1;
+  if (result.spectrum.has_sampled()) {
+    luminance_of_spectrum = luminance(table_of(result.spectrum.sampled()));
+  } else if (result.spectrum.has_blackbody()) {
+    const double kelvin = result.spectrum.blackbody().kelvin();
+    luminance_of_spectrum = luminance([&](double nm) { return normalized_blackbody(nm, kelvin); });
+  }
+  result.scale = luminance_of_spectrum > 0 ? 1 / luminance_of_spectrum : 0;
+  return result;
+}
+
+}  // namespace tessera::client::pbrt

@@ -1,0 +1,418 @@
+// The calls by which clients handle jobs: look at them, change them, take their results.
+#include <algorithm>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
+#include "service/farm/farm.h"
+#include "service/job/journal_events.h"
+#include "telemetry/log.h"
+#include "wire/limits.h"
+#include "wire/tile_result.h"
+
+namespace tessera::server {
+namespace {
+
+// Upper bounds of one WatchJob message: enough to keep a connection busy, little enough to hold for a
+// thousand slow readers.
+constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
+constexpr std::size_t kWatchBatchResults = 256;
+// A clock that is set by less is one that is kept right.
+constexpr Time kStep{std::chrono::minutes{1}};
+// A coordinator that is killed loses the time lived through since, and keeps its jobs for so much longer.
+constexpr Time kBetweenSavings{std::chrono::minutes{1}};
+// Upper bound of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
+constexpr std::size_t kMostWorkerBytes = wire::kMaxMessageBytes / 2;
+
+/// DataLoss also for a payload that can be read, but is not what was written: it has a checksum of its own.
+absl::StatusOr<std::string> read_result(Journal& journal, const std::string& job, std::uint64_t sequence) {
+  absl::StatusOr<std::string> payload = journal.read_result(job, sequence);
+  absl::Status status = payload.ok() ? wire::decode_tile_result(*payload).status() : payload.status();
+  if (status.ok()) return payload;
+  if (absl::IsInvalidArgument(status) || absl::IsNotFound(status))
+    status = absl::DataLossError(status.message());
+  return absl::Status(
+      status.code(), absl::StrCat("result ", sequence, " of job ", job, ": ", std::string(status.message())));
+}
+
+/// Who works on the job.
+void add_workers(const Scheduler& scheduler, const std::string& id, v1::GetJobResponse& response) {
+  absl::flat_hash_map<std::string, std::uint32_t> leases;
+  for (const Assignment& assignment : scheduler.assignments()) {
+    if (assignment.job == id) leases[assignment.worker] = assignment.leases;
+  }
+  for (const WorkerView& view : scheduler.workers()) {
+    const auto found = leases.find(view.info.id);
+    if (found == leases.end()) continue;
+    v1::JobWorker& worker = *response.add_workers();
+    worker.set_name(view.info.name);
+    worker.set_host(short_name(view.info.host));
+    worker.set_leases(found->second);
+  }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- looking and cancelling
+
+absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return entry.status();
+  v1::GetJobResponse response;
+  *response.mutable_status() = describe(**entry);
+  *response.mutable_spec() = (*entry)->shape->spec;
+  for (const HostShare& slow : (*entry)->hosts.slow()) {
+    v1::SlowHost& host = *response.add_slow_hosts();
+    host.set_host(short_name(slow.host));
+    host.set_units(slow.units);
+    host.set_slowness(slow.slowness);
+  }
+  add_workers(scheduler_, id, response);
+  return response;
+}
+
+v1::ListJobsResponse Farm::list_jobs() {
+  const std::lock_guard lock(mutex_);
+  v1::ListJobsResponse response;
+  for (const auto& entry : jobs_.all()) {
+    v1::JobStatus& status = *response.add_jobs() = outline(*entry);
+    status.clear_set_aside();
+    status.clear_latest_failures();
+  }
+  return response;
+}
+
+absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return entry.status();
+  return (*entry)->shape->spec.user();
+}
+
+v1::JobStatus Farm::outline(const JobEntry& entry) const {
+  v1::JobStatus status = status_of(entry, view_of(entry));
+  const std::int64_t end = entry.finished_unix_ms != 0 ? entry.finished_unix_ms : unix_milliseconds();
+  status.set_elapsed_ms(std::max<std::int64_t>(end - entry.submitted_unix_ms, 0));
+  if (is_open(status.state()) && !status.paused()) {
+    const std::uint32_t left = status.units_total() - status.units_done() - status.units_set_aside();
+    if (const auto time = entry.rate.time_for(left, now())) status.set_left_ms(time->count());
+  }
+  return status;
+}
+
+v1::JobStatus Farm::describe(const JobEntry& entry) const {
+  v1::JobStatus status = outline(entry);
+  if (!entry.past) status.set_waiting_for(scheduler_.waiting_for(entry.id, now()));
+  if (!entry.past) status.set_left_out(scheduler_.left_out(entry.id));
+  if (is_open(status.state())) return status;
+  for (const std::string& host : entry.hosts.hosts()) {
+    if (scheduler_.trusts(host)) continue;
+    status.add_notes(
+        absl::StrCat(entry.hosts.units_of(host), " units are of host ", short_name(host),
+                     ", which returned wrong pixels and is in quarantine: they may be wrong too; ",
+                     "tessera submit --fresh renders all again"));
+  }
+  return status;
+}
+
+// ---------------------------------------------------------------- changes
+
+void Farm::answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done) {
+  if (!changed.ok()) return done(changed);
+  commit({}, {}, /*wait=*/true, [this, id, done = std::move(done)](const absl::Status& status) {
+    if (!status.ok()) return done(status);
+    absl::StatusOr<v1::GetJobResponse> job = get_job(id);
+    job.ok() ? done(std::move(*job->mutable_status())) : done(job.status());
+  });
+  dispatcher_.notify_work();
+}
+
+void Farm::cancel(const std::string& id, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  answer_with_status((*entry)->past ? absl::OkStatus() : scheduler_.cancel_job(id).status(), id,
+                     std::move(done));
+}
+
+void Farm::delete_job(const std::string& id, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  if (!(*entry)->durable_end) {
+    return done(absl::FailedPreconditionError(absl::StrCat("job ", id, " is not over: cancel it first")));
+  }
+  telemetry::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()},
+                 "job {} is deleted on request", id);
+  forget(id, std::move(done));
+}
+
+void Farm::forget(const std::string& id, DoneEmpty done) {
+  if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
+  jobs_.erase(id);
+  lived_.forget(id);
+  commit({JobPruned{.id = id}}, {}, /*wait=*/true, std::move(done));
+}
+
+void Farm::retry(const std::string& id, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  const bool over = (*entry)->past && (*entry)->past->state != v1::DONE;
+  absl::Status status =
+      over ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"))
+      : (*entry)->past ? absl::OkStatus()
+                       : scheduler_.retry_job(id);
+  answer_with_status(status, id, std::move(done));
+}
+
+void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  const std::string& id = request.job_id();
+  const absl::StatusOr<JobEntry*> entry = find_job(id);
+  if (!entry.ok()) return done(entry.status());
+  absl::Status status =
+      (*entry)->past ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over")) : absl::OkStatus();
+  if (status.ok() && request.has_paused()) status = scheduler_.pause_job(id, request.paused());
+  if (status.ok() && request.has_priority()) status = scheduler_.set_priority(id, request.priority());
+  answer_with_status(status, id, std::move(done));
+}
+
+void Farm::trust_host(const std::string& host, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const std::lock_guard lock(mutex_);
+  if (absl::Status status = scheduler_.trust_host(host); !status.ok()) return done(std::move(status));
+  commit({}, {}, /*wait=*/true, std::move(done));
+  dispatcher_.notify_work();
+}
+
+void Farm::note_fetched(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  JobEntry* const entry = jobs_.find(id);
+  if (entry == nullptr || entry->fetched || !entry->durable_end) return;
+  entry->fetched = true;
+  commit({JobFetched{.id = id}}, {}, /*wait=*/true, [](const absl::Status&) {});
+}
+
+// ---------------------------------------------------------------- workers, as clients see them
+
+v1::ListWorkersResponse Farm::list_workers() {
+  const std::lock_guard lock(mutex_);
+  const Time at = now();
+  v1::ListWorkersResponse response;
+  std::size_t bytes = 0;
+  absl::flat_hash_map<std::string, std::vector<Assignment>> assignments;
+  for (Assignment& assignment : scheduler_.assignments())
+    assignments[assignment.worker].push_back(std::move(assignment));
+  for (const WorkerView& view : scheduler_.workers()) {
+    if (bytes > kMostWorkerBytes) {
+      spdlog::warn("the list of workers is cut: {} of them fill a message", response.workers_size());
+      break;
+    }
+    v1::WorkerStatus& worker = *response.add_workers();
+    worker.set_worker_id(view.info.id);
+    worker.set_name(view.info.name);
+    worker.set_isa(view.info.isa);
+    worker.set_build(view.info.build);
+    worker.set_threads(view.info.threads);
+    worker.set_leases(view.leases);
+    worker.set_units_done(view.units_done);
+    worker.set_draining(view.draining);
+    worker.set_last_seen_ms_ago((at - view.last_seen).count());
+    worker.set_host(short_name(view.info.host));
+    for (const std::string& tag : view.info.tags) worker.add_tags(tag);
+    worker.set_quarantine(view.quarantine);
+    worker.set_slowness(view.slowness);
+    worker.set_certificate(view.info.certificate);
+    for (const Assignment& assignment : assignments[view.info.id]) {
+      const v1::JobSpec& spec = jobs_.find(assignment.job)->shape->spec;
+      v1::WorkerJob& job = *worker.add_jobs();
+      job.set_job_id(assignment.job);
+      job.set_name(spec.name());
+      job.set_user(spec.user());
+      job.set_leases(assignment.leases);
+    }
+    v1::WorkerArithmetic& arithmetic = *worker.mutable_arithmetic();
+    for (const std::string& name : view.info.classes) arithmetic.add_classes(name);
+    for (const std::string& job : view.closed_jobs) arithmetic.add_closed_jobs(job);
+    bytes += worker.ByteSizeLong();
+  }
+  return response;
+}
+
+// ---------------------------------------------------------------- results
+
+absl::StatusOr<WatchBatch> Farm::next_results(const std::string& id, std::uint64_t after, bool status_only) {
+  WatchBatch batch{.response = {}, .last = after};
+  std::shared_ptr<const JobShape> shape;
+  std::vector<CoveredUnits> units;
+  std::vector<std::uint64_t> revoked;
+  bool ended, past;
+  std::uint64_t available;
+  {
+    const std::lock_guard lock(mutex_);
+    const absl::StatusOr<JobEntry*> found = find_job(id);
+    if (!found.ok()) return found.status();
+    const JobEntry& entry = **found;
+    *batch.response.mutable_status() = describe(entry);
+    shape = entry.shape;
+    available = entry.durable_results;
+    ended = entry.durable_end && (entry.past || available == entry.units_by_sequence.size());
+    past = entry.past.has_value();
+    revoked = entry.past_revoked;
+    if (!status_only && !past && after < available) {
+      const auto first = entry.units_by_sequence.begin() + static_cast<std::ptrdiff_t>(after);
+      units.assign(first, first + static_cast<std::ptrdiff_t>(
+                                      std::min<std::uint64_t>(available - after, kWatchBatchResults)));
+    }
+  }
+  if (past && !status_only && after < available) {
+    absl::StatusOr<std::vector<CoveredUnits>> read = journal_.read_units(id, after, kWatchBatchResults);
+    if (!read.ok()) return read.status();
+    units = *std::move(read);
+  }
+  std::size_t bytes = 0;
+  for (const CoveredUnits& covered : units) {
+    if (covered.first == JobEntry::kRevoked || !shape->plan->is_of_picture(covered.first) ||
+        std::binary_search(revoked.begin(), revoked.end(), batch.last + 1)) {
+      ++batch.last;
+      continue;
+    }
+    const absl::StatusOr<std::string> payload = read_result(journal_, id, batch.last + 1);
+    if (absl::IsDataLoss(payload.status())) {
+      const std::lock_guard lock(mutex_);
+      const absl::StatusOr<JobEntry*> found = find_job(id);
+      if (!found.ok()) return found.status();
+      if (absl::Status status = do_again(**found, batch.last + 1, payload.status()); !status.ok())
+        return status;
+      ended = false;
+      break;
+    }
+    if (!payload.ok()) return payload.status();
+    if (bytes > 0 && bytes + payload->size() > kWatchBatchBytes) break;
+    bytes += payload->size();
+    v1::UnitResult& result = *batch.response.add_results();
+    result.set_sequence(++batch.last);
+    // A journal may be damaged.
+    const std::optional<UnitRun> run = shape->plan->run(covered.first, covered.ranges);
+    if (!run)
+      return absl::DataLossError(
+          absl::StrCat("journal: job ", id, ": result ", batch.last, " cannot be read"));
+    *result.mutable_unit() = shape->plan->unit(*run);
+    result.set_ranges(run->count);
+    result.set_payload(*payload);
+  }
+  batch.finished = ended && (status_only || batch.last >= available);
+  return batch;
+}
+
+absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage) {
+  if (entry.past) {
+    if (entry.past->state != v1::DONE) return damage;
+    // It is over for so long that the scheduler does not know it any more.
+    const absl::StatusOr<JobRecord> record = journal_.read_job(entry.id);
+    if (!record.ok()) return record.status();
+    if (absl::Status status = restore_job(scheduler_, request_of(entry), *record); !status.ok())
+      return status;
+    recall(entry, *record);
+  }
+  const std::uint32_t unit = entry.units_by_sequence[sequence - 1].first;
+  if (unit == JobEntry::kRevoked) return absl::OkStatus();  // somebody else noticed before
+  absl::Status status = scheduler_.revoke_result(entry.id, unit, sequence, std::string(damage.message()));
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  dispatcher_.notify_work();
+  return absl::IsFailedPrecondition(status) ? damage : status;
+}
+
+// ---------------------------------------------------------------- retention
+
+/// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_
+/// held.
+void Farm::retire_jobs() {
+  live_on();
+  for (const auto& entry : jobs_.all()) {
+    if (entry->past || !entry->durable_end || entry->durable_results < entry->units_by_sequence.size() ||
+        lived_.since_end_of(entry->id) < options_.late_results) {
+      continue;
+    }
+    JobView view = view_of(*entry);
+    if (view.state == v1::INCOMPLETE || !scheduler_.forget_job(entry->id).ok()) continue;
+    retire(*entry, std::move(view));
+  }
+}
+
+/// Lets a moment of the retention's clock pass. With mutex_ held.
+void Farm::live_on() {
+  const Time set = lived_.advance(
+      now(), std::chrono::duration_cast<Time>(std::chrono::system_clock::now().time_since_epoch()));
+  if (set < -kStep || set > kStep) {
+    spdlog::warn("the machine's clock was set by {} s; jobs and blobs are kept for as long as without that",
+                 std::chrono::duration_cast<std::chrono::seconds>(set).count());
+    // When a blob was used last is the file system's word, by the clock on the wall.
+    no_collection_before_ = now() + std::chrono::duration_cast<Time>(options_.retention.blobs);
+  }
+}
+
+/// Deletes jobs whose time is over. With mutex_ held.
+void Farm::prune() {
+  std::uint64_t bytes = 0;
+  for (const auto& entry : jobs_.all()) bytes += entry->result_bytes;
+  std::vector<std::string> old;
+  for (const auto& entry : jobs_.all()) {
+    if (!entry->durable_end) {
+      lived_.forget(entry->id);
+      continue;
+    }
+    const Time age = lived_.since_end_of(entry->id);
+    const v1::JobState state = view_of(*entry).state;
+    const bool kept_for_nobody =
+        (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
+    const bool too_much = kept_for_nobody && bytes > options_.retention.max_bytes;
+    if (!too_much && age < (kept_for_nobody ? options_.retention.fetched : options_.retention.unfetched))
+      continue;
+    bytes -= entry->result_bytes;
+    old.push_back(entry->id);
+  }
+  for (const std::string& id : old) {
+    telemetry::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
+    forget(id, [](const absl::Status&) {});
+  }
+  if (now() >= no_collection_before_ && (!old.empty() || now() >= next_collection_)) collect_blobs();
+  if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;
+  next_saving_ = now() + kBetweenSavings;
+  saver_ = std::jthread([this, text = lived_.to_text()] {
+    if (absl::Status status = LivedTime::save(lived_.file(), text); !status.ok()) {
+      spdlog::error("{}", std::string(status.message()));
+    }
+    saving_ = false;
+  });
+}
+
+void Farm::collect_blobs() {
+  if (collecting_.exchange(true)) return;
+  next_collection_ = now() + kLongestBetweenCollections;
+  // What a job needs that is submitted meanwhile was asked for a moment ago.
+  absl::flat_hash_set<std::string> needed;
+  for (const auto& entry : jobs_.all()) {
+    needed.insert(entry->shape->spec.scene().digest());
+    for (const v1::BlobRef& blob : entry->shape->spec.blobs()) needed.insert(blob.digest());
+    entry->phase_blobs.for_each_digest([&](std::string digest) { needed.insert(std::move(digest)); });
+  }
+  collector_ = std::jthread([this, needed = std::move(needed)] {
+    const BlobStore::Collected collected = blobs_.collect(
+        [&](const std::string& digest) { return needed.contains(digest); }, options_.retention.blobs);
+    if (collected.blobs > 0) {
+      spdlog::info("{} blobs ({} bytes) are deleted: no job needs them", collected.blobs, collected.bytes);
+    }
+    collecting_ = false;
+  });
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,514 @@
+// The calls of workers.
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/printable.h"
+#include "scheduler/identity.h"
+#include "service/farm/farm.h"
+#include "service/identifier.h"
+#include "service/job/result_check.h"
+#include "telemetry/log.h"
+#include "wire/arithmetic_class.h"
+#include "wire/limits.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+using google::protobuf::util::TimeUtil;
+
+// Results that wait for the disk; more are sent back to be tried again.
+constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
+// A registration stays for as long as its worker, and all of them go into one answer (ListWorkers).
+constexpr std::size_t kMaxNameBytes = 256;
+constexpr int kMaxIsas = 16;
+constexpr std::size_t kMaxIsaBytes = 32;
+constexpr std::size_t kMaxTagBytes = 1024;                     // of all together
+constexpr int kMaxNamedPerLease = 256;                         // jobs or scenes that a worker says it knows
+constexpr std::size_t kMaxLeaseBytes = std::size_t{32} << 10;  // of a call that waits, with all its names
+// A worker that took over its leases from an earlier coordinator may hold more than this one would give it.
+constexpr int kMaxLeasesPerHeartbeat = 4 * wire::kMaxLeasesPerWorker;
+// After so many results of a job, their cost is journaled as a sum: a restart adds up the rest only.
+constexpr std::uint64_t kResultsBetweenStats = 4096;
+
+absl::Status check_registration(const v1::RegisterRequest& request) {
+  if (request.protocol() != wire::kProtocolVersion) {
+    return absl::FailedPreconditionError(absl::StrCat("the worker speaks protocol ", request.protocol(),
+                                                      ", the coordinator protocol ", wire::kProtocolVersion));
+  }
+  if (request.build() != wire::build_version()) {
+    return absl::FailedPreconditionError(absl::StrCat("the worker is of build \"", request.build(),
+                                                      "\", the coordinator of build \"",
+                                                      wire::build_version(), "\""));
+  }
+  if (request.name().size() > kMaxNameBytes || request.supported_isas_size() > kMaxIsas) {
+    return absl::InvalidArgumentError("the name is too long, or there are too many ISAs");
+  }
+  const auto& isas = request.supported_isas();
+  if (std::find(isas.begin(), isas.end(), request.isa()) == isas.end()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("ISA \"", request.isa(), "\" is not among those supported"));
+  }
+  if (std::any_of(isas.begin(), isas.end(), [](const std::string& isa) { return isa.size() > kMaxIsaBytes; }))
+    return absl::InvalidArgumentError("the name of an ISA is too long");
+  const auto& classes = request.arithmetic_classes();
+  const auto is_of = [](const std::string& name, const std::string& isa) {
+    return wire::isa_of(name) == isa;
+  };
+  const auto is_long = [](const std::string& name) { return name.size() > kMaxNameBytes; };
+  if (!std::equal(classes.begin(), classes.end(), isas.begin(), isas.end(), is_of) ||
+      std::any_of(classes.begin(), classes.end(), is_long)) {
+    return absl::InvalidArgumentError(
+        "expected one arithmetic class, ISA/..., for each ISA that is supported");
+  }
+  std::size_t tag_bytes = 0;
+  for (const std::string& tag : request.tags()) tag_bytes += tag.size() + 1;
+  if (request.host().size() > kMaxNameBytes || tag_bytes > kMaxTagBytes) {
+    return absl::InvalidArgumentError("the host is too long, or the tags are");
+  }
+  if (request.name().empty() && request.host().empty()) {
+    return absl::InvalidArgumentError("a worker has a name, or says on which host it is");
+  }
+  const auto is_plain = [](const std::string& name) { return base::printable(name) == name; };
+  if (!is_plain(request.name()) || !is_plain(request.host()) ||
+      !std::all_of(request.tags().begin(), request.tags().end(), is_plain)) {
+    return absl::InvalidArgumentError("the name, the host or a tag has a control character");
+  }
+  if (request.threads() == 0) return absl::InvalidArgumentError("a worker has at least one thread");
+  return absl::OkStatus();
+}
+
+/// Measures how long a call takes, its wait for the lock included.
+class Served {
+ public:
+  Served(FarmMetrics& metrics, FarmMetrics::Call call) : metrics_(metrics), call_(call) {}
+  ~Served() { metrics_.served(call_, std::chrono::steady_clock::now() - start_); }
+  Served(const Served&) = delete;
+  Served& operator=(const Served&) = delete;
+
+ private:
+  FarmMetrics& metrics_;
+  const FarmMetrics::Call call_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// A line about what a worker did with a unit.
+void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
+               absl::string_view text) {
+  const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
+  telemetry::log(
+      level,
+      {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
+      "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(),
+      std::string(text));
+}
+
+std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
+
+bool names_few(const v1::LeaseRequest& request) {
+  return std::max(request.known_job_ids_size(), request.loaded_scene_digests_size()) <= kMaxNamedPerLease &&
+         request.ByteSizeLong() <= kMaxLeaseBytes;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterRequest& request,
+                                                           const Origin& origin) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  if (absl::Status status = check_registration(request); !status.ok()) {
+    const std::string name = request.name().substr(0, kMaxNameBytes);
+    telemetry::log(spdlog::level::warn, {.worker = name, .peer = origin.peer}, "worker {} refused: {}", name,
+                   std::string(status.message()));
+    return status;
+  }
+  v1::RegisterResponse response;
+  response.set_worker_id(random_identifier(16));
+  response.set_epoch(journal_.epoch());
+  const std::lock_guard lock(mutex_);
+  *response.mutable_heartbeat_interval() =
+      TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
+  const absl::Status status = scheduler_.register_worker(
+      {.id = response.worker_id(),
+       .name = request.name(),
+       .build = request.build(),
+       .isa = request.isa(),
+       .supported_isas = {request.supported_isas().begin(), request.supported_isas().end()},
+       .threads = request.threads(),
+       .host = host_named(request.host().empty() ? request.name() : request.host(), origin.fingerprint),
+       .tags = {request.tags().begin(), request.tags().end()},
+       .certificate = origin.certificate,
+       .peer = origin.peer,
+       .classes = {request.arithmetic_classes().begin(), request.arithmetic_classes().end()}},
+      now());
+  if (!status.ok()) return status;
+  registrations_[response.worker_id()] = origin.account;
+  telemetry::log(
+      spdlog::level::info,
+      {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
+      "worker {} ({}, {} threads) registered as {}", request.name(),
+      absl::StrJoin(request.arithmetic_classes(), " "), request.threads(), response.worker_id());
+  return response;
+}
+
+absl::Status Farm::check_worker(const std::string& worker, const Origin& origin) const {
+  const std::string host = scheduler_.host_of(worker);
+  if (host.empty() || (!origin.fingerprint.empty() && identity_of(host) != origin.fingerprint)) {
+    return absl::NotFoundError(absl::StrCat("worker ", worker, " is not known; register again"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Farm::check_granted(const std::string& worker, const v1::LeaseToken& token) const {
+  const std::string host = scheduler_.host_of(worker);
+  if (scheduler_.holds(worker, token) || seal_->is_sealed(token, host)) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("unit ", token.unit_index(), " of job ", token.job_id(),
+                                                    " was not granted to host ", short_name(host),
+                                                    " by this lease"));
+}
+
+// ---------------------------------------------------------------- leases
+
+void Farm::lease(v1::LeaseRequest request, const Origin& origin, std::function<bool()> cancelled,
+                 Done<v1::LeaseResponse> done) {
+  absl::Status status = check_serving();
+  if (status.ok()) {
+    const std::lock_guard lock(mutex_);
+    status = check_worker(request.worker_id(), origin);
+  }
+  if (!status.ok()) return done(std::move(status));
+  if (!names_few(request)) {
+    return done(absl::ResourceExhaustedError(
+        absl::StrCat("more than ", kMaxNamedPerLease, " jobs or scenes, or too long names, in one call")));
+  }
+  const auto wait = std::clamp<std::int64_t>(TimeUtil::DurationToMilliseconds(request.max_wait()), 0,
+                                             std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
+  if (try_lease(request, wait == 0, done)) return;
+  const std::string worker = request.worker_id();
+  dispatcher_.park(worker, Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
+                   [this, request = std::move(request), cancelled = std::move(cancelled),
+                    done = std::move(done)](bool last) {
+                     if (!cancelled()) return try_lease(request, last, done);
+                     done(absl::CancelledError("the worker hung up"));
+                     return true;
+                   });
+}
+
+bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done) {
+  if (absl::Status status = check_serving(); !status.ok()) {
+    done(std::move(status));
+    return true;
+  }
+  const Served served(metrics_, FarmMetrics::Call::kLease);
+  std::unique_lock lock(mutex_);
+  absl::StatusOr<v1::LeaseResponse> response = grant(request.worker_id(), request);
+  if (!response.ok()) {
+    lock.unlock();
+    done(response.status());
+    return true;
+  }
+  if (response->leases().empty() && !last) return false;
+  // No worker may begin before it is durable in which class: after a restart another one could be chosen. The
+  // choice may have been that of another call, and on its way.
+  const bool binding = std::any_of(
+      response->leases().begin(), response->leases().end(),
+      [&](const v1::Lease& lease) { return jobs_.find(lease.token().job_id())->bounds_under_way > 0; });
+  if (!binding && !scheduler_.has_events()) {
+    lock.unlock();
+    done(std::move(response));
+    return true;
+  }
+  commit({}, {}, /*wait=*/true, [response = *std::move(response), done](const absl::Status& status) {
+    status.ok() ? done(response) : done(status);
+  });
+  return true;
+}
+
+absl::StatusOr<std::vector<v1::BlobRef>> Farm::inputs_of(JobEntry& entry, std::uint32_t unit) {
+  std::vector<v1::BlobRef> inputs;
+  for (const std::uint32_t source : entry.shape->plan->phases().inputs(unit)) {
+    const std::optional<PhaseBlobs::Made> made = entry.phase_blobs.of(source);
+    if (!made) return absl::NotFoundError(absl::StrCat("unit ", source, " has made no blob"));
+    const UploadState stored = blobs_.query(made->digest);
+    if (!stored.complete) {
+      const std::string what = absl::StrCat("its blob ", made->digest, " is gone");
+      static_cast<void>(scheduler_.revoke_result(entry.id, source, made->sequence, what));
+      return absl::NotFoundError(absl::StrCat("unit ", source, ": ", what));
+    }
+    v1::BlobRef& input = inputs.emplace_back();
+    input.set_digest(made->digest);
+    input.set_size_bytes(stored.stored_bytes);
+  }
+  return inputs;
+}
+
+absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v1::LeaseRequest& request) {
+  absl::StatusOr<LeaseDecision> decision = scheduler_.lease(
+      {.worker = worker,
+       .max_units = request.max_units(),
+       .loaded_scenes = {request.loaded_scene_digests().begin(), request.loaded_scene_digests().end()}},
+      now());
+  if (!decision.ok()) return decision.status();
+  metrics_.leased(decision->leases.size());
+  v1::LeaseResponse response;
+  const auto& known = request.known_job_ids();
+  for (const std::string& id : known) {
+    const JobEntry* const entry = jobs_.find(id);
+    const bool has_phases = entry == nullptr || entry->shape->spec.phases_size() > 0;
+    if (has_phases && (entry == nullptr || entry->past || !is_open(scheduler_.job(id)->state)))
+      response.add_over_job_ids(id);
+  }
+  const std::string host = scheduler_.host_of(worker);
+  for (v1::Lease& lease : decision->leases) {
+    const std::string id = lease.token().job_id();
+    JobEntry& entry = *jobs_.find(id);
+    absl::StatusOr<std::vector<v1::BlobRef>> inputs = inputs_of(entry, lease.unit().index());
+    if (!inputs.ok()) continue;  // the scheduler has the lease back
+    for (v1::BlobRef& input : *inputs) *lease.mutable_unit()->add_inputs() = std::move(input);
+    seal_->seal(*lease.mutable_token(), host);
+    if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
+      v1::JobSpec& spec = (*response.mutable_specs())[id];
+      spec = entry.shape->spec;
+      spec.set_isa(scheduler_.isa_for(worker, id));
+    }
+    *response.add_leases() = std::move(lease);
+  }
+  return response;
+}
+
+absl::StatusOr<v1::HeartbeatResponse> Farm::heartbeat(const v1::HeartbeatRequest& request,
+                                                      const Origin& origin) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  const Served served(metrics_, FarmMetrics::Call::kHeartbeat);
+  const std::lock_guard lock(mutex_);
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok()) return status;
+  absl::StatusOr<v1::HeartbeatResponse> response = beat(request.worker_id(), request);
+  if (response.ok()) commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  return response;
+}
+
+absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker,
+                                                 const v1::HeartbeatRequest& request) {
+  if (request.leases_size() > kMaxLeasesPerHeartbeat) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
+  }
+  v1::HeartbeatResponse response;
+  std::vector<v1::LeaseToken> granted;
+  for (const v1::LeaseToken& token : request.leases()) {
+    check_granted(worker, token).ok() ? granted.push_back(token)
+                                      : static_cast<void>(*response.add_revoked() = token);
+  }
+  absl::StatusOr<HeartbeatDecision> decision = scheduler_.heartbeat(worker, granted, now());
+  if (!decision.ok()) return decision.status();
+  for (v1::LeaseToken& token : decision->revoked) *response.add_revoked() = std::move(token);
+  response.set_drain(decision->drain);
+  *response.mutable_heartbeat_interval() =
+      TimeUtil::MillisecondsToDuration(scheduler_.heartbeat_interval().count());
+  return response;
+}
+
+absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  std::string name;
+  {
+    const std::lock_guard lock(mutex_);
+    if (absl::Status status = check_worker(worker, origin); !status.ok()) return status;
+    name = scheduler_.name_of(worker);
+    if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
+    registrations_.erase(worker);
+  }
+  telemetry::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
+  dispatcher_.notify_work();
+  return absl::OkStatus();
+}
+
+std::uint32_t Farm::expel(const std::string& certificate) {
+  std::uint32_t expelled = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const WorkerView& worker : scheduler_.workers()) {
+      const WorkerInfo& info = worker.info;
+      if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
+      registrations_.erase(info.id);
+      ++expelled;
+      telemetry::log(spdlog::level::warn,
+                     {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
+                     "worker {} ({}) is expelled; its {} leases go to others", info.name, info.id,
+                     worker.leases);
+    }
+  }
+  dispatcher_.notify_work();
+  return expelled;
+}
+
+void Farm::tick() {
+  const Served served(metrics_, FarmMetrics::Call::kTick);
+  const std::lock_guard lock(mutex_);
+  const Expiry expiry = scheduler_.advance(now());
+  for (const WorkerInfo& worker : expiry.lost_workers) {
+    registrations_.erase(worker.id);
+    telemetry::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host},
+                   "worker {} ({}) was lost", worker.name, worker.id);
+  }
+  metrics_.lost(expiry.lost_leases);
+  if (expiry.lost_leases > 0)
+    spdlog::warn("{} leases expired; their units go to other workers", expiry.lost_leases);
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  retire_jobs();
+  if (now() < next_prune_) return;
+  next_prune_ = now() + options_.retention.interval;
+  prune();
+}
+
+// ---------------------------------------------------------------- results
+
+void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
+                    Done<v1::CompleteResponse> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  if (commits_.waiting_bytes() > kMaxWaitingBytes) {
+    return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
+  }
+  const v1::LeaseToken& token = request.token();
+  std::shared_ptr<const JobShape> shape;
+  {
+    const std::lock_guard lock(mutex_);
+    if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+      return done(std::move(status));
+    const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+    if (!entry.ok()) return done(entry.status());
+    if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) {
+      metrics_.refused();
+      log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, status.message());
+      return done(std::move(status));
+    }
+    if ((*entry)->past) {
+      // All of its results are there; that this is one of them is all that can be said without reading them.
+      if ((*entry)->past->state == v1::DONE) return done(v1::CompleteResponse());
+      return done(
+          absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
+    }
+    shape = (*entry)->shape;
+  }
+  const std::optional<UnitRun> units = shape->plan->run(token.unit_index(), std::max(token.ranges(), 1u));
+  if (!units) {
+    return done(
+        absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
+                                                " of ", std::max(token.ranges(), 1u), " ranges")));
+  }
+  const absl::StatusOr<std::string> digest =
+      shape->plan->is_of_picture(units->first)
+          ? check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels)
+          : check_blob_result(request.payload(), units->first, blobs_);
+  if (!digest.ok()) {
+    metrics_.refused();
+    const std::lock_guard lock(mutex_);
+    log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, digest.status().message());
+    return done(digest.status());
+  }
+  accept_result(request, *digest, std::move(done));
+}
+
+void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest,
+                         Done<v1::CompleteResponse> done) {
+  const v1::LeaseToken& token = request.token();
+  const v1::UnitStats stats = bounded(request.stats());
+  const Served served(metrics_, FarmMetrics::Call::kComplete);
+  std::unique_lock lock(mutex_);
+  const absl::StatusOr<CompleteDecision> decision =
+      scheduler_.complete(request.worker_id(), token,
+                          {.fingerprint = fingerprint_of(digest),
+                           .cost = time_of(stats),
+                           .work = stats.camera_rays() + stats.bounce_rays() + stats.shadow_rays()},
+                          now());
+  if (!decision.ok()) {
+    metrics_.refused();
+    // A result that is refused may still decide who is at fault.
+    commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+    if (absl::IsAlreadyExists(decision.status())) {
+      log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), token,
+                decision.status().message());
+    }
+    return done(decision.status());
+  }
+  // The first one may still be on its way to the disk: both are answered when it is there.
+  if (decision->duplicate) {
+    metrics_.repeated();
+    return commit({}, {}, /*wait=*/true, [done = std::move(done)](const absl::Status& status) {
+      status.ok() ? done(v1::CompleteResponse()) : done(status);
+    });
+  }
+  metrics_.completed(time_of(stats), request.payload().size());
+
+  JobEntry& entry = *jobs_.find(token.job_id());
+  const std::string host = scheduler_.host_of(request.worker_id());
+  const CoveredUnits units{.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
+  add_result(entry, units, host, stats);
+  if (!entry.shape->plan->is_of_picture(units.first)) {
+    entry.phase_blobs.note(units.first, digest, decision->sequence);
+    unclaimed_uploads_.erase(digest);
+  }
+  entry.rate.note(entry.units, now());
+  std::vector<JournalEntry> entries;
+  entries.push_back(UnitDone{.job = entry.id,
+                             .sequence = decision->sequence,
+                             .units = units,
+                             .digest = digest,
+                             .payload = request.payload(),
+                             .stats = stats.SerializeAsString(),
+                             .host = host});
+  if (decision->sequence % kResultsBetweenStats == 0) entries.push_back(stats_of(entry));
+  entry.result_bytes += request.payload().size();
+  if (spdlog::should_log(spdlog::level::debug)) {
+    log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");
+  }
+  const bool news_for_others = scheduler_.frees_workers() || decision->opened;
+  v1::CompleteResponse response;
+  if (request.has_beat()) {
+    if (auto beaten = beat(request.worker_id(), request.beat()); beaten.ok())
+      *response.mutable_beat() = *std::move(beaten);
+  }
+  if (request.has_more() && names_few(request.more())) {
+    if (auto more = grant(request.worker_id(), request.more()); more.ok())
+      *response.mutable_more() = *std::move(more);
+  }
+  commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
+         [response = std::move(response), done = std::move(done)](const absl::Status& status) {
+           status.ok() ? done(response) : done(status);
+         });
+  lock.unlock();
+  dispatcher_.notify_worker(request.worker_id());
+  if (news_for_others) dispatcher_.notify_work();
+}
+
+void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const v1::LeaseToken& token = request.token();
+  const Served served(metrics_, FarmMetrics::Call::kFail);
+  std::unique_lock lock(mutex_);
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+    return done(std::move(status));
+  if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok())
+    return done(entry.status());
+  if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
+    return done(std::move(status));
+  // A unit that reads what is gone is not to blame: the source is made anew, and the lease is over.
+  if (JobEntry& entry = *jobs_.find(token.job_id()); !entry.past)
+    static_cast<void>(inputs_of(entry, token.unit_index()));
+  const std::string message = shortened(request.message());
+  const absl::Status failed =
+      jobs_.find(token.job_id())->past
+          ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
+          : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  if (!failed.ok()) return done(failed);
+  metrics_.failed();
+  log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
+            absl::StrCat("failed: ", message));
+  commit({}, {}, /*wait=*/true, std::move(done));
+  lock.unlock();
+  dispatcher_.notify_work();
+}
+
+}  // namespace tessera::server

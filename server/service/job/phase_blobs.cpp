@@ -1,0 +1,56 @@
+#include "service/job/phase_blobs.h"
+
+#include <algorithm>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "tessera/v1/blob_ref.pb.h"
+#include "wire/digest.h"
+
+namespace tessera::server {
+
+void PhaseBlobs::note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence) {
+  Entry& entry = made_[unit];
+  const std::string bytes = absl::HexStringToBytes(digest);
+  std::copy_n(bytes.begin(), std::min(bytes.size(), entry.digest.size()), entry.digest.begin());
+  entry.sequence = sequence;
+}
+
+std::optional<PhaseBlobs::Made> PhaseBlobs::of(std::uint32_t unit) const {
+  const auto found = made_.find(unit);
+  if (found == made_.end()) return std::nullopt;
+  const Entry& entry = found->second;
+  return Made{absl::BytesToHexString({entry.digest.data(), entry.digest.size()}), entry.sequence};
+}
+
+void PhaseBlobs::for_each_digest(const std::function<void(std::string)>& visit) const {
+  for (const auto& [unit, entry] : made_)
+    visit(absl::BytesToHexString({entry.digest.data(), entry.digest.size()}));
+}
+
+void PhaseBlobs::keep(const std::vector<std::uint32_t>& units) {
+  absl::flat_hash_map<std::uint32_t, Entry> kept;
+  for (const std::uint32_t unit : units) {
+    if (const auto found = made_.find(unit); found != made_.end()) kept.insert(*found);
+  }
+  made_ = std::move(kept);
+}
+
+absl::StatusOr<std::string> check_blob_result(std::string_view payload, std::uint32_t unit,
+                                              const BlobStore& blobs) {
+  const auto unfit = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat("result of unit ", unit, ": ", what));
+  };
+  v1::BlobRef blob;
+  if (!blob.ParseFromArray(payload.data(), static_cast<int>(payload.size())) ||
+      !wire::is_digest(blob.digest())) {
+    return unfit("it names no blob by SHA-256 digest");
+  }
+  const UploadState stored = blobs.query(blob.digest());
+  if (!stored.complete || stored.stored_bytes != blob.size_bytes()) {
+    return unfit(absl::StrCat("there is no blob ", blob.digest(), " of ", blob.size_bytes(), " bytes"));
+  }
+  return blob.digest();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,45 @@
+// Which blobs the units of a job's phases made.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/statusor.h"
+#include "store/blobs/blob_store.h"
+
+namespace tessera::server {
+
+/// By unit; about 50 bytes each, whatever is in the blobs.
+class PhaseBlobs {
+ public:
+  struct Made {
+    std::string digest;
+    std::uint64_t sequence = 0;  // of the result that names it
+  };
+
+  /// `digest` satisfies wire::is_digest. Later results of a unit replace earlier ones.
+  void note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence);
+  std::optional<Made> of(std::uint32_t unit) const;
+  void for_each_digest(const std::function<void(std::string digest)>& visit) const;
+  /// Forgets all but those of these units.
+  void keep(const std::vector<std::uint32_t>& units);
+
+ private:
+  struct Entry {
+    std::array<char, 32> digest;
+    std::uint64_t sequence;
+  };
+  absl::flat_hash_map<std::uint32_t, Entry> made_;
+};
+
+/// Digest of the blob that the result of a part or a merge names. InvalidArgument where the payload names
+/// none that the store has, of that size.
+absl::StatusOr<std::string> check_blob_result(std::string_view payload, std::uint32_t unit,
+                                              const BlobStore& blobs);
+
+}  // namespace tessera::server

@@ -1,0 +1,97 @@
+#include "service/job/result_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "absl/strings/str_cat.h"
+#include "scheduler/work_plan.h"
+#include "wire/algorithm.h"
+#include "wire/digest.h"
+#include "wire/job_check.h"
+#include "wire/limits.h"
+
+namespace tessera::server {
+namespace {
+
+template <typename T>
+std::string_view bytes_of(const std::vector<T>& words) {
+  return {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(T)};
+}
+
+// A renderer drops samples beyond 1e15, and filters weigh them by 4 at most (worker/render/film/summable.h);
+// the rest is for the rounding of sums.
+constexpr double kLargestSample = 1.01 * 4e15;
+
+/// Names what is wrong with the numbers of samples of a unit of `samples` samples a pixel; null when nothing
+/// is.
+const char* check_counts(const std::vector<std::uint32_t>& counts, std::uint32_t samples, bool adaptive) {
+  const std::uint32_t least = adaptive ? std::min(wire::kMinAdaptiveSamples, samples) : samples;
+  for (const std::uint32_t count : counts) {
+    if (count > samples) return "a pixel counts more samples than the range has";
+    if (count < least) return "a pixel counts fewer samples than the job asks for";
+  }
+  return nullptr;
+}
+
+/// Names what is wrong with the values of one channel; null when nothing is.
+const char* check_values(std::span<const float> values, wire::ChannelKind kind, double most) {
+  for (const float value : values) {
+    if (!std::isfinite(value)) return "a value that is not finite";
+    if (kind == wire::ChannelKind::kSquaredDeviation ? value < 0 : std::abs(double{value}) > most) {
+      return "a value that no samples add up to";
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const v1::JobSpec& spec,
+                                         const std::vector<wire::ChannelDesc>& channels) {
+  const v1::TileUnit extent = extent_of(unit, spec);
+  const v1::PixelRect& pixels = extent.pixels();
+  const v1::SampleRange& samples = extent.samples();
+  const std::size_t pixel_count = std::size_t{pixels.x1() - pixels.x0()} * (pixels.y1() - pixels.y0());
+  const absl::StatusOr<wire::TileResult> result =
+      wire::decode_tile_result(payload, pixel_count, channels.size());
+  if (!result.ok()) return result.status();
+
+  const auto unfit = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat("result of unit ", unit.index(), ": ", what));
+  };
+  if (result->x0 != pixels.x0() || result->y0 != pixels.y0() || result->x1 != pixels.x1() ||
+      result->y1 != pixels.y1()) {
+    return unfit("its rectangle is not the unit's");
+  }
+  if (result->sample_begin != samples.begin() || result->sample_end != samples.end()) {
+    return unfit("its sample range is not the unit's");
+  }
+  if (result->channels != channels) return unfit("its channels are not the job's");
+  const std::uint32_t most = samples.end() - samples.begin();
+  if (const char* const what = check_counts(result->counts, most, spec.settings().noise() > 0))
+    return unfit(what);
+
+  // In a pass, any number of samples may land on one pixel.
+  const double largest_sum = wire::works_in_passes(spec) ? std::numeric_limits<float>::max()
+                                                         : kLargestSample * static_cast<double>(most);
+  for (std::size_t c = 0; c < result->channels.size(); ++c) {
+    const std::span plane = std::span(result->values).subspan(c * pixel_count, pixel_count);
+    if (const char* const what = check_values(plane, result->channels[c].kind, largest_sum)) {
+      return unfit(absl::StrCat("channel ", result->channels[c].name, " holds ", what));
+    }
+  }
+
+  wire::Sha256 sha;
+  sha.update(bytes_of(result->counts));
+  sha.update(bytes_of(result->values));
+  return sha.finish_hex();
+}
+
+ResultFingerprint fingerprint_of(const std::string& digest) {
+  return std::stoull(digest.substr(0, 16), nullptr, 16);
+}
+
+}  // namespace tessera::server

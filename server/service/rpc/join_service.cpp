@@ -1,0 +1,138 @@
+#include "service/rpc/join_service.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/address.h"
+#include "service/rpc/access.h"
+#include "service/rpc/answer.h"
+#include "telemetry/log.h"
+#include "transport/join_token.h"
+#include "transport/tls.h"
+
+namespace tessera::server {
+namespace {
+
+using Clock = std::chrono::system_clock;
+
+// Requests are small, and so is what strangers may take of the coordinator.
+constexpr int kMaxMessageBytes = 16 << 10;
+constexpr int kMaxJoinStreams = 4;
+constexpr std::size_t kMaxMemoryBytes = std::size_t{64} << 20;
+constexpr int kMaxThreads = 4;
+constexpr std::size_t kMaxRequestBytes = 4096;
+constexpr std::size_t kMaxSecretBytes = 128;
+constexpr int kMaxConnectionAgeMs = 30'000;
+using ConnectionType = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+constexpr std::chrono::seconds kJoinGrace{1};
+
+/// "ipv4:10.0.0.1:4711" without the port: whom wrong tokens are counted against.
+std::string address_of(const std::string& peer) { return peer.substr(0, peer.rfind(':')); }
+
+}  // namespace
+
+class JoinServer::Service final : public v1::JoinService::CallbackService {
+ public:
+  explicit Service(JoinServer& server) : server_(server) {}
+
+  grpc::ServerUnaryReactor* GetAuthority(grpc::CallbackServerContext* context, const v1::GetAuthorityRequest*,
+                                         v1::GetAuthorityResponse* response) override {
+    response->set_certificate_pem(server_.authority_.certificate_pem());
+    return answer(context->DefaultReactor(), absl::OkStatus());
+  }
+
+  grpc::ServerUnaryReactor* Join(grpc::CallbackServerContext* context, const v1::JoinRequest* request,
+                                 v1::JoinResponse* response) override {
+    absl::StatusOr<std::string> certificate = server_.join(*request, context->peer());
+    if (certificate.ok()) response->set_certificate_pem(*std::move(certificate));
+    return answer(context->DefaultReactor(), certificate.status());
+  }
+
+ private:
+  JoinServer& server_;
+};
+
+JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::function<void(const std::string&)> joined)
+    : authority_(std::move(authority)),
+      tokens_(std::move(tokens)),
+      joined_(std::move(joined)),
+      service_(std::make_unique<Service>(*this)) {}
+
+absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options,
+                                                              Connections& connections) {
+  const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.address);
+  if (!address.ok()) return address.status();
+  absl::StatusOr<Authority> authority = Authority::open_existing(options.authority);
+  if (!authority.ok()) return authority.status();
+  if (!authority->is_trusted_by(options.certificates)) {
+    return absl::InvalidArgumentError(absl::StrCat("the authority in ", options.authority.string(),
+                                                   " is not the one that ", options.certificates, " trusts"));
+  }
+  absl::StatusOr<JoinTokens> tokens = JoinTokens::open(options.token_file);
+  if (!tokens.ok()) return tokens.status();
+
+  std::unique_ptr<JoinServer> server{
+      new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
+  const auto credentials =
+      transport::open_server_credentials(options.certificates, options.certificate_interval);
+  credentials->SetAuthMetadataProcessor(access_to_joining());
+  grpc::ServerBuilder builder;
+  builder.RegisterService(server->service_.get());
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  builder.SetResourceQuota(grpc::ResourceQuota{"joining"}.Resize(kMaxMemoryBytes).SetMaxThreads(kMaxThreads));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxJoinStreams);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, kMaxConnectionAgeMs);
+  auto listener = Listener::open(*address, connections, Connections::Port::kStrangers);
+  if (!listener.ok()) return listener.status();
+  server->listener_ = *std::move(listener);
+  Listener::Acceptor acceptor =
+      builder.experimental().AddExternalConnectionAcceptor(ConnectionType::FROM_FD, credentials);
+  server->server_ = builder.BuildAndStart();
+  if (server->server_ == nullptr) return absl::InternalError("gRPC does not start a server");
+  server->listener_->start(std::move(acceptor));
+  return server;
+}
+
+JoinServer::~JoinServer() {
+  if (server_ == nullptr) return;
+  listener_->stop();
+  server_->Shutdown(Clock::now() + kJoinGrace);
+  server_->Wait();
+}
+
+absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, std::uint32_t uses) {
+  absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
+  if (!secret.ok()) return secret.status();
+  return transport::JoinToken{.port = static_cast<std::uint16_t>(port()),
+                              .authority_digest = authority_.digest(),
+                              .secret = *std::move(secret)}
+      .to_string();
+}
+
+absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, const std::string& peer) {
+  if (request.secret().size() > kMaxSecretBytes || request.request_pem().size() > kMaxRequestBytes) {
+    return absl::InvalidArgumentError("the secret or the request is too long");
+  }
+  const auto now = Clock::now();
+  // Made before the token is used up, handed out only after.
+  const absl::StatusOr<std::string> certificate =
+      authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = request.name(), .hosts = {}},
+                         now - kClockSlack, now + kCertificateLife);
+  if (!certificate.ok()) return certificate.status();
+  const absl::Status redeemed = tokens_.redeem(request.secret(), request.name(), address_of(peer), now);
+  const telemetry::LogFields fields{.worker = request.name(), .peer = peer};
+  if (redeemed.ok()) {
+    telemetry::log(spdlog::level::info, fields, "worker {} joined the farm", request.name());
+    joined_(request.name());
+    return certificate;
+  }
+  if (absl::IsResourceExhausted(redeemed)) return redeemed;  // the lines before this one tell enough
+  telemetry::log(spdlog::level::warn, fields, "worker {} may not join: {}", request.name(),
+                 std::string(redeemed.message()));
+  if (absl::IsPermissionDenied(redeemed)) {
+    return absl::PermissionDeniedError("the join token is not valid: wrong, expired, or used up");
+  }
+  return redeemed;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,61 @@
+// Files that the documents name are there.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Every way to name a file of the sources, by its path or by the end of it: "server/store/file.h",
+/// "store/file.h", "file.h".
+std::set<std::string> names_of_files() {
+  std::set<std::string> names;
+  for (const char* top :
+       {".ci", "proto", "server", "worker", "client", "tests", "deploy", "docs", "scenes"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(top)) {
+      if (!entry.is_regular_file()) continue;
+      fs::path rest = entry.path();
+      for (;;) {
+        names.insert(rest.string());
+        if (!rest.has_parent_path()) break;
+        fs::path shorter;
+        for (auto part = std::next(rest.begin()); part != rest.end(); ++part) shorter /= *part;
+        rest = shorter;
+      }
+    }
+  }
+  return names;
+}
+
+TEST(Documents, FilesThatTheyNameAreThere) {
+  // `path/name.extension` in backquotes. Names without a folder may be of users' files, NAME stands for any.
+  static const std::regex pattern("`([A-Za-z0-9_.-]+/[A-Za-z0-9_./-]+\\.(h|cpp|proto|sh|cmake|py))`");
+  const std::set<std::string> names = names_of_files();
+  std::set<fs::path> documents{"README.md", "CONTRIBUTING.md"};
+  for (const auto& entry : fs::recursive_directory_iterator("docs")) {
+    if (entry.path().extension() == ".md") documents.insert(entry.path());
+  }
+  std::size_t seen = 0;
+  for (const fs::path& document : documents) {
+    std::ifstream in(document);
+    std::size_t number = 0;
+    for (std::string line; std::getline(in, line);) {
+      ++number;
+      for (auto found = std::sregex_iterator(line.begin(), line.end(), pattern);
+           found != std::sregex_iterator(); ++found) {
+        const std::string name = (*found)[1];
+        if (name.find("NAME") != std::string::npos) continue;
+        ++seen;
+        EXPECT_TRUE(names.contains(name)) << document << ":" << number << ": there is no " << name;
+      }
+    }
+  }
+  EXPECT_GT(seen, 50u);  // the test reads what it believes it reads
+}
+
+}  // namespace

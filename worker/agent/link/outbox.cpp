@@ -1,0 +1,157 @@
+#include "agent/link/outbox.h"
+
+#include <utility>
+
+#include "telemetry/log.h"
+#include "transport/backoff.h"
+#include "transport/status.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr std::chrono::milliseconds kRetryCap{2000};
+constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
+
+std::size_t size_of(const Outcome& outcome) { return outcome.payload.size() + outcome.blob.size(); }
+
+/// The blob that the result names goes first. Stored parts that did not fit are sent anew.
+absl::Status upload(CoordinatorLink& link, const Outcome& outcome, std::stop_token stop) {
+  const bool has_blob = outcome.unit->unit.has_part() || outcome.unit->unit.has_merge();
+  if (!outcome.failure.ok() || !has_blob) return absl::OkStatus();
+  v1::BlobRef blob;
+  if (!blob.ParseFromString(outcome.payload)) return absl::InternalError("the result names no blob");
+  constexpr int kMostAttempts = 3;
+  for (int attempt = 1;; ++attempt) {
+    absl::Status status = link.upload(blob, outcome.blob, stop);
+    const bool anew = absl::IsDataLoss(status) || absl::IsOutOfRange(status);
+    if (!anew || attempt == kMostAttempts) return status;
+  }
+}
+
+}  // namespace
+
+Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
+               std::size_t capacity, int senders)
+    : link_(link), session_(session), leases_(leases), intake_(intake), heart_(heart), capacity_(capacity) {
+  for (int i = 0; i < senders; ++i) senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
+}
+
+Outbox::~Outbox() {
+  for (std::jthread& sender : senders_) sender.request_stop();
+}
+
+bool Outbox::push(Outcome outcome, std::stop_token stop) {
+  std::unique_lock lock{mutex_};
+  const bool room = changed_.wait(lock, stop, [this] { return queue_.size() < capacity_; });
+  if (!room) {
+    leases_.release(*outcome.unit);
+    return false;
+  }
+  ++held_results_;
+  held_bytes_ += size_of(outcome);
+  queue_.push_back(std::move(outcome));
+  changed_.notify_all();
+  return true;
+}
+
+void Outbox::add_to(AgentReport& report) const {
+  std::lock_guard lock{mutex_};
+  report.results_acknowledged = acknowledged_;
+  report.outbox_results = held_results_;
+  report.outbox_bytes = held_bytes_;
+}
+
+void Outbox::send_all(std::stop_token stop) {
+  while (true) {
+    std::unique_lock lock{mutex_};
+    if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
+    Outcome outcome = std::move(queue_.front());
+    queue_.pop_front();
+    changed_.notify_all();
+    lock.unlock();
+    deliver(outcome, stop);
+    lock.lock();
+    --held_results_;
+    held_bytes_ -= size_of(outcome);
+    lock.unlock();
+    leases_.release(*outcome.unit);
+  }
+}
+
+void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
+  const std::stop_token revoked = outcome.unit->stop.get_token();
+  transport::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
+  std::string unknown_to;  // a registration under which the result was NOT_FOUND
+  int unsound = 0;         // times that the coordinator could not read the result
+  bool warned = false;
+  while (!stop.stop_requested() && !revoked.stop_requested()) {
+    const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
+    if (!worker_id.ok()) return;
+    const absl::Status uploaded = upload(link_, outcome, stop);
+    if (!uploaded.ok() && !transport::is_transient(uploaded) && !stop.stop_requested()) {
+      outcome.failure = uploaded;
+      continue;
+    }
+    const absl::Status status = uploaded.ok() ? send_once(outcome, *worker_id, stop) : uploaded;
+    if (status.ok()) {
+      if (outcome.failure.ok()) leases_.delivered(*outcome.unit);
+      std::lock_guard lock{mutex_};
+      ++acknowledged_;
+      return;
+    }
+    if (stop.stop_requested()) return;
+    const bool registered_anew = !unknown_to.empty() && unknown_to != *worker_id;
+    if (absl::IsNotFound(status) && !registered_anew) {
+      unknown_to = *worker_id;
+      session_.lost(*worker_id);
+      continue;
+    }
+    if ((absl::IsInvalidArgument(status) || absl::IsUnimplemented(status)) && outcome.failure.ok()) {
+      // Bytes may suffer on their way; bytes that arrive wrong a second time were wrong before.
+      if (++unsound > 1) outcome.failure = status;
+      continue;
+    }
+    if (!transport::is_transient(status)) {
+      telemetry::log(spdlog::level::warn, outcome.unit->log_fields(),
+                     "unit {} of job {}: result not taken: {}", outcome.unit->unit.index(),
+                     outcome.unit->job_id, status.ToString());
+      return;
+    }
+    if (!warned) {
+      telemetry::log(spdlog::level::warn, outcome.unit->log_fields(),
+                     "unit {} of job {}: {}; the result is kept and sent again", outcome.unit->unit.index(),
+                     outcome.unit->job_id, status.ToString());
+      warned = true;
+    }
+    link_.wait(backoff, stop);
+  }
+}
+
+absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker_id, std::stop_token stop) {
+  if (outcome.failure.ok()) {
+    v1::CompleteRequest request;
+    request.set_worker_id(worker_id);
+    *request.mutable_token() = leases_.token(*outcome.unit);
+    request.set_payload(outcome.payload);
+    *request.mutable_stats() = outcome.stats;
+    v1::LeaseRequest more;
+    const LeaseIntake::Ask ask = intake_.ask(more);
+    if (ask.units > 0) *request.mutable_more() = std::move(more);
+    v1::HeartbeatRequest beat;
+    const bool beats = heart_.ride(*outcome.unit, beat);
+    if (beats) *request.mutable_beat() = std::move(beat);
+    const absl::StatusOr<v1::CompleteResponse> response = link_.complete(request, stop);
+    if (beats) heart_.arrived(response.ok() && response->has_beat() ? &response->beat() : nullptr);
+    intake_.answered(ask, response.ok() ? &response->more() : nullptr);
+    return response.status();
+  }
+  leases_.give_up(*outcome.unit);
+  v1::FailRequest request;
+  request.set_worker_id(worker_id);
+  *request.mutable_token() = leases_.token(*outcome.unit);
+  request.set_message(std::string{outcome.failure.message().substr(0, kMaxFailureMessage)});
+  request.set_scene_fault(outcome.scene_fault);
+  return link_.fail(request, stop);
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,71 @@
+#include "agent/stores/blob_fetcher.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "transport/backoff.h"
+#include "transport/status.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr int kMaxCorruptDownloads = 3;
+constexpr int kParallelDownloads = 4;
+
+}  // namespace
+
+BlobFetcher::BlobFetcher(CoordinatorLink& link, BlobCache& cache) : link_(link), cache_(cache) {}
+
+absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, std::stop_token stop) {
+  bool missed = false;
+  int corrupt = 0;
+  const auto fetch = [&](std::uint64_t offset, const BlobCache::Sink& sink) {
+    if (!std::exchange(missed, true)) ++misses_;
+    const auto count_and_sink = [&](std::string_view chunk) {
+      downloaded_bytes_ += chunk.size();
+      return sink(chunk);
+    };
+    return link_.download({.digest = digest, .offset = offset, .doubted = corrupt > 0}, count_and_sink, stop);
+  };
+  transport::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
+  while (true) {
+    absl::StatusOr<render::BlobBytes> bytes = cache_.get(digest, fetch);
+    if (bytes.ok()) {
+      if (!missed) ++hits_;
+      return bytes;
+    }
+    if (stop.stop_requested()) return absl::CancelledError("stopped while fetching a blob");
+    const absl::Status& status = bytes.status();
+    const bool try_again =
+        transport::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
+    if (!try_again) return status;
+    spdlog::warn("blob {}: {}; trying again", digest, status.ToString());
+    if (!link_.wait(backoff, stop)) return absl::CancelledError("stopped while fetching a blob");
+  }
+}
+
+void BlobFetcher::add_to(AgentReport& report) const {
+  report.downloaded_bytes = downloaded_bytes_;
+  report.cache_hits = hits_;
+  report.cache_misses = misses_;
+}
+
+void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
+  std::atomic<int> next{0};
+  std::atomic<bool> failed{false};
+  const auto take_and_fetch = [&] {
+    for (int i = next++; i < spec.blobs_size() && !failed && !stop.stop_requested(); i = next++) {
+      if (!get(spec.blobs(i).digest(), stop).ok()) failed = true;
+    }
+  };
+  std::vector<std::jthread> helpers;
+  for (int i = 1; i < std::min(kParallelDownloads, spec.blobs_size()); ++i)
+    helpers.emplace_back(take_and_fetch);
+  take_and_fetch();
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,124 @@
+#include "render/core/constants.h"
+#include "render/light/area/quadric_access.h"
+#include "render/light/models.h"
+#include "render/sampling/warp.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// How a whole sphere looks from outside.
+struct Cone {
+  Vec3 axis;
+  Float distance;  // to the centre
+  Float radius;
+  Float clearance_squared;  // distance^2 - radius^2
+  Float one_minus_cos_max;
+  Mask usable;  // a whole, round sphere seen from outside
+};
+
+Cone cone(const LightLanes& lanes, Vec3 reference) {
+  Cone c;
+  c.radius = lanes.field(&LightRecord::radius);
+  const Vec3 to_centre = lanes.field3(&LightRecord::position) - reference;
+  c.distance = length(to_centre);
+  c.clearance_squared = (c.distance - c.radius) * (c.distance + c.radius);
+  c.usable = lanes.active & (c.radius > 0.0f) & (c.clearance_squared > 0.0f);
+  const Float inv = 1.0f / select(c.usable, c.distance, 1.0f);
+  c.axis = to_centre * inv;
+  // 1 - cos = sin^2 / (1 + cos) keeps its digits for small angles.
+  const Float sin_squared = sqr(c.radius * inv);
+  const Float cos_max = sqrt(max(c.clearance_squared, 0.0f)) * inv;
+  c.one_minus_cos_max = select(c.usable, sin_squared / (1.0f + cos_max), 1.0f);
+  return c;
+}
+
+/// Samples the solid angle of a sphere uniformly, from outside.
+LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, Vec2 u) {
+  const Vec3 local = square_to_cone(u, c.one_minus_cos_max);
+  LightSample s;
+  s.wi = Frame::from_normal(c.axis).to_world(local);
+  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre
+  // and h the half chord; written as a quotient because b and h may be close.
+  const Float b = c.distance * local.z;
+  const Float off_axis_squared = sqr(c.distance) * (sqr(local.x) + sqr(local.y));
+  const Float half_chord = safe_sqrt(sqr(c.radius) - off_axis_squared);
+  const Float distance = c.clearance_squared / max(b + half_chord, 1e-30f);
+  // At the limb the error along the ray grows no further than the chord over which the surface bends away by
+  // that much.
+  const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
+  const Float cos_light = max(half_chord, sqrt(0.5f * c.radius * error)) / c.radius;
+  s.distance = shortened(distance, error, cos_light);
+  s.radiance = lanes.radiance();
+  s.pdf = cone_pdf(c.one_minus_cos_max);
+  // Outside is the front, unless the shape is flipped.
+  const Mask front = ~QuadricLanes(lanes).flipped() | (lanes.field(&LightRecord::two_sided) != 0);
+  s.valid = c.usable & front;
+  s.delta = Mask::none();
+  return s;
+}
+
+/// A sphere: its solid angle is sampled uniformly from outside, else its surface.
+class SphereLight final : public AreaLight {
+ public:
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override {
+    const LightLanes lanes{table, light, active};
+    const Cone c = cone(lanes, from.p);
+    const Mask by_surface = and_not(active, c.usable);
+    LightSample s = sample_cone({table, light, c.usable}, c, from.p, u);
+    if (any(by_surface)) s = select(c.usable, s, AreaLight::sample(table, light, from, u, by_surface));
+    return s;
+  }
+
+  Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
+            Mask active) const override {
+    const LightLanes lanes{table, light, active};
+    const Cone c = cone(lanes, from.p);
+    const Mask by_surface = and_not(active, c.usable);
+    Float density =
+        select_or_zero(lanes.shines_towards(normal, -wi) & c.usable, cone_pdf(c.one_minus_cos_max));
+    if (any(by_surface)) {
+      const Float by_area = AreaLight::pdf(table, light, from, wi, point, normal, by_surface);
+      density = select(by_surface, by_area, density);
+    }
+    return density;
+  }
+
+ protected:
+  /// From inside, and for spheres that are cut or squeezed.
+  AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
+    const QuadricLanes quadric(lanes);
+    const Float radius = quadric.field(&QuadricRecord::radius);
+    const Float z = lerp(u.x, quadric.field(&QuadricRecord::z_min), quadric.field(&QuadricRecord::z_max));
+    const Float r = safe_sqrt((radius - z) * (radius + z));
+    const Float phi = u.y * quadric.field(&QuadricRecord::phi_max);
+    const Vec3 in_object = {r * cos(phi), r * sin(phi), z};
+
+    const WideAffine to = quadric.affine(&QuadricRecord::render_from_object);
+    const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
+    const Vec3 n = in_object * (1.0f / radius);
+    return {transform_point(to, in_object), quadric.front(normalize(transform_normal(from, n))),
+            stretched_density(zone_area(quadric), to, from, n),
+            max_abs(transform_vector(to, {radius, radius, radius}))};
+  }
+  Float density_at(const LightLanes& lanes, Vec3 point) const override {
+    const QuadricLanes quadric(lanes);
+    const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
+    return stretched_density(zone_area(quadric), quadric.affine(&QuadricRecord::render_from_object), from,
+                             normalize(transform_point(from, point)));
+  }
+  void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
+    const QuadricRecord& q = quadric_of(table, light);
+    bound_quadric(q, q.z_min, q.z_max, b);
+    b.angle = std::numbers::pi;
+  }
+};
+
+}  // namespace
+
+const LightModel& sphere_light() {
+  static const SphereLight model;
+  return model;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
