@@ -4,24 +4,18 @@
 
 #include <utility>
 
-#include "agent/unit_renderer.h"
 #include "telemetry/log.h"
 
 namespace tessera::agent {
-namespace {
 
-constexpr std::size_t kKnownJobs = 64;
-
-}  // namespace
-
-LeaseIntake::LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string address, std::size_t full)
-    : leases_(leases), renderer_(renderer), address_(std::move(address)), full_(full) {}
+LeaseIntake::LeaseIntake(LeaseTable& leases, Loaded loaded, std::string address, std::size_t full)
+    : leases_(leases), loaded_(std::move(loaded)), address_(std::move(address)), full_(full) {}
 
 LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
   Ask ask{.units = leases_.ask(full_), .known = known(), .deliveries = leases_.deliveries()};
   if (ask.units == 0) return ask;
   request.set_max_units(static_cast<std::uint32_t>(ask.units));
-  for (std::string& digest : renderer_.loaded_digests()) request.add_loaded_scene_digests(std::move(digest));
+  for (std::string& digest : loaded_.scene_digests()) request.add_loaded_scene_digests(std::move(digest));
   for (const auto& [job_id, spec] : *ask.known) request.add_known_job_ids(job_id);
   return ask;
 }
@@ -36,10 +30,10 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
   Specs sent;
   for (const auto& [job_id, spec] : response.specs())
     sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
-  if (!sent.empty()) know(sent);
+  for (const std::string& job_id : know(sent)) loaded_.forget_job(job_id);
   for (const std::string& job_id : response.over_job_ids()) {
     forget(job_id);
-    renderer_.forget_job(job_id);
+    loaded_.forget_job(job_id);
   }
   for (const v1::Lease& lease : response.leases()) {
     const v1::LeaseToken& token = lease.token();
@@ -71,7 +65,9 @@ void LeaseIntake::forget(const std::string& job_id) {
   known_ = std::move(specs);
 }
 
-void LeaseIntake::know(const Specs& sent) {
+std::vector<std::string> LeaseIntake::know(const Specs& sent) {
+  std::vector<std::string> forgotten;
+  if (sent.empty()) return forgotten;
   const std::lock_guard lock{mutex_};
   // A copy: whoever has asked goes by what was known then.
   auto specs = std::make_shared<Specs>(*known_);
@@ -80,9 +76,11 @@ void LeaseIntake::know(const Specs& sent) {
     order_.push_back(job_id);
     if (order_.size() <= kKnownJobs) continue;
     specs->erase(order_.front());
+    forgotten.push_back(std::move(order_.front()));
     order_.pop_front();
   }
   known_ = std::move(specs);
+  return forgotten;
 }
 
 }  // namespace tessera::agent

@@ -3,23 +3,32 @@
 
 #include <cstddef>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "agent/lease_table.h"
 
 namespace tessera::agent {
 
-class UnitRenderer;
-
 /// Units are asked for with each result that is delivered, and by a call of their own when nothing is left to
 /// do. Thread-safe.
 class LeaseIntake {
  public:
+  /// The part of a worker that keeps what it has loaded.
+  struct Loaded {
+    std::function<std::vector<std::string>()> scene_digests;
+    std::function<void(const std::string& job_id)> forget_job;  // no unit of it will come
+  };
+
   /// Keeps `full` units queued in `leases`. `address`: the coordinator's, for messages.
-  LeaseIntake(LeaseTable& leases, UnitRenderer& renderer, std::string address, std::size_t full);
+  LeaseIntake(LeaseTable& leases, Loaded loaded, std::string address, std::size_t full);
+
+  static constexpr std::size_t kKnownJobs =
+      64;  // whose specs are kept; one more, and the oldest is forgotten
 
   using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // by job
   struct Ask {
@@ -38,11 +47,12 @@ class LeaseIntake {
  private:
   void take(const Ask& ask, const v1::LeaseResponse& response);
   std::shared_ptr<const Specs> known();
-  void know(const Specs& sent);
+  /// Returns the jobs that are forgotten for these: the coordinator would not say of them that they are over.
+  std::vector<std::string> know(const Specs& sent);
   void forget(const std::string& job_id);
 
   LeaseTable& leases_;
-  UnitRenderer& renderer_;
+  const Loaded loaded_;
   const std::string address_;
   const std::size_t full_;
   std::mutex mutex_;
