@@ -1,151 +1,13 @@
-// The agent against a coordinator that misbehaves, with a renderer that needs no scene.
-#include "agent/agent.h"
-
+// Units on their way through the agent.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <prometheus/collectable.h>
-#include <prometheus/metric_family.h>
 
-#include <atomic>
-#include <map>
-#include <set>
-#include <thread>
-
-#include "agent/metrics.h"
-#include "support/temp_dir.h"
-#include "tessera/v1/scene.pb.h"
-#include "unit/agent/fake_coordinator.h"
-#include "wire/tile_result.h"
+#include "unit/agent/agent_fixture.h"
 
 namespace tessera::agent {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-/// Behaviour of the fake scenes of one test, and counts of their calls.
-struct FakeRenderer {
-  std::atomic<int> loads{0};
-  std::atomic<int> renders{0};
-  std::set<std::uint32_t> hanging_tiles;  // x0 of tiles that never finish by themselves
-  std::atomic<int> hanging{0};
-  std::atomic<bool> gate_open{false};  // lets hanging tiles finish
-  absl::Status load_error;
-  bool needs_blobs = true;  // loading asks for all of the job
-};
-
-class FakeScene final : public render::RenderScene {
- public:
-  explicit FakeScene(FakeRenderer& renderer) : renderer_(renderer) {}
-
-  absl::StatusOr<wire::TileResult> render_tile(const render::TileRequest& tile, std::stop_token stop,
-                                               render::RenderStats& stats) const override {
-    if (renderer_.hanging_tiles.contains(tile.x0)) {
-      ++renderer_.hanging;
-      while (!renderer_.gate_open && !stop.stop_requested()) std::this_thread::yield();
-      if (stop.stop_requested()) return absl::CancelledError("stopped");
-    }
-    ++renderer_.renders;
-    wire::TileResult result{
-        tile.x0, tile.y0, tile.x1, tile.y1, tile.sample_begin, tile.sample_end, *wire::channels_for_aovs({}),
-        {},      {}};
-    result.counts.assign(result.pixel_count(), tile.sample_end - tile.sample_begin);
-    result.values.assign(result.pixel_count() * result.channels.size(), static_cast<float>(tile.x0));
-    stats.samples += result.pixel_count();
-    return result;
-  }
-  absl::StatusOr<std::shared_ptr<const render::Prepared>> prepare(
-      std::span<const std::string_view>) const override {
-    return nullptr;
-  }
-  absl::StatusOr<std::string> make_part(const render::PartRequest&, std::stop_token,
-                                        render::RenderStats&) const override {
-    return "";
-  }
-  absl::StatusOr<std::string> merge(std::uint32_t, std::span<const std::string_view>) const override {
-    return "";
-  }
-  const std::vector<std::string>& material_names() const override { return warnings_; }
-  Ceiling measure_ceiling(const render::TileRequest&) const override { return {}; }
-  const std::vector<std::string>& warnings() const override { return warnings_; }
-  std::size_t memory_bytes() const override { return 1; }
-
- private:
-  FakeRenderer& renderer_;
-  std::vector<std::string> warnings_{"fog is left out"};
-};
-
-/// Values of counters and gauges, and counts of histograms, by "name", or "name label".
-std::map<std::string, double> values_of(const prometheus::Collectable& source) {
-  std::map<std::string, double> values;
-  for (const prometheus::MetricFamily& family : source.Collect()) {
-    for (const prometheus::ClientMetric& metric : family.metric) {
-      const std::string name =
-          metric.label.empty() ? family.name : family.name + " " + metric.label.front().value;
-      values[name] =
-          metric.counter.value + metric.gauge.value + static_cast<double>(metric.histogram.sample_count);
-    }
-  }
-  return values;
-}
-
-class AgentTest : public ::testing::Test {
- protected:
-  v1::JobSpec spec_for_scene(int corrupt_downloads = 0, std::size_t break_after = 0) {
-    v1::Scene scene;
-    scene.set_name(std::string(5000, 'x'));  // several chunks of the fake's download
-    v1::JobSpec spec;
-    spec.mutable_scene()->set_digest(
-        coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
-    return spec;
-  }
-
-  void start(int threads, std::chrono::milliseconds grace = std::chrono::seconds{10},
-             std::chrono::milliseconds unit_limit = {}) {
-    AgentOptions options;
-    options.name = "test";
-    options.address = "the fake";
-    options.threads = threads;
-    options.isas = {"avx2"};
-    options.cache_dir = cache_.path();
-    options.grace = grace;
-    options.unit_limit = unit_limit;
-    options.load_scene =
-        [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
-               const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
-      ++renderer_.loads;
-      if (!renderer_.load_error.ok()) return renderer_.load_error;
-      for (const v1::BlobRef& blob : job.blobs()) {
-        if (!renderer_.needs_blobs) break;
-        if (const auto bytes = blobs(blob.digest()); !bytes.ok()) return bytes.status();
-      }
-      EXPECT_EQ(scene.name().size(), 5000);
-      return std::make_unique<FakeScene>(renderer_);
-    };
-    auto agent = Agent::create(coordinator_.channel(), std::move(options));
-    ASSERT_TRUE(agent.ok()) << agent.status();
-    agent_ = *std::move(agent);
-    runner_ = std::jthread{[this](std::stop_token stop) { status_ = agent_->run(stop); }};
-  }
-
-  absl::Status stop_and_join() {
-    runner_.request_stop();
-    runner_.join();
-    return status_;
-  }
-
-  /// Waits until `count` tiles hang; the test's own timeout is the limit.
-  void wait_for_hanging(int count) {
-    while (renderer_.hanging < count) std::this_thread::yield();
-  }
-
-  support::TempDir cache_;
-  FakeRenderer renderer_;
-  FakeCoordinator coordinator_;
-  std::unique_ptr<Agent> agent_;
-  absl::Status status_;
-  std::jthread runner_;
-};
 
 TEST_F(AgentTest, RendersEveryUnitOnceOnOneLoadedScene) {
   coordinator_.offer("job", spec_for_scene(), 0, 40);
@@ -251,38 +113,6 @@ TEST_F(AgentTest, AResultThatIsRefusedTwiceIsAFailureOfTheUnit) {
   EXPECT_TRUE(coordinator_.results().empty());
 }
 
-TEST_F(AgentTest, RegistersAgainWhenTheCoordinatorForgotItAndDeliversWhatItHeld) {
-  renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 1);
-  start(1);
-  wait_for_hanging(1);
-  coordinator_.forget_workers();
-  renderer_.gate_open = true;
-  ASSERT_TRUE(coordinator_.wait_for_results(1));
-  EXPECT_EQ(coordinator_.results().at(0).worker_id(), "w2");
-  coordinator_.offer("job", spec_for_scene(), 1, 4);
-  ASSERT_TRUE(coordinator_.wait_for_results(5));
-  EXPECT_TRUE(stop_and_join().ok());
-  EXPECT_EQ(coordinator_.registrations(), 2);
-  EXPECT_EQ(renderer_.renders, 5);
-}
-
-TEST_F(AgentTest, SaysWhatItHoldsBeforeItAsksANewCoordinator) {
-  renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 1);
-  start(1);
-  wait_for_hanging(1);
-  // Long enough for a call that does not wait for it.
-  coordinator_.hold_introductions(std::chrono::milliseconds{300});
-  coordinator_.forget_workers();
-  coordinator_.offer("job", spec_for_scene(), 1, 1);
-  ASSERT_TRUE(coordinator_.wait_for_leased(2));
-  EXPECT_EQ(coordinator_.early_leases(), 0);
-  renderer_.gate_open = true;
-  ASSERT_TRUE(coordinator_.wait_for_results(2));
-  EXPECT_TRUE(stop_and_join().ok());
-}
-
 TEST_F(AgentTest, ARevokedUnitStopsAndIsNotReported) {
   renderer_.hanging_tiles = {0};
   coordinator_.offer("job", spec_for_scene(), 0, 1);
@@ -367,69 +197,6 @@ TEST_F(AgentTest, WhatTheBuilderDoesNotAskForIsNotFetched) {
   EXPECT_TRUE(coordinator_.failures().empty());
 }
 
-TEST_F(AgentTest, StoppingFinishesWhatWasBegunAndGivesTheRestBack) {
-  renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 2);
-  start(1);
-  wait_for_hanging(1);
-  ASSERT_TRUE(coordinator_.wait_for_leased(2));
-  ASSERT_TRUE(coordinator_.wait_for_heartbeat_with(2));
-  runner_.request_stop();
-  ASSERT_TRUE(coordinator_.wait_for_heartbeat_with(1)) << "the units not begun are still held";
-  renderer_.gate_open = true;
-  EXPECT_TRUE(stop_and_join().ok());
-  EXPECT_TRUE(coordinator_.wait_for_deregistration());
-  EXPECT_EQ(coordinator_.results().size(), 1U);
-  EXPECT_TRUE(coordinator_.results().contains(0));
-}
-
-TEST_F(AgentTest, UnitsThatOutlastTheGracePeriodAreStopped) {
-  renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 1);
-  start(1, std::chrono::milliseconds{20});
-  wait_for_hanging(1);
-  EXPECT_TRUE(stop_and_join().ok());
-  EXPECT_TRUE(coordinator_.results().empty());
-  EXPECT_TRUE(coordinator_.wait_for_deregistration());
-}
-
-TEST_F(AgentTest, DrainsWhenTheCoordinatorAsksForIt) {
-  coordinator_.ask_to_drain();
-  start(1);
-  runner_.join();
-  EXPECT_TRUE(status_.ok()) << status_;
-  EXPECT_TRUE(coordinator_.wait_for_deregistration());
-}
-
-TEST_F(AgentTest, OneThatWasRegisteredOutlivesAnswersToDamagedCalls) {
-  start(1);
-  coordinator_.offer("job", spec_for_scene(), 0, 1);
-  ASSERT_TRUE(coordinator_.wait_for_results(1));
-  coordinator_.misread(2);  // two calls of Lease
-  coordinator_.offer("job", spec_for_scene(), 1, 1);
-  ASSERT_TRUE(coordinator_.wait_for_results(2));
-  coordinator_.forget_workers();
-  coordinator_.misread(2);  // of Lease or Register
-  coordinator_.offer("job", spec_for_scene(), 2, 1);
-  ASSERT_TRUE(coordinator_.wait_for_results(3));
-  EXPECT_TRUE(stop_and_join().ok());
-}
-
-TEST_F(AgentTest, AnAddressThatIsNoCoordinatorsEndsTheRun) {
-  coordinator_.misread(1);
-  start(1);
-  runner_.join();
-  EXPECT_EQ(status_.code(), absl::StatusCode::kUnimplemented);
-}
-
-TEST_F(AgentTest, ARefusedRegistrationEndsTheRun) {
-  coordinator_.refuse_registration("build 0.0.9 does not match 0.1.0");
-  start(2);
-  runner_.join();
-  EXPECT_EQ(status_.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string{status_.message()}, HasSubstr("Register at the fake: build 0.0.9"));
-}
-
 TEST_F(AgentTest, ACorruptDownloadIsRepeatedFromTheStart) {
   coordinator_.offer("job", spec_for_scene(/*corrupt_downloads=*/1), 0, 1);
   start(1);
@@ -459,54 +226,6 @@ TEST_F(AgentTest, ACachedSceneIsNotDownloadedAgain) {
   EXPECT_EQ(renderer_.loads, 2);
   EXPECT_EQ(coordinator_.download_offsets().size(), 1U);
   EXPECT_EQ(agent_->report().downloaded_bytes, 0U);
-}
-
-TEST_F(AgentTest, MetricsSayWhatItDid) {
-  const auto spec = spec_for_scene();
-  coordinator_.offer("job", spec, 0, 5);
-  start(2);
-  ASSERT_TRUE(coordinator_.wait_for_results(5));
-  EXPECT_TRUE(stop_and_join().ok());
-  const std::map<std::string, double> metrics = values_of(*agent_metrics(*agent_));
-  const auto expect = [&](const char* name, double value) {
-    ASSERT_TRUE(metrics.contains(name)) << name;
-    EXPECT_EQ(metrics.at(name), value) << name;
-  };
-  expect("tessera_worker_units_total rendered", 5);
-  expect("tessera_worker_units_total failed", 0);
-  expect("tessera_worker_units_total stopped", 0);
-  expect("tessera_worker_units_total handed_back", 0);
-  expect("tessera_worker_results_total", 5);
-  expect("tessera_worker_outbox_results", 0);
-  expect("tessera_worker_outbox_bytes", 0);
-  expect("tessera_worker_unit_seconds", 5);
-  expect("tessera_worker_cache_lookups_total hit", 0);
-  expect("tessera_worker_cache_lookups_total miss", 1);
-  expect("tessera_worker_scenes_loaded_total", 1);
-  expect("tessera_worker_scenes", 1);
-  expect("tessera_worker_scene_bytes", 1);
-  EXPECT_GT(metrics.at("tessera_worker_fetched_bytes_total"), 5000);
-  EXPECT_EQ(metrics.at("tessera_worker_cache_bytes"), metrics.at("tessera_worker_fetched_bytes_total"));
-}
-
-TEST_F(AgentTest, MetricsTellFailuresFromStops) {
-  renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 4);  // of one thread: one hangs, and one waits in vain
-  start(1, /*grace=*/std::chrono::milliseconds{0});
-  ASSERT_TRUE(coordinator_.wait_for_leased(2));
-  wait_for_hanging(1);
-  EXPECT_TRUE(stop_and_join().ok());
-  const std::map<std::string, double> metrics = values_of(*agent_metrics(*agent_));
-  EXPECT_EQ(metrics.at("tessera_worker_units_total stopped"), 1);
-  EXPECT_GE(metrics.at("tessera_worker_units_total handed_back"), 1);
-  EXPECT_EQ(metrics.at("tessera_worker_units_total rendered"), 0);
-
-  renderer_.load_error = absl::InvalidArgumentError("no such shape");
-  coordinator_.offer("bad", spec_for_scene(), 4, 1);
-  start(1);
-  ASSERT_TRUE(coordinator_.wait_for_failures(1));
-  EXPECT_TRUE(stop_and_join().ok());
-  EXPECT_GE(values_of(*agent_metrics(*agent_)).at("tessera_worker_units_total failed"), 1);
 }
 
 }  // namespace

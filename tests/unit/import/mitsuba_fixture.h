@@ -7,6 +7,12 @@
 
 namespace tessera::client {
 
+/// Appends the bytes of a number.
+template <typename T>
+void append(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
 class MitsubaTest : public ImportTest {
  protected:
   absl::StatusOr<ImportedScene> import_xml(const std::string& text,
