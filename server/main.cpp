@@ -107,7 +107,7 @@ void define_tls_options(tessera::options::Command& command, Options& options) {
   command.group("Encryption");
   command
       .add("--tls", options.coordinator.certificates,
-           "a server's certificates: encrypts, and checks who calls")
+           "a server's certificates: encrypts, and authenticates callers")
       .type_name("DIR");
   command.add_flag("--allow-insecure", options.coordinator.allow_insecure,
                    "serve without encryption on an address that is not loopback");
@@ -119,33 +119,31 @@ void define_tls_options(tessera::options::Command& command, Options& options) {
       .type_name("DIR");
   command
       .add("--join-listen", options.coordinator.join_listen,
-           "where they do, without a certificate (default: the port behind that of --listen)")
+           "address at which they join, without a certificate (default: the port behind that of --listen)")
       .type_name("ADDR:PORT");
   command.group("Making certificates, instead of serving");
   const auto init = command
                         .add("--init-tls", options.new_certificates,
                              "make the farm's certificates in this folder, or renew them")
                         .type_name("DIR");
-  command
-      .add("--tls-host", options.hosts, "a name or an address that the server is called by; may be repeated")
+  command.add("--tls-host", options.hosts, "DNS name or address of the server; may be repeated")
       .type_name("HOST")
       .needs(init);
-  command.add("--tls-user", options.users, "a user to make a client's certificate for; may be repeated")
+  command.add("--tls-user", options.users, "user to make a client's certificate for; may be repeated")
       .type_name("NAME")
       .needs(init);
 }
 
 void define_options(tessera::options::Command command, Options& options) {
   command.group("Serving");
-  command.add("--listen", options.coordinator.listen, "where to serve; port 0 takes a free one")
+  command.add("--listen", options.coordinator.listen, "address to serve on; port 0 takes a free one")
       .type_name("ADDR:PORT")
       .with_default();
-  command.add("--metrics", options.coordinator.metrics, "where to serve Prometheus metrics, at /metrics")
+  command.add("--metrics", options.coordinator.metrics, "address of Prometheus metrics, at /metrics")
       .type_name("ADDR:PORT");
-  command
-      .add("--health", options.coordinator.health, "where to answer gRPC health checks, without certificates")
+  command.add("--health", options.coordinator.health, "address of gRPC health checks, without certificates")
       .type_name("ADDR:PORT");
-  command.add("--log-level", options.log.level, "what goes to standard error")
+  command.add("--log-level", options.log.level, "least level of messages on standard error")
       .type_name("LEVEL")
       .one_of(tessera::telemetry::kLogLevels)
       .with_default();
@@ -162,9 +160,8 @@ void define_options(tessera::options::Command command, Options& options) {
       .one_of({"first-come", "fair"})
       .with_default();
   command
-      .add(
-          "--unit-seconds", options.unit_seconds,
-          "work that a worker's thread gets as one, once it is known what a job costs; 0: the least there is")
+      .add("--unit-seconds", options.unit_seconds,
+           "duration of a lease on one thread, once the job's cost is known; 0: the smallest unit")
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
@@ -184,22 +181,21 @@ void define_options(tessera::options::Command command, Options& options) {
       .with_default();
   command.add_flag(
       "--accept-loss", options.coordinator.accept_loss,
-      "start although the data lacks something that was acknowledged, and go on with what there is");
+      "start even if results or jobs that were acknowledged are missing, and go on with the rest");
   command
-      .add("--keep-days", options.keep_days,
-           "days after which a finished job is deleted when a client has its image")
+      .add("--keep-days", options.keep_days, "days until a finished job is deleted whose image a client has")
       .type_name("DAYS")
       .in_range(0, 36500)
       .with_default();
   command
       .add("--keep-unfetched-days", options.keep_unfetched_days,
-           "the same for jobs whose image nobody fetched")
+           "days until a finished job is deleted whose image nobody fetched")
       .type_name("DAYS")
       .in_range(0, 36500)
       .with_default();
   command
       .add("--max-results", options.max_gigabytes,
-           "GB of results, beyond which fetched jobs are deleted earlier")
+           "upper bound of results (GB), beyond which fetched jobs are deleted earlier")
       .type_name("GB")
       .in_range(0, 1e9)
       .with_default();

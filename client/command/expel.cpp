@@ -45,7 +45,7 @@ int run(const ExpelOptions& options, Interrupt& interrupt) {
 
 void add_expel_command(CommandLine& line) {
   auto options = std::make_shared<ExpelOptions>();
-  Command command = line.add_command("expel", "Expel a member: refuse the certificates that it has");
+  Command command = line.add_command("expel", "Expel a member: revoke its certificates");
   command.add("NAME", options->name, "the name in the certificate (tessera workers)").required();
   command.add("--role", options->role, "what the certificate is for")
       .type_name("ROLE")

@@ -69,7 +69,7 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
   command.group("Output");
-  command.add("--stats", options.stats, "write what it cost to this file").type_name("FILE.json");
+  command.add("--stats", options.stats, "write run time and counts to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 
@@ -78,7 +78,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.group("Quality");
   command
       .add("--noise", job.noise,
-           "relative error at which a pixel has samples enough, with --spp as the cap; 0: all take --spp")
+           "target for the relative error of a pixel, with --spp as the upper bound; 0: no target")
       .type_name("ERROR");
   command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
       .in_range(0, wire::kMaxDepth);
@@ -89,7 +89,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos")
       .type_name("NAME");
   command.group("Film");
-  add_parsed(command, "--resolution", job.resolution, parse_resolution, "its size").type_name("WxH");
+  add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
   command.add("--aov", job.aovs, "further channels: variance, albedo, normal, depth, samples, alpha")
       .separated_by_commas()
@@ -101,13 +101,13 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME");
   command
       .add("--direct-light", job.direct_light,
-           "how it is estimated: mis (light and BSDF sampling) or bsdf (no light sampling)")
+           "estimator of direct light: mis (light and BSDF sampling) or bsdf (no light sampling)")
       .type_name("NAME");
   command
       .add("--light-selection", job.light_selection,
-           "how a light is picked: auto, tree, mixed, power or uniform")
+           "probabilities of lights: auto, tree, mixed, power or uniform")
       .type_name("NAME");
-  command.add("--traversal", job.traversal, "rays are traced as packet or single").type_name("NAME");
+  command.add("--traversal", job.traversal, "trace rays by packet or single").type_name("NAME");
   command.add("--tile", job.tile_size, "side of a tile, pixels")
       .in_range(1, wire::kMaxTileSize)
       .with_default();

@@ -58,13 +58,13 @@ void define_connection_options(options::Command& command, Options& options) {
                        .from_environment("TESSERA_TLS");
   command
       .add("--join", options.join_token,
-           "fill that folder, where it has no certificates, by a token (tessera token)")
+           "token (tessera token) by which to get certificates, if that folder has none")
       .type_name("TOKEN")
       .from_environment("TESSERA_JOIN")
       .needs(tls);
   command.add_flag("--allow-insecure", options.allow_insecure, "talk without encryption to another machine");
   command.add("--name", options.name, "name in the coordinator's list (default: host:pid)").type_name("NAME");
-  command.add("--tag", options.tags, "what jobs may require of a worker (tessera submit --require)")
+  command.add("--tag", options.tags, "tags that jobs may require (tessera submit --require)")
       .separated_by_commas()
       .type_name("TAG,...");
 }
@@ -76,27 +76,25 @@ void define_options(options::Command command, Options& options) {
   command.add("--isa", options.isa, "kernels to use").type_name("NAME").one_of(render::supported_isas());
   command.group("Limits");
   command.add("--cache", options.cache, "folder for meshes and textures").type_name("DIR").with_default();
-  command.add("--cache-size", options.cache_gigabytes, "GB that the cache may grow to")
+  command.add("--cache-size", options.cache_gigabytes, "upper bound of the cache (GB)")
       .type_name("GB")
       .in_range(1, 1 << 20)
       .with_default();
-  command.add("--grace", options.grace_seconds, "seconds that begun tiles may take after SIGTERM")
+  command.add("--grace", options.grace_seconds, "time for tiles in progress after SIGTERM (s)")
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
-  command
-      .add("--unit-limit", options.unit_limit_seconds,
-           "seconds that rendering one lease may take; 0: any time")
+  command.add("--unit-limit", options.unit_limit_seconds, "time limit of one lease (s); 0: none")
       .type_name("SECONDS")
       .in_range(0, 30 * 24 * 3600)
       .with_default();
   command
       .add("--memory-limit", options.memory_gigabytes,
-           "GB that this worker may use; a scene that needs more fails by name (default: no limit)")
+           "memory limit (GB); a scene that needs more fails by name (default: none)")
       .type_name("GB")
       .in_range(0.25, 1e6);
-  command.group("Seen from outside");
-  command.add("--log-level", options.log.level, "what goes to standard error")
+  command.group("Log and metrics");
+  command.add("--log-level", options.log.level, "least level of messages on standard error")
       .type_name("LEVEL")
       .one_of(telemetry::kLogLevels)
       .with_default();
@@ -104,7 +102,7 @@ void define_options(options::Command command, Options& options) {
       .type_name("FORMAT")
       .one_of(telemetry::kLogFormats)
       .with_default();
-  command.add("--metrics", options.metrics, "where to serve Prometheus metrics, at /metrics")
+  command.add("--metrics", options.metrics, "address of Prometheus metrics, at /metrics")
       .type_name("ADDR:PORT");
   command.example("tessera-worker --server 127.0.0.1:7070");
   command.example("tessera-worker --server 10.0.0.1:7070 --tls ~/farm-tls/worker --threads 8");

@@ -49,11 +49,11 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
 
 void add_fetch_command(CommandLine& line) {
   auto options = std::make_shared<FetchOptions>();
-  Command command = line.add_command("fetch", "Write the image of a job, waiting for its end");
+  Command command = line.add_command("fetch", "Wait for the end of a job and write its image");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
   command.add_flag("--half", options->half, "16-bit EXR");
-  command.add_flag("--partial", options->partial, "what there is of it now, of a job that is not done");
+  command.add_flag("--partial", options->partial, "write a partial image, if the job is not done");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);
   command.example("tessera fetch 4f0c2a11 -o scene.exr");

@@ -32,8 +32,8 @@ absl::Status check(const JobSelection& selection) {
 }  // namespace
 
 void define_job_filter(options::Command& command, JobFilter& filter) {
-  command.add("--user", filter.user, "those of this user").type_name("NAME");
-  command.add("--state", filter.state, "those in this state")
+  command.add("--user", filter.user, "only jobs of this user").type_name("NAME");
+  command.add("--state", filter.state, "only jobs in this state")
       .type_name("STATE")
       .one_of({"queued", "running", "paused", "done", "failed", "cancelled", "incomplete"});
 }

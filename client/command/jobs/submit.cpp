@@ -128,7 +128,7 @@ void add_submit_command(CommandLine& line) {
   JobSettings& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
-  command.add("--user", job.user, "whose share of the farm it counts against")
+  command.add("--user", job.user, "user to whose share of the farm the job counts")
       .type_name("NAME")
       .with_default();
   command.add("--priority", job.priority, "higher goes first").with_default();
@@ -141,12 +141,11 @@ void add_submit_command(CommandLine& line) {
            "has it)")
       .one_of({"same", "any"});
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
-  const Option continued =
-      command
-          .add("--continue", options->reuse.continued,
-               "a job whose samples are taken over, with its tiles; only --spp may differ")
-          .type_name("JOB");
-  command.add_flag("--fresh", options->reuse.fresh, "render everything, even what the farm has already")
+  const Option continued = command
+                               .add("--continue", options->reuse.continued,
+                                    "job from whose samples to go on, with its tiles; only --spp may differ")
+                               .type_name("JOB");
+  command.add_flag("--fresh", options->reuse.fresh, "render everything: do not reuse results of the farm")
       .excludes(continued);
   command.add("--threads", options->render.threads, "ignored: the workers have their own").in_range(1, 1024);
   define_server_option(command, options->server);
