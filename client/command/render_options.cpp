@@ -82,7 +82,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("ERROR");
   command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
       .in_range(0, wire::kMaxDepth);
-  command.add("--integrator", job.integrator, "path (surfaces), volpath (media too) or light (light tracing)")
+  command
+      .add("--integrator", job.integrator,
+           "path (surfaces), volpath (media too), light (light tracing), direct (light of one bounce), "
+           "whitted (mirrors and glass; biased) or raycast (no bounce; biased)")
       .type_name("NAME");
   command.add("--sampler", job.sampler, "sobol or independent").type_name("NAME");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");

@@ -15,8 +15,22 @@ constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path", .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
     AlgorithmTraits{
         .name = "volpath", .media = true, .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
-    AlgorithmTraits{
-        .name = "light", .work = WorkKind::kPasses, .starts_at_lights = true, .joins_camera = true},
+    AlgorithmTraits{.name = "light",
+                    .work = WorkKind::kPasses,
+                    .samples_all_light = true,
+                    .starts_at_lights = true,
+                    .joins_camera = true},
+    AlgorithmTraits{.name = "direct", .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
+    AlgorithmTraits{.name = "whitted",
+                    .bias = Bias::kBiased,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true},
+    AlgorithmTraits{.name = "raycast",
+                    .bias = Bias::kBiased,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -40,8 +40,9 @@ struct AlgorithmTraits {
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
-  bool starts_at_lights = false;  // all light must be sampled at its source, without a receiver: no portals
-  bool joins_camera = false;      // connects points to the camera: perspective and orthographic ones only
+  bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
+  bool starts_at_lights = false;   // light is sampled at its source, without a receiver: no portals
+  bool joins_camera = false;       // connects points to the camera: perspective and orthographic ones only
   std::span<const PhaseTraits> phases = {};
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 
 #include "integration/farm_under_test.h"
 #include "support/needs.h"
@@ -151,6 +152,33 @@ TEST(BitEquality, LightTracingInPassesInProcessAndOnTwoWorkers) {
   farm.add_worker(1);
   farm.add_worker(2);
   EXPECT_EQ(submit_hash(farm, light), expected);
+}
+
+TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  std::set<std::string> pictures;
+  for (const char* algorithm : {"direct", "whitted", "raycast"}) {
+    const Arguments job{"scenes/first-light/scene.textproto",
+                        "--resolution",
+                        "72x72",
+                        "--integrator",
+                        algorithm,
+                        "--max-depth",
+                        "8",
+                        "--spp",
+                        "8",
+                        "--quiet"};
+    const std::string expected = render_hash(job);
+    pictures.insert(expected);
+    for (const char* tile : {"8", "64"}) {
+      EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", tile}), expected)
+          << algorithm << ", tiles of " << tile;
+    }
+    EXPECT_EQ(submit_hash(farm, job + Arguments{"--tile", "24"}), expected) << algorithm;
+  }
+  EXPECT_EQ(pictures.size(), 3u) << "the scene has no glass";
 }
 
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {

@@ -46,6 +46,7 @@ void write_integrator(Context& context, Object* integrator) {
   PropertyReader reader(context, *integrator);
   const std::string& type = integrator->type;
   if (type == "direct") {
+    settings.set_integrator("direct");
     settings.set_max_depth(1);
     reader.ignore({"shading_samples", "emitter_samples", "bsdf_samples"});
   } else if (type == "path" || type == "volpath" || type == "volpathmis" || type == "ptracer") {

@@ -191,7 +191,7 @@ absl::Status SceneBuilder::add_infinite_light(const v1::InfiniteLight& light, fl
     return absl::InvalidArgumentError("its transform is singular");
 
   // Paths from lights and portals have no other way to what is not sampled.
-  const bool compensate = !algorithm_->starts_at_lights && light.portal().empty();
+  const bool compensate = !algorithm_->samples_all_light && light.portal().empty();
   Environment environment;
   environment.sampled_share = compensate ? 0.0f : 1.0f;
   if (light.has_image()) {

@@ -1,4 +1,5 @@
 // Exports of a kernel module.
+#include <algorithm>
 #include <memory>
 
 #include "render/accel/arithmetic.h"
@@ -7,6 +8,7 @@
 #include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/whitted/whitted.h"
 #include "render/light/light.h"
 
 #define TESSERA_STRING2(x) #x
@@ -22,11 +24,18 @@ std::unique_ptr<Integrator> make(const IntegratorContext& context) {
   return std::make_unique<T>(context);
 }
 
+/// The same, with one event on a path at most.
+template <class T>
+std::unique_ptr<Integrator> make_for_one_event(const IntegratorContext& context) {
+  const StageTimer timer(context.stats.times, Stage::kCamera);
+  return std::make_unique<T>(context, std::min(context.scene.max_depth, 1));
+}
+
 // The list of algorithms.
 constexpr Algorithm kAlgorithms[] = {
-    {"path", &make<Wavefront>},
-    {"volpath", &make<Wavefront>},
-    {"light", &make<LightTracer>},
+    {"path", &make<Wavefront>},    {"volpath", &make<Wavefront>},
+    {"light", &make<LightTracer>}, {"direct", &make_for_one_event<Wavefront>},
+    {"whitted", &make<Whitted>},   {"raycast", &make_for_one_event<Whitted>},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

@@ -12,6 +12,16 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, HitState& hits) {
+  if (!(scene.camera.far_clip > 0)) return;
+  for (int i = 0; i < n; i += kWidth) {
+    const WidePath path = load(scene, camera_rays, i);
+    const Float time = scene.any_motion ? path.time : Float(0.0f);
+    const Mask seen = Float::load(hits.t + i) <= visible_distance(scene.camera, path.direction, time);
+    select(seen, Int::load(hits.shape + i), Int(-1)).store(hits.shape + i);
+  }
+}
+
 bool SampleBatch::start(SampleSource& source, PathState& paths) {
   name_next(source);
   const StageTimer timer(stats_.times, Stage::kCamera);

@@ -12,6 +12,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// Misses in place of the hits of camera rays that are beyond the camera's far plane, where it has one.
+void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, HitState& hits);
+
 class SampleBatch {
  public:
   explicit SampleBatch(const IntegratorContext& context)

@@ -1,7 +1,5 @@
 #include "render/integrator/path/wavefront.h"
 
-#include "render/camera/camera.h"
-
 namespace tessera::render::TESSERA_ISA {
 
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
@@ -36,16 +34,7 @@ void Wavefront::intersect(int depth) {
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
   rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent,
                 hits_.arrays());
-  if (depth == 0 && scene_.camera.far_clip > 0) clip_far();
-}
-
-void Wavefront::clip_far() {
-  for (int i = 0; i < alive_; i += kWidth) {
-    const WidePath path = load(scene_, paths_, i);
-    const Float time = scene_.any_motion ? path.time : Float(0.0f);
-    const Mask seen = Float::load(hits_.t + i) <= visible_distance(scene_.camera, path.direction, time);
-    select(seen, Int::load(hits_.shape + i), Int(-1)).store(hits_.shape + i);
-  }
+  if (depth == 0) clip_far(scene_, paths_, alive_, hits_);
 }
 
 void Wavefront::trace_shadow_rays() {

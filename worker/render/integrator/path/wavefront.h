@@ -29,7 +29,6 @@ class Wavefront final : public Integrator {
  private:
   void advance(int depth);
   void intersect(int depth);
-  void clip_far();
   void shade(int depth);
   /// Copies paths and hits into sorted_, those of one shading group together.
   void sort_by_group();

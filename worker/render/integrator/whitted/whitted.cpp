@@ -1,0 +1,148 @@
+#include "render/integrator/whitted/whitted.h"
+
+#include "render/core/constants.h"
+#include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/dimensions.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Rays that bring less of the light to the eye than this are not followed [Hall & Greenberg 1983]. As light
+/// is not made on the way, it bounds the rays of a level by its inverse, however deep the recursion goes.
+constexpr float kLeastImportance = 1e-3f;
+
+int first_pair(int depth) { return dimension::kFirstEvent + depth * dimension::kPairsPerEvent; }
+
+}  // namespace
+
+bool Whitted::render(SampleSource& work, Film& film, std::stop_token stop) {
+  while (batch_.start(work, camera_rays_)) {
+    if (stop.stop_requested()) return false;
+    trace(camera_rays_, batch_.size(), 0);
+    batch_.finish(film, max_depth_ > 0);
+  }
+  return true;
+}
+
+void Whitted::trace(const PathState& rays, int n, int depth) {
+  if (n == 0) return;
+  find_points(rays, n, depth);
+  if (depth == max_depth_) return;
+  for (std::size_t light = 0; light < scene_.lights.lights.size(); ++light) {
+    if (scene_.lights.lights[light].same_as < 0) add_light(static_cast<std::int32_t>(light), depth);
+  }
+
+  if (levels_.size() <= static_cast<std::size_t>(depth)) levels_.push_back(std::make_unique<Level>());
+  Level& next = *levels_[static_cast<std::size_t>(depth)];
+  int reflected = 0, refracted = 0;
+  follow(depth, next, reflected, refracted);
+  trace(next.reflected, reflected, depth + 1);
+  trace(next.refracted, refracted, depth + 1);
+}
+
+void Whitted::find_points(const PathState& rays, int n, int depth) {
+  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(n);
+  {
+    const StageTimer timer(stats_.times, Stage::kIntersection);
+    const float* const times = scene_.any_motion ? rays.time : nullptr;
+    rays_.nearest(arrays_of(rays.origin, rays.direction, times), n, depth == 0, hits_.arrays());
+    if (depth == 0) clip_far(scene_, rays, n, hits_);
+  }
+  const StageTimer timer(stats_.times, Stage::kShading);
+  packets_ = (n + kWidth - 1) / kWidth;
+  for (int i = 0; i < packets_; ++i) {
+    const Mask active = Mask::first(n - i * kWidth);
+    Hit found = load_hit(hits_, i * kWidth);
+    Point& point = points_[static_cast<std::size_t>(i)];
+    point.path = load(scene_, rays, i * kWidth);
+    point.hit = active & (found.shape >= 0);
+    if (scene_.any_motion) found.time = point.path.time;
+    Vertex& v = point.vertex;
+    v.wo = -point.path.direction;
+    v.time = found.time;
+    v.surface = surface_at(scene_.shapes, found, point.path.origin, point.path.direction, point.hit,
+                           scene_.any_tangents);
+    add_emission(point, active);
+    const Float u = random(point, first_pair(depth) + dimension::kRoulette).y;
+    interact(scene_, v.surface, v.wo, u, point.hit, v.at);
+    if (const Mask partly = partly_open(v, point.hit); any(partly))
+      open_surface(scene_, random(point, dimension::kOpacity + depth).x, partly, v);
+    if (depth == 0) batch_.record_first_hit(v, found.t, point.path.slot, point.hit);
+  }
+}
+
+void Whitted::add_emission(const Point& point, Mask active) {
+  const WidePath& path = point.path;
+  const Surface& surface = point.vertex.surface;
+  if (const Mask lit = point.hit & (surface.light >= 0); any(lit)) {
+    const Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, point.vertex.wo, lit);
+    batch_.add_radiance(radiance * path.beta, path.slot, lit);
+  }
+  const Mask missed = and_not(active, point.hit);
+  if (none(missed)) return;
+  for (const std::int32_t light : scene_.lights.infinite_lights) {
+    const Spectrum radiance = environment_radiance(scene_.lights, light, path.origin, path.direction, missed);
+    batch_.add_radiance(radiance * path.beta, path.slot, missed);
+  }
+}
+
+void Whitted::add_light(std::int32_t light, int depth) {
+  const StageTimer timer(stats_.times, Stage::kShadow);
+  shadows_.size = 0;
+  for (int i = 0; i < packets_; ++i) {
+    const Point& point = points_[static_cast<std::size_t>(i)];
+    const Vertex& v = point.vertex;
+    const Mask wanted = joinable(v, point.hit);
+    if (none(wanted)) continue;
+    const LightSample sample =
+        sample_light(scene_.lights, Int(light), receiver_at(scene_, v),
+                     random(point, first_pair(depth) + dimension::kLightPoint), wanted);
+    const Mask reachable = wanted & sample.valid;
+    if (none(reachable)) continue;
+    const Spectrum f_cos = eval_bsdf(v.at, v.wo, sample.wi, reachable).f_cos;
+    WideConnection ray =
+        connect(scene_, v, sample.wi, fma(sample.wi, sample.distance, v.surface.p), reachable);
+    ray.contribution =
+        point.path.beta * f_cos * sample.radiance * (1.0f / select(reachable, sample.pdf, 1.0f));
+    ray.slot = point.path.slot;
+    shadows_.size +=
+        append(scene_, ray, and_not(reachable, is_black(ray.contribution)), shadows_, shadows_.size);
+  }
+  const float* const times = scene_.any_motion ? shadows_.time : nullptr;
+  rays_.occluded(arrays_of(shadows_.origin, shadows_.direction, times), shadows_.size, shadows_.distance);
+  stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
+  batch_.add_contributions(shadows_);
+}
+
+void Whitted::follow(int depth, Level& next, int& reflected, int& refracted) const {
+  const StageTimer timer(stats_.times, Stage::kShading);
+  for (int i = 0; i < packets_; ++i) {
+    const Point& point = points_[static_cast<std::size_t>(i)];
+    const Vertex& v = point.vertex;
+    const Vec2 zero{Float(0.0f), Float(0.0f)};
+    const auto send = [&](const BsdfSample& lobe, Float share, Mask lanes, PathState& to, int& size) {
+      WidePath ray = point.path;
+      ray.origin = ray.reference = offset_origin(v.surface, lobe.wi);
+      ray.direction = lobe.wi;
+      ray.beta = point.path.beta * lobe.weight * share;
+      // Without the 1 / eta^2 of refraction, which the way out takes back.
+      ray.roulette_scale =
+          select(lobe.transmission, point.path.roulette_scale * sqr(lobe.eta), point.path.roulette_scale);
+      const Mask matters = (ray.beta * ray.roulette_scale).max_component() >= kLeastImportance;
+      size += append(scene_, ray, lanes & lobe.valid & lobe.specular & matters, to, size);
+    };
+    // The first and the last of a model's lobes, if these are perfect; `pdf` is a perfect lobe's share. Of
+    // mixed materials, whose lobes nobody counts, one is drawn, so its weight holds the share.
+    const Mask mixed = point.hit & ((v.at.flags & kMixed) != 0);
+    const Float drawn = random(point, first_pair(depth) + dimension::kChoice).y;
+    const BsdfSample first = sample_bsdf(v.at, v.wo, select(mixed, drawn, 0.0f), zero, point.hit);
+    send(first, select(mixed, 1.0f, first.pdf), point.hit, next.reflected, reflected);
+    const Mask others = and_not(point.hit, mixed);
+    const BsdfSample last = sample_bsdf(v.at, v.wo, Float(kOneMinusEpsilon), zero, others);
+    const Mask same = first.valid & first.specular & ~(first.transmission ^ last.transmission);
+    send(last, last.pdf, and_not(others, same), next.refracted, refracted);
+  }
+}
+
+}  // namespace tessera::render::TESSERA_ISA
