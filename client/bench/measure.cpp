@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "image/assemble.h"
 #include "image/flip.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::client {
 namespace {
@@ -121,15 +122,13 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
 absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp,
                                      std::vector<wire::TileResult> tiles) {
   AssemblyOptions options;
-  options.width = spec.width(), options.height = spec.height();
-  options.crop = {static_cast<std::int32_t>(spec.crop().x0()), static_cast<std::int32_t>(spec.crop().y0()),
-                  static_cast<std::int32_t>(spec.crop().x1()), static_cast<std::int32_t>(spec.crop().y1())};
+  options.width = spec.view().width(), options.height = spec.view().height();
+  const v1::PixelRect& crop = spec.cut().crop();
+  options.crop = {static_cast<std::int32_t>(crop.x0()), static_cast<std::int32_t>(crop.y0()),
+                  static_cast<std::int32_t>(crop.x1()), static_cast<std::int32_t>(crop.y1())};
   options.spp = spp;
   options.samples_channel = false;
-  absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
-      wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
-  if (!channels.ok()) return channels.status();
-  options.channels = *std::move(channels);
+  options.channels = wire::channels_of(spec.view());
   absl::StatusOr<Assembler> assembler = Assembler::create(std::move(options));
   if (!assembler.ok()) return assembler.status();
   for (wire::TileResult& tile : tiles) {
@@ -145,7 +144,7 @@ absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
     const std::function<void(const std::string&)>& progress, std::stop_token stop) {
   std::vector<BenchVariantResult> results;
   for (const BenchVariant& variant : variants) {
-    const v1::PixelRect& crop = variant.spec.crop();
+    const v1::PixelRect& crop = variant.spec.cut().crop();
     const Window& data = reference.image.data;
     const std::int64_t width = crop.x1() - crop.x0(), height = crop.y1() - crop.y0();
     if (width != data.width() || height != data.height()) {

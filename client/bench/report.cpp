@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bench/analysis.h"
+#include "wire/enum_words.h"
 
 namespace tessera::client {
 namespace {
@@ -114,11 +115,11 @@ std::string comparison_text(const BenchVariantResult& a, const BenchVariantResul
 
 std::string to_text(const BenchSceneResult& scene) {
   const v1::JobSpec& spec = scene.variants.front().spec;
-  const v1::PixelRect& crop = spec.crop();
-  std::string text =
-      absl::StrFormat("%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name,
-                      crop.x1() - crop.x0(), crop.y1() - crop.y0(), spec.settings().integrator(),
-                      spec.settings().max_depth(), spec.settings().sampler(), spec.isa(), scene.reference);
+  const v1::PixelRect& crop = spec.cut().crop();
+  std::string text = absl::StrFormat(
+      "%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
+      crop.y1() - crop.y0(), spec.content().algorithms().integrator(), spec.view().max_depth(),
+      wire::word_of(spec.view().sampler()), spec.farm().isa(), scene.reference);
   if (scene.noise.mse > 0) {
     absl::StrAppendFormat(&text, "; its own MSE %.3g, relMSE %.3g taken off MSE and relMSE", scene.noise.mse,
                           scene.noise.relmse);

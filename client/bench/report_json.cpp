@@ -2,6 +2,7 @@
 
 #include "bench/analysis.h"
 #include "bench/report.h"
+#include "wire/enum_words.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -35,9 +36,9 @@ Json json_of(const BenchRun& run, const ReferenceNoise& noise) {
 
 Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   Json json{{"name", variant.name},
-            {"integrator", variant.spec.settings().integrator()},
-            {"sampler", variant.spec.settings().sampler()},
-            {"isa", variant.spec.isa()},
+            {"integrator", variant.spec.content().algorithms().integrator()},
+            {"sampler", wire::word_of(variant.spec.view().sampler())},
+            {"isa", variant.spec.farm().isa()},
             {"import_cpu_seconds", variant.import_cpu_seconds},
             {"build_cpu_seconds", variant.build_cpu_seconds}};
   for (const BenchBias& bias : variant.biases) {
@@ -59,7 +60,7 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
 }
 
 Json json_of(const BenchSceneResult& scene) {
-  const v1::PixelRect& crop = scene.variants.front().spec.crop();
+  const v1::PixelRect& crop = scene.variants.front().spec.cut().crop();
   Json json{
       {"name", scene.name},
       {"width", crop.x1() - crop.x0()},

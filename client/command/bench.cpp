@@ -92,7 +92,8 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
   loaded.job = load_job(options, exit_code);
   if (loaded.job == nullptr) return Failed{exit_code};
   v1::JobSpec& spec = loaded.job->job->spec;
-  if (spec.isa().empty()) spec.set_isa(local_isas().empty() ? "" : local_isas().front());
+  if (spec.farm().isa().empty())
+    spec.mutable_farm()->set_isa(local_isas().empty() ? "" : local_isas().front());
   absl::StatusOr<std::unique_ptr<BenchScene>> scene =
       BenchScene::load(spec, loaded.job->job->blobs, options.threads);
   if (!scene.ok()) {
@@ -148,7 +149,7 @@ absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std:
   std::vector<BenchVariant> variants;
   for (LoadedVariant& one : loaded) variants.push_back(std::move(one.variant));
   BenchSceneResult result;
-  result.name = variants.front().spec.name();
+  result.name = variants.front().spec.farm().name();
   const Steps steps(result.name, options.render.quiet);
   absl::StatusOr<BenchReference> reference = find_reference(options, index, variants.front(), steps, stop);
   if (!reference.ok()) return reference.status();

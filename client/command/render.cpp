@@ -33,7 +33,7 @@ using Clock = std::chrono::steady_clock;
 /// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they
 /// have may be taken over. Empty when there is none.
 absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec spec, std::stop_token stop) {
-  spec.set_build(wire::build_version());
+  spec.mutable_content()->set_build(wire::build_version());
   const auto jobs = client.jobs(stop);
   if (!jobs.ok()) return jobs.status();
   std::string found;
@@ -99,8 +99,8 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
   v1::JobSpec& spec = loaded->job->spec;
-  if (const std::vector<std::string> isas = local_isas(); spec.isa().empty() && !isas.empty())
-    spec.set_isa(isas.front());
+  if (const std::vector<std::string> isas = local_isas(); spec.farm().isa().empty() && !isas.empty())
+    spec.mutable_farm()->set_isa(isas.front());
 
   // An interrupt ends the job, and so does a disk on which nothing can be kept.
   std::stop_source ended;
@@ -112,7 +112,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   };
   const absl::StatusOr<std::unique_ptr<LocalFarm>> farm =
       LocalFarm::start({.threads = options.threads,
-                        .isa = spec.isa(),
+                        .isa = spec.farm().isa(),
                         .blobs = loaded->job->blobs,
                         .geometry_read = [&loaded] { loaded->free_meshes(); },
                         .checkpoint = options.checkpoint,

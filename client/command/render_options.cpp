@@ -16,6 +16,8 @@
 #include "command/report/output.h"
 #include "command/report/phase.h"
 #include "import/import.h"
+#include "wire/algorithm.h"
+#include "wire/enum_words.h"
 #include "wire/limits.h"
 #include "wire/mesh_blob.h"
 
@@ -32,6 +34,27 @@ Option add_parsed(options::Command& command, const char* name, std::optional<Val
     return parsed.status();
   };
   return command.add_read_by(name, read, description);
+}
+
+/// An option whose value is a word for one of an enum's (wire/enum_words.h).
+template <class Enum>
+Option add_word(options::Command& command, const char* name, Enum& value, const char* description) {
+  const auto read = [&value](const std::string& text) {
+    const absl::StatusOr<Enum> known = wire::value_of<Enum>(text);
+    if (known.ok()) value = *known;
+    return known.status();
+  };
+  return command.add_read_by(name, read, description).type_name("NAME");
+}
+
+absl::StatusOr<v1::PixelFilter::Kind> parse_filter(const std::string& word) {
+  const absl::StatusOr<int> kind = wire::number_of(*v1::PixelFilter::Kind_descriptor(), word, "pixel filter");
+  if (!kind.ok()) return kind.status();
+  return static_cast<v1::PixelFilter::Kind>(*kind);
+}
+
+std::string check_integrator(const std::string& name) {
+  return std::string{wire::check_algorithm_name(name).message()};
 }
 
 std::string check_define(const std::string& text) {
@@ -86,31 +109,35 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .add("--integrator", job.integrator,
            "path (surfaces), volpath (media too), light (light tracing), direct (light of one bounce), "
            "whitted (mirrors and glass; biased) or raycast (no bounce; biased)")
-      .type_name("NAME");
-  command.add("--sampler", job.sampler, "sobol or independent").type_name("NAME");
+      .type_name("NAME")
+      .checked_by(check_integrator);
+  add_word(command, "--sampler", job.sampler, "sobol or independent");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
-  command.add("--filter", job.filter, "pixel filter: box, triangle, gaussian, mitchell or lanczos")
+  add_parsed(command, "--filter", job.filter, parse_filter,
+             "pixel filter: box, triangle, gaussian, mitchell or lanczos")
       .type_name("NAME");
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
-  command.add("--aov", job.aovs, "further channels: variance, albedo, normal, depth, samples, alpha")
+  const auto add_aov = [&aovs = job.aovs](const std::string& word) {
+    const absl::StatusOr<v1::AOV> aov = wire::value_of<v1::AOV>(word);
+    if (aov.ok()) aovs.push_back(*aov);
+    return aov.status();
+  };
+  command
+      .add_list_read_by(
+          "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
+          "further channels: variance, albedo, normal, depth, samples, alpha")
       .separated_by_commas()
       .type_name("NAME,...");
   command.group("Computation");
-  command
-      .add("--intersection", job.intersection,
-           "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust")
-      .type_name("NAME");
-  command
-      .add("--direct-light", job.direct_light,
-           "estimator of direct light: mis (light and BSDF sampling) or bsdf (no light sampling)")
-      .type_name("NAME");
-  command
-      .add("--light-selection", job.light_selection,
-           "probabilities of lights: auto, tree, mixed, power or uniform")
-      .type_name("NAME");
-  command.add("--traversal", job.traversal, "trace rays by packet or single").type_name("NAME");
+  add_word(command, "--intersection", job.intersection,
+           "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
+  add_word(command, "--direct-light", job.direct_light,
+           "estimator of direct light: mis (light and BSDF sampling) or bsdf (no light sampling)");
+  add_word(command, "--light-selection", job.light_selection,
+           "probabilities of lights: auto, tree, mixed, power or uniform");
+  add_word(command, "--traversal", job.traversal, "trace rays by packet or single");
   command.add("--tile", job.tile_size, "side of a tile, pixels")
       .in_range(1, wire::kMaxTileSize)
       .with_default();
@@ -140,12 +167,8 @@ std::vector<std::string> LoadedJob::warning_lines() const {
 }
 
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code) {
-  absl::Status usage = check_names(options.job);
-  if (std::error_code error; usage.ok() && !std::filesystem::exists(options.scene, error)) {
-    usage = absl::NotFoundError(absl::StrCat("there is no file ", options.scene));
-  }
-  if (!usage.ok()) {
-    exit_code = report(kUsage, std::string{usage.message()});
+  if (std::error_code error; !std::filesystem::exists(options.scene, error)) {
+    exit_code = report(kUsage, absl::StrCat("there is no file ", options.scene));
     return nullptr;
   }
   const auto start = std::chrono::steady_clock::now();

@@ -71,7 +71,7 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
                                                              int threads) {
   const std::chrono::nanoseconds start = base::process_cpu_time();
   const SceneBlobs source(blobs);
-  const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.scene().digest());
+  const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.content().scene());
   if (!bytes.ok()) return bytes.status();
   v1::Scene message;
   if (!message.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
@@ -79,14 +79,15 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   }
   absl::StatusOr<std::unique_ptr<render::RenderScene>> scene =
       render::load_scene(message, spec, [&](const std::string& digest) { return source.bytes(digest); },
-                         {.isa = spec.isa(), .threads = threads});
+                         {.isa = spec.farm().isa(), .threads = threads});
   if (!scene.ok()) return scene.status();
 
   auto parts = std::make_unique<Parts>();
   parts->scene = *std::move(scene);
   // A pass goes over the whole film.
-  parts->tiles = tiles_of(
-      spec.crop(), wire::works_in_passes(spec) ? std::max(spec.width(), spec.height()) : spec.tile_size());
+  parts->tiles = tiles_of(spec.cut().crop(), wire::works_in_passes(spec)
+                                                 ? std::max(spec.view().width(), spec.view().height())
+                                                 : spec.cut().tile_size());
   std::unique_ptr<BenchScene> self{new BenchScene{std::move(parts)}};
   self->build_cpu_seconds_ = base::in_seconds(base::process_cpu_time() - start);
   return self;

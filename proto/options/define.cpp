@@ -206,6 +206,15 @@ Option Command::add_read_by(const char* name, std::function<absl::Status(const s
   return Option{spec};
 }
 
+Option Command::add_list_read_by(const char* name, std::function<absl::Status(const std::string&)> take,
+                                 std::function<void()> clear, const char* description) {
+  OptionSpec& spec = add_spec(*spec_, name, description, "TEXT");
+  spec.list = true;
+  spec.take = std::move(take);
+  spec.clear = std::move(clear);
+  return Option{spec};
+}
+
 Option Command::add_flag(const char* name, bool& value, const char* description) {
   OptionSpec& spec = add_spec(*spec_, name, description, "");
   spec.take = [&value](const std::string&) {

@@ -73,6 +73,9 @@ class Command {
   /// A text that `take` reads; its error is the user's.
   Option add_read_by(const char* name, std::function<absl::Status(const std::string&)> take,
                      const char* description);
+  /// The same for each element of a list, which `clear` empties.
+  Option add_list_read_by(const char* name, std::function<absl::Status(const std::string&)> take,
+                          std::function<void()> clear, const char* description);
   Option add_flag(const char* name, bool& value, const char* description);
   /// One that was added before.
   Option option(const char* name);

@@ -1,57 +1,86 @@
 #include "wire/job_check.h"
 
 #include <algorithm>
-#include <string_view>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "wire/algorithm.h"
+#include "wire/aov_channels.h"
+#include "wire/enum_words.h"
 #include "wire/limits.h"
 
 namespace tessera::wire {
 
 namespace {
 
-/// AOVs of what a camera ray meets first.
-bool is_first_hit_aov(std::string_view aov) { return aov == "albedo" || aov == "normal" || aov == "depth"; }
-
-}  // namespace
-
 absl::Status check_algorithm(const v1::JobSpec& spec) {
-  const v1::RenderSettings& settings = spec.settings();
-  if (auto s = check_algorithm_name(settings.integrator()); !s.ok()) return s;
-  const AlgorithmTraits* const algorithm = find_algorithm(settings.integrator());
-  const auto cannot = [&](const char* why) {
+  const v1::Algorithms& asked = spec.content().algorithms();
+  if (auto s = check_algorithm_name(asked.integrator()); !s.ok()) return s;
+  const AlgorithmTraits* const algorithm = find_algorithm(asked.integrator());
+  const auto cannot = [&](const std::string& why) {
     return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithm->name, "' ", why));
   };
-  if (settings.noise() != 0 && !algorithm->noise)
+  if (spec.samples().noise() != 0 && !algorithm->noise)
     return cannot("takes the same samples everywhere: noise is not for it");
-  if (!algorithm->bsdf_lighting && settings.direct_light() == "bsdf") {
+  if (!algorithm->bsdf_lighting && asked.direct_light() == v1::DIRECT_LIGHT_BSDF) {
     return cannot("has its own way to find direct light: 'bsdf' is not for it");
   }
   if (!algorithm->first_hit_aovs) {
-    for (const std::string& aov : spec.aovs()) {
-      if (is_first_hit_aov(aov)) return cannot("gives no albedo, normal or depth");
+    for (const int aov : spec.view().aovs()) {
+      if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal or depth");
     }
   }
   const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {
     return phase.name() == own.name;
   };
-  if (!std::equal(spec.phases().begin(), spec.phases().end(), algorithm->phases.begin(),
+  if (!std::equal(spec.cut().phases().begin(), spec.cut().phases().end(), algorithm->phases.begin(),
                   algorithm->phases.end(), has_name)) {
-    return cannot(
-        absl::StrCat("has other phases than the job: ",
-                     absl::StrJoin(algorithm->phases, ", ",
-                                   [](std::string* out, const PhaseTraits& p) { out->append(p.name); }))
-            .c_str());
+    const std::string own = absl::StrJoin(
+        algorithm->phases, ", ", [](std::string* out, const PhaseTraits& p) { out->append(p.name); });
+    return cannot(absl::StrCat("has other phases than the job: ", own.empty() ? "none" : own,
+                               " (the job has ", spec.cut().phases_size(), ")"));
   }
   return absl::OkStatus();
 }
 
+absl::Status check_noise(const v1::JobSpec& spec) {
+  const double noise = spec.samples().noise();
+  if (noise == 0) return absl::OkStatus();
+  if (!(noise >= kMinNoise && noise <= kMaxNoise)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("samples.noise is ", noise, "; 0 or ", kMinNoise, " to ", kMaxNoise, " was expected"));
+  }
+  if (spec.samples().spp() < kMinAdaptiveSamples) {
+    return absl::InvalidArgumentError(absl::StrCat("samples.spp is ", spec.samples().spp(),
+                                                   "; with samples.noise it is the cap, and ",
+                                                   kMinAdaptiveSamples, " or more was expected"));
+  }
+  if (spec.cut().tile_size() % kNoiseBlock != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("tile_size is ", spec.cut().tile_size(),
+                                                   "; with samples.noise a multiple of ", kNoiseBlock,
+                                                   " was expected"));
+  }
+  if (spec.cut().samples_per_unit() < spec.samples().spp()) {
+    return absl::InvalidArgumentError(absl::StrCat("samples_per_unit is ", spec.cut().samples_per_unit(),
+                                                   "; with samples.noise a unit takes all ",
+                                                   spec.samples().spp(), " samples"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status check_settings(const v1::JobSpec& spec) {
+  if (auto s = check_enums(spec); !s.ok()) return s;
+  if (auto s = check_algorithm(spec); !s.ok()) return s;
+  return check_noise(spec);
+}
+
 void add_phases(v1::JobSpec& spec) {
-  spec.clear_phases();
-  for (const PhaseTraits& own : find_algorithm(spec.settings().integrator())->phases) {
-    v1::Phase& phase = *spec.add_phases();
+  spec.mutable_cut()->clear_phases();
+  for (const PhaseTraits& own : find_algorithm(spec.content().algorithms().integrator())->phases) {
+    v1::Phase& phase = *spec.mutable_cut()->add_phases();
     phase.set_name(own.name);
     phase.set_parts(own.parts);
     phase.set_merge_width(own.merge_width);
@@ -59,33 +88,8 @@ void add_phases(v1::JobSpec& spec) {
 }
 
 bool works_in_passes(const v1::JobSpec& spec) {
-  const AlgorithmTraits* const algorithm = find_algorithm(spec.settings().integrator());
+  const AlgorithmTraits* const algorithm = find_algorithm(spec.content().algorithms().integrator());
   return algorithm != nullptr && algorithm->work == WorkKind::kPasses;
-}
-
-absl::Status check_noise(const v1::JobSpec& spec) {
-  const double noise = spec.settings().noise();
-  if (noise == 0) return absl::OkStatus();
-  if (!(noise >= kMinNoise && noise <= kMaxNoise)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("settings.noise is ", noise, "; 0 or ", kMinNoise, " to ", kMaxNoise, " was expected"));
-  }
-  if (spec.settings().spp() < kMinAdaptiveSamples) {
-    return absl::InvalidArgumentError(absl::StrCat("settings.spp is ", spec.settings().spp(),
-                                                   "; with settings.noise it is the cap, and ",
-                                                   kMinAdaptiveSamples, " or more was expected"));
-  }
-  if (spec.tile_size() % kNoiseBlock != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("tile_size is ", spec.tile_size(),
-                                                   "; with settings.noise a multiple of ", kNoiseBlock,
-                                                   " was expected"));
-  }
-  if (spec.samples_per_unit() < spec.settings().spp()) {
-    return absl::InvalidArgumentError(absl::StrCat("samples_per_unit is ", spec.samples_per_unit(),
-                                                   "; with settings.noise a unit takes all ",
-                                                   spec.settings().spp(), " samples"));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace tessera::wire

@@ -6,18 +6,16 @@
 
 namespace tessera::wire {
 
-/// InvalidArgument where the job's algorithm does not exist or cannot do what the job asks for.
-absl::Status check_algorithm(const v1::JobSpec& spec);
+/// The check at the door of every program; what is behind it takes a job's settings as they are.
+/// InvalidArgument, by name, where the job has a setting that this version does not know, an algorithm that
+/// does not exist or cannot do what the job asks for, or noise that is out of range or does not go with the
+/// number of samples, the tile size or the samples of a unit.
+absl::Status check_settings(const v1::JobSpec& spec);
 
 /// Gives the job the phases of its algorithm, which must exist.
 void add_phases(v1::JobSpec& spec);
 
 /// Whether the job's units are passes. False for unknown algorithms.
 bool works_in_passes(const v1::JobSpec& spec);
-
-/// OK when settings.noise is 0. InvalidArgument, by field, where it is out of range, or the cap, the tile
-/// size or the samples of a unit do not go with it. Whether the algorithm does is
-/// check_algorithm()'s.
-absl::Status check_noise(const v1::JobSpec& spec);
 
 }  // namespace tessera::wire

@@ -18,9 +18,8 @@ inline constexpr std::uint64_t kMaxBlobBytes = std::uint64_t{64} << 30;
 /// Most blobs in one FindMissing call.
 inline constexpr int kMaxFindMissing = 10000;
 
-/// Most blobs that one job refers to, and most AOVs that it asks for.
+/// Most blobs that one job refers to.
 inline constexpr int kMaxBlobsPerJob = 1 << 18;
-inline constexpr int kMaxAovs = 16;
 
 /// Largest width and height of a film, pixels.
 inline constexpr std::uint32_t kMaxFilmSize = 65536;

@@ -24,7 +24,6 @@
 #include <new>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "base/freer.h"
 
 namespace tessera::wire {
@@ -146,43 +145,6 @@ void join_planes(const char* planes, std::size_t count, std::size_t first, std::
 }
 
 }  // namespace
-
-absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std::string>& aovs) {
-  struct Aov {
-    std::string name;
-    std::vector<ChannelDesc> channels;
-  };
-  constexpr auto kSum = ChannelKind::kSum;
-  constexpr auto kSquaredDeviation = ChannelKind::kSquaredDeviation;
-  // R, G, B are the channels 0, 1, 2.
-  const Aov known[] = {
-      {"variance",
-       {{"variance.R", kSquaredDeviation, 0},
-        {"variance.G", kSquaredDeviation, 1},
-        {"variance.B", kSquaredDeviation, 2}}},
-      {"albedo", {{"albedo.R", kSum, 0}, {"albedo.G", kSum, 0}, {"albedo.B", kSum, 0}}},
-      {"normal", {{"normal.X", kSum, 0}, {"normal.Y", kSum, 0}, {"normal.Z", kSum, 0}}},
-      {"depth", {{"depth.Z", kSum, 0}}},
-      {"samples", {}},  // the counts, which always come
-      {"alpha", {}},    // likewise
-  };
-  const auto asked = [&](const std::string& name) {
-    return std::find(aovs.begin(), aovs.end(), name) != aovs.end();
-  };
-
-  for (const std::string& aov : aovs) {
-    if (std::none_of(std::begin(known), std::end(known), [&](const Aov& k) { return k.name == aov; })) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "there is no AOV \"", aov, "\"; there are ",
-          absl::StrJoin(known, ", ", [](std::string* out, const Aov& k) { absl::StrAppend(out, k.name); })));
-    }
-  }
-  std::vector<ChannelDesc> channels = {{"R", kSum, 0}, {"G", kSum, 0}, {"B", kSum, 0}, {"A", kSum, 0}};
-  for (const Aov& aov : known) {
-    if (asked(aov.name)) channels.insert(channels.end(), aov.channels.begin(), aov.channels.end());
-  }
-  return channels;
-}
 
 bool are_siblings(std::uint32_t a_begin, std::uint32_t a_end, std::uint32_t b_begin, std::uint32_t b_end,
                   std::uint32_t spp) {

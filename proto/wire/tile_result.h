@@ -30,10 +30,6 @@ struct ChannelDesc {
   bool operator==(const ChannelDesc&) const = default;
 };
 
-/// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds in the
-/// order "variance" "albedo" "normal" "depth". InvalidArgument for an AOV that does not exist.
-absl::StatusOr<std::vector<ChannelDesc>> channels_for_aovs(const std::vector<std::string>& aovs);
-
 /// Nodes of equal sample range for a rectangle of pixels.
 struct TileResult {
   std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels of the film

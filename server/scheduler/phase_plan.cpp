@@ -21,12 +21,12 @@ std::uint64_t inputs_key(const std::vector<ResultFingerprint>& inputs) {
 
 absl::StatusOr<PhasePlan> PhasePlan::make(const v1::JobSpec& spec) {
   PhasePlan plan;
-  if (spec.phases_size() > wire::kMaxPhases) {
-    return absl::InvalidArgumentError(absl::StrCat("job: it has ", spec.phases_size(), " phases; at most ",
-                                                   wire::kMaxPhases, " were expected"));
+  if (spec.cut().phases_size() > wire::kMaxPhases) {
+    return absl::InvalidArgumentError(absl::StrCat("job: it has ", spec.cut().phases_size(),
+                                                   " phases; at most ", wire::kMaxPhases, " were expected"));
   }
-  for (int p = 0; p < spec.phases_size(); ++p) {
-    const v1::Phase& phase = spec.phases(p);
+  for (int p = 0; p < spec.cut().phases_size(); ++p) {
+    const v1::Phase& phase = spec.cut().phases(p);
     if (phase.parts() == 0 || phase.parts() > wire::kMaxPartsPerPhase || phase.merge_width() < 2 ||
         phase.merge_width() > wire::kMaxMergeWidth) {
       return absl::InvalidArgumentError(

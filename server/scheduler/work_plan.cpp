@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <functional>
 #include <numeric>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "wire/algorithm.h"
+#include "wire/aov_channels.h"
 #include "wire/digest.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
-#include "wire/tile_result.h"
 
 namespace tessera::server {
 namespace {
@@ -24,59 +25,82 @@ std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) {
   return static_cast<std::uint32_t>((a + b - 1) / b);
 }
 
-absl::Status check(const v1::JobSpec& spec) {
-  if (spec.width() == 0 || spec.height() == 0 || std::max(spec.width(), spec.height()) > wire::kMaxFilmSize) {
-    return unsound(absl::StrCat("width and height are ", spec.width(), " and ", spec.height(), "; 1 to ",
+absl::Status check_film(const v1::JobSpec& spec) {
+  const v1::JobSpec::View& view = spec.view();
+  if (view.width() == 0 || view.height() == 0 || std::max(view.width(), view.height()) > wire::kMaxFilmSize) {
+    return unsound(absl::StrCat("width and height are ", view.width(), " and ", view.height(), "; 1 to ",
                                 wire::kMaxFilmSize, " were expected"));
   }
-  const v1::PixelRect& crop = spec.crop();
-  if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > spec.width() ||
-      crop.y1() > spec.height()) {
+  const v1::PixelRect& crop = spec.cut().crop();
+  if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > view.width() ||
+      crop.y1() > view.height()) {
     return unsound(absl::StrCat("crop [", crop.x0(), ",", crop.x1(), ") x [", crop.y0(), ",", crop.y1(),
                                 ") is empty or not within the film"));
   }
-  if (spec.tile_size() == 0 || spec.tile_size() > wire::kMaxTileSize) {
+  // So that jobs with the same AOVs have the same view.
+  if (!std::is_sorted(view.aovs().begin(), view.aovs().end(), std::less_equal<int>())) {
+    return unsound("its AOVs are not in ascending order, each once");
+  }
+  // A pass comes back whole, in one message: a count and the channels of every pixel.
+  const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
+  const std::uint64_t most = wire::kMaxMessageBytes / (4 * (wire::channels_of(view).size() + 1));
+  if (wire::works_in_passes(spec) && pixels > most) {
+    return unsound(absl::StrCat("integrator ", spec.content().algorithms().integrator(), " cannot render ",
+                                pixels, " pixels at once, but ", most, "; crops of the film would fit"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status check_cut(const v1::JobSpec& spec) {
+  const std::uint32_t tile_size = spec.cut().tile_size(), spp = spec.samples().spp();
+  if (tile_size == 0 || tile_size > wire::kMaxTileSize) {
+    return unsound(absl::StrCat("tile_size is ", tile_size, "; 1 to ", wire::kMaxTileSize, " was expected"));
+  }
+  if (!std::has_single_bit(spec.cut().samples_per_unit())) {
     return unsound(
-        absl::StrCat("tile_size is ", spec.tile_size(), "; 1 to ", wire::kMaxTileSize, " was expected"));
+        absl::StrCat("samples_per_unit is ", spec.cut().samples_per_unit(), "; a power of two was expected"));
   }
-  if (!std::has_single_bit(spec.samples_per_unit())) {
+  if (spp == 0 || spp > wire::kMaxSamplesPerPixel) {
     return unsound(
-        absl::StrCat("samples_per_unit is ", spec.samples_per_unit(), "; a power of two was expected"));
+        absl::StrCat("samples.spp is ", spp, "; 1 to ", wire::kMaxSamplesPerPixel, " was expected"));
   }
-  if (spec.settings().spp() == 0 || spec.settings().spp() > wire::kMaxSamplesPerPixel) {
-    return unsound(absl::StrCat("settings.spp is ", spec.settings().spp(), "; 1 to ",
-                                wire::kMaxSamplesPerPixel, " was expected"));
+  return absl::OkStatus();
+}
+
+absl::Status check_blobs(const v1::JobSpec& spec) {
+  const std::string& scene = spec.content().scene();
+  if (!wire::is_digest(scene)) return unsound("scene has no SHA-256 digest");
+  if (spec.farm().blobs_size() > wire::kMaxBlobsPerJob) {
+    return unsound(absl::StrCat("it has ", spec.farm().blobs_size(), " blobs; at most ",
+                                wire::kMaxBlobsPerJob, " were expected"));
   }
-  if (absl::Status status = wire::check_algorithm(spec); !status.ok())
-    return unsound(std::string(status.message()));
-  if (absl::Status status = wire::check_noise(spec); !status.ok())
-    return unsound(std::string(status.message()));
-  if (!wire::is_digest(spec.scene().digest())) return unsound("scene has no SHA-256 digest");
-  for (const v1::BlobRef& blob : spec.blobs()) {
+  bool has_scene = false;
+  for (const v1::BlobRef& blob : spec.farm().blobs()) {
+    has_scene = has_scene || blob.digest() == scene;
     if (!wire::is_digest(blob.digest()))
       return unsound(
           absl::StrCat("blob \"", blob.path().substr(0, wire::kMaxTextBytes), "\" has no SHA-256 digest"));
     if (blob.path().size() > wire::kMaxTextBytes) return unsound("the path of a blob is too long");
   }
-  if (spec.blobs_size() > wire::kMaxBlobsPerJob || spec.aovs_size() > wire::kMaxAovs) {
-    return unsound(absl::StrCat("it has ", spec.blobs_size(), " blobs and ", spec.aovs_size(),
-                                " AOVs; at most ", wire::kMaxBlobsPerJob, " and ", wire::kMaxAovs,
-                                " were expected"));
-  }
+  return has_scene ? absl::OkStatus() : unsound("its scene is not among its blobs");
+}
+
+absl::Status check_names(const v1::JobSpec& spec) {
+  const v1::JobSpec::Farm& farm = spec.farm();
   std::size_t tags = 0;
-  for (const std::string& tag : spec.required_tags()) tags += tag.size() + 1;
-  if (std::max({spec.name().size(), spec.isa().size(), spec.user().size(), tags,
-                spec.settings().ByteSizeLong()}) > wire::kMaxTextBytes) {
-    return unsound("a name is too long");
-  }
-  const auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
-  if (!channels.ok()) return unsound(std::string(channels.status().message()));
-  // A pass comes back whole, in one message: a count and the channels of every pixel.
-  const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
-  const std::uint64_t most = wire::kMaxMessageBytes / (4 * (channels->size() + 1));
-  if (wire::works_in_passes(spec) && pixels > most) {
-    return unsound(absl::StrCat("integrator ", spec.settings().integrator(), " cannot render ", pixels,
-                                " pixels at once, but ", most, "; crops of the film would fit"));
+  for (const std::string& tag : farm.required_tags()) tags += tag.size() + 1;
+  const std::size_t longest = std::max({farm.name().size(), farm.isa().size(), farm.user().size(), tags,
+                                        spec.content().algorithms().integrator().size()});
+  return longest > wire::kMaxTextBytes ? unsound("a name is too long") : absl::OkStatus();
+}
+
+absl::Status check(const v1::JobSpec& spec) {
+  if (!spec.has_content()) return unsound("it has no content; is its client of another version?");
+  if (absl::Status status = check_names(spec); !status.ok()) return status;
+  if (absl::Status status = wire::check_settings(spec); !status.ok())
+    return unsound(std::string(status.message()));
+  for (const auto part : {&check_blobs, &check_film, &check_cut}) {
+    if (absl::Status status = part(spec); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -119,11 +143,12 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   if (!phases.ok()) return phases.status();
   WorkPlan plan;
   plan.phases_ = *std::move(phases);
-  plan.crop_ = spec.crop();
+  plan.crop_ = spec.cut().crop();
   plan.passes_ = wire::works_in_passes(spec);
-  plan.tile_size_ = plan.passes_ ? std::max(spec.width(), spec.height()) : spec.tile_size();
-  plan.samples_ = spec.settings().spp();
-  plan.samples_per_unit_ = spec.samples_per_unit();
+  plan.tile_size_ =
+      plan.passes_ ? std::max(spec.view().width(), spec.view().height()) : spec.cut().tile_size();
+  plan.samples_ = spec.samples().spp();
+  plan.samples_per_unit_ = spec.cut().samples_per_unit();
   plan.range_count_ = divide_up(plan.samples_, plan.samples_per_unit_);
   plan.first_column_ = plan.crop_.x0() / plan.tile_size_;
   plan.first_row_ = plan.crop_.y0() / plan.tile_size_;
@@ -185,7 +210,7 @@ v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec) {
   if (unit.has_tile()) return unit.tile();
   v1::TileUnit extent;
-  *extent.mutable_pixels() = spec.crop();
+  *extent.mutable_pixels() = spec.cut().crop();
   *extent.mutable_samples() = unit.pass().passes();
   return extent;
 }

@@ -50,14 +50,12 @@ std::string digest_of(const client::Image& image) {
 
 /// The digest, or why there is no picture.
 std::string render(const std::string& path, const Way& way, const std::string& isa) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_integrator(way.integrator);
-  job.mutable_settings()->set_spp(way.spp);
-  job.mutable_settings()->set_noise(way.noise);
-  job.mutable_settings()->set_seed(20);
-  if (way.aovs) {
-    for (const char* aov : {"albedo", "normal", "depth", "variance"}) job.add_aovs(aov);
-  }
+  test::SceneJob job;
+  job.settings.set_integrator(way.integrator);
+  job.settings.set_spp(way.spp);
+  job.settings.set_noise(way.noise);
+  job.settings.set_seed(20);
+  if (way.aovs) job.aovs = {v1::AOV_VARIANCE, v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH};
   const auto shrink = [](v1::Scene& scene) {
     const std::uint32_t longest = std::max(scene.film().width(), scene.film().height());
     const auto scaled = [&](std::uint32_t size) { return std::max(1u, size * kLongestSide / longest); };

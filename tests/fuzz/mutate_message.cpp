@@ -143,6 +143,8 @@ class Mutator {
         return reflection.AddDouble(&message, field, number());
       case FieldDescriptor::CPPTYPE_UINT32:
         return reflection.AddUInt32(&message, field, static_cast<std::uint32_t>(integer()));
+      case FieldDescriptor::CPPTYPE_ENUM:
+        return reflection.AddEnumValue(&message, field, index_below(field->enum_type()->value_count() + 1));
       default:
         return;  // the contract has no other repeated fields
     }
@@ -167,6 +169,9 @@ class Mutator {
       reflection.SetRepeatedDouble(&message, field, at, number());
     } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
       reflection.SetRepeatedString(&message, field, at, strings_[below(strings_.size())]);
+    } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_ENUM) {
+      reflection.SetRepeatedEnumValue(&message, field, at,
+                                      index_below(field->enum_type()->value_count() + 1));
     }
   }
 

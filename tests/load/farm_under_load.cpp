@@ -45,17 +45,17 @@ milliseconds cpu_time(pid_t process) {
 v1::JobSpec spec_of(const JobsOptions& options, std::size_t number, const std::string& scene) {
   const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(options.units))));
   v1::JobSpec spec;
-  spec.set_name("load " + std::to_string(number));
-  spec.set_user("user " + std::to_string(number % options.users));
-  spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
-  spec.mutable_scene()->set_size_bytes(scene.size());
-  spec.set_width(side * options.tile_size);
-  spec.set_height(side * options.tile_size);
-  spec.mutable_crop()->set_x1(spec.width());
-  spec.mutable_crop()->set_y1(spec.height());
-  spec.set_tile_size(options.tile_size);
-  spec.set_samples_per_unit(64);
-  spec.mutable_settings()->set_spp(64);
+  spec.mutable_farm()->set_name("load " + std::to_string(number));
+  spec.mutable_farm()->set_user("user " + std::to_string(number % options.users));
+  spec.mutable_content()->set_scene(wire::sha256_hex(scene));
+  spec.mutable_farm()->add_blobs()->set_digest(spec.content().scene());
+  spec.mutable_view()->set_width(side * options.tile_size);
+  spec.mutable_view()->set_height(side * options.tile_size);
+  spec.mutable_cut()->mutable_crop()->set_x1(spec.view().width());
+  spec.mutable_cut()->mutable_crop()->set_y1(spec.view().height());
+  spec.mutable_cut()->set_tile_size(options.tile_size);
+  spec.mutable_cut()->set_samples_per_unit(64);
+  spec.mutable_samples()->set_spp(64);
   return spec;
 }
 
@@ -181,7 +181,7 @@ absl::StatusOr<std::vector<std::string>> FarmUnderLoad::submit(const JobsOptions
     const v1::JobSpec spec = spec_of(options, i, scene.bytes);
     const absl::StatusOr<std::string> id = client_->submit(spec, {.continued = "", .fresh = true}, {});
     if (!id.ok()) return id.status();
-    const std::uint32_t side = spec.width() / spec.tile_size();
+    const std::uint32_t side = spec.view().width() / spec.cut().tile_size();
     progress.add(*id, side * side);
     ids.push_back(*id);
   }

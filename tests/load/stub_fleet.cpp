@@ -13,6 +13,7 @@
 #include "tessera/v1/work.grpc.pb.h"
 #include "transport/channel.h"
 #include "transport/status.h"
+#include "wire/aov_channels.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"
 #include "wire/version.h"
@@ -68,7 +69,7 @@ v1::UnitStats stub_stats(std::chrono::milliseconds unit_time) {
 }
 
 std::string stub_result(const v1::WorkUnit& unit) {
-  static const std::vector<wire::ChannelDesc> channels = wire::channels_for_aovs({}).value();
+  static const std::vector<wire::ChannelDesc> channels = wire::channels_for_aovs({});
   const v1::PixelRect& pixels = unit.tile().pixels();
   const v1::SampleRange& samples = unit.tile().samples();
   wire::TileResult result;
@@ -243,7 +244,7 @@ void StubFleet::Worker::take(const v1::LeaseResponse& response) {
   fleet_.tally_.leased += static_cast<std::uint64_t>(response.leases_size());
   if (busy_ == 0 && queue_.empty()) fleet_.tally_.lease.add(since(idle_since_));
   for (const auto& [id, spec] : response.specs()) {
-    if (!scene_of_job_.emplace(id, spec.scene().digest()).second) continue;
+    if (!scene_of_job_.emplace(id, spec.content().scene()).second) continue;
     jobs_.push_back(id);
     if (jobs_.size() <= kKnownJobs) continue;
     scene_of_job_.erase(jobs_.front());

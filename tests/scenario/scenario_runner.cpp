@@ -25,14 +25,15 @@ std::string outcome(const absl::Status& status) { return status.ok() ? "ok\n" : 
 std::shared_ptr<const WorkPlan> row_of_tiles(std::uint32_t tiles, std::uint32_t ranges,
                                              const std::vector<std::uint32_t>& parts) {
   v1::JobSpec spec;
-  spec.set_width(tiles * kTile);
-  spec.set_height(kTile);
-  spec.mutable_crop()->set_x1(spec.width());
-  spec.mutable_crop()->set_y1(spec.height());
-  spec.set_tile_size(kTile);
-  spec.set_samples_per_unit(kSamplesPerUnit);
-  spec.mutable_settings()->set_spp(ranges * kSamplesPerUnit);
-  spec.mutable_scene()->set_digest(std::string(64, 'a'));
+  spec.mutable_view()->set_width(tiles * kTile);
+  spec.mutable_view()->set_height(kTile);
+  spec.mutable_cut()->mutable_crop()->set_x1(spec.view().width());
+  spec.mutable_cut()->mutable_crop()->set_y1(spec.view().height());
+  spec.mutable_cut()->set_tile_size(kTile);
+  spec.mutable_cut()->set_samples_per_unit(kSamplesPerUnit);
+  spec.mutable_samples()->set_spp(ranges * kSamplesPerUnit);
+  spec.mutable_content()->set_scene(std::string(64, 'a'));
+  spec.mutable_farm()->add_blobs()->set_digest(spec.content().scene());
   if (!parts.empty()) test::add_test_phases(spec, parts);
   return std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
 }

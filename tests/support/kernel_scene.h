@@ -15,6 +15,7 @@
 #include "render/light/light.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/aov_channels.h"
 
 #define TESSERA_ISA_TEXT2(x) #x
 #define TESSERA_ISA_TEXT1(x) TESSERA_ISA_TEXT2(x)
@@ -29,9 +30,9 @@ inline std::shared_ptr<SceneContent> build_kernel_scene(const std::string& text,
   v1::Scene scene;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
   v1::JobSpec job;
-  job.set_width(side);
-  job.set_height(side);
-  job.mutable_settings()->set_max_depth(5);
+  job.mutable_view()->set_width(side);
+  job.mutable_view()->set_height(side);
+  job.mutable_view()->set_max_depth(5);
   const auto no_blobs = [](const std::string&) -> absl::StatusOr<BlobBytes> {
     return absl::NotFoundError("scenes of tests have no blobs");
   };
@@ -49,7 +50,7 @@ wire::TileResult render_kernel_scene(const SceneContent& content, std::uint32_t 
   result.x1 = static_cast<std::uint32_t>(content.tables.camera.width);
   result.y1 = static_cast<std::uint32_t>(content.tables.camera.height);
   result.sample_end = samples;
-  result.channels = *wire::channels_for_aovs({});
+  result.channels = wire::channels_for_aovs({});
   RenderStats stats;
   FixedTile film(result);
   const std::unique_ptr<Integrator> integrator =

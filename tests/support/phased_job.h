@@ -23,10 +23,10 @@ inline const bool phases_are_known = [] {
 
 /// One number of parts a phase; blobs are merged three at a time.
 inline void add_test_phases(v1::JobSpec& spec, const std::vector<std::uint32_t>& parts) {
-  spec.mutable_settings()->set_integrator(kIntegratorWithPhases);
+  spec.mutable_content()->mutable_algorithms()->set_integrator(kIntegratorWithPhases);
   for (const std::uint32_t count : parts) {
-    v1::Phase& phase = *spec.add_phases();
-    phase.set_name(kTestPhases[static_cast<std::size_t>(spec.phases_size()) - 1].name);
+    v1::Phase& phase = *spec.mutable_cut()->add_phases();
+    phase.set_name(kTestPhases[static_cast<std::size_t>(spec.cut().phases_size()) - 1].name);
     phase.set_parts(count);
     phase.set_merge_width(3);
   }

@@ -10,21 +10,20 @@
 #include <vector>
 
 #include "image/assemble.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::test {
 
 client::Image render_image(const LoadedFile& file, std::uint64_t seed_offset) {
-  const std::uint32_t width = file.job.width(), height = file.job.height(), spp = file.job.settings().spp();
+  const std::uint32_t width = file.job.view().width(), height = file.job.view().height(),
+                      spp = file.job.samples().spp();
   constexpr std::uint32_t kTile = 64;
   client::AssemblyOptions options;
   options.width = width;
   options.height = height;
   options.crop = {0, 0, static_cast<std::int32_t>(width), static_cast<std::int32_t>(height)};
   options.spp = spp;
-  const auto channels = wire::channels_for_aovs({file.job.aovs().begin(), file.job.aovs().end()});
-  EXPECT_TRUE(channels.ok()) << channels.status();
-  if (!channels.ok()) return {};
-  options.channels = *channels;
+  options.channels = wire::channels_of(file.job.view());
   auto assembler = client::Assembler::create(options);
   EXPECT_TRUE(assembler.ok()) << assembler.status();
   if (!assembler.ok()) return {};

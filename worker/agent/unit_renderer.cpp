@@ -17,6 +17,7 @@
 #include "telemetry/metrics.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -148,14 +149,15 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
   if (!prepared.ok()) return prepared.status();
   if (unit.has_part()) {
     const int phase = static_cast<int>(unit.part().phase());
-    if (phase >= spec.phases_size()) return absl::InvalidArgumentError("the job has no such phase");
+    if (phase >= spec.cut().phases_size()) return absl::InvalidArgumentError("the job has no such phase");
     absl::StatusOr<std::string> blob = scene->scene->make_part(
-        {unit.part().phase(), unit.part().part(), spec.phases(phase).parts(), prepared->get()}, stop, counts);
+        {unit.part().phase(), unit.part().part(), spec.cut().phases(phase).parts(), prepared->get()}, stop,
+        counts);
     if (blob.ok()) set_blob(*std::move(blob), outcome);
     return blob.status();
   }
   // A pass covers the whole crop.
-  const v1::PixelRect& pixels = unit.has_pass() ? spec.crop() : unit.tile().pixels();
+  const v1::PixelRect& pixels = unit.has_pass() ? spec.cut().crop() : unit.tile().pixels();
   const v1::SampleRange& samples = unit.has_pass() ? unit.pass().passes() : unit.tile().samples();
   const render::TileRequest request{
       .x0 = pixels.x0(),
@@ -232,9 +234,10 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
 }
 
 absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
+  if (auto s = wire::check_settings(spec); !s.ok()) return s;
   const Clock::time_point start = Clock::now();
   const std::chrono::nanoseconds cpu_start = base::process_cpu_time();
-  const std::string& digest = spec.scene().digest();
+  const std::string& digest = spec.content().scene();
   std::optional<BlobsOnDemand> on_demand;
   render::BlobSource blobs = options_.blobs;
   if (!blobs) {
@@ -260,7 +263,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
 
   const Clock::time_point build_start = Clock::now();
   const std::chrono::nanoseconds cpu_build_start = base::process_cpu_time();
-  const std::string isa = spec.isa().empty() ? options_.isas.front() : spec.isa();
+  const std::string isa = spec.farm().isa().empty() ? options_.isas.front() : spec.farm().isa();
   if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
     return absl::FailedPreconditionError(
         absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
@@ -283,8 +286,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
   report_.load_seconds += loaded.load_seconds;
   report_.build_seconds += loaded.build_seconds;
   report_.scene_bytes = std::max(report_.scene_bytes, loaded.bytes);
-  report_.referenced_bytes += spec.scene().size_bytes();
-  for (const v1::BlobRef& blob : spec.blobs()) report_.referenced_bytes += blob.size_bytes();
+  for (const v1::BlobRef& blob : spec.farm().blobs()) report_.referenced_bytes += blob.size_bytes();
   ++report_.scenes_loaded;
   return loaded;
 }

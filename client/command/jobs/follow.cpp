@@ -15,7 +15,8 @@
 #include "command/report/output.h"
 #include "command/report/progress.h"
 #include "image/assemble.h"
-#include "wire/tile_result.h"
+#include "wire/aov_channels.h"
+#include "wire/enum_words.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -23,21 +24,23 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-AssemblyOptions assembly_options(const v1::JobSpec& spec, std::vector<wire::ChannelDesc> channels) {
+AssemblyOptions assembly_options(const v1::JobSpec& spec) {
   AssemblyOptions options;
-  options.width = spec.width();
-  options.height = spec.height();
-  options.crop = {static_cast<std::int32_t>(spec.crop().x0()), static_cast<std::int32_t>(spec.crop().y0()),
-                  static_cast<std::int32_t>(spec.crop().x1()), static_cast<std::int32_t>(spec.crop().y1())};
-  options.spp = spec.settings().spp();
-  options.channels = std::move(channels);
-  options.samples_channel = std::find(spec.aovs().begin(), spec.aovs().end(), "samples") != spec.aovs().end();
+  options.width = spec.view().width();
+  options.height = spec.view().height();
+  const v1::PixelRect& crop = spec.cut().crop();
+  options.crop = {static_cast<std::int32_t>(crop.x0()), static_cast<std::int32_t>(crop.y0()),
+                  static_cast<std::int32_t>(crop.x1()), static_cast<std::int32_t>(crop.y1())};
+  options.spp = spec.samples().spp();
+  options.channels = wire::channels_of(spec.view());
+  options.samples_channel =
+      std::ranges::find(spec.view().aovs(), v1::AOV_SAMPLES) != spec.view().aovs().end();
   return options;
 }
 
 std::uint64_t samples_of(const v1::JobSpec& spec) {
-  const v1::PixelRect& crop = spec.crop();
-  return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.settings().spp();
+  const v1::PixelRect& crop = spec.cut().crop();
+  return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.samples().spp();
 }
 
 /// Progress of one job, and what happens to it, on stderr.
@@ -46,8 +49,8 @@ class Tale {
   Tale(const v1::JobSpec& spec, const FollowOptions& options)
       : options_(options),
         // The noise decides how many samples are taken.
-        samples_total_(spec.settings().noise() == 0 ? samples_of(spec) : 0),
-        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, base::printable(spec.name()),
+        samples_total_(spec.samples().noise() == 0 ? samples_of(spec) : 0),
+        progress_(progress_mode(STDERR_FILENO, options.quiet), std::cerr, base::printable(spec.farm().name()),
                   samples_total_, Clock::now(), terminal_columns(STDERR_FILENO)) {}
 
   /// `received`: samples whose results are here; absent where results are not asked for.
@@ -111,11 +114,11 @@ std::string list_of(const std::vector<Hole>& holes) {
 
 RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   RenderInfo info;
-  info.scene_digest = spec.scene().digest();
-  info.spp = spec.settings().spp();
-  info.seed = spec.settings().seed();
-  info.integrator = spec.settings().integrator();
-  info.sampler = spec.settings().sampler();
+  info.scene_digest = spec.content().scene();
+  info.spp = spec.samples().spp();
+  info.seed = spec.view().seed();
+  info.integrator = spec.content().algorithms().integrator();
+  info.sampler = wire::word_of(spec.view().sampler());
   info.isa = status.isa();
   info.arithmetic = {status.arithmetic_classes().begin(), status.arithmetic_classes().end()};
   info.version = wire::build_version();
@@ -128,10 +131,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& how, std::stop_token stop,
                                        const PartialImage& partial) {
-  absl::StatusOr<std::vector<wire::ChannelDesc>> channels =
-      wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
-  if (!channels.ok()) return channels.status();
-  const AssemblyOptions options = assembly_options(spec, *std::move(channels));
+  const AssemblyOptions options = assembly_options(spec);
   absl::StatusOr<Assembler> assembler = Assembler::create(options);
   if (!assembler.ok()) return assembler.status();
 

@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
+#include "tessera/v1/camera.pb.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::client {
@@ -18,7 +19,7 @@ struct Resolution {
   std::uint32_t width = 0, height = 0;  // pixels
 };
 
-/// Settings that the command line gives; absent or empty: as the scene has it, or the default.
+/// Settings that the command line gives; absent, empty or UNSPECIFIED: as the scene has it, or the default.
 struct JobSettings {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
@@ -27,21 +28,21 @@ struct JobSettings {
   std::optional<std::uint32_t> max_depth;
   std::optional<std::uint64_t> seed;
   std::string integrator;
-  std::string sampler;
-  std::string filter;        // of pixels, with its usual radius
-  std::string intersection;  // ray-triangle tests
-  std::string direct_light;
-  std::string light_selection;
-  std::string traversal;
+  v1::Sampler sampler{};
+  std::optional<v1::PixelFilter::Kind> filter;  // with its usual radius
+  v1::Intersection intersection{};
+  v1::DirectLight direct_light{};
+  v1::LightSelection light_selection{};
+  v1::Traversal traversal{};
   std::uint32_t tile_size = 32;
-  std::vector<std::string> aovs;
+  std::vector<v1::AOV> aovs;
   std::string isa;
   // On the farm.
   std::string user;
   std::int32_t priority = 0;
   std::vector<std::string> required_tags;
   std::uint32_t max_workers = 0;  // at a time; 0: any number
-  std::string bits;               // "same", "any"; empty: as the farm has it
+  v1::Bits bits{};                // UNSPECIFIED: as the farm has it
 };
 
 /// A job, and the bytes that it needs.
@@ -61,11 +62,7 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
 /// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
-/// InvalidArgument, naming what there is, for an integrator, a sampler, another setting, a pixel filter or an
-/// AOV that does not exist.
-absl::Status check_names(const JobSettings& request);
-
-/// Defaults: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. OutOfRange when the crop is not
+/// Defaults are those of wire/resolve_settings.h. OutOfRange when the crop is not
 /// within the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself
 /// asks for what does not exist. `scene` must outlive the result.
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,

@@ -15,6 +15,7 @@
 #include "command/report/phase.h"
 #include "command/report/stats_file.h"
 #include "command/server_option.h"
+#include "wire/enum_words.h"
 
 namespace tessera::client {
 namespace {
@@ -43,14 +44,14 @@ absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSp
   if (continued.empty()) return absl::OkStatus();
   const absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, stop);
   if (!job.ok()) return job.status();
-  spec.set_tile_size(job->spec().tile_size());
-  spec.set_samples_per_unit(job->spec().samples_per_unit());
+  spec.mutable_cut()->set_tile_size(job->spec().cut().tile_size());
+  spec.mutable_cut()->set_samples_per_unit(job->spec().cut().samples_per_unit());
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet,
                                      std::stop_token stop) {
-  Phase phase{progress_mode(STDERR_FILENO, quiet), std::cerr, loaded.job->spec.name(), "uploading"};
+  Phase phase{progress_mode(STDERR_FILENO, quiet), std::cerr, loaded.job->spec.farm().name(), "uploading"};
   return farm.upload(loaded.job->blobs, stop, [&](std::uint64_t sent, std::uint64_t total) {
     phase.detail(format_bytes(sent, total));
   });
@@ -135,11 +136,17 @@ void add_submit_command(CommandLine& line) {
   command.add("--require", job.required_tags, "tags that a worker must have")
       .separated_by_commas()
       .type_name("TAG,...");
+  const auto set_bits = [&bits = job.bits](const std::string& word) {
+    const absl::StatusOr<v1::Bits> known = wire::value_of<v1::Bits>(word);
+    if (known.ok()) bits = *known;
+    return known.status();
+  };
   command
-      .add("--bits", job.bits,
-           "same: machines that round alike render all of it; any: every machine works (default: as the farm "
-           "has it)")
-      .one_of({"same", "any"});
+      .add_read_by(
+          "--bits", set_bits,
+          "same: machines that round alike render all of it; any: every machine works (default: as the farm "
+          "has it)")
+      .one_of(wire::words_of(*v1::Bits_descriptor()));
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
   const Option continued = command
                                .add("--continue", options->reuse.continued,

@@ -29,8 +29,8 @@ std::string place_of(const v1::WorkUnit& unit) {
                       place);
 }
 
-std::string noise_text(const v1::RenderSettings& settings) {
-  return settings.noise() == 0 ? "" : absl::StrCat(" at most, to a noise of ", settings.noise());
+std::string noise_text(double noise) {
+  return noise == 0 ? "" : absl::StrCat(" at most, to a noise of ", noise);
 }
 
 // From this multiple of the usual time on, a worker is called slow.
@@ -200,8 +200,9 @@ void add_progress(const v1::GetJobResponse& job, Lines& lines) {
   for (const v1::JobWorker& worker : job.workers()) {
     lines.add("worker", absl::StrCat(worker.name(), ", ", worker.leases(), " units"));
   }
-  lines.add_if_any("requires", absl::StrJoin(job.spec().required_tags(), ","));
-  if (job.spec().max_workers() > 0) lines.add("at most", absl::StrCat(job.spec().max_workers(), " workers"));
+  lines.add_if_any("requires", absl::StrJoin(job.spec().farm().required_tags(), ","));
+  if (job.spec().farm().max_workers() > 0)
+    lines.add("at most", absl::StrCat(job.spec().farm().max_workers(), " workers"));
   if (status.audits() > 0) {
     lines.add("audited", absl::StrCat(status.audits(), " units given to a second host too",
                                       status.audits_out() > 0
@@ -247,18 +248,18 @@ std::string job_text(const v1::GetJobResponse& job) {
   lines.add("state", state_text(status));
   lines.add("user", absl::StrCat(status.user(), ", priority ", status.priority()));
   add_progress(job, lines);
-  lines.add("film", absl::StrCat(spec.width(), "x", spec.height(), ", ", spec.settings().spp(),
-                                 " samples a pixel", noise_text(spec.settings())));
-  lines.add("integrator", absl::StrCat(spec.settings().integrator(), ", depth ", spec.settings().max_depth(),
-                                       ", seed ", spec.settings().seed()));
-  lines.add("scene", spec.scene().digest());
+  lines.add("film", absl::StrCat(spec.view().width(), "x", spec.view().height(), ", ", spec.samples().spp(),
+                                 " samples a pixel", noise_text(spec.samples().noise())));
+  lines.add("integrator", absl::StrCat(spec.content().algorithms().integrator(), ", depth ",
+                                       spec.view().max_depth(), ", seed ", spec.view().seed()));
+  lines.add("scene", spec.content().scene());
   if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {
     lines.add("fireflies", absl::StrCat(stats.fireflies(), " samples with ",
                                         absl::StrFormat("%.3g", 100 * stats.firefly_light() / stats.light()),
                                         " % of the light"));
   }
   lines.add_if_any("isa", status.isa());
-  lines.add("bits", spec.bits() == v1::BITS_ANY ? "any: every machine may work" : "same");
+  lines.add("bits", spec.farm().bits() == v1::BITS_ANY ? "any: every machine may work" : "same");
   for (const std::string& name : status.arithmetic_classes()) lines.add("arithmetic", name);
   add_trouble(job, lines);
   const char* label = "time";

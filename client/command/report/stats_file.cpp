@@ -24,8 +24,8 @@ nlohmann::ordered_json json_of(const std::vector<TimePart>& parts) {
 
 /// Bytes of everything that the job refers to.
 std::uint64_t scene_bytes(const v1::JobSpec& spec) {
-  std::uint64_t bytes = spec.scene().size_bytes();
-  for (const v1::BlobRef& blob : spec.blobs()) bytes += blob.size_bytes();
+  std::uint64_t bytes = 0;
+  for (const v1::BlobRef& blob : spec.farm().blobs()) bytes += blob.size_bytes();
   return bytes;
 }
 
@@ -59,12 +59,12 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
       {"share_of_light", counts.light() > 0 ? counts.firefly_light() / counts.light() : 0.0}};
   json["units_adopted"] = statistics.status.units_adopted();
   json["peak_memory_bytes"] = peak_memory_bytes();
-  json["spp"] = statistics.spec.settings().spp();
-  json["noise"] = statistics.spec.settings().noise();
-  json["width"] = statistics.spec.width();
-  json["height"] = statistics.spec.height();
+  json["spp"] = statistics.spec.samples().spp();
+  json["noise"] = statistics.spec.samples().noise();
+  json["width"] = statistics.spec.view().width();
+  json["height"] = statistics.spec.view().height();
   json["isa"] = statistics.status.isa();
-  json["scene_digest"] = statistics.spec.scene().digest();
+  json["scene_digest"] = statistics.spec.content().scene();
   json["uploaded_bytes"] = statistics.uploaded_bytes;
   json["warnings"] = warnings;
   // Names and messages may hold bytes that are not UTF-8.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "absl/strings/str_join.h"
 #include "google/protobuf/io/tokenizer.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
 #include "import/input/blob_collector.h"
@@ -11,11 +12,30 @@
 #include "import/ply/ply_reader.h"
 #include "import/tessera_scene/blob_refs.h"
 #include "import/tessera_scene/check_scene.h"
+#include "wire/enum_words.h"
 #include "wire/mesh_blob.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
+
+/// protobuf's message about a value of one of the settings' enums, with what it leaves out: the names that
+/// there are, or the one that stands for the word given as a string (which settings were once).
+std::string with_names(const std::string& message) {
+  const google::protobuf::Descriptor& settings = *v1::RenderSettings::descriptor();
+  std::vector<std::string> names;
+  for (int i = 0; i < settings.field_count(); ++i) {
+    const wire::EnumType* const type = settings.field(i)->enum_type();
+    if (type == nullptr) continue;
+    const bool unknown = message.ends_with(concat("for field \"", settings.field(i)->name(), "\"."));
+    for (const std::string& word : wire::words_of(*type)) {
+      const int number = wire::number_of(*type, word, "").value();
+      const bool meant = message.ends_with(concat("got: \"", word, "\""));
+      if (unknown || meant) names.push_back(type->FindValueByNumber(number)->name());
+    }
+  }
+  return names.empty() ? message : concat(message, " There is: ", absl::StrJoin(names, ", "));
+}
 
 /// protobuf counts lines and columns from 0.
 class ErrorCollector : public google::protobuf::io::ErrorCollector {
@@ -23,7 +43,7 @@ class ErrorCollector : public google::protobuf::io::ErrorCollector {
   ErrorCollector(Diagnostics& diagnostics, std::uint32_t file) : diagnostics_(diagnostics), file_(file) {}
 
   void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
-    diagnostics_.error(location(line, column), message);
+    diagnostics_.error(location(line, column), with_names(message));
   }
   void AddWarning(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
     diagnostics_.warning(location(line, column), message);
@@ -159,6 +179,10 @@ absl::StatusOr<ImportedScene> read_binary_scene(const std::filesystem::path& pat
   }
   Diagnostics diagnostics;
   const std::uint32_t file = diagnostics.add_file(path.string());
+  if (const v1::RenderSettings& settings = scene.settings();
+      !settings.GetReflection()->GetUnknownFields(settings).empty()) {
+    diagnostics.warning({file, 0, 0}, "another version wrote this file: some of its settings are left out");
+  }
   return resolve_all(std::move(scene), path, file, nullptr, diagnostics);
 }
 

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30,
                         kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
 
 telemetry::LogFields fields_of(const JobEntry& entry) {
-  return {.job = entry.id, .user = entry.shape->spec.user()};
+  return {.job = entry.id, .user = entry.shape->spec.farm().user()};
 }
 
 /// For who watches the job.
@@ -187,7 +187,8 @@ void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
   if (units == 0) return;
   // All results of an open job are revoked, and rendered again.
   if (!entry.past && is_open(scheduler_.job(entry.id)->state)) return;
-  telemetry::log(spdlog::level::err, {.job = entry.id, .host = subject, .user = entry.shape->spec.user()},
+  telemetry::log(spdlog::level::err,
+                 {.job = entry.id, .host = subject, .user = entry.shape->spec.farm().user()},
                  "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));
 }
 
@@ -240,8 +241,7 @@ absl::Status Farm::check_blobs(const v1::JobSpec& spec) const {
     if (blobs_.query(blob.digest()).complete) return;
     if (missing++ == 0) first = &blob;
   };
-  look_for(spec.scene());
-  for (const v1::BlobRef& blob : spec.blobs()) look_for(blob);
+  for (const v1::BlobRef& blob : spec.farm().blobs()) look_for(blob);
   if (missing == 0) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(missing, " blobs are missing; upload them first. One is ",
                                                     first->digest(), " (", first->path(), ")"));
@@ -253,13 +253,14 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
   for (const auto& entry : jobs_.all()) {
     units += entry->past ? 0 : entry->shape->plan->unit_count();
     bytes += entry->shape->spec_bytes;
-    if (entry->shape->spec.user() == shape.spec.user()) bytes_of_user += entry->shape->spec_bytes;
+    if (entry->shape->spec.farm().user() == shape.spec.farm().user())
+      bytes_of_user += entry->shape->spec_bytes;
   }
   if (bytes > kMaxSpecBytes || bytes_of_user > kMaxSpecBytesOfUser) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "with this job's, the specs of the jobs that are kept would have ", bytes, " bytes, and those of '",
-        shape.spec.user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes, " and ", kMaxSpecBytesOfUser,
-        " are taken; try again when old jobs are deleted"));
+        shape.spec.farm().user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes, " and ",
+        kMaxSpecBytesOfUser, " are taken; try again when old jobs are deleted"));
   }
   if (units <= options_.max_open_units) return absl::OkStatus();
   return absl::ResourceExhaustedError(
@@ -275,8 +276,7 @@ std::uint64_t Farm::claim_uploads(const v1::JobSpec& spec) {
       unclaimed_uploads_.erase(found);
     }
   };
-  claim(spec.scene());
-  for (const v1::BlobRef& blob : spec.blobs()) claim(blob);
+  for (const v1::BlobRef& blob : spec.farm().blobs()) claim(blob);
   return bytes;
 }
 
@@ -291,9 +291,9 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
   // Whether it has results of the kernels asked for.
   const auto has_isa = [&](const JobEntry& entry) {
     const std::vector<std::string> classes = view_of(entry).classes;
-    return spec.isa().empty() || std::any_of(classes.begin(), classes.end(), [&](const std::string& name) {
-             return wire::isa_of(name) == spec.isa();
-           });
+    return spec.farm().isa().empty() ||
+           std::any_of(classes.begin(), classes.end(),
+                       [&](const std::string& name) { return wire::isa_of(name) == spec.farm().isa(); });
   };
   if (const std::string& id = request.continued(); !id.empty()) {
     const absl::StatusOr<JobEntry*> named = find_job(id);
@@ -301,22 +301,22 @@ absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& req
     std::string difference = difference_in_content((*named)->shape->spec, spec);
     if (const JobView view = view_of(**named);
         difference.empty() && !view.classes.empty() && !has_isa(**named)) {
-      difference = absl::StrCat("modified: isa: \"", view.isa, "\" -> \"", spec.isa(), "\"");
+      difference = absl::StrCat("modified: isa: \"", view.isa, "\" -> \"", spec.farm().isa(), "\"");
     }
     if (difference.empty()) return *named;
     return absl::FailedPreconditionError(
         absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
   }
   const JobEntry* best = nullptr;
+  const std::string key = result_key(spec);
   for (const auto& entry : jobs_.all()) {
     const v1::JobSpec& other = entry->shape->spec;
-    if (!options_.share_results && other.user() != spec.user()) continue;
-    if (entry->durable_results == 0 || other.scene().digest() != spec.scene().digest() ||
+    if (!options_.share_results && other.farm().user() != spec.farm().user()) continue;
+    if (entry->durable_results == 0 || entry->shape->key != key ||
         (best != nullptr && best->durable_units >= entry->durable_units)) {
       continue;
     }
-    if (!has_isa(*entry)) continue;
-    if (difference_in_content(other, spec).empty()) best = entry.get();
+    if (has_isa(*entry)) best = entry.get();
   }
   return best;
 }
@@ -328,7 +328,7 @@ absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest
   std::string id;
   {
     const std::lock_guard lock(mutex_);
-    if (jobs_.find_request(request_key(shape.spec.user(), request.request_id())) != nullptr)
+    if (jobs_.find_request(request_key(shape.spec.farm().user(), request.request_id())) != nullptr)
       return std::nullopt;
     const absl::StatusOr<const JobEntry*> best = best_donor(request, shape.spec);
     if (!best.ok()) return best.status();
@@ -356,8 +356,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
                              .uploaded_bytes = entry.uploaded_bytes});
   if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
   telemetry::log(spdlog::level::info, fields_of(entry), "job {} \"{}\": {} x {} pixels, {} samples, {} units",
-                 entry.id, spec.name(), spec.width(), spec.height(), spec.settings().spp(),
-                 entry.shape->plan->unit_count());
+                 entry.id, spec.farm().name(), spec.view().width(), spec.view().height(),
+                 spec.samples().spp(), entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
   const auto has_blob = [this](const std::string& digest) { return blobs_.query(digest).complete; };
@@ -388,9 +388,9 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
     return done(absl::InvalidArgumentError("request_id is empty or too long"));
   }
   v1::JobSpec spec = request.spec();
-  spec.set_build(wire::build_version());
-  if (spec.bits() == v1::BITS_UNSPECIFIED) spec.set_bits(options_.bits);
-  if (spec.isa().empty()) spec.set_isa(options_.isa);
+  spec.mutable_content()->set_build(wire::build_version());
+  if (spec.farm().bits() == v1::BITS_UNSPECIFIED) spec.mutable_farm()->set_bits(options_.bits);
+  if (spec.farm().isa().empty()) spec.mutable_farm()->set_isa(options_.isa);
   auto shape = JobShape::make(std::move(spec));
   if (!shape.ok()) return done(shape.status());
   if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));
@@ -399,7 +399,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
 
   // The journal keeps the spec, and results follow.
   const absl::Status room = blobs_.check_room(request.ByteSizeLong());
-  const std::string key = request_key((*shape)->spec.user(), request.request_id());
+  const std::string key = request_key((*shape)->spec.farm().user(), request.request_id());
 
   std::unique_lock lock(mutex_);
   if (const JobEntry* const known = jobs_.find_request(key)) {

@@ -89,7 +89,7 @@ absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
   const std::lock_guard lock(mutex_);
   const absl::StatusOr<JobEntry*> entry = find_job(id);
   if (!entry.ok()) return entry.status();
-  return (*entry)->shape->spec.user();
+  return (*entry)->shape->spec.farm().user();
 }
 
 v1::JobStatus Farm::outline(const JobEntry& entry) const {
@@ -147,7 +147,7 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
   if (!(*entry)->durable_end) {
     return done(absl::FailedPreconditionError(absl::StrCat("job ", id, " is not over: cancel it first")));
   }
-  telemetry::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.user()},
+  telemetry::log(spdlog::level::info, {.job = id, .user = (*entry)->shape->spec.farm().user()},
                  "job {} is deleted on request", id);
   forget(id, std::move(done));
 }
@@ -235,8 +235,8 @@ v1::ListWorkersResponse Farm::list_workers() {
       const v1::JobSpec& spec = jobs_.find(assignment.job)->shape->spec;
       v1::WorkerJob& job = *worker.add_jobs();
       job.set_job_id(assignment.job);
-      job.set_name(spec.name());
-      job.set_user(spec.user());
+      job.set_name(spec.farm().name());
+      job.set_user(spec.farm().user());
       job.set_leases(assignment.leases);
     }
     v1::WorkerArithmetic& arithmetic = *worker.mutable_arithmetic();
@@ -401,8 +401,7 @@ void Farm::collect_blobs() {
   // What a job needs that is submitted meanwhile was asked for a moment ago.
   absl::flat_hash_set<std::string> needed;
   for (const auto& entry : jobs_.all()) {
-    needed.insert(entry->shape->spec.scene().digest());
-    for (const v1::BlobRef& blob : entry->shape->spec.blobs()) needed.insert(blob.digest());
+    for (const v1::BlobRef& blob : entry->shape->spec.farm().blobs()) needed.insert(blob.digest());
     entry->phase_blobs.for_each_digest([&](std::string digest) { needed.insert(std::move(digest)); });
   }
   collector_ = std::jthread([this, needed = std::move(needed)] {

@@ -256,7 +256,7 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   const auto& known = request.known_job_ids();
   for (const std::string& id : known) {
     const JobEntry* const entry = jobs_.find(id);
-    const bool has_phases = entry == nullptr || entry->shape->spec.phases_size() > 0;
+    const bool has_phases = entry == nullptr || entry->shape->spec.cut().phases_size() > 0;
     if (has_phases && (entry == nullptr || entry->past || !is_open(scheduler_.job(id)->state)))
       response.add_over_job_ids(id);
   }
@@ -271,7 +271,7 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
     if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
       v1::JobSpec& spec = (*response.mutable_specs())[id];
       spec = entry.shape->spec;
-      spec.set_isa(scheduler_.isa_for(worker, id));
+      spec.mutable_farm()->set_isa(scheduler_.isa_for(worker, id));
     }
     *response.add_leases() = std::move(lease);
   }

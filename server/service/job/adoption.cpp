@@ -10,21 +10,23 @@
 #include "service/job/journal_events.h"
 #include "service/job/result_check.h"
 #include "wire/arithmetic_class.h"
-#include "wire/job_parts.h"
+#include "wire/message_digest.h"
 
 namespace tessera::server {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-/// The part of a spec on which the result of a unit depends.
+/// Where noise decides, the cap is part of the decision.
+bool results_depend_on_samples(const v1::JobSpec& spec) { return spec.samples().noise() != 0; }
+
+/// The parts of a spec on which the result of a unit depends.
 v1::JobSpec content_of(const v1::JobSpec& spec) {
-  using enum wire::JobPart;
-  std::vector<wire::JobPart> parts{kScene, kView, kUnits, kBuild};
-  // Where noise decides, the cap is part of the decision.
-  if (spec.settings().noise() != 0) parts.push_back(kSamples);
-  v1::JobSpec content = wire::parts_of(spec, parts);
-  std::sort(content.mutable_aovs()->begin(), content.mutable_aovs()->end());
+  v1::JobSpec content;
+  *content.mutable_content() = spec.content();
+  *content.mutable_view() = spec.view();
+  *content.mutable_cut() = spec.cut();
+  if (results_depend_on_samples(spec)) *content.mutable_samples() = spec.samples();
   return content;
 }
 
@@ -91,6 +93,12 @@ bool has_phases(const WorkPlan& plan, const std::vector<JournalEntry>& results,
 }
 
 }  // namespace
+
+std::string result_key(const v1::JobSpec& spec) {
+  const v1::JobSpec::Samples none;
+  return wire::digest_of({&spec.content(), &spec.view(), &spec.cut(),
+                          results_depend_on_samples(spec) ? &spec.samples() : &none});
+}
 
 std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
   std::string report;

@@ -16,6 +16,9 @@ namespace tessera::server {
 /// in both.
 std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b);
 
+/// Key of that on which the results of units depend: equal where there is no such difference.
+std::string result_key(const v1::JobSpec& spec);
+
 /// A job with results, as the journal has it.
 struct Donor {
   JobRecord record;

@@ -8,7 +8,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
+#include "service/job/adoption.h"
 #include "service/job/journal_events.h"
+#include "service/job/old_spec.h"
+#include "wire/aov_channels.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -34,11 +37,12 @@ std::vector<CoveredUnits> units_of(const JobRecord& record) {
 absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec) {
   auto plan = WorkPlan::make(spec);
   if (!plan.ok()) return plan.status();
-  auto channels = wire::channels_for_aovs({spec.aovs().begin(), spec.aovs().end()});
-  if (!channels.ok()) return channels.status();
+  std::vector<wire::ChannelDesc> channels = wire::channels_of(spec.view());
+  std::string key = result_key(spec);
   const std::size_t spec_bytes = spec.SpaceUsedLong();
-  return std::make_shared<const JobShape>(JobShape{
-      std::move(spec), std::make_shared<const WorkPlan>(*std::move(plan)), *std::move(channels), spec_bytes});
+  return std::make_shared<const JobShape>(JobShape{std::move(spec),
+                                                   std::make_shared<const WorkPlan>(*std::move(plan)),
+                                                   std::move(channels), std::move(key), spec_bytes});
 }
 
 std::int64_t unix_milliseconds() {
@@ -97,23 +101,23 @@ JobRequest request_of(const JobEntry& entry) {
   const v1::JobSpec& spec = entry.shape->spec;
   return {.id = entry.id,
           .plan = entry.shape->plan,
-          .scene_digest = spec.scene().digest(),
-          .isa = spec.isa(),
-          .priority = spec.priority(),
+          .scene_digest = spec.content().scene(),
+          .isa = spec.farm().isa(),
+          .priority = spec.farm().priority(),
           .generation = entry.generation,
-          .user = spec.user(),
-          .required_tags = {spec.required_tags().begin(), spec.required_tags().end()},
-          .max_workers = spec.max_workers(),
-          .any_class = spec.bits() == v1::BITS_ANY};
+          .user = spec.farm().user(),
+          .required_tags = {spec.farm().required_tags().begin(), spec.farm().required_tags().end()},
+          .max_workers = spec.farm().max_workers(),
+          .any_class = spec.farm().bits() == v1::BITS_ANY};
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
   const auto damaged = [&](const std::string& what) {
     return absl::DataLossError(absl::StrCat("journal: job ", record.added.id, ": ", what));
   };
-  v1::JobSpec spec;
-  if (!spec.ParseFromString(record.added.spec)) return damaged("its spec cannot be read");
-  auto shape = JobShape::make(std::move(spec));
+  absl::StatusOr<v1::JobSpec> spec = read_spec(record.added.spec);
+  if (!spec.ok()) return damaged(std::string(spec.status().message()));
+  auto shape = JobShape::make(*std::move(spec));
   if (!shape.ok()) return damaged(std::string(shape.status().message()));
 
   JobEntry entry{.id = record.added.id,
@@ -172,7 +176,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                          .units_set_aside = 0,
                          .isa = "",
                          .error = record.ended.error,
-                         .priority = entry.shape->spec.priority(),
+                         .priority = entry.shape->spec.farm().priority(),
                          .paused = false,
                          .revision = static_cast<std::uint32_t>(revoked.size()),
                          .notes = {},
@@ -180,7 +184,8 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
                          .units_adopted = 0,
                          .adopted_from = "",
                          .classes = classes_of(record).all()};
-    entry.past->isa = entry.past->classes.empty() ? entry.shape->spec.isa() : isas_of(entry.past->classes);
+    entry.past->isa =
+        entry.past->classes.empty() ? entry.shape->spec.farm().isa() : isas_of(entry.past->classes);
     for (const SchedulerEvent& event : record.events) {
       const auto kind = static_cast<FarmEvent::Kind>(event.kind);
       if (kind == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
@@ -212,7 +217,7 @@ void retire(JobEntry& entry, JobView view) {
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   v1::JobStatus status;
   status.set_job_id(entry.id);
-  status.set_name(entry.shape->spec.name());
+  status.set_name(entry.shape->spec.farm().name());
   status.set_state(view.state);
   status.set_units_total(view.units_total);
   // Only what survives a crash is said to be done, so that the number never falls.
@@ -224,13 +229,13 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_submitted_unix_ms(entry.submitted_unix_ms);
   status.set_finished_unix_ms(entry.finished_unix_ms);
   status.set_uploaded_bytes(entry.uploaded_bytes);
-  status.set_user(entry.shape->spec.user());
+  status.set_user(entry.shape->spec.farm().user());
   status.set_priority(view.priority);
   status.set_paused(view.paused);
   status.set_units_set_aside(view.units_set_aside);
   if (is_open(view.state) && view.units_open > 0) {
     if (const auto phase = entry.shape->plan->phases().phase_of(view.units_open - 1))
-      status.set_phase(entry.shape->spec.phases(static_cast<int>(*phase)).name());
+      status.set_phase(entry.shape->spec.cut().phases(static_cast<int>(*phase)).name());
   }
   status.set_revision(view.revision);
   status.set_units_adopted(view.units_adopted);

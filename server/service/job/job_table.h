@@ -26,6 +26,7 @@ struct JobShape {
   v1::JobSpec spec;
   std::shared_ptr<const WorkPlan> plan;
   std::vector<wire::ChannelDesc> channels;
+  std::string key;  // result_key()
   std::size_t spec_bytes = 0;
 
   /// InvalidArgument for a spec that is unsound.

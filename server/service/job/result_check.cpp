@@ -71,7 +71,7 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
   }
   if (result->channels != channels) return unfit("its channels are not the job's");
   const std::uint32_t most = samples.end() - samples.begin();
-  if (const char* const what = check_counts(result->counts, most, spec.settings().noise() > 0))
+  if (const char* const what = check_counts(result->counts, most, spec.samples().noise() > 0))
     return unfit(what);
 
   // In a pass, any number of samples may land on one pixel.

@@ -45,7 +45,8 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
   }
   v1::SubmitJobRequest own = *request;
   // Who submits is who the certificate says.
-  if (const Caller who = caller(*context); who.role == Role::kClient) own.mutable_spec()->set_user(who.user);
+  if (const Caller who = caller(*context); who.role == Role::kClient)
+    own.mutable_spec()->mutable_farm()->set_user(who.user);
   farm_.submit(own, [reactor, response](const absl::StatusOr<std::string>& id) {
     if (id.ok()) response->set_job_id(*id);
     answer(reactor, id.status());

@@ -8,9 +8,10 @@ namespace tessera::server {
 namespace {
 
 // 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs
-// beside the tables (entry_log.h), and the column `ranges`. Older formats are brought up to date when they
-// are opened.
-constexpr int kFormatVersion = 4;
+// beside the tables (entry_log.h), and the column `ranges`; 5 added parts to JobSpec, and those of older
+// formats are read as they are (service/job/old_spec.h). Older formats are brought up to date when they are
+// opened.
+constexpr int kFormatVersion = 5;
 
 constexpr char kSchema[] = R"(
   CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -67,6 +68,8 @@ constexpr char kFromFormat3[] = R"(
   UPDATE meta SET value = 4 WHERE key = 'format';
 )";
 
+constexpr char kFromFormat4[] = "UPDATE meta SET value = 5 WHERE key = 'format'";
+
 }  // namespace
 
 absl::Status JournalTables::prepare(SQLite::Database& database) {
@@ -84,6 +87,10 @@ absl::Status JournalTables::prepare(SQLite::Database& database) {
   }
   if (format == 3) {
     database.exec(kFromFormat3);
+    format = 4;
+  }
+  if (format == 4) {
+    database.exec(kFromFormat4);
     format = kFormatVersion;
   }
   if (format != kFormatVersion) {

@@ -36,8 +36,9 @@ bool accepts(std::string_view bytes) {
   v1::JobSpec job;
   v1::Scene scene;
   if (parts.size() < 2 || !job.ParseFromString(parts[0]) || !scene.ParseFromString(parts[1])) return false;
-  if (std::max(job.width(), job.height()) > kMaxSide || !server::WorkPlan::make(job).ok()) return false;
-  job.mutable_settings()->set_max_depth(std::min(job.settings().max_depth(), kMaxDepth));
+  if (std::max(job.view().width(), job.view().height()) > kMaxSide || !server::WorkPlan::make(job).ok())
+    return false;
+  job.mutable_view()->set_max_depth(std::min(job.view().max_depth(), kMaxDepth));
 
   const auto blobs = [&](const std::string& digest) -> absl::StatusOr<render::BlobBytes> {
     const std::size_t index = digest.size() == 1 ? static_cast<std::size_t>(digest[0] - '0') : parts.size();
@@ -49,7 +50,7 @@ bool accepts(std::string_view bytes) {
     require(!loaded.status().message().empty(), "an error without a message");
     return false;
   }
-  const v1::PixelRect& crop = job.crop();
+  const v1::PixelRect& crop = job.cut().crop();
   const bool passes = wire::works_in_passes(job);
   const render::TileRequest tile = {crop.x0(),
                                     crop.y0(),

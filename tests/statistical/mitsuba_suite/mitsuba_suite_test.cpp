@@ -96,9 +96,9 @@ class RenderedScene {
                 const std::function<void(v1::Scene&)>& edit = {})
       : scene_(scene) {
     path_ = suite / "tests/scenes" / (std::string(scene.path) + ".xml");
-    v1::JobSpec job;
-    job.mutable_settings()->set_sampler("independent");
-    job.add_aovs("variance");
+    test::SceneJob job;
+    job.settings.set_sampler(v1::SAMPLER_INDEPENDENT);
+    job.aovs.push_back(v1::AOV_VARIANCE);
     const auto prepare = [&](v1::Scene& loaded) {
       loaded.mutable_settings()->set_spp(kSamples / (loaded.film().width() * loaded.film().height()));
       if (edit) edit(loaded);
@@ -121,7 +121,7 @@ class RenderedScene {
   Renders render(std::uint64_t first_seed) const {
     Renders renders;
     renders.reference = reference_;
-    renders.spp = file_->job.settings().spp();
+    renders.spp = file_->job.samples().spp();
     for (std::uint64_t seed = first_seed; seed < first_seed + kSeeds; ++seed) {
       const client::Image image = render_image(*file_, seed);
       if (image.channels.empty()) return {};  // what failed has been said
@@ -148,8 +148,8 @@ class RenderedScene {
         (path_.parent_path() / "refs" / stem.substr(0, stem.rfind('_'))).string() + "_ref_rgb";
     const auto mean = client::read_exr(name + ".exr"), variance = client::read_exr(name + "_var.exr");
     ASSERT_TRUE(mean.ok() && variance.ok()) << mean.status() << variance.status();
-    ASSERT_EQ(mean->data.width(), static_cast<int>(file_->job.width()));
-    ASSERT_EQ(mean->data.height(), static_cast<int>(file_->job.height()));
+    ASSERT_EQ(mean->data.width(), static_cast<int>(file_->job.view().width()));
+    ASSERT_EQ(mean->data.height(), static_cast<int>(file_->job.view().height()));
     reference_ = {planes(*mean, ""), planes(*variance, ""), kReferenceSpp};
     for (std::size_t i = 0; i < reference_.mean.rgb.size(); ++i) {
       reference_.mean.rgb[i] *= 1 + scene_.missing[i % 3];

@@ -28,12 +28,12 @@ struct Settings {
 
 /// Mean of the red channel over a pixel's samples; empty when it fails.
 std::vector<double> render(const std::string& scene, const Settings& settings) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(settings.spp);
-  job.mutable_settings()->set_max_depth(settings.max_depth);
-  job.mutable_settings()->set_seed(settings.seed);
-  job.mutable_settings()->set_sampler("independent");
-  job.mutable_settings()->set_integrator(settings.integrator);
+  test::SceneJob job;
+  job.settings.set_spp(settings.spp);
+  job.settings.set_max_depth(settings.max_depth);
+  job.settings.set_seed(settings.seed);
+  job.settings.set_sampler(v1::SAMPLER_INDEPENDENT);
+  job.settings.set_integrator(settings.integrator);
   const auto file = load_scene_text(absl::StrCat(scene, kFilm), job, render::supported_isas().front());
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};

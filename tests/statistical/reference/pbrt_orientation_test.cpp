@@ -45,8 +45,8 @@ class PbrtOrientation : public testing::Test {
     const std::string path = (folder_.path() / "scene.pbrt").string();
     std::ofstream(path)
         << R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32 PixelFilter "box" )" << scene;
-    v1::JobSpec job;
-    job.mutable_settings()->set_spp(spp);
+    test::SceneJob job;
+    job.settings.set_spp(spp);
     const auto file = load_scene_file(path, job, render::supported_isas().front(), 2);
     ASSERT_TRUE(file.ok()) << file.status();
     for (const std::string& warning : file->scene->warnings()) ADD_FAILURE() << warning;

@@ -38,17 +38,16 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
 }  // namespace
 
 Picture measure_picture(const PictureRequest& request) {
-  v1::JobSpec job;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(request.settings, job.mutable_settings()))
+  test::SceneJob job;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(request.settings, &job.settings))
       << request.settings;
-  job.mutable_settings()->set_integrator(request.integrator);
-  job.mutable_settings()->set_sampler("independent");
-  job.mutable_settings()->set_spp(request.spp);
-  job.mutable_settings()->set_max_depth(request.max_depth);
+  job.settings.set_integrator(request.integrator);
+  job.settings.set_sampler(v1::SAMPLER_INDEPENDENT);
+  job.settings.set_spp(request.spp);
+  job.settings.set_max_depth(request.max_depth);
   // Two estimators must not share their random numbers.
   const std::string isa = request.isa.empty() ? render::supported_isas().front() : request.isa;
-  job.mutable_settings()->set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) &
-                                   0xffff);
+  job.settings.set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff);
   const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide,
                                         " filter { ", request.filter, " } }");
   const auto file = load_scene_text(text, job, isa, request.blobs);

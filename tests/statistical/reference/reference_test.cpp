@@ -17,8 +17,8 @@ namespace {
 constexpr const char* kScenes = "../shared/scenes/";
 
 client::Image render(const std::string& path, std::uint32_t spp) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(spp);
+  test::SceneJob job;
+  job.settings.set_spp(spp);
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const auto file = load_scene_file(path, job, render::supported_isas().front(), threads);
   EXPECT_TRUE(file.ok()) << file.status();

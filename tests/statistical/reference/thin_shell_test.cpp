@@ -155,7 +155,7 @@ TEST(ThinShell, LampInFog) {
     return 2 * kPi * b * through_sheet(half / kRadius) * radiance;
   });
   expect_mean({scene, 1}, shown / 4, 4e-3);
-  expect_mean({scene, 1, "volpath", "direct_light: 'bsdf'"}, shown / 4, 4e-3);
+  expect_mean({scene, 1, "volpath", "direct_light: DIRECT_LIGHT_BSDF"}, shown / 4, 4e-3);
 }
 
 // ---------------------------------------------------------------- lamps with vertex normals
@@ -243,7 +243,7 @@ TEST(VertexNormalsOfALamp, CountAsInMitsuba) {
   });
   const std::string scene = floor_and_lamp("interpolated_normal_pick: 0.5 ");
   expect_mean({scene, 1, "path", "", leaning_lamp()}, expected, 1e-3);
-  expect_mean({scene, 1, "path", "direct_light: 'bsdf'", leaning_lamp()}, expected, 1e-2);
+  expect_mean({scene, 1, "path", "direct_light: DIRECT_LIGHT_BSDF", leaning_lamp()}, expected, 1e-2);
   expect_mean({scene, 1, "volpath", "", leaning_lamp()}, expected, 1e-3);
   // The difference is what the test is about.
   const double true_normals = floor_radiance([](double, double, double) { return 1; });

@@ -78,12 +78,12 @@ class FewSamples : public testing::TestWithParam<const char*> {
   static Size size() { return long_form() ? kLong : kShort; }
 
   static absl::StatusOr<LoadedFile> load(std::uint32_t spp, std::uint64_t seed, double noise = 0) {
-    v1::JobSpec job;
-    job.set_width(size().side);
-    job.set_height(size().side);
-    job.mutable_settings()->set_spp(spp);
-    job.mutable_settings()->set_seed(seed);
-    job.mutable_settings()->set_noise(noise);
+    test::SceneJob job;
+    job.width = size().side;
+    job.height = size().side;
+    job.settings.set_spp(spp);
+    job.settings.set_seed(seed);
+    job.settings.set_noise(noise);
     return load_scene_file(GetParam(), job, render::supported_isas().front(), 1);
   }
 

@@ -11,6 +11,7 @@
 #include "image/assemble.h"
 #include "render/film/tile_accumulator.h"
 #include "support/long_form.h"
+#include "wire/aov_channels.h"
 #include "wire/limits.h"
 
 namespace tessera::render {
@@ -99,7 +100,7 @@ TEST(Accumulation, OfUnitsOnTheClient) {
   options.width = options.height = side;
   options.crop = {0, 0, static_cast<std::int32_t>(side), static_cast<std::int32_t>(side)};
   options.spp = spp;
-  options.channels = *wire::channels_for_aovs({"variance"});
+  options.channels = wire::channels_for_aovs({v1::AOV_VARIANCE});
   auto assembler = client::Assembler::create(options);
   ASSERT_TRUE(assembler.ok()) << assembler.status();
 

@@ -38,12 +38,12 @@ std::string square() {
 }
 
 absl::StatusOr<LoadedFile> load(const std::string& scene, TestBlobs blobs = {},
-                                const std::string& intersection = "auto") {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(64);
-  job.mutable_settings()->set_max_depth(5);
-  job.mutable_settings()->set_intersection(intersection);
-  for (const char* aov : {"normal", "albedo", "depth"}) job.add_aovs(aov);
+                                v1::Intersection intersection = v1::INTERSECTION_AUTO) {
+  test::SceneJob job;
+  job.settings.set_spp(64);
+  job.settings.set_max_depth(5);
+  job.settings.set_intersection(intersection);
+  job.aovs = {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH};
   blobs["wall"] = square();
   return load_scene_text(absl::StrCat(scene, kAround), job, render::supported_isas().front(), blobs);
 }
@@ -85,7 +85,7 @@ TEST(DegenerateTriangles, AreNotThere) {
   mesh.indices = {0, 0, 0, 0, 1, 1, 0, 1, 2, 0, 4, 5};
   const double empty = mean(expect_finite(load("")));
   for (const char* light : {"}", "area_light { radiance { constant: 3 } } }"}) {
-    for (const char* tests : {"fast", "robust"}) {
+    for (const v1::Intersection tests : {v1::INTERSECTION_FAST, v1::INTERSECTION_ROBUST}) {
       EXPECT_NEAR(mean(expect_finite(load(kMesh + light, {{"bad", wire::encode_mesh(mesh)}}, tests))), empty,
                   1e-3 * empty + (light[0] == 'a' ? empty : 0));
     }
@@ -102,7 +102,7 @@ TEST(SliverTriangles, GiveFinitePictures) {
   }
   for (const char* material :
        {"}", "material: 'glass' }", "area_light { radiance { constant: 3 } two_sided: true } }"}) {
-    for (const char* tests : {"fast", "robust"}) {
+    for (const v1::Intersection tests : {v1::INTERSECTION_FAST, v1::INTERSECTION_ROBUST}) {
       expect_finite(load(
           absl::StrCat("materials { name: 'glass' dielectric { eta { constant: 1.5 } } } ", kMesh, material),
           {{"bad", wire::encode_mesh(mesh)}}, tests));
@@ -315,7 +315,7 @@ TEST(Intersection, TheProbeSaysWhatItChose) {
   const auto file = load(kMesh + "}", blobs);
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(file->scene->warnings(), testing::ElementsAre(AllOf(HasSubstr("(bad)"), HasSubstr("robust"))));
-  for (const char* chosen : {"fast", "robust"}) {
+  for (const v1::Intersection chosen : {v1::INTERSECTION_FAST, v1::INTERSECTION_ROBUST}) {
     const auto quiet = load(kMesh + "}", blobs, chosen);
     ASSERT_TRUE(quiet.ok()) << quiet.status();
     EXPECT_THAT(quiet->scene->warnings(), testing::IsEmpty());

@@ -19,11 +19,11 @@
 namespace tessera::test {
 namespace {
 
-v1::JobSpec small_job(std::uint32_t spp) {
-  v1::JobSpec job;
-  job.set_width(64), job.set_height(64);
-  job.mutable_settings()->set_spp(spp);
-  job.mutable_settings()->set_seed(3);
+test::SceneJob small_job(std::uint32_t spp) {
+  test::SceneJob job;
+  job.width = 64, job.height = 64;
+  job.settings.set_spp(spp);
+  job.settings.set_seed(3);
   return job;
 }
 

@@ -19,6 +19,8 @@
 #include "render/build/load_scene.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/algorithm.h"
+#include "wire/job_check.h"
+#include "wire/resolve_settings.h"
 
 namespace tessera::stress {
 namespace {
@@ -45,18 +47,15 @@ absl::StatusOr<render::BlobBytes> bytes_of(const client::SceneBlob& blob) {
 
 v1::JobSpec job_of(const v1::Scene& scene) {
   v1::JobSpec job;
-  job.set_width(8);
-  job.set_height(8);
+  wire::resolve_settings(scene.settings(), job);
+  job.mutable_samples()->set_spp(2);
+  v1::JobSpec::View& view = *job.mutable_view();
+  view.set_width(8);
+  view.set_height(8);
   const wire::AlgorithmTraits* const algorithm = wire::find_algorithm(scene.settings().integrator());
-  for (const char* aov : {"albedo", "normal", "depth"}) {
-    if (algorithm != nullptr && algorithm->first_hit_aovs) job.add_aovs(aov);
+  for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH}) {
+    if (algorithm != nullptr && algorithm->first_hit_aovs) view.add_aovs(aov);
   }
-  v1::RenderSettings& settings = *job.mutable_settings();
-  settings = scene.settings();
-  if (settings.integrator().empty()) settings.set_integrator("path");
-  if (settings.sampler().empty()) settings.set_sampler("sobol");
-  settings.set_spp(2);
-  if (!settings.has_max_depth()) settings.set_max_depth(5);
   return job;
 }
 
@@ -126,7 +125,9 @@ std::string InputJudge::render(const v1::Scene& scene, const std::vector<client:
     const auto it = by_digest.find(digest);
     return it == by_digest.end() ? absl::NotFoundError("no such blob") : bytes_of(*it->second);
   };
-  const auto loaded = render::load_scene(scene, job_of(scene), source, {isa_, 1});
+  const v1::JobSpec job = job_of(scene);
+  const absl::Status sound = wire::check_settings(job);
+  const auto loaded = sound.ok() ? render::load_scene(scene, job, source, {isa_, 1}) : sound;
   if (!loaded.ok()) {
     ++tally_.refused_by_renderer;
     const std::string message(loaded.status().message());

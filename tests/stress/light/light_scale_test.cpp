@@ -46,7 +46,8 @@ double irradiance(const std::string& lights, double scale, const TestBlobs& blob
       "shapes { name: 'floor' disk { radius: ", 2 * scale, " } material: 'white' } ", lights,
       "camera { perspective { fov_degrees: 0.01 } world_from_camera { elements: [", "0,", -0.3 / l, ",",
       -0.5 / l, ",", at[0], ", 1,0,0,0, 0,", 0.5 / l, ",", -0.3 / l, ",", at[1], ", 0,0,0,1] } }",
-      "film { width: 8 height: 8 } settings { integrator: 'path' sampler: 'sobol' max_depth: 1 spp: 4096 }");
+      "film { width: 8 height: 8 } settings { integrator: 'path' sampler: SAMPLER_SOBOL max_depth: 1 spp: "
+      "4096 }");
   const auto file = load_scene_text(scene, {}, render::supported_isas().front(), blobs);
   EXPECT_TRUE(file.ok()) << file.status() << scene;
   if (!file.ok()) return NAN;

@@ -75,9 +75,9 @@ constexpr Kind kKinds[] = {
 /// The outcome of one scene: an error must name the material, a picture must be finite and have lost no
 /// sample.
 void expect_sound(const std::string& text, const TestBlobs& blobs, int& pictures) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(16);
-  job.mutable_settings()->set_max_depth(8);
+  test::SceneJob job;
+  job.settings.set_spp(16);
+  job.settings.set_max_depth(8);
   v1::Scene parsed;
   ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &parsed)) << text;
   const auto file = load_scene_text(text, job, render::supported_isas().front(), blobs);

@@ -18,10 +18,10 @@ constexpr const char* kFurnace =
 /// The film's pixels, R only; light is found by scattering alone, so that nothing but the materials makes
 /// noise.
 std::vector<double> render(const std::string& scene, std::uint32_t spp, std::uint32_t max_depth) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(spp);
-  job.mutable_settings()->set_max_depth(max_depth);
-  job.mutable_settings()->set_direct_light("bsdf");
+  test::SceneJob job;
+  job.settings.set_spp(spp);
+  job.settings.set_max_depth(max_depth);
+  job.settings.set_direct_light(v1::DIRECT_LIGHT_BSDF);
   const auto file = load_scene_text(absl::StrCat(kFurnace, scene), job, render::supported_isas().front());
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};

@@ -16,6 +16,7 @@
 #include "support/temp_dir.h"
 #include "tessera/v1/scene.pb.h"
 #include "unit/agent/fake_coordinator.h"
+#include "wire/aov_channels.h"
 #include "wire/tile_result.h"
 
 namespace tessera::agent {
@@ -44,7 +45,7 @@ class FakeScene final : public render::RenderScene {
     }
     ++renderer_.renders;
     wire::TileResult result{
-        tile.x0, tile.y0, tile.x1, tile.y1, tile.sample_begin, tile.sample_end, *wire::channels_for_aovs({}),
+        tile.x0, tile.y0, tile.x1, tile.y1, tile.sample_begin, tile.sample_end, wire::channels_for_aovs({}),
         {},      {}};
     result.counts.assign(result.pixel_count(), tile.sample_end - tile.sample_begin);
     result.values.assign(result.pixel_count() * result.channels.size(), static_cast<float>(tile.x0));
@@ -78,7 +79,7 @@ class AgentTest : public ::testing::Test {
     v1::Scene scene;
     scene.set_name(std::string(5000, 'x'));  // several chunks of the fake's download
     v1::JobSpec spec;
-    spec.mutable_scene()->set_digest(
+    spec.mutable_content()->set_scene(
         coordinator_.add_blob(scene.SerializeAsString(), corrupt_downloads, break_after));
     return spec;
   }
@@ -98,7 +99,7 @@ class AgentTest : public ::testing::Test {
                const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {
       ++renderer_.loads;
       if (!renderer_.load_error.ok()) return renderer_.load_error;
-      for (const v1::BlobRef& blob : job.blobs()) {
+      for (const v1::BlobRef& blob : job.farm().blobs()) {
         if (!renderer_.needs_blobs) break;
         if (const auto bytes = blobs(blob.digest()); !bytes.ok()) return bytes.status();
       }

@@ -177,7 +177,7 @@ TEST_F(AgentTest, AnyOtherFailureIsNotTheScenesFault) {
 
 TEST_F(AgentTest, AMissingBlobFailsTheUnit) {
   v1::JobSpec spec = spec_for_scene();
-  spec.add_blobs()->set_digest(std::string(64, 'a'));
+  spec.mutable_farm()->add_blobs()->set_digest(std::string(64, 'a'));
   coordinator_.offer("job", spec, 0, 1);
   start(1);
   ASSERT_TRUE(coordinator_.wait_for_failures(1));
@@ -188,7 +188,7 @@ TEST_F(AgentTest, AMissingBlobFailsTheUnit) {
 
 TEST_F(AgentTest, WhatTheBuilderDoesNotAskForIsNotFetched) {
   v1::JobSpec spec = spec_for_scene();
-  spec.add_blobs()->set_digest(std::string(64, 'a'));
+  spec.mutable_farm()->add_blobs()->set_digest(std::string(64, 'a'));
   renderer_.needs_blobs = false;
   coordinator_.offer("job", spec, 0, 1);
   start(1);

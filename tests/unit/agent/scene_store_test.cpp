@@ -11,8 +11,8 @@ namespace {
 
 v1::JobSpec spec(const std::string& digest, std::uint32_t width = 8) {
   v1::JobSpec spec;
-  spec.mutable_scene()->set_digest(digest);
-  spec.set_width(width);
+  spec.mutable_content()->set_scene(digest);
+  spec.mutable_view()->set_width(width);
   return spec;
 }
 
@@ -64,10 +64,10 @@ TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
   const int contents[3] = {};
   SceneStore store{[&](const v1::JobSpec& job, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      LoadedScene loaded;
-                     loaded.bytes = job.scene().digest() == "huge" ? 1000 : 40;
-                     loaded.content = job.scene().digest() == "a twin" ? &contents[0]
-                                      : loaded.bytes > 40              ? &contents[2]
-                                                          : &contents[job.scene().digest()[0] - 'a'];
+                     loaded.bytes = job.content().scene() == "huge" ? 1000 : 40;
+                     loaded.content = job.content().scene() == "a twin" ? &contents[0]
+                                      : loaded.bytes > 40               ? &contents[2]
+                                                          : &contents[job.content().scene()[0] - 'a'];
                      return loaded;
                    },
                    10, 100};
@@ -87,15 +87,16 @@ TEST(SceneStore, NeitherHowTheWorkIsCutNorWhoseItIsMakesAnotherScene) {
                    },
                    4};
   v1::JobSpec first = spec("a");
-  first.set_tile_size(8);
+  first.mutable_cut()->set_tile_size(8);
   v1::JobSpec second = spec("a");
-  second.set_tile_size(64);
-  second.mutable_crop()->set_x1(100);
-  second.set_user("bob");
-  second.add_required_tags("gpu");
-  second.set_max_workers(3);
-  second.set_bits(v1::BITS_ANY);
-  second.add_phases()->set_parts(4);
+  second.mutable_cut()->set_tile_size(64);
+  second.mutable_cut()->mutable_crop()->set_x1(100);
+  second.mutable_farm()->set_user("bob");
+  second.mutable_farm()->add_blobs()->set_size_bytes(7);
+  second.mutable_farm()->add_required_tags("gpu");
+  second.mutable_farm()->set_max_workers(3);
+  second.mutable_farm()->set_bits(v1::BITS_ANY);
+  second.mutable_cut()->add_phases()->set_parts(4);
   ASSERT_TRUE(store.get(first, {}).ok());
   ASSERT_TRUE(store.get(second, {}).ok());
   EXPECT_EQ(loads, 1);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "wire/aov_channels.h"
+
 namespace tessera::client {
 namespace {
 
@@ -15,7 +17,9 @@ using wire::TileResult;
 
 constexpr std::uint32_t kWidth = 20, kHeight = 14;
 
-std::vector<wire::ChannelDesc> channels() { return *wire::channels_for_aovs({"variance", "depth"}); }
+std::vector<wire::ChannelDesc> channels() {
+  return wire::channels_for_aovs({v1::AOV_VARIANCE, v1::AOV_DEPTH});
+}
 
 AssemblyOptions options(std::uint32_t spp) {
   return {.width = kWidth,

@@ -25,17 +25,16 @@ TEST(JobSettings, EverythingHasADefault) {
   const auto job = prepare_job({}, scene, "kitchen");
   ASSERT_TRUE(job.ok()) << job.status();
   const v1::JobSpec& spec = (*job)->spec;
-  EXPECT_EQ(spec.name(), "kitchen");
-  EXPECT_EQ(spec.width(), 640U);
-  EXPECT_EQ(spec.height(), 480U);
-  EXPECT_EQ(spec.crop().x1(), 640U);
-  EXPECT_EQ(spec.crop().y1(), 480U);
-  EXPECT_EQ(spec.tile_size(), 32U);
-  EXPECT_EQ(spec.settings().integrator(), "path");
-  EXPECT_EQ(spec.settings().sampler(), "sobol");
-  EXPECT_EQ(spec.settings().spp(), 16U);
-  ASSERT_TRUE(spec.settings().has_max_depth());
-  EXPECT_EQ(spec.settings().max_depth(), 5U);
+  EXPECT_EQ(spec.farm().name(), "kitchen");
+  EXPECT_EQ(spec.view().width(), 640U);
+  EXPECT_EQ(spec.view().height(), 480U);
+  EXPECT_EQ(spec.cut().crop().x1(), 640U);
+  EXPECT_EQ(spec.cut().crop().y1(), 480U);
+  EXPECT_EQ(spec.cut().tile_size(), 32U);
+  EXPECT_EQ(spec.content().algorithms().integrator(), "path");
+  EXPECT_EQ(spec.view().sampler(), v1::SAMPLER_SOBOL);
+  EXPECT_EQ(spec.samples().spp(), 16U);
+  EXPECT_EQ(spec.view().max_depth(), 5U);
 }
 
 TEST(JobSettings, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
@@ -43,15 +42,15 @@ TEST(JobSettings, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
   scene.scene.mutable_settings()->set_max_depth(1'000'000);
   const auto job = prepare_job({}, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ((*job)->spec.settings().max_depth(), wire::kMaxDepth);
+  EXPECT_EQ((*job)->spec.view().max_depth(), wire::kMaxDepth);
 }
 
 TEST(JobSettings, IntegratorsAreRefusedWhatTheyCannotDo) {
   const ImportedScene scene = scene_of(64, 48);
   JobSettings layers, lighting;
   layers.integrator = lighting.integrator = "light";
-  layers.aovs = {"albedo"};
-  lighting.direct_light = "bsdf";
+  layers.aovs = {v1::AOV_ALBEDO};
+  lighting.direct_light = v1::DIRECT_LIGHT_BSDF;
   for (const JobSettings& request : {layers, lighting}) {
     const auto job = prepare_job(request, scene, "");
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
@@ -60,7 +59,7 @@ TEST(JobSettings, IntegratorsAreRefusedWhatTheyCannotDo) {
   // The file's own fault, not the command line's.
   ImportedScene wrong = scene;
   wrong.scene.mutable_settings()->set_integrator("light");
-  wrong.scene.mutable_settings()->set_direct_light("bsdf");
+  wrong.scene.mutable_settings()->set_direct_light(v1::DIRECT_LIGHT_BSDF);
   EXPECT_EQ(prepare_job({}, wrong, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
@@ -69,45 +68,46 @@ TEST(JobSettings, TheScenesWishesHoldUnlessOverridden) {
   scene.scene.mutable_settings()->set_spp(100);
   scene.scene.mutable_settings()->set_max_depth(0);
   scene.scene.mutable_settings()->set_seed(7);
-  scene.scene.mutable_settings()->set_sampler("independent");
+  scene.scene.mutable_settings()->set_sampler(v1::SAMPLER_INDEPENDENT);
   const auto held = prepare_job({}, scene, "");
   ASSERT_TRUE(held.ok());
-  EXPECT_EQ((*held)->spec.settings().spp(), 100U);
-  EXPECT_EQ((*held)->spec.settings().max_depth(), 0U) << "0 is a wish too";
-  EXPECT_EQ((*held)->spec.settings().seed(), 7U);
-  EXPECT_EQ((*held)->spec.settings().sampler(), "independent");
+  EXPECT_EQ((*held)->spec.samples().spp(), 100U);
+  EXPECT_EQ((*held)->spec.view().max_depth(), 0U) << "0 is a wish too";
+  EXPECT_EQ((*held)->spec.view().seed(), 7U);
+  EXPECT_EQ((*held)->spec.view().sampler(), v1::SAMPLER_INDEPENDENT);
 
   JobSettings request;
   request.spp = 3;
   request.max_depth = 9;
   request.seed = 0;
-  request.sampler = "sobol";
+  request.sampler = v1::SAMPLER_SOBOL;
   request.resolution = Resolution{64, 32};
   const auto overridden = prepare_job(request, scene, "");
   ASSERT_TRUE(overridden.ok());
-  EXPECT_EQ((*overridden)->spec.settings().spp(), 3U);
-  EXPECT_EQ((*overridden)->spec.settings().max_depth(), 9U);
-  EXPECT_EQ((*overridden)->spec.settings().seed(), 0U);
-  EXPECT_EQ((*overridden)->spec.settings().sampler(), "sobol");
-  EXPECT_EQ((*overridden)->spec.width(), 64U);
-  EXPECT_EQ((*overridden)->spec.crop().y1(), 32U);
+  EXPECT_EQ((*overridden)->spec.samples().spp(), 3U);
+  EXPECT_EQ((*overridden)->spec.view().max_depth(), 9U);
+  EXPECT_EQ((*overridden)->spec.view().seed(), 0U);
+  EXPECT_EQ((*overridden)->spec.view().sampler(), v1::SAMPLER_SOBOL);
+  EXPECT_EQ((*overridden)->spec.view().width(), 64U);
+  EXPECT_EQ((*overridden)->spec.cut().crop().y1(), 32U);
 }
 
 TEST(JobSettings, IntersectionIsChosenByRequestSceneOrProbe) {
   ImportedScene scene = scene_of(8, 8);
   const auto chosen = [&](const JobSettings& request) {
-    return (*prepare_job(request, scene, ""))->spec.settings().intersection();
+    return (*prepare_job(request, scene, ""))->spec.content().algorithms().intersection();
   };
-  EXPECT_EQ(chosen({}), "auto");
-  scene.scene.mutable_settings()->set_intersection("robust");
-  EXPECT_EQ(chosen({}), "robust");
+  EXPECT_EQ(chosen({}), v1::INTERSECTION_AUTO);
+  scene.scene.mutable_settings()->set_intersection(v1::INTERSECTION_ROBUST);
+  EXPECT_EQ(chosen({}), v1::INTERSECTION_ROBUST);
   JobSettings request;
-  request.intersection = "fast";
-  EXPECT_EQ(chosen(request), "fast");
-  request.intersection = "loose";
-  EXPECT_EQ(check_names(request).message(), "there is no intersection 'loose'; there is: auto, fast, robust");
-  scene.scene.mutable_settings()->set_intersection("tight");
-  EXPECT_FALSE(prepare_job({}, scene, "").ok());
+  request.intersection = v1::INTERSECTION_FAST;
+  EXPECT_EQ(chosen(request), v1::INTERSECTION_FAST);
+  request.intersection = v1::INTERSECTION_AUTO;
+  EXPECT_EQ(chosen(request), v1::INTERSECTION_AUTO) << "over what the scene says";
+  scene.scene.mutable_settings()->set_intersection(static_cast<v1::Intersection>(9));
+  EXPECT_THAT(std::string{prepare_job({}, scene, "").status().message()},
+              HasSubstr("intersection is number 9"));
 }
 
 TEST(JobSettings, NamesEveryBlobAndTheSceneByItsDigest) {
@@ -118,9 +118,10 @@ TEST(JobSettings, NamesEveryBlobAndTheSceneByItsDigest) {
   scene.blobs.push_back(mesh);
   const auto job = prepare_job({}, scene, "");
   ASSERT_TRUE(job.ok());
-  ASSERT_EQ((*job)->spec.blobs_size(), 1);
-  EXPECT_EQ((*job)->spec.blobs(0).digest(), mesh.ref.digest());
-  EXPECT_EQ((*job)->spec.scene().digest(), wire::sha256_hex(scene.scene.SerializeAsString()));
+  ASSERT_EQ((*job)->spec.farm().blobs_size(), 2);
+  EXPECT_EQ((*job)->spec.farm().blobs(1).digest(), mesh.ref.digest());
+  EXPECT_EQ((*job)->spec.farm().blobs(0).digest(), (*job)->spec.content().scene());
+  EXPECT_EQ((*job)->spec.content().scene(), wire::sha256_hex(scene.scene.SerializeAsString()));
   EXPECT_EQ((*job)->blobs.size(), 2U);
 }
 
@@ -137,16 +138,13 @@ TEST(JobSettings, AFilmWithoutPixelsIsTheScenesFault) {
   EXPECT_EQ(prepare_job({}, scene_of(0, 480), "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-TEST(JobSettings, UnknownNamesAreAnsweredWithTheKnownOnes) {
+TEST(JobSettings, AovsAreInOrderEachOnce) {
   JobSettings request;
-  request.sampler = "dice";
-  EXPECT_THAT(std::string{check_names(request).message()}, HasSubstr("sobol, independent"));
-  request = {};
-  request.aovs = {"variance", "beauty"};
-  EXPECT_THAT(std::string{check_names(request).message()}, HasSubstr("beauty"));
-  request = {};
-  request.aovs = {"variance", "samples"};
-  EXPECT_TRUE(check_names(request).ok());
+  request.aovs = {v1::AOV_DEPTH, v1::AOV_VARIANCE, v1::AOV_DEPTH};
+  const ImportedScene scene = scene_of(8, 8);
+  const auto job = prepare_job(request, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_THAT((*job)->spec.view().aovs(), testing::ElementsAre(v1::AOV_VARIANCE, v1::AOV_DEPTH));
 }
 
 TEST(JobSettings, UnitsAreAPowerOfTwoOfSixteenThousandSamplesAtMost) {
@@ -174,8 +172,8 @@ TEST(JobSettings, WithNoiseAUnitHasAllSamples) {
   request.noise = 0.05;
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ((*job)->spec.samples_per_unit(), 1024U);
-  EXPECT_EQ((*job)->spec.settings().noise(), 0.05);
+  EXPECT_EQ((*job)->spec.cut().samples_per_unit(), 1024U);
+  EXPECT_EQ((*job)->spec.samples().noise(), 0.05);
 }
 
 TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
@@ -189,9 +187,9 @@ TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     return std::string{job.status().message()};
   };
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = 2; }), HasSubstr("settings.noise is 2"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = -0.1; }), HasSubstr("settings.noise is -0.1"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = NAN; }), HasSubstr("settings.noise is nan"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = 2; }), HasSubstr("samples.noise is 2"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = -0.1; }), HasSubstr("samples.noise is -0.1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = NAN; }), HasSubstr("samples.noise is nan"));
   EXPECT_THAT(refusal([](JobSettings& r) { r.spp = 15; }), HasSubstr("16 or more"));
   EXPECT_THAT(refusal([](JobSettings& r) { r.tile_size = 20; }), HasSubstr("a multiple of 8"));
   EXPECT_THAT(refusal([](JobSettings& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));

@@ -108,7 +108,7 @@ TEST(JobTable, AJobSaysWhoRendersIt) {
   v1::JobWorker& worker = *response.add_workers();
   worker.set_name("render7:4711");
   worker.set_leases(2);
-  response.mutable_spec()->add_required_tags("big");
+  response.mutable_spec()->mutable_farm()->add_required_tags("big");
   const std::string text = job_text(response);
   EXPECT_THAT(text, HasSubstr("done        99 %, 299 of 300 units, 0 at work\n"));
   EXPECT_THAT(text, HasSubstr("since       1:01, 0:04 left\n"));

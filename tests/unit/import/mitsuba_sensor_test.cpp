@@ -121,7 +121,7 @@ TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {
         .settings();
   };
   for (const char* type : {"independent", "multijitter"}) {
-    EXPECT_EQ(settings(type).sampler(), "") << type;
+    EXPECT_EQ(settings(type).sampler(), v1::SAMPLER_UNSPECIFIED) << type;
     EXPECT_EQ(settings(type).spp(), 9u) << type;
   }
 }

@@ -28,7 +28,7 @@ TEST_F(PbrtScene, DefaultsAreThoseOfPbrt) {
   EXPECT_FLOAT_EQ(scene.scene.film().filter().sigma(), 0.5f);
   EXPECT_FALSE(scene.scene.film().has_exposure());
   EXPECT_FLOAT_EQ(scene.scene.camera().perspective().fov_degrees(), 90);
-  EXPECT_EQ(scene.scene.settings().sampler(), "");
+  EXPECT_EQ(scene.scene.settings().sampler(), v1::SAMPLER_UNSPECIFIED);
   EXPECT_EQ(scene.scene.settings().spp(), 16u);
   EXPECT_EQ(scene.scene.settings().max_depth(), 5u);
   EXPECT_EQ(scene.scene.name(), "scene");
@@ -55,7 +55,7 @@ TEST_F(PbrtScene, CameraStandsWhereTheTransformPutsIt) {
   EXPECT_FLOAT_EQ(scene.film().exposure(), 2);  // half the time, four times the sensitivity
   EXPECT_EQ(scene.film().filter().kind(), v1::PixelFilter::LANCZOS);
   EXPECT_FLOAT_EQ(scene.film().filter().tau(), 3);
-  EXPECT_EQ(scene.settings().sampler(), "");  // Tessera's own
+  EXPECT_EQ(scene.settings().sampler(), v1::SAMPLER_UNSPECIFIED);  // Tessera's own
   EXPECT_EQ(scene.settings().spp(), 9u);
   EXPECT_EQ(scene.settings().seed(), 5u);
   EXPECT_TRUE(scene.settings().has_max_depth());

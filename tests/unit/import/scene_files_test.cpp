@@ -32,6 +32,28 @@ TEST_F(SceneFiles, TextScenesNameFiles) {
   EXPECT_EQ(scene->blobs[1].file, (folder_ / "sky.pfm").string());
 }
 
+TEST_F(SceneFiles, WrongSettingsAreAnsweredWithTheNamesThereAre) {
+  const auto error = [&](const std::string& settings) {
+    return error_of(import_scene(write("s.textproto", "settings { " + settings + " }\n")));
+  };
+  EXPECT_THAT(error("traversal: TRAVERSAL_PACKAGE"),
+              AllOf(HasSubstr("s.textproto:1:"), HasSubstr("TRAVERSAL_PACKAGE"),
+                    HasSubstr("There is: TRAVERSAL_PACKET, TRAVERSAL_SINGLE")));
+  // As it was written once.
+  EXPECT_THAT(error("sampler: \"sobol\""), HasSubstr("There is: SAMPLER_SOBOL"));
+  EXPECT_THAT(error("intersection: \"auto\""), HasSubstr("INTERSECTION_AUTO"));
+}
+
+TEST_F(SceneFiles, SettingsOfAnotherVersionAreLeftOutWithAWarning) {
+  // Field 2 of the settings, the sampler when it was a string.
+  const auto scene =
+      import_scene(write("s.tsb", ImportedScene{}.scene.SerializeAsString() + "\x52\x07\x12\x05sobol"));
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ(scene->scene.settings().sampler(), v1::SAMPLER_UNSPECIFIED);
+  ASSERT_FALSE(scene->warnings.empty());
+  EXPECT_THAT(to_string(scene->warnings[0]), HasSubstr("another version wrote this file"));
+}
+
 TEST_F(SceneFiles, WrittenScenesReadBackTheSame) {
   write("t.ply", kPlyTriangle);
   write("a.png", "picture");

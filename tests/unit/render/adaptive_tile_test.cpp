@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/film/noise_target.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::render {
 namespace {
@@ -39,7 +40,7 @@ wire::TileResult render(const Rect& rect, std::uint32_t width, std::uint32_t hei
   wire::TileResult result;
   result.x0 = rect.x0, result.y0 = rect.y0, result.x1 = rect.x1, result.y1 = rect.y1;
   result.sample_end = target.samples;
-  result.channels = *wire::channels_for_aovs({"variance", "depth"});
+  result.channels = wire::channels_for_aovs({v1::AOV_VARIANCE, v1::AOV_DEPTH});
   AdaptiveTile film(result, width, height, target);
   std::vector<SampleName> names(batch);
   std::vector<float> planes(5 * batch);  // R, G, B, A, depth

@@ -36,26 +36,34 @@ TEST(Algorithms, TheFirstIsTheDefault) {
 TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
     v1::JobSpec job;
-    job.mutable_settings()->set_integrator(traits.name);
-    EXPECT_TRUE(wire::check_algorithm(job).ok()) << traits.name;
+    job.mutable_content()->mutable_algorithms()->set_integrator(traits.name);
+    EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name;
     EXPECT_EQ(wire::works_in_passes(job), traits.work == wire::WorkKind::kPasses);
 
     v1::JobSpec noisy = job;
-    noisy.mutable_settings()->set_noise(0.1);
-    EXPECT_EQ(wire::check_algorithm(noisy).ok(), traits.noise) << traits.name;
+    noisy.mutable_samples()->set_noise(0.1);
+    noisy.mutable_samples()->set_spp(16);
+    noisy.mutable_cut()->set_samples_per_unit(16);
+    noisy.mutable_cut()->set_tile_size(8);
+    EXPECT_EQ(wire::check_settings(noisy).ok(), traits.noise) << traits.name;
 
     v1::JobSpec by_chance = job;
-    by_chance.mutable_settings()->set_direct_light("bsdf");
-    EXPECT_EQ(wire::check_algorithm(by_chance).ok(), traits.bsdf_lighting) << traits.name;
+    by_chance.mutable_content()->mutable_algorithms()->set_direct_light(v1::DIRECT_LIGHT_BSDF);
+    EXPECT_EQ(wire::check_settings(by_chance).ok(), traits.bsdf_lighting) << traits.name;
 
-    for (const char* aov : {"albedo", "normal", "depth"}) {
+    for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH}) {
       v1::JobSpec layered = job;
-      layered.add_aovs(aov);
-      EXPECT_EQ(wire::check_algorithm(layered).ok(), traits.first_hit_aovs) << traits.name << " " << aov;
+      layered.mutable_view()->add_aovs(aov);
+      EXPECT_EQ(wire::check_settings(layered).ok(), traits.first_hit_aovs) << traits.name << " " << aov;
     }
     v1::JobSpec variance = job;
-    variance.add_aovs("variance");
-    EXPECT_TRUE(wire::check_algorithm(variance).ok()) << traits.name;
+    variance.mutable_view()->add_aovs(v1::AOV_VARIANCE);
+    EXPECT_TRUE(wire::check_settings(variance).ok()) << traits.name;
+
+    v1::JobSpec in_phases = job;
+    in_phases.mutable_cut()->add_phases()->set_name("guide");
+    EXPECT_THAT(std::string(wire::check_settings(in_phases).message()),
+                HasSubstr("other phases than the job: none (the job has 1)"));
   }
 }
 

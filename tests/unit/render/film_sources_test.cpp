@@ -8,6 +8,7 @@
 
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::render {
 namespace {
@@ -17,7 +18,7 @@ wire::TileResult empty_result(std::uint32_t x0, std::uint32_t y0, std::uint32_t 
   wire::TileResult result;
   result.x0 = x0, result.y0 = y0, result.x1 = x1, result.y1 = y1;
   result.sample_begin = begin, result.sample_end = end;
-  result.channels = *wire::channels_for_aovs({"variance"});
+  result.channels = wire::channels_for_aovs({v1::AOV_VARIANCE});
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include "render/film/pixel_filter.h"
 #include "render/film/tile_accumulator.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::render {
 namespace {
@@ -17,7 +18,7 @@ wire::TileResult accumulate(const std::vector<float>& values, std::uint32_t begi
   result.x1 = result.y1 = 1;
   result.sample_begin = begin;
   result.sample_end = end;
-  result.channels = *wire::channels_for_aovs({"variance"});
+  result.channels = wire::channels_for_aovs({v1::AOV_VARIANCE});
   TileAccumulator film(result);
   const std::uint32_t pixel = 0;
   film.begin_pixels({&pixel, 1});

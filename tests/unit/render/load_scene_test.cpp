@@ -28,9 +28,9 @@ struct Mean {
 /// Mean over all pixels of a 16 x 16 picture of the scene.
 Mean render_mean(const std::string& scene, std::uint32_t spp, std::uint32_t max_depth,
                  const std::string& isa) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(spp);
-  job.mutable_settings()->set_max_depth(max_depth);
+  test::SceneJob job;
+  job.settings.set_spp(spp);
+  job.settings.set_max_depth(max_depth);
   const auto file = load_scene_text(absl::StrCat(scene, kCameraAndFilm), job, isa);
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
@@ -112,9 +112,9 @@ TEST(DirectLight, SquareLampOverAFloorHasTheFormFactorsRadiance) {
     film { width: 16 height: 16 }
   )";
   // The camera stands at (1.8, 0, 1.8) and looks straight down at (1.8, 0, 0), beside the axis.
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(256);
-  job.mutable_settings()->set_max_depth(1);
+  test::SceneJob job;
+  job.settings.set_spp(256);
+  job.settings.set_max_depth(1);
   const auto file = load_scene_text(scene, job, render::supported_isas().front());
   ASSERT_TRUE(file.ok()) << file.status();
   render::RenderStats stats;
@@ -155,9 +155,9 @@ TEST(Shading, SortingPathsByMaterialDoesNotShow) {
              world_from_object { elements: [1,0,0,0, 0,0,-1,-0.5, 0,1,0,0, 0,0,0,1] } }
   )",
                                          kCameraAndFilm);
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(1);
-  job.mutable_settings()->set_max_depth(8);
+  test::SceneJob job;
+  job.settings.set_spp(1);
+  job.settings.set_max_depth(8);
   for (const std::string& isa : render::supported_isas()) {
     const auto file = load_scene_text(scene, job, isa);
     ASSERT_TRUE(file.ok()) << file.status();
@@ -250,9 +250,9 @@ TEST(LoadScene, AChannelOfAnImageIsOneThatThereIs) {
   image.set_channel(static_cast<v1::ImageTexture::Channel>(1 << 20));
   scene.mutable_camera()->mutable_perspective()->set_fov_degrees(40);
   v1::JobSpec job;
-  job.set_width(8);
-  job.set_height(8);
-  job.mutable_settings()->set_spp(1);
+  job.mutable_view()->set_width(8);
+  job.mutable_view()->set_height(8);
+  job.mutable_samples()->set_spp(1);
   const auto no_blobs = [](const std::string&) { return absl::NotFoundError("none"); };
   const auto loaded =
       render::load_scene(scene, job, no_blobs, {.isa = render::supported_isas().front(), .threads = 1});

@@ -22,10 +22,10 @@ constexpr const char* kCamera = "camera { perspective { fov_degrees: 40 } } ";
 constexpr const char* kAway = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1]";
 
 absl::StatusOr<LoadedFile> load(const std::string& scene, std::uint32_t max_depth = 3) {
-  v1::JobSpec job;
-  job.mutable_settings()->set_spp(64);
-  job.mutable_settings()->set_max_depth(max_depth);
-  job.add_aovs("depth");
+  test::SceneJob job;
+  job.settings.set_spp(64);
+  job.settings.set_max_depth(max_depth);
+  job.aovs.push_back(v1::AOV_DEPTH);
   return load_scene_text(absl::StrCat(scene, kFilm), job, render::supported_isas().front());
 }
 

@@ -31,10 +31,10 @@ class SharedContent : public testing::Test {
  protected:
   SharedContent() {
     EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(kScene, &scene_));
-    job_.set_width(16), job_.set_height(12);
-    job_.mutable_settings()->set_integrator("path");
-    job_.mutable_settings()->set_spp(4);
-    job_.mutable_settings()->set_max_depth(3);
+    job_.mutable_view()->set_width(16), job_.mutable_view()->set_height(12);
+    job_.mutable_content()->mutable_algorithms()->set_integrator("path");
+    job_.mutable_samples()->set_spp(4);
+    job_.mutable_view()->set_max_depth(3);
   }
 
   static std::unique_ptr<RenderScene> load(const v1::Scene& scene, const v1::JobSpec& job,
@@ -50,7 +50,7 @@ class SharedContent : public testing::Test {
   static wire::TileResult picture(const RenderScene& scene, const v1::JobSpec& job) {
     RenderStats stats;
     const auto tile =
-        scene.render_tile({0, 0, job.width(), job.height(), 0, job.settings().spp()}, {}, stats);
+        scene.render_tile({0, 0, job.view().width(), job.view().height(), 0, job.samples().spp()}, {}, stats);
     EXPECT_TRUE(tile.ok()) << tile.status();
     return tile.ok() ? *tile : wire::TileResult{};
   }
@@ -75,13 +75,18 @@ class SharedContent : public testing::Test {
 
 TEST_F(SharedContent, WhateverLooksAtTheSceneInAnotherWay) {
   expect_shared(true, [](v1::Scene&, v1::JobSpec&) {});
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_spp(16); });
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_seed(7); });
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_max_depth(1); });
-  expect_shared(true,
-                [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_sampler("independent"); });
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.set_width(20), job.set_height(20); });
-  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.add_aovs("normal"), job.add_aovs("albedo"); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_samples()->set_spp(16); });
+  expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) { scene.mutable_settings()->set_spp(16); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_view()->set_seed(7); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_view()->set_max_depth(1); });
+  expect_shared(
+      true, [](v1::Scene&, v1::JobSpec& job) { job.mutable_view()->set_sampler(v1::SAMPLER_INDEPENDENT); });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) {
+    job.mutable_view()->set_width(20), job.mutable_view()->set_height(20);
+  });
+  expect_shared(true, [](v1::Scene&, v1::JobSpec& job) {
+    job.mutable_view()->add_aovs(v1::AOV_NORMAL), job.mutable_view()->add_aovs(v1::AOV_ALBEDO);
+  });
   expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
     scene.mutable_film()->mutable_filter()->set_kind(v1::PixelFilter::GAUSSIAN);
     scene.mutable_film()->set_exposure(2);
@@ -102,9 +107,12 @@ TEST_F(SharedContent, NothingThatMakesAnotherScene) {
   expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
     scene.mutable_camera()->mutable_world_from_camera()->set_elements(3, 0);  // positions are relative to it
   });
-  expect_shared(false,
-                [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_light_selection("uniform"); });
-  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) { job.mutable_settings()->set_integrator("light"); });
+  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) {
+    job.mutable_content()->mutable_algorithms()->set_light_selection(v1::LIGHT_SELECTION_UNIFORM);
+  });
+  expect_shared(false, [](v1::Scene&, v1::JobSpec& job) {
+    job.mutable_content()->mutable_algorithms()->set_integrator("light");
+  });
   expect_shared(false, [](v1::Scene& scene, v1::JobSpec&) {
     *scene.mutable_camera()->mutable_world_from_camera_end() = scene.camera().world_from_camera();
     scene.mutable_camera()->mutable_world_from_camera_end()->set_elements(7, 0.5f);
@@ -142,7 +150,7 @@ TEST_F(SharedContent, TheOriginIsNotSeen) {
   // unit, which moves a hit across the border of a tile or a shadow now and then. Each of the 768 samples
   // counts 1 / 768 of the picture, and those near borders by 1e-6 are fewer than one; three may.
   for (const char* integrator : {"path", "light"}) {
-    job_.mutable_settings()->set_integrator(integrator);
+    job_.mutable_content()->mutable_algorithms()->set_integrator(integrator);
     for (const bool spherical : {false, true}) {
       if (spherical && integrator == std::string("light")) continue;
       v1::Scene scene = scene_;

@@ -13,10 +13,10 @@ namespace {
 constexpr const char* kScene = "scenes/cornell-box/scene.pbrt";
 
 absl::StatusOr<LoadedFile> load(std::uint64_t seed, const std::string& integrator = "path") {
-  v1::JobSpec job;
-  job.set_width(64), job.set_height(64);
-  job.mutable_settings()->set_seed(seed);
-  job.mutable_settings()->set_integrator(integrator);
+  test::SceneJob job;
+  job.width = 64, job.height = 64;
+  job.settings.set_seed(seed);
+  job.settings.set_integrator(integrator);
   return load_scene_file(kScene, job, render::supported_isas().front(), 1);
 }
 

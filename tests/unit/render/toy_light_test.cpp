@@ -11,6 +11,7 @@
 #include "render/light/models.h"
 #include "render/light/positional_light.h"
 #include "support/kernel_scene.h"
+#include "wire/aov_channels.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -85,7 +86,7 @@ TEST(ToyLight, IsSeenAlikeFromTheEyeAndFromTheLight) {
   wire::TileResult passes;
   passes.x1 = passes.y1 = 32;
   passes.sample_end = kSamples;
-  passes.channels = *wire::channels_for_aovs({});
+  passes.channels = wire::channels_for_aovs({});
   RenderStats stats;
   PassFilm film(passes, content->tables.filter);
   LightTracer tracer({content->tables, *content->rays, content->tables.sampler.seed, stats});

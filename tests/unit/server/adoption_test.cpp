@@ -88,7 +88,7 @@ TEST_F(AdoptionTest, MoreSamplesAreTheRestOnly) {
 
 TEST_F(AdoptionTest, ARangeThatWasCutIsRenderedAnew) {
   v1::JobSpec ragged = job_spec(2);
-  ragged.mutable_settings()->set_spp(6);
+  ragged.mutable_samples()->set_spp(6);
   submit(ragged);
   ASSERT_EQ(render_all(), 8);
   EXPECT_EQ(job(submit(job_spec(2))).units_adopted(), 4u);
@@ -110,11 +110,11 @@ TEST_F(AdoptionTest, FreshOnesAndOtherContentAreRendered) {
   EXPECT_EQ(job(id).units_adopted(), 0u);
   EXPECT_EQ(render_all(), 4);
   v1::JobSpec other = job_spec(1);
-  other.mutable_settings()->set_seed(7);
+  other.mutable_view()->set_seed(7);
   EXPECT_EQ(job(submit(other)).units_adopted(), 0u);
   EXPECT_EQ(render_all(), 4);
   other = job_spec(1);
-  other.set_isa("avx2");
+  other.mutable_farm()->set_isa("avx2");
   EXPECT_EQ(job(submit(other)).units_adopted(), 0u) << "the results are of another ISA";
 }
 
@@ -123,12 +123,12 @@ TEST_F(AdoptionTest, WhatCannotBeContinuedIsRefusedByName) {
   ASSERT_EQ(render_all(), 4);
   std::string id;
   v1::JobSpec other = job_spec(2);
-  other.mutable_settings()->set_seed(7);
+  other.mutable_view()->set_seed(7);
   grpc::Status status = try_submit(other, first, false, &id);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_THAT(status.error_message(), HasSubstr("settings.seed: 7"));
   other = job_spec(2);
-  other.set_isa("avx2");
+  other.mutable_farm()->set_isa("avx2");
   status = try_submit(other, first, false, &id);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_THAT(status.error_message(), HasSubstr("isa: \"avx512\" -> \"avx2\""));
@@ -157,18 +157,22 @@ TEST_F(AdoptionTest, WhatWasTakenOverSurvivesARestart) {
 
 TEST(Content, IsWhatResultsDependOn) {
   v1::JobSpec a, b;
-  a.set_name("a"), b.set_name("b");
-  a.set_user("a"), b.set_priority(3);
-  a.set_max_workers(1), b.add_required_tags("big");
-  a.mutable_settings()->set_spp(4), b.mutable_settings()->set_spp(8);
-  a.add_aovs("depth"), a.add_aovs("albedo");
-  b.add_aovs("albedo"), b.add_aovs("depth");
+  a.mutable_farm()->set_name("a"), b.mutable_farm()->set_name("b");
+  a.mutable_farm()->set_user("a"), b.mutable_farm()->set_priority(3);
+  a.mutable_farm()->set_max_workers(1), b.mutable_farm()->add_required_tags("big");
+  a.mutable_samples()->set_spp(4), b.mutable_samples()->set_spp(8);
+  a.mutable_content()->set_scene("s"), b.mutable_content()->set_scene("s");
+  a.mutable_farm()->add_blobs()->set_size_bytes(7);
   EXPECT_EQ(difference_in_content(a, b), "");
-  a.mutable_settings()->set_noise(0.1), b.mutable_settings()->set_noise(0.1);
-  EXPECT_THAT(difference_in_content(a, b), HasSubstr("settings.spp")) << "the cap is part of the decision";
-  b.mutable_settings()->set_spp(4);
+  EXPECT_EQ(result_key(a), result_key(b));
+  a.mutable_samples()->set_noise(0.1), b.mutable_samples()->set_noise(0.1);
+  EXPECT_THAT(difference_in_content(a, b), HasSubstr("samples.spp")) << "the cap is part of the decision";
+  EXPECT_NE(result_key(a), result_key(b));
+  b.mutable_samples()->set_spp(4);
   EXPECT_EQ(difference_in_content(a, b), "");
-  b.set_build("0.0.1");
+  EXPECT_EQ(result_key(a), result_key(b));
+  b.mutable_content()->set_build("0.0.1");
+  EXPECT_NE(result_key(a), result_key(b));
   EXPECT_THAT(difference_in_content(a, b), HasSubstr("build"));
 }
 

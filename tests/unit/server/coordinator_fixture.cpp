@@ -4,6 +4,7 @@
 
 #include "service/in_process.h"
 #include "unit/server/requests.h"
+#include "wire/aov_channels.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"
@@ -18,7 +19,7 @@ std::string payload_for(const v1::WorkUnit& unit, int seed) {
   wire::TileResult result;
   result.x0 = pixels.x0(), result.y0 = pixels.y0(), result.x1 = pixels.x1(), result.y1 = pixels.y1();
   result.sample_begin = samples.begin(), result.sample_end = samples.end();
-  result.channels = wire::channels_for_aovs({}).value();
+  result.channels = wire::channels_for_aovs({});
   result.counts.assign(result.pixel_count(), samples.end() - samples.begin());
   result.values.assign(result.pixel_count() * result.channels.size(), static_cast<float>(seed) + 0.5f);
   return wire::encode_tile_result(result);
@@ -63,7 +64,7 @@ v1::JobSpec CoordinatorTest::job_spec(std::uint32_t ranges) {
   const std::string scene = "a scene";
   EXPECT_TRUE(upload(scene).ok());
   v1::JobSpec spec = square_spec(scene, 32, ranges);
-  spec.set_name("test");
+  spec.mutable_farm()->set_name("test");
   return spec;
 }
 

@@ -57,7 +57,7 @@ class FarmThreads : public testing::Test {
     v1::SubmitJobRequest request;
     request.set_request_id("request " + std::to_string(seed));
     *request.mutable_spec() = square_spec(kScene, 64);
-    request.mutable_spec()->mutable_settings()->set_seed(static_cast<std::uint64_t>(seed));
+    request.mutable_spec()->mutable_view()->set_seed(static_cast<std::uint64_t>(seed));
     return answer_of<absl::StatusOr<std::string>>([&](auto done) { farm_->submit(request, done); });
   }
 

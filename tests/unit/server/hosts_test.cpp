@@ -88,7 +88,7 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   EXPECT_THAT(notes_of(over), Not(Contains(HasSubstr("liar"))));
 
   v1::JobSpec spec = job_spec();
-  spec.mutable_settings()->set_seed(2);
+  spec.mutable_view()->set_seed(2);
   const std::string open = submit(spec);
   // All three hold a lease of one unit: each coordinator gives out what the one before had given to another.
   std::vector<v1::Lease> disputed;

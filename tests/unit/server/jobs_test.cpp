@@ -166,8 +166,8 @@ TEST_F(JobsTest, AJobThatIsOverIsDeletedOnRequest) {
 
 TEST_F(JobsTest, WhoWorksOnWhatIsSaidOnBothSides) {
   v1::JobSpec spec = job_spec();
-  spec.set_name("box");
-  spec.set_user("alice");
+  spec.mutable_farm()->set_name("box");
+  spec.mutable_farm()->set_user("alice");
   const std::string id = submit(spec);
   const std::string worker = register_worker();
   EXPECT_EQ(job(id).workers(), 0u);
@@ -237,13 +237,13 @@ TEST_F(JobsTest, SubmittingTwiceIsOneJob) {
 TEST_F(JobsTest, UnsoundJobsAreRefused) {
   v1::JobSpec spec = job_spec();
   EXPECT_EQ(try_submit("", spec).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  spec.add_blobs()->set_digest(std::string(64, 'e'));
-  spec.mutable_blobs(0)->set_path("kitchen.ply");
+  spec.mutable_farm()->add_blobs()->set_digest(std::string(64, 'e'));
+  spec.mutable_farm()->mutable_blobs(1)->set_path("kitchen.ply");
   const grpc::Status missing = try_submit("a", spec);
   EXPECT_EQ(missing.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_THAT(missing.error_message(), testing::HasSubstr("kitchen.ply"));
-  spec.clear_blobs();
-  spec.set_tile_size(0);
+  spec.mutable_farm()->mutable_blobs()->RemoveLast();
+  spec.mutable_cut()->set_tile_size(0);
   EXPECT_EQ(try_submit("a", spec).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 

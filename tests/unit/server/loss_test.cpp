@@ -90,8 +90,8 @@ class LossTest : public CoordinatorTest {
 
   v1::JobSpec spec(std::uint64_t seed) {
     v1::JobSpec spec = job_spec(kRanges);
-    spec.mutable_settings()->set_seed(seed);  // else it would take over what is there
-    spec.set_user(absl::StrCat("user ", seed));
+    spec.mutable_view()->set_seed(seed);  // else it would take over what is there
+    spec.mutable_farm()->set_user(absl::StrCat("user ", seed));
     return spec;
   }
 

@@ -54,7 +54,7 @@ class MixedFarmTest : public CoordinatorTest {
 
   v1::JobSpec spec_with(v1::Bits bits, std::uint32_t ranges = 1) {
     v1::JobSpec spec = job_spec(ranges);
-    spec.set_bits(bits);
+    spec.mutable_farm()->set_bits(bits);
     return spec;
   }
 
@@ -122,19 +122,19 @@ TEST_F(MixedFarmTest, TakesOverResultsOfOneClassIntoAJobOfOne) {
 }
 
 TEST_F(MixedFarmTest, HasDefaultsForJobsThatDoNotSay) {
-  EXPECT_EQ(get_job(submit(job_spec())).spec().bits(), v1::BITS_SAME);
+  EXPECT_EQ(get_job(submit(job_spec())).spec().farm().bits(), v1::BITS_SAME);
   CoordinatorOptions options;
   options.same_bits = false;
   options.isa = "avx2";
   start(std::move(options));
   const v1::JobSpec silent = get_job(submit(job_spec())).spec();
-  EXPECT_EQ(silent.bits(), v1::BITS_ANY);
-  EXPECT_EQ(silent.isa(), "avx2");
+  EXPECT_EQ(silent.farm().bits(), v1::BITS_ANY);
+  EXPECT_EQ(silent.farm().isa(), "avx2");
   v1::JobSpec said = spec_with(v1::BITS_SAME);
-  said.set_isa("avx512");
+  said.mutable_farm()->set_isa("avx512");
   said = get_job(submit(said)).spec();
-  EXPECT_EQ(said.bits(), v1::BITS_SAME);
-  EXPECT_EQ(said.isa(), "avx512");
+  EXPECT_EQ(said.farm().bits(), v1::BITS_SAME);
+  EXPECT_EQ(said.farm().isa(), "avx512");
 }
 
 TEST_F(MixedFarmTest, RefusesWorkersThatDoNotSayHowTheyRound) {

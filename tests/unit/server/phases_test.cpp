@@ -204,7 +204,7 @@ TEST_F(PhasesTest, WithoutThePhasesNothingIsTakenOver) {
   std::filesystem::remove(blob_file(kSecondRoot));
   EXPECT_EQ(job(submit(phased_spec(2))).units_adopted(), 0u);
   v1::JobSpec other = phased_spec(2);
-  other.mutable_phases(0)->set_parts(5);
+  other.mutable_cut()->mutable_phases(0)->set_parts(5);
   EXPECT_EQ(job(submit(other)).units_adopted(), 0u) << "another map, another picture";
 }
 

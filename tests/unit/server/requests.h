@@ -15,14 +15,15 @@ namespace tessera::server {
 /// samples a pixel.
 inline v1::JobSpec square_spec(const std::string& scene, std::uint32_t side, std::uint32_t ranges = 1) {
   v1::JobSpec spec;
-  spec.mutable_scene()->set_digest(wire::sha256_hex(scene));
-  spec.set_width(side);
-  spec.set_height(side);
-  spec.mutable_crop()->set_x1(side);
-  spec.mutable_crop()->set_y1(side);
-  spec.set_tile_size(16);
-  spec.set_samples_per_unit(4);
-  spec.mutable_settings()->set_spp(4 * ranges);
+  spec.mutable_content()->set_scene(wire::sha256_hex(scene));
+  spec.mutable_farm()->add_blobs()->set_digest(spec.content().scene());
+  spec.mutable_view()->set_width(side);
+  spec.mutable_view()->set_height(side);
+  spec.mutable_cut()->mutable_crop()->set_x1(side);
+  spec.mutable_cut()->mutable_crop()->set_y1(side);
+  spec.mutable_cut()->set_tile_size(16);
+  spec.mutable_cut()->set_samples_per_unit(4);
+  spec.mutable_samples()->set_spp(4 * ranges);
   return spec;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "wire/aov_channels.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -34,7 +35,7 @@ class ResultCheckTest : public testing::Test {
     return std::string(digest.status().message());
   }
 
-  std::vector<wire::ChannelDesc> channels_ = wire::channels_for_aovs({}).value();
+  std::vector<wire::ChannelDesc> channels_ = wire::channels_for_aovs({});
   v1::JobSpec spec_;
   v1::WorkUnit unit_;
   wire::TileResult result_;
@@ -72,7 +73,7 @@ TEST_F(ResultCheckTest, NamesWhatDoesNotFit) {
 }
 
 TEST_F(ResultCheckTest, AdaptivePixelsHaveAtLeastTheirPilot) {
-  spec_.mutable_settings()->set_noise(0.01f);
+  spec_.mutable_samples()->set_noise(0.01f);
   unit_.mutable_tile()->mutable_samples()->set_begin(0);
   unit_.mutable_tile()->mutable_samples()->set_end(64);
   result_.sample_begin = 0, result_.sample_end = 64;
@@ -106,7 +107,7 @@ TEST_F(ResultCheckTest, RefusesWhatNoRendererReturns) {
 }
 
 TEST_F(ResultCheckTest, SquaresAreNotNegativeAndNormalsMayBe) {
-  channels_ = result_.channels = wire::channels_for_aovs({"variance", "normal"}).value();
+  channels_ = result_.channels = wire::channels_for_aovs({v1::AOV_VARIANCE, v1::AOV_NORMAL});
   result_.values.assign(12 * channels_.size(), 0.25f);
   const auto first_of = [&](const char* name) {
     const auto found =
@@ -123,8 +124,8 @@ TEST_F(ResultCheckTest, SquaresAreNotNegativeAndNormalsMayBe) {
 }
 
 TEST_F(ResultCheckTest, AnyNumberOfSamplesOfAPassLandsOnOnePixel) {
-  spec_.mutable_settings()->set_integrator("light");
-  spec_.mutable_crop()->CopyFrom(unit_.tile().pixels());
+  spec_.mutable_content()->mutable_algorithms()->set_integrator("light");
+  spec_.mutable_cut()->mutable_crop()->CopyFrom(unit_.tile().pixels());
   const v1::SampleRange samples = unit_.tile().samples();
   *unit_.mutable_pass()->mutable_passes() = samples;
   result_.values[5] = 1e30f;

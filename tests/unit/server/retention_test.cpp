@@ -70,7 +70,7 @@ class Retention : public CoordinatorTest {
   }
   v1::JobSpec spec_with_seed(std::uint64_t seed) {
     v1::JobSpec spec = job_spec();
-    spec.mutable_settings()->set_seed(seed);  // else it would take over what is there
+    spec.mutable_view()->set_seed(seed);  // else it would take over what is there
     return spec;
   }
   bool has_blob(const std::string& bytes) const {
@@ -165,7 +165,7 @@ TEST_F(Retention, BlobsGoWithTheLastJobThatNeedsThem) {
   start(short_lived);
   v1::JobSpec both = spec_with_seed(1);
   ASSERT_TRUE(upload("only of the first").ok());
-  both.add_blobs()->set_digest(wire::sha256_hex("only of the first"));
+  both.mutable_farm()->add_blobs()->set_digest(wire::sha256_hex("only of the first"));
   const std::string first = submit(both), second = submit(spec_with_seed(2));
   render();
   fetch(first);

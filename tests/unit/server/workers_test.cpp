@@ -76,8 +76,8 @@ TEST_F(WorkersTest, ALeaseWaitsForWork) {
   const v1::LeaseResponse response = waiting.get();
   EXPECT_EQ(response.leases_size(), 3);
   ASSERT_TRUE(response.specs().contains(id));
-  EXPECT_EQ(response.specs().at(id).isa(), "avx2") << "the ISA that the job is bound to";
-  EXPECT_EQ(response.specs().at(id).tile_size(), 16u);
+  EXPECT_EQ(response.specs().at(id).farm().isa(), "avx2") << "the ISA that the job is bound to";
+  EXPECT_EQ(response.specs().at(id).cut().tile_size(), 16u);
 }
 
 TEST_F(WorkersTest, KnownSpecsAreNotSentAgain) {

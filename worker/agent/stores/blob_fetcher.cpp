@@ -55,16 +55,17 @@ void BlobFetcher::add_to(AgentReport& report) const {
 }
 
 void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
+  const auto& blobs = spec.farm().blobs();  // the scene is there already
   std::atomic<int> next{0};
   std::atomic<bool> failed{false};
   const auto take_and_fetch = [&] {
-    for (int i = next++; i < spec.blobs_size() && !failed && !stop.stop_requested(); i = next++) {
-      if (!get(spec.blobs(i).digest(), stop).ok()) failed = true;
+    for (int i = next++; i < blobs.size() && !failed && !stop.stop_requested(); i = next++) {
+      const std::string& digest = blobs[i].digest();
+      if (digest != spec.content().scene() && !get(digest, stop).ok()) failed = true;
     }
   };
   std::vector<std::jthread> helpers;
-  for (int i = 1; i < std::min(kParallelDownloads, spec.blobs_size()); ++i)
-    helpers.emplace_back(take_and_fetch);
+  for (int i = 1; i < std::min(kParallelDownloads, blobs.size()); ++i) helpers.emplace_back(take_and_fetch);
   take_and_fetch();
 }
 

@@ -7,16 +7,15 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "wire/job_parts.h"
+#include "wire/message_digest.h"
 
 namespace tessera::agent {
 namespace {
 
 /// Two specs with the same key need the same RenderScene.
 std::string key_of(const v1::JobSpec& spec) {
-  using enum wire::JobPart;
-  constexpr wire::JobPart kParts[] = {kScene, kView, kSamples, kKernels};
-  return wire::parts_of(spec, kParts).SerializeAsString();
+  return absl::StrCat(spec.farm().isa(), " ",
+                      wire::digest_of({&spec.content(), &spec.view(), &spec.samples()}));
 }
 
 }  // namespace
@@ -93,7 +92,7 @@ std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) 
   }
   auto slot = std::make_shared<Slot>();
   slot->key = key;
-  slot->digest = spec.scene().digest();
+  slot->digest = spec.content().scene();
   slots_.push_front(slot);
   forget_oldest();
   return slot;

@@ -35,10 +35,10 @@ absl::Status SceneBuilder::build_camera() {
       (record.far_clip > 0 && record.far_clip <= record.near_clip)) {
     return absl::InvalidArgumentError("camera: its clipping distances are not in order");
   }
-  record.width = static_cast<std::int32_t>(job_.width());
-  record.height = static_cast<std::int32_t>(job_.height());
+  record.width = static_cast<std::int32_t>(job_.view().width());
+  record.height = static_cast<std::int32_t>(job_.view().height());
   if (algorithm_->work == wire::WorkKind::kPasses &&
-      std::uint64_t{job_.width()} * job_.height() > (std::uint64_t{1} << 30)) {
+      std::uint64_t{job_.view().width()} * job_.view().height() > (std::uint64_t{1} << 30)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", algorithm_->name, "' works on all pixels of the film at once; 2^30 are the most"));
   }
@@ -64,8 +64,8 @@ absl::Status SceneBuilder::build_camera() {
       record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
                         ? CameraKind::kOctahedral
                         : CameraKind::kEquirectangular;
-      record.scale_x = 1.0f / static_cast<float>(job_.width());
-      record.scale_y = 1.0f / static_cast<float>(job_.height());
+      record.scale_x = 1.0f / static_cast<float>(job_.view().width());
+      record.scale_y = 1.0f / static_cast<float>(job_.view().height());
       return absl::OkStatus();
     case v1::Camera::KIND_NOT_SET:
       break;
@@ -86,7 +86,7 @@ absl::Status SceneBuilder::set_camera_motion(const Transform& start) {
 
 absl::Status SceneBuilder::set_screen(double half_side) {
   const v1::Camera& camera = scene_.camera();
-  const double width = job_.width(), height = job_.height();
+  const double width = job_.view().width(), height = job_.view().height();
   double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
   if (camera.screen_window_size() == 4) {
     x_min = camera.screen_window(0), x_max = camera.screen_window(1);

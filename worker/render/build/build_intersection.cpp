@@ -17,7 +17,8 @@ bool SceneBuilder::wants_robust_intersection() {
         "not hold them, and shadows at contacts are off",
         name(probe.finest_shape), 100 * probe.too_fine));
   }
-  if (intersection_ != Intersection::kAuto) return intersection_ == Intersection::kRobust;
+  if (intersection_ == v1::INTERSECTION_FAST || intersection_ == v1::INTERSECTION_ROBUST)
+    return intersection_ == v1::INTERSECTION_ROBUST;
   if (!probe.wants_robust()) return false;
   const bool border = probe.border_leak > IntersectionProbe::kSafeBorderLeak;
   const bool shape = probe.shape_leak > IntersectionProbe::kSafeShapeLeak;

@@ -13,6 +13,7 @@
 #include "render/film/pass_film.h"
 #include "render/integrator/kernel.h"
 #include "wire/algorithm.h"
+#include "wire/aov_channels.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -31,22 +32,22 @@ class LoadedScene final : public RenderScene {
       return absl::FailedPreconditionError(
           absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
     }
-    const wire::AlgorithmTraits* const traits = wire::find_algorithm(job.settings().integrator());
+    const wire::AlgorithmTraits* const traits = wire::find_algorithm(job.content().algorithms().integrator());
     const Algorithm* const algorithm = traits == nullptr ? nullptr : kernel->find(traits->name);
     if (algorithm == nullptr) {
       return absl::InvalidArgumentError(
-          absl::StrCat("there is no integrator '", job.settings().integrator(), "' here"));
+          absl::StrCat("there is no integrator '", job.content().algorithms().integrator(), "' here"));
     }
-    auto channels = wire::channels_for_aovs({job.aovs().begin(), job.aovs().end()});
-    if (!channels.ok()) return channels.status();
-    if (job.width() == 0 || job.height() == 0) return absl::InvalidArgumentError("the film has no pixels");
+    std::vector<wire::ChannelDesc> channels = wire::channels_of(job.view());
+    if (job.view().width() == 0 || job.view().height() == 0)
+      return absl::InvalidArgumentError("the film has no pixels");
     if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
 
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
         auto self = std::unique_ptr<LoadedScene>(new LoadedScene(
-            *kernel, *traits, *algorithm, *std::move(channels), std::move(known), job.settings()));
+            *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
         std::vector<std::string> warnings;  // of the content: known
         SceneArrays none;                   // the view has none of its own
         SceneBuilder builder(scene, job, blobs, options.threads, none, self->tables_, warnings);
@@ -57,8 +58,8 @@ class LoadedScene final : public RenderScene {
     auto content = build_content(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, *std::move(channels),
-                                                        *std::move(content), job.settings()));
+    return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, std::move(channels),
+                                                        *std::move(content), job.samples()));
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -149,13 +150,13 @@ class LoadedScene final : public RenderScene {
  private:
   LoadedScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
               std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
-              const v1::RenderSettings& settings)
+              const v1::JobSpec::Samples& samples)
       : kernel_(kernel),
         traits_(traits),
         algorithm_(algorithm),
         channels_(std::move(channels)),
         content_(std::move(content)),
-        noise_{.noise = settings.noise(), .samples = settings.spp()},
+        noise_{.noise = samples.noise(), .samples = samples.spp()},
         tables_(content_->tables) {}
 
   wire::TileResult empty_result(const TileRequest& tile) const {

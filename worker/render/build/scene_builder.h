@@ -59,7 +59,6 @@ class SceneBuilder {
  private:
   // build_settings.cpp
   absl::Status build_settings();
-  absl::Status build_algorithms();
 
   // build_camera.cpp
   absl::Status build_camera();
@@ -204,8 +203,7 @@ class SceneBuilder {
 
   const wire::AlgorithmTraits* algorithm_ = nullptr;
   bool single_rays_ = false;
-  enum class Intersection { kAuto, kFast, kRobust };
-  Intersection intersection_ = Intersection::kAuto;
+  v1::Intersection intersection_ = v1::INTERSECTION_UNSPECIFIED;
   LightSelection light_selection_ = LightSelection::kAuto;
   std::vector<std::string> shape_names_,
       instance_names_;                        // of each of ShapeTable::shapes and instances, for messages

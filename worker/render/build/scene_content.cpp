@@ -7,8 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/embree_kernel.h"
 #include "render/build/scene_builder.h"
-#include "wire/digest.h"
-#include "wire/job_parts.h"
+#include "wire/message_digest.h"
 
 namespace tessera::render {
 
@@ -16,6 +15,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   v1::Scene relevant = scene;
   relevant.clear_name();
   relevant.clear_film();
+  relevant.clear_settings();  // wishes: what holds is in the job
   v1::Camera& camera = *relevant.mutable_camera();
   camera.clear_kind();
   camera.clear_screen_window();
@@ -30,10 +30,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                     absl::Hex(std::bit_cast<std::uint64_t>(origin.z)), " ");
     camera.clear_world_from_camera();
   }
-  constexpr wire::JobPart kParts[] = {wire::JobPart::kScene};
-  const v1::RenderSettings settings = wire::parts_of(job, kParts).settings();
-  return absl::StrCat(key, wire::sha256_hex(settings.SerializeAsString()),
-                      wire::sha256_hex(relevant.SerializeAsString()));
+  return absl::StrCat(key, wire::digest_of({&job.content().algorithms(), &relevant}));
 }
 
 absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(

@@ -153,7 +153,7 @@ TEST_F(AccountTest, NothingIsLongerThanItHasToBe) {
   EXPECT_EQ(lease_code(names), StatusCode::RESOURCE_EXHAUSTED);
 
   v1::JobSpec aovs = job_spec();
-  for (int i = 0; i < 1'000'000; ++i) aovs.add_aovs("depth");
+  for (int i = 0; i < 1'000'000; ++i) aovs.mutable_view()->add_aovs(v1::AOV_DEPTH);
   grpc::ClientContext context;
   v1::SubmitJobRequest request;
   request.set_request_id("request");

@@ -57,7 +57,7 @@ TEST_F(OpenStreamsTest, ADownloadThatNobodyReadsIsCutOff) {
 TEST_F(OpenStreamsTest, AWatcherThatTakesNothingIsCutOff) {
   start_on_a_port(std::chrono::milliseconds{300});
   v1::JobSpec spec = job_spec();
-  spec.set_name(std::string(4000, 'n'));  // comes with every status
+  spec.mutable_farm()->set_name(std::string(4000, 'n'));  // comes with every status
   grpc::ClientContext context;
   v1::WatchJobRequest request;
   request.set_job_id(submit(spec));

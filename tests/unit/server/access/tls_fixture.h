@@ -99,7 +99,7 @@ class TlsTest : public testing::Test {
     request.set_request_id("request" + id);
     request.set_continued(id);
     *request.mutable_spec() = square_spec(scene, side);
-    request.mutable_spec()->set_user(user);
+    request.mutable_spec()->mutable_farm()->set_user(user);
     grpc::ClientContext context;
     v1::SubmitJobResponse response;
     const grpc::Status status = v1::FarmService::NewStub(channel)->SubmitJob(&context, request, &response);

@@ -90,15 +90,17 @@ TEST(PhasePlan, PhasesThatAreUnsoundAreRefusedByName) {
     change(spec);
     return std::string(WorkPlan::make(spec).status().message());
   };
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_phases(0)->set_parts(0); }), HasSubstr("has 0 parts"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_phases(1)->set_merge_width(1); }),
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_phases(0)->set_parts(0); }),
+              HasSubstr("has 0 parts"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_phases(1)->set_merge_width(1); }),
               HasSubstr("phase \"second\""));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_phases(1)->set_parts(1u << 31); }),
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_phases(1)->set_parts(1u << 31); }),
               HasSubstr("merge_width 3; 1 to 1048576"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_phases(0)->set_name("other"); }),
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_phases(0)->set_name("other"); }),
               HasSubstr("has other phases than the job: first, second"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("path"); }),
-              HasSubstr("has other phases"));
+  EXPECT_THAT(
+      message([](v1::JobSpec& s) { s.mutable_content()->mutable_algorithms()->set_integrator("path"); }),
+      HasSubstr("has other phases"));
 }
 
 }  // namespace

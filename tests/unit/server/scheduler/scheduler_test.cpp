@@ -24,14 +24,15 @@ WorkerInfo worker_called(const std::string& id) {
 
 TEST(Scheduler, AUnitThatIsGrantedAnewToItsHolderIsNotRevoked) {
   v1::JobSpec spec;
-  spec.set_width(8);
-  spec.set_height(8);
-  spec.mutable_crop()->set_x1(8);
-  spec.mutable_crop()->set_y1(8);
-  spec.set_tile_size(8);
-  spec.set_samples_per_unit(16);
-  spec.mutable_settings()->set_spp(16);
-  spec.mutable_scene()->set_digest(std::string(64, 'a'));
+  spec.mutable_view()->set_width(8);
+  spec.mutable_view()->set_height(8);
+  spec.mutable_cut()->mutable_crop()->set_x1(8);
+  spec.mutable_cut()->mutable_crop()->set_y1(8);
+  spec.mutable_cut()->set_tile_size(8);
+  spec.mutable_cut()->set_samples_per_unit(16);
+  spec.mutable_samples()->set_spp(16);
+  spec.mutable_content()->set_scene(std::string(64, 'a'));
+  spec.mutable_farm()->add_blobs()->set_digest(spec.content().scene());
   const auto plan = std::make_shared<const WorkPlan>(WorkPlan::make(spec).value());
 
   // After a restart, the worker asks for units before it has said what it holds from the coordinator of

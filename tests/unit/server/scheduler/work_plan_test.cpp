@@ -12,23 +12,24 @@ namespace {
 
 v1::JobSpec sound_spec() {
   v1::JobSpec spec;
-  spec.set_width(100);
-  spec.set_height(60);
-  spec.mutable_crop()->set_x0(5);
-  spec.mutable_crop()->set_y0(17);
-  spec.mutable_crop()->set_x1(99);
-  spec.mutable_crop()->set_y1(60);
-  spec.set_tile_size(16);
-  spec.set_samples_per_unit(8);
-  spec.mutable_settings()->set_spp(21);
-  spec.mutable_scene()->set_digest(std::string(64, '0'));
+  spec.mutable_view()->set_width(100);
+  spec.mutable_view()->set_height(60);
+  spec.mutable_cut()->mutable_crop()->set_x0(5);
+  spec.mutable_cut()->mutable_crop()->set_y0(17);
+  spec.mutable_cut()->mutable_crop()->set_x1(99);
+  spec.mutable_cut()->mutable_crop()->set_y1(60);
+  spec.mutable_cut()->set_tile_size(16);
+  spec.mutable_cut()->set_samples_per_unit(8);
+  spec.mutable_samples()->set_spp(21);
+  spec.mutable_content()->set_scene(std::string(64, '0'));
+  spec.mutable_farm()->add_blobs()->set_digest(spec.content().scene());
   return spec;
 }
 
 TEST(WorkPlan, CoversEveryPixelAndSampleOnce) {
   const v1::JobSpec spec = sound_spec();
   const WorkPlan plan = WorkPlan::make(spec).value();
-  std::vector<int> seen(spec.width() * spec.height());
+  std::vector<int> seen(spec.view().width() * spec.view().height());
   for (std::uint32_t i = 0; i < plan.unit_count(); ++i) {
     const v1::WorkUnit unit = plan.unit(i);
     EXPECT_EQ(unit.index(), i);
@@ -37,13 +38,13 @@ TEST(WorkPlan, CoversEveryPixelAndSampleOnce) {
     EXPECT_EQ(pixels.y0() / 16, (pixels.y1() - 1) / 16);
     const int samples = static_cast<int>(unit.tile().samples().end() - unit.tile().samples().begin());
     for (std::uint32_t y = pixels.y0(); y < pixels.y1(); ++y) {
-      for (std::uint32_t x = pixels.x0(); x < pixels.x1(); ++x) seen[y * spec.width() + x] += samples;
+      for (std::uint32_t x = pixels.x0(); x < pixels.x1(); ++x) seen[y * spec.view().width() + x] += samples;
     }
   }
-  for (std::uint32_t y = 0; y < spec.height(); ++y) {
-    for (std::uint32_t x = 0; x < spec.width(); ++x) {
+  for (std::uint32_t y = 0; y < spec.view().height(); ++y) {
+    for (std::uint32_t x = 0; x < spec.view().width(); ++x) {
       const bool inside = x >= 5 && x < 99 && y >= 17;
-      ASSERT_EQ(seen[y * spec.width() + x], inside ? 21 : 0) << x << ", " << y;
+      ASSERT_EQ(seen[y * spec.view().width() + x], inside ? 21 : 0) << x << ", " << y;
     }
   }
 }
@@ -62,7 +63,7 @@ TEST(WorkPlan, RangesAreNodesOfTheSumTreeAndComeInOrder) {
 
 TEST(WorkPlan, RunsAreNodesOfTheSumTree) {
   v1::JobSpec spec = sound_spec();
-  spec.mutable_settings()->set_spp(8 * 13 + 5);  // thirteen whole ranges, and one of five samples
+  spec.mutable_samples()->set_spp(8 * 13 + 5);  // thirteen whole ranges, and one of five samples
   const WorkPlan plan = WorkPlan::make(spec).value();
   const std::uint32_t tiles = plan.unit_count() / 14;
   const std::uint32_t longest[] = {8, 1, 2, 1, 4, 1, 2, 1, 4, 1, 2, 1, 1, 1};
@@ -88,7 +89,7 @@ TEST(WorkPlan, RunsAreNodesOfTheSumTree) {
 
 TEST(WorkPlan, PassesRunAlike) {
   v1::JobSpec spec = sound_spec();
-  spec.mutable_settings()->set_integrator("light");
+  spec.mutable_content()->mutable_algorithms()->set_integrator("light");
   const WorkPlan plan = WorkPlan::make(spec).value();
   ASSERT_EQ(plan.unit_count(), 3u);
   EXPECT_EQ(plan.longest_run(0), (UnitRun{.first = 0, .count = 2, .step = 1}));
@@ -97,10 +98,10 @@ TEST(WorkPlan, PassesRunAlike) {
 
 TEST(WorkPlan, BeginsInTheMiddle) {
   v1::JobSpec spec = sound_spec();
-  spec.mutable_crop()->set_x0(0);
-  spec.mutable_crop()->set_y0(0);
-  spec.mutable_crop()->set_x1(80);
-  spec.mutable_crop()->set_y1(48);  // 5 x 3 tiles
+  spec.mutable_cut()->mutable_crop()->set_x0(0);
+  spec.mutable_cut()->mutable_crop()->set_y0(0);
+  spec.mutable_cut()->mutable_crop()->set_x1(80);
+  spec.mutable_cut()->mutable_crop()->set_y1(48);  // 5 x 3 tiles
   const WorkPlan plan = WorkPlan::make(spec).value();
   EXPECT_EQ(plan.unit(0).tile().pixels().x0(), 32u);
   EXPECT_EQ(plan.unit(0).tile().pixels().y0(), 16u);
@@ -116,7 +117,7 @@ TEST(WorkPlan, BeginsInTheMiddle) {
 
 TEST(WorkPlan, LightTracingWorksInPassesOverTheCrop) {
   v1::JobSpec spec = sound_spec();
-  spec.mutable_settings()->set_integrator("light");
+  spec.mutable_content()->mutable_algorithms()->set_integrator("light");
   const WorkPlan plan = WorkPlan::make(spec).value();
   ASSERT_EQ(plan.unit_count(), 3u);
   std::uint32_t next = 0;
@@ -124,7 +125,7 @@ TEST(WorkPlan, LightTracingWorksInPassesOverTheCrop) {
     const v1::WorkUnit unit = plan.unit(i);
     ASSERT_TRUE(unit.has_pass());
     const v1::TileUnit extent = extent_of(unit, spec);
-    EXPECT_EQ(extent.pixels().SerializeAsString(), spec.crop().SerializeAsString());
+    EXPECT_EQ(extent.pixels().SerializeAsString(), spec.cut().crop().SerializeAsString());
     EXPECT_EQ(extent.samples().begin(), next);
     next = extent.samples().end();
   }
@@ -132,9 +133,9 @@ TEST(WorkPlan, LightTracingWorksInPassesOverTheCrop) {
 
   // A pass must fit a message: 96 MiB, five words a pixel.
   for (const std::uint32_t height : {1200u, 1300u}) {
-    spec.set_width(4000), spec.set_height(height);
-    spec.mutable_crop()->set_x0(0), spec.mutable_crop()->set_y0(0);
-    spec.mutable_crop()->set_x1(4000), spec.mutable_crop()->set_y1(height);
+    spec.mutable_view()->set_width(4000), spec.mutable_view()->set_height(height);
+    spec.mutable_cut()->mutable_crop()->set_x0(0), spec.mutable_cut()->mutable_crop()->set_y0(0);
+    spec.mutable_cut()->mutable_crop()->set_x1(4000), spec.mutable_cut()->mutable_crop()->set_y1(height);
     EXPECT_EQ(WorkPlan::make(spec).ok(), height == 1200u) << height;
   }
 }
@@ -148,50 +149,68 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
     return std::string(plan.status().message());
   };
   using testing::HasSubstr;
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_width(0); }), HasSubstr("width"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_height(1u << 20); }), HasSubstr("height"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_crop()->set_x1(101); }), HasSubstr("crop"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_crop()->set_y0(60); }), HasSubstr("crop"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_tile_size(0); }), HasSubstr("tile_size"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_tile_size(5000); }), HasSubstr("tile_size"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(12); }), HasSubstr("samples_per_unit"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.set_samples_per_unit(0); }), HasSubstr("samples_per_unit"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_spp(0); }), HasSubstr("spp"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_scene()->set_digest("../../etc/passwd"); }),
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->set_width(0); }), HasSubstr("width"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->set_height(1u << 20); }), HasSubstr("height"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_crop()->set_x1(101); }),
+              HasSubstr("crop"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_crop()->set_y0(60); }),
+              HasSubstr("crop"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->set_tile_size(0); }), HasSubstr("tile_size"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->set_tile_size(5000); }), HasSubstr("tile_size"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->set_samples_per_unit(12); }),
+              HasSubstr("samples_per_unit"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->set_samples_per_unit(0); }),
+              HasSubstr("samples_per_unit"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_samples()->set_spp(0); }), HasSubstr("spp"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_content()->set_scene("../../etc/passwd"); }),
               HasSubstr("scene"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.add_blobs()->set_path("a.ply"); }), HasSubstr("a.ply"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.add_aovs("shadow"); }), HasSubstr("shadow"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_farm()->add_blobs()->set_path("a.ply"); }),
+              HasSubstr("a.ply"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->add_aovs(static_cast<v1::AOV>(7)); }),
+              HasSubstr("aovs is number 7"));
+  EXPECT_THAT(message([](v1::JobSpec& s) {
+                for (int i = 0; i < 2; ++i) s.mutable_view()->add_aovs(v1::AOV_DEPTH);
+              }),
+              HasSubstr("ascending order, each once"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_farm()->clear_blobs(); }),
+              HasSubstr("its scene is not among its blobs"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.clear_content(); }), HasSubstr("client of another version"));
   // With noise, a unit has all samples of whole blocks of pixels.
   const auto noisy = [&](const std::function<void(v1::JobSpec&)>& spoil) {
     return message([&](v1::JobSpec& s) {
-      s.mutable_settings()->set_noise(0.05);
-      s.set_samples_per_unit(32);
+      s.mutable_samples()->set_noise(0.05);
+      s.mutable_cut()->set_samples_per_unit(32);
       spoil(s);
     });
   };
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_noise(1.5); }),
-              HasSubstr("settings.noise is 1.5"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_spp(12); }), HasSubstr("16 or more"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_samples_per_unit(16); }), HasSubstr("samples_per_unit"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.set_tile_size(12); }), HasSubstr("a multiple of 8"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("light"); }),
-              HasSubstr("same samples everywhere"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_settings()->set_integrator("nosuch"); }),
-              HasSubstr("there is no integrator 'nosuch'"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_noise(1.5); }),
+              HasSubstr("samples.noise is 1.5"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_spp(12); }), HasSubstr("16 or more"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_cut()->set_samples_per_unit(16); }),
+              HasSubstr("samples_per_unit"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_cut()->set_tile_size(12); }),
+              HasSubstr("a multiple of 8"));
+  EXPECT_THAT(
+      noisy([](v1::JobSpec& s) { s.mutable_content()->mutable_algorithms()->set_integrator("light"); }),
+      HasSubstr("same samples everywhere"));
+  EXPECT_THAT(
+      message([](v1::JobSpec& s) { s.mutable_content()->mutable_algorithms()->set_integrator("nosuch"); }),
+      HasSubstr("there is no integrator 'nosuch'"));
   const std::string text(5000, 'x');
-  EXPECT_THAT(message([&](v1::JobSpec& s) { s.set_user(text); }), HasSubstr("too long"));
-  EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_settings()->set_traversal(text); }),
-              HasSubstr("too long"));
+  EXPECT_THAT(message([&](v1::JobSpec& s) { s.mutable_farm()->set_user(text); }), HasSubstr("too long"));
+  EXPECT_THAT(
+      message([&](v1::JobSpec& s) { s.mutable_content()->mutable_algorithms()->set_integrator(text); }),
+      HasSubstr("too long"));
   EXPECT_THAT(message([&](v1::JobSpec& s) {
-                for (int i = 0; i < 5000; ++i) s.add_required_tags("");
+                for (int i = 0; i < 5000; ++i) s.mutable_farm()->add_required_tags("");
               }),
               HasSubstr("too long"));
   EXPECT_THAT(message([](v1::JobSpec& s) {
-                s.set_width(65536);
-                s.set_height(65536);
-                s.mutable_crop()->set_x1(65536);
-                s.mutable_crop()->set_y1(65536);
-                s.set_tile_size(1);
+                s.mutable_view()->set_width(65536);
+                s.mutable_view()->set_height(65536);
+                s.mutable_cut()->mutable_crop()->set_x1(65536);
+                s.mutable_cut()->mutable_crop()->set_y1(65536);
+                s.mutable_cut()->set_tile_size(1);
               }),
               HasSubstr("units"));
 }

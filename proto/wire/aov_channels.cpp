@@ -1,0 +1,50 @@
+#include "wire/aov_channels.h"
+
+#include <algorithm>
+
+namespace tessera::wire {
+namespace {
+
+std::vector<ChannelDesc> channels_of(v1::AOV aov) {
+  using enum ChannelKind;
+  switch (aov) {
+    case v1::AOV_VARIANCE:
+      // R, G, B are the channels 0, 1, 2.
+      return {{"variance.R", kSquaredDeviation, 0},
+              {"variance.G", kSquaredDeviation, 1},
+              {"variance.B", kSquaredDeviation, 2}};
+    case v1::AOV_ALBEDO:
+      return {{"albedo.R"}, {"albedo.G"}, {"albedo.B"}};
+    case v1::AOV_NORMAL:
+      return {{"normal.X"}, {"normal.Y"}, {"normal.Z"}};
+    case v1::AOV_DEPTH:
+      return {{"depth.Z"}};
+    default:
+      return {};  // counts and alpha come with every result
+  }
+}
+
+}  // namespace
+
+std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
+  std::sort(aovs.begin(), aovs.end());
+  aovs.erase(std::unique(aovs.begin(), aovs.end()), aovs.end());
+  std::vector<ChannelDesc> channels = {{"R"}, {"G"}, {"B"}, {"A"}};
+  for (const v1::AOV aov : aovs) {
+    const std::vector<ChannelDesc> added = channels_of(aov);
+    channels.insert(channels.end(), added.begin(), added.end());
+  }
+  return channels;
+}
+
+std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view) {
+  std::vector<v1::AOV> aovs;
+  for (const int aov : view.aovs()) aovs.push_back(static_cast<v1::AOV>(aov));
+  return channels_for_aovs(std::move(aovs));
+}
+
+bool is_first_hit(v1::AOV aov) {
+  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH;
+}
+
+}  // namespace tessera::wire

@@ -1,0 +1,19 @@
+// The channels that the AOVs of a job add to its results.
+#pragma once
+
+#include <vector>
+
+#include "tessera/v1/job.pb.h"
+#include "wire/tile_result.h"
+
+namespace tessera::wire {
+
+/// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds, by its
+/// number. In results and images, channels have names; in jobs, AOVs are numbers.
+std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs);
+std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view);
+
+/// Whether the AOV is of what a camera ray meets first.
+bool is_first_hit(v1::AOV aov);
+
+}  // namespace tessera::wire

@@ -1,0 +1,47 @@
+// The words that people write for values of the contract's enums: names of values without that of the enum,
+// in lower case. "light selection" is LightSelection, and "tree" its LIGHT_SELECTION_TREE.
+#pragma once
+
+#include <google/protobuf/generated_enum_reflection.h>
+#include <google/protobuf/message.h>
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace tessera::wire {
+
+using EnumType = google::protobuf::EnumDescriptor;
+
+/// The number itself where this version has no name for it.
+std::string word_of(const EnumType& type, int number);
+
+/// Words in the order of declaration, without that of UNSPECIFIED.
+std::vector<std::string> words_of(const EnumType& type);
+
+/// InvalidArgument, with the nearest word and all words, where there is no such value. `what` is the enum's
+/// name for people.
+absl::StatusOr<int> number_of(const EnumType& type, const std::string& word, const std::string& what);
+
+/// "light selection" of LightSelection, "AOV" of AOV.
+std::string name_of(const EnumType& type);
+
+template <class Enum>
+std::string word_of(Enum value) {
+  return word_of(*google::protobuf::GetEnumDescriptor<Enum>(), value);
+}
+
+template <class Enum>
+absl::StatusOr<Enum> value_of(const std::string& word) {
+  const EnumType& type = *google::protobuf::GetEnumDescriptor<Enum>();
+  const absl::StatusOr<int> number = number_of(type, word, name_of(type));
+  if (!number.ok()) return number.status();
+  return static_cast<Enum>(*number);
+}
+
+/// InvalidArgument, by field, where the message or one within it has a value that this version does not know.
+absl::Status check_enums(const google::protobuf::Message& message);
+
+}  // namespace tessera::wire

@@ -1,0 +1,38 @@
+#include "wire/resolve_settings.h"
+
+#include <algorithm>
+
+#include "wire/algorithm.h"
+#include "wire/limits.h"
+
+namespace tessera::wire {
+namespace {
+
+constexpr std::uint32_t kDefaultSpp = 16;
+constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
+
+/// The value, or where it is UNSPECIFIED the default: every enum's first value after that.
+template <class Enum>
+Enum or_default(Enum value) {
+  return value == Enum{} ? static_cast<Enum>(1) : value;
+}
+
+}  // namespace
+
+void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
+  v1::Algorithms& algorithms = *job.mutable_content()->mutable_algorithms();
+  algorithms.set_integrator(wishes.integrator().empty() ? wire::algorithms().front().name
+                                                        : wishes.integrator());
+  algorithms.set_intersection(or_default(wishes.intersection()));
+  algorithms.set_direct_light(or_default(wishes.direct_light()));
+  algorithms.set_light_selection(or_default(wishes.light_selection()));
+  algorithms.set_traversal(or_default(wishes.traversal()));
+  v1::JobSpec::View& view = *job.mutable_view();
+  view.set_sampler(or_default(wishes.sampler()));
+  view.set_seed(wishes.seed());
+  view.set_max_depth(std::min(wishes.has_max_depth() ? wishes.max_depth() : kDefaultMaxDepth, kMaxDepth));
+  job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);
+  job.mutable_samples()->set_noise(wishes.noise());
+}
+
+}  // namespace tessera::wire

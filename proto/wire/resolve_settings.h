@@ -1,0 +1,13 @@
+// From wishes to what holds.
+#pragma once
+
+#include "tessera/v1/job.pb.h"
+
+namespace tessera::wire {
+
+/// Sets the algorithms, the samples, and the view's sampler, seed and depth to what `wishes` say, and to the
+/// defaults where they say nothing: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. No path
+/// becomes longer than kMaxDepth.
+void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job);
+
+}  // namespace tessera::wire
