@@ -41,7 +41,7 @@ std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& 
                           value([](const BenchRun& run) { return run.relmse_trimmed; }),
                           value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel,
                           bias.t, efficient.value, ends_of(efficient), value([](const BenchRun& run) {
-                            return 1e-6 * static_cast<double>(run.cost.rays()) / run.cost.cpu_seconds;
+                            return 1e-6 * static_cast<double>(run.cost.counts.rays()) / run.cost.cpu_seconds;
                           }));
   }
   return text;
@@ -72,11 +72,11 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
     }
     text += "\n";
   }
-  const double samples = static_cast<double>(all.samples);
+  const double samples = static_cast<double>(all.counts.samples);
   absl::StrAppendFormat(&text, "  rays a sample           %.2f camera, %.2f bounce, %.2f shadow\n",
-                        static_cast<double>(all.camera_rays) / samples,
-                        static_cast<double>(all.bounce_rays) / samples,
-                        static_cast<double>(all.shadow_rays) / samples);
+                        static_cast<double>(all.counts.camera_rays) / samples,
+                        static_cast<double>(all.counts.bounce_rays) / samples,
+                        static_cast<double>(all.counts.shadow_rays) / samples);
   const BenchCeiling& ceiling = variant.ceiling;
   const double rays = 1e-6 * static_cast<double>(ceiling.rays);
   absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n",
@@ -85,8 +85,8 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   absl::StrAppendFormat(&text, "  rendering               %s\n", stages_line(all));
   absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n",
                         variant.import_cpu_seconds, variant.build_cpu_seconds);
-  if (all.dropped_samples > 0)
-    absl::StrAppendFormat(&text, "  samples dropped         %d\n", all.dropped_samples);
+  if (all.counts.dropped_samples > 0)
+    absl::StrAppendFormat(&text, "  samples dropped         %d\n", all.counts.dropped_samples);
   return text;
 }
 

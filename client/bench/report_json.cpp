@@ -25,12 +25,12 @@ Json json_of(const BenchRun& run, const ReferenceNoise& noise) {
           {"flip", run.flip},
           {"efficiency", efficiency(run, noise)},
           {"rays",
-           {{"camera", run.cost.camera_rays},
-            {"bounce", run.cost.bounce_rays},
-            {"shadow", run.cost.shadow_rays},
-            {"total", run.cost.rays()}}},
-          {"samples", run.cost.samples},
-          {"dropped_samples", run.cost.dropped_samples},
+           {{"camera", run.cost.counts.camera_rays},
+            {"bounce", run.cost.counts.bounce_rays},
+            {"shadow", run.cost.counts.shadow_rays},
+            {"total", run.cost.counts.rays()}}},
+          {"samples", run.cost.counts.samples},
+          {"dropped_samples", run.cost.counts.dropped_samples},
           {"stages", run.cost.stage_seconds}};
 }
 

@@ -18,13 +18,7 @@ namespace tessera::client {
 namespace {
 
 BenchCost cost_of(const render::RenderStats& stats, double cpu_seconds) {
-  BenchCost cost{.cpu_seconds = cpu_seconds,
-                 .samples = stats.samples,
-                 .dropped_samples = stats.dropped_samples,
-                 .camera_rays = stats.camera_rays,
-                 .bounce_rays = stats.bounce_rays,
-                 .shadow_rays = stats.shadow_rays,
-                 .stage_seconds = {}};
+  BenchCost cost{.cpu_seconds = cpu_seconds, .counts = stats, .stage_seconds = {}};
   for (std::size_t i = 0; i < stats.times.stages.size(); ++i) {
     cost.stage_seconds[render::kStageNames[i]] = 1e-9 * static_cast<double>(stats.times.stages[i]);
   }
@@ -47,11 +41,7 @@ std::vector<render::TileRequest> tiles_of(const v1::PixelRect& crop, std::uint32
 
 BenchCost& BenchCost::operator+=(const BenchCost& other) {
   cpu_seconds += other.cpu_seconds;
-  samples += other.samples;
-  dropped_samples += other.dropped_samples;
-  camera_rays += other.camera_rays;
-  bounce_rays += other.bounce_rays;
-  shadow_rays += other.shadow_rays;
+  counts += other.counts;
   for (const auto& [stage, seconds] : other.stage_seconds) stage_seconds[stage] += seconds;
   return *this;
 }
@@ -101,7 +91,7 @@ absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std:
     const render::RenderScene::Ceiling ceiling = parts_->scene->measure_ceiling(tile);
     total.render_cpu_seconds += ceiling.render_cpu_seconds;
     total.replay_cpu_seconds += ceiling.replay_cpu_seconds;
-    total.rays += ceiling.stats.camera_rays + ceiling.stats.bounce_rays + ceiling.stats.shadow_rays;
+    total.rays += ceiling.stats.rays();
   }
   return total;
 }

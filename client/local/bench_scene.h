@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/job.pb.h"
+#include "wire/render_counts.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {
@@ -21,11 +22,9 @@ namespace tessera::client {
 /// Cost of rendering; counts and times of tiles add up.
 struct BenchCost {
   double cpu_seconds = 0;
-  std::uint64_t samples = 0, dropped_samples = 0;
-  std::uint64_t camera_rays = 0, bounce_rays = 0, shadow_rays = 0;
+  wire::RenderCounts counts;
   std::map<std::string, double> stage_seconds;  // CPU time by stage (UnitStats.stage_ns)
 
-  std::uint64_t rays() const { return camera_rays + bounce_rays + shadow_rays; }
   BenchCost& operator+=(const BenchCost& other);
 };
 

@@ -95,7 +95,7 @@ absl::Status check_names(const v1::JobSpec& spec) {
 }
 
 absl::Status check(const v1::JobSpec& spec) {
-  if (!spec.has_content()) return unsound("it has no content; is its client of another version?");
+  if (spec.content().scene().empty()) return unsound("it names no scene; is its client of another version?");
   if (absl::Status status = check_names(spec); !status.ok()) return status;
   if (absl::Status status = wire::check_settings(spec); !status.ok())
     return unsound(std::string(status.message()));

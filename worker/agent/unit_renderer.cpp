@@ -19,6 +19,7 @@
 #include "wire/digest.h"
 #include "wire/job_check.h"
 #include "wire/tile_result.h"
+#include "wire/unit_counts.h"
 
 namespace tessera::agent {
 namespace {
@@ -199,15 +200,8 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   }
   if (!made.ok()) return made;
 
-  outcome.stats.set_samples(counts.samples);
-  outcome.stats.set_camera_rays(counts.camera_rays);
-  outcome.stats.set_bounce_rays(counts.bounce_rays);
-  outcome.stats.set_shadow_rays(counts.shadow_rays);
-  outcome.stats.set_dropped_samples(counts.dropped_samples);
+  wire::set_counts(counts, outcome.stats);
   add_times(counts.times, (*loaded)->scene->material_names(), outcome.stats);
-  outcome.stats.set_fireflies(counts.fireflies);
-  outcome.stats.set_firefly_light(counts.firefly_light);
-  outcome.stats.set_light(counts.light);
   add_warnings(counts.warnings, outcome.stats);
   // Every job hears once what its scene asked for in vain.
   if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);

@@ -14,6 +14,7 @@
 #include "command/report/table.h"
 #include "command/report/time_spent.h"
 #include "farm/farm_client.h"
+#include "wire/enum_words.h"
 
 namespace tessera::client {
 
@@ -94,31 +95,12 @@ std::string trouble_of(const v1::JobStatus& job) {
 
 }  // namespace
 
-const char* state_name(v1::JobState state) {
-  switch (state) {
-    case v1::QUEUED:
-      return "queued";
-    case v1::RUNNING:
-      return "running";
-    case v1::DONE:
-      return "done";
-    case v1::FAILED:
-      return "failed";
-    case v1::CANCELLED:
-      return "cancelled";
-    case v1::INCOMPLETE:
-      return "incomplete";
-    default:
-      return "unknown";
-  }
-}
-
 std::string short_state(const v1::JobStatus& status) {
-  return status.paused() && !has_ended(status.state()) ? "paused" : state_name(status.state());
+  return status.paused() && !has_ended(status.state()) ? "paused" : wire::word_of(status.state());
 }
 
 std::string state_text(const v1::JobStatus& status) {
-  std::string text = state_name(status.state());
+  std::string text = wire::word_of(status.state());
   if (status.paused()) text += ", paused";
   if (status.units_set_aside() > 0)
     absl::StrAppend(&text, ", ", status.units_set_aside(), " units set aside");

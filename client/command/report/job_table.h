@@ -10,10 +10,7 @@
 
 namespace tessera::client {
 
-/// "running", "done" ...
-const char* state_name(v1::JobState state);
-
-/// The same, but "paused" for an open job that is.
+/// "running", "done" ..., and "paused" for an open job that is.
 std::string short_state(const v1::JobStatus& status);
 
 /// The state with what else there is to say: paused, or how many units are missing.

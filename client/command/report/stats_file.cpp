@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "image/atomic_file.h"
+#include "wire/unit_counts.h"
 
 namespace tessera::client {
 namespace {
@@ -42,10 +43,14 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["render_wall_seconds"] = statistics.render_wall_seconds;
   json["render_cpu_seconds"] = static_cast<double>(counts.cpu_time().seconds()) +
                                1e-9 * static_cast<double>(counts.cpu_time().nanos());
+  const wire::RenderCounts render_counts = wire::counts_of(counts);
+  for (const wire::RenderCount& count : wire::kRenderCounts) {
+    std::visit([&](auto member) { json["counts"][count.name] = render_counts.*member; }, count.member);
+  }
   json["rays"] = {{"camera", counts.camera_rays()},
                   {"bounce", counts.bounce_rays()},
                   {"shadow", counts.shadow_rays()},
-                  {"total", counts.camera_rays() + counts.bounce_rays() + counts.shadow_rays()}};
+                  {"total", render_counts.rays()}};
   json["samples"] = counts.samples();
   json["dropped_samples"] = counts.dropped_samples();
   json["cpu_seconds"] = json_of(statistics.time.stages);

@@ -25,11 +25,10 @@ struct RenderStatistics {
 
 /// An object with "load_seconds", "build_seconds" (in-process only), "render_wall_seconds",
 /// "render_cpu_seconds" (summed over workers), "rays" {"camera", "bounce", "shadow", "total"}, "samples",
-/// "dropped_samples", "fireflies"
-/// {"samples", "share_of_light"}, "units_adopted", "cpu_seconds"
-/// (by stage), "shading_seconds", "material_seconds", "scene_bytes", "blob_bytes_fetched",
-/// "peak_memory_bytes" (of this process), "spp", "noise", "width", "height", "isa", "scene_digest",
-/// "uploaded_bytes", "warnings".
+/// "dropped_samples", "counts" (all of wire/render_counts.h), "fireflies" {"samples", "share_of_light"},
+/// "units_adopted", "cpu_seconds" (by stage), "shading_seconds", "material_seconds", "scene_bytes",
+/// "blob_bytes_fetched", "peak_memory_bytes" (of this process), "spp", "noise", "width", "height", "isa",
+/// "scene_digest", "uploaded_bytes", "warnings".
 absl::Status write_statistics(const RenderStatistics& statistics, const std::string& path);
 
 }  // namespace tessera::client

@@ -13,6 +13,7 @@
 #include "telemetry/log.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
+#include "wire/unit_counts.h"
 #include "wire/version.h"
 
 namespace tessera::server {
@@ -417,12 +418,10 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
   const v1::UnitStats stats = bounded(request.stats());
   const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
-  const absl::StatusOr<CompleteDecision> decision =
-      scheduler_.complete(request.worker_id(), token,
-                          {.fingerprint = fingerprint_of(digest),
-                           .cost = time_of(stats),
-                           .work = stats.camera_rays() + stats.bounce_rays() + stats.shadow_rays()},
-                          now());
+  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(
+      request.worker_id(), token,
+      {.fingerprint = fingerprint_of(digest), .cost = time_of(stats), .work = wire::counts_of(stats).rays()},
+      now());
   if (!decision.ok()) {
     metrics_.refused();
     // A result that is refused may still decide who is at fault.

@@ -11,6 +11,7 @@
 #include "service/job/result_check.h"
 #include "wire/arithmetic_class.h"
 #include "wire/message_digest.h"
+#include "wire/unit_counts.h"
 
 namespace tessera::server {
 namespace {
@@ -34,10 +35,7 @@ v1::JobSpec content_of(const v1::JobSpec& spec) {
 std::string without_cost(const std::string& serialized) {
   v1::UnitStats all, kept;
   if (!all.ParseFromString(serialized)) return "";
-  kept.set_dropped_samples(all.dropped_samples());
-  kept.set_fireflies(all.fireflies());
-  kept.set_firefly_light(all.firefly_light());
-  kept.set_light(all.light());
+  wire::set_counts(wire::of_image(wire::counts_of(all)), kept);
   *kept.mutable_warnings() = all.warnings();
   return kept.SerializeAsString();
 }

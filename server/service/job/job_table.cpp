@@ -14,6 +14,7 @@
 #include "wire/aov_channels.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
+#include "wire/unit_counts.h"
 
 namespace tessera::server {
 namespace {
@@ -311,14 +312,8 @@ std::chrono::nanoseconds time_of(const v1::UnitStats& unit) {
 }
 
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
-  total.set_samples(total.samples() + unit.samples());
-  total.set_camera_rays(total.camera_rays() + unit.camera_rays());
-  total.set_bounce_rays(total.bounce_rays() + unit.bounce_rays());
-  total.set_shadow_rays(total.shadow_rays() + unit.shadow_rays());
-  total.set_dropped_samples(total.dropped_samples() + unit.dropped_samples());
-  total.set_fireflies(total.fireflies() + unit.fireflies());
-  total.set_firefly_light(total.firefly_light() + unit.firefly_light());
-  total.set_light(total.light() + unit.light());
+  wire::RenderCounts counts = wire::counts_of(total);
+  wire::set_counts(counts += wire::counts_of(unit), total);
   *total.mutable_cpu_time() = sum_of(total.cpu_time(), unit.cpu_time());
   *total.mutable_wall_time() = sum_of(total.wall_time(), unit.wall_time());
   total.set_blob_bytes_fetched(total.blob_bytes_fetched() + unit.blob_bytes_fetched());

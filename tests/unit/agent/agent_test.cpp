@@ -175,6 +175,17 @@ TEST_F(AgentTest, AnyOtherFailureIsNotTheScenesFault) {
   EXPECT_FALSE(coordinator_.failures()[0].scene_fault());
 }
 
+TEST_F(AgentTest, ASettingOfANewerVersionFailsTheUnitByName) {
+  v1::JobSpec spec = spec_for_scene();
+  spec.mutable_content()->mutable_algorithms()->set_traversal(static_cast<v1::Traversal>(9));
+  coordinator_.offer("job", spec, 0, 1);
+  start(1);
+  ASSERT_TRUE(coordinator_.wait_for_failures(1));
+  EXPECT_TRUE(stop_and_join().ok());
+  EXPECT_TRUE(coordinator_.failures()[0].scene_fault()) << "no worker of this version can";
+  EXPECT_THAT(coordinator_.failures()[0].message(), HasSubstr("traversal is number 9"));
+}
+
 TEST_F(AgentTest, AMissingBlobFailsTheUnit) {
   v1::JobSpec spec = spec_for_scene();
   spec.mutable_farm()->add_blobs()->set_digest(std::string(64, 'a'));

@@ -7,6 +7,7 @@
 
 #include "render/film/prepared.h"
 #include "render/film/stage_times.h"
+#include "wire/render_counts.h"
 
 namespace tessera::render {
 
@@ -26,18 +27,8 @@ struct PartRequest {
   const Prepared* prepared = nullptr;  // what the phases before have made; null for the first
 };
 
-/// Counts of one or more tiles; all add up.
-struct RenderStats {
-  std::uint64_t samples = 0;
-  std::uint64_t camera_rays = 0;
-  std::uint64_t bounce_rays = 0;
-  std::uint64_t shadow_rays = 0;
-  std::uint64_t dropped_samples =
-      0;  // not finite or beyond what a pixel can sum (film/summable.h); counted as black
-  // Samples far brighter than those around them (integrator/fireflies.h), and luminance summed over them and
-  // over all.
-  std::uint64_t fireflies = 0;
-  double firefly_light = 0, light = 0;
+/// Counts and times of one or more tiles; all add up.
+struct RenderStats : wire::RenderCounts {
   std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample
   StageTimes times;
 

@@ -116,15 +116,8 @@ std::string why_no_kernels() {
 }
 
 RenderStats& RenderStats::operator+=(const RenderStats& other) {
-  samples += other.samples;
-  camera_rays += other.camera_rays;
-  bounce_rays += other.bounce_rays;
-  shadow_rays += other.shadow_rays;
-  dropped_samples += other.dropped_samples;
+  RenderCounts::operator+=(other);
   times += other.times;
-  fireflies += other.fireflies;
-  firefly_light += other.firefly_light;
-  light += other.light;
   for (const std::string& warning : other.warnings) {
     if (warnings.size() < 8) warnings.push_back(warning);
   }
