@@ -405,6 +405,9 @@ Expiry Scheduler::advance(Time now) {
   for (const auto& [id, worker] : workers_) {
     if (now - worker.last_seen >= patience) expiry.lost_workers.push_back(worker.info);
   }
+  // The same order in every run.
+  std::sort(expiry.lost_workers.begin(), expiry.lost_workers.end(),
+            [](const WorkerInfo& a, const WorkerInfo& b) { return a.id < b.id; });
   blame_loss(expiry.lost_workers, now);
   for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);
   while (const std::optional<LeaseId> lease = leases_.expired(now)) drop_lease(*lease);

@@ -81,6 +81,7 @@ void Simulation::work(std::size_t index) {
   for (const Held& held : worker.held) tokens.push_back(held.token);
   to_coordinator([this, index, id = worker.id, tokens] {
     const absl::StatusOr<HeartbeatDecision> decision = coordinator_->heartbeat(id, tokens, now_);
+    if (decision.ok()) trace_.add(*decision);
     to_worker(index, [this, index, id, decision] {
       Worker& told = workers_[index];
       if (absl::IsNotFound(decision.status()) && told.id == id) told.id.clear();
@@ -129,6 +130,7 @@ void Simulation::ask_for_units(std::size_t index) {
                         [this, index, id, wanted, waited](const absl::StatusOr<LeaseDecision>& decision,
                                                           const std::vector<std::string>& isas) {
                           if (!decision.ok()) return;
+                          trace_.add(*decision);
                           if (decision->leases.size() > wanted)
                             violate("a worker is given more than it asked for");
                           if (decision->leases.empty()) check_sent_away(workers_[index], id, waited);

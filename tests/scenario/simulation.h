@@ -16,6 +16,7 @@
 #include "scenario/model_journal.h"
 #include "scenario/simulated_coordinator.h"
 #include "scenario/simulated_disk.h"
+#include "scenario/trace.h"
 
 namespace tessera::server {
 
@@ -43,6 +44,8 @@ class Simulation {
   /// does not hold, in words; empty when all do.
   std::string run();
   const SimulationCounts& counts() const { return counts_; }
+  /// Tells one course of events from another: what was journaled, leased and revoked, in order.
+  std::uint64_t trace() const { return trace_.digest(); }
 
  private:
   // Promises, and to whom they were made.
@@ -155,7 +158,7 @@ class Simulation {
   };
   Effort effort_of(const v1::LeaseToken& token) const;
 
-  // ---- clients
+  // ---- clients (simulated_clients.cpp)
   void submit_job();
   void ask_for_job(const std::string& id);
   void meddle();
@@ -167,6 +170,7 @@ class Simulation {
   bool chaos_ = true;
   std::string violation_;
   SimulationCounts counts_;
+  Trace trace_;
   std::map<std::pair<Time, std::uint64_t>, Step>
       events_;  // by time, then in the order in which they were made
   std::uint64_t order_ = 0;

@@ -11,6 +11,7 @@ namespace {
 
 SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t workers) {
   SimulationCounts total;
+  Trace traces;
   const std::uint64_t first = number_from("TESSERA_FIRST_SEED", 0);
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     Simulation simulation({.seed = seed, .real_journal = real_journal, .workers = workers});
@@ -22,6 +23,7 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
                     << testing::UnitTest::GetInstance()->current_test_info()->name();
       break;
     }
+    traces.add(simulation.trace());
     const SimulationCounts& counts = simulation.counts();
     total.steps += counts.steps, total.results += counts.results;
     total.coordinator_deaths += counts.coordinator_deaths, total.worker_deaths += counts.worker_deaths;
@@ -35,7 +37,7 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
       "%llu schedules, %llu steps, %llu results, deaths: %llu coordinators, %llu workers, %llu power "
       "failures, "
       "%llu full disks; %llu quarantines, %llu results revoked, "
-      "%llu taken over, %llu audits, %llu of runs, %llu of phases\n",
+      "%llu taken over, %llu audits, %llu of runs, %llu of phases; trace %016llx\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(total.steps),
       static_cast<unsigned long long>(total.results),
       static_cast<unsigned long long>(total.coordinator_deaths),
@@ -43,7 +45,8 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
       static_cast<unsigned long long>(total.power_failures), static_cast<unsigned long long>(total.disk_full),
       static_cast<unsigned long long>(total.quarantines), static_cast<unsigned long long>(total.revoked),
       static_cast<unsigned long long>(total.adopted), static_cast<unsigned long long>(total.audits),
-      static_cast<unsigned long long>(total.runs), static_cast<unsigned long long>(total.made));
+      static_cast<unsigned long long>(total.runs), static_cast<unsigned long long>(total.made),
+      static_cast<unsigned long long>(traces.digest()));
   return total;
 }
 
@@ -60,6 +63,15 @@ TEST(Simulation, NothingIsLostAndEveryJobEnds) {
   EXPECT_GT(counts.audits, count);
   EXPECT_GT(counts.runs, count);
   EXPECT_GT(counts.made, count);
+}
+
+TEST(Simulation, AllFollowsFromTheSeed) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    Simulation first({.seed = seed}), again({.seed = seed});
+    static_cast<void>(first.run());
+    static_cast<void>(again.run());
+    EXPECT_EQ(first.trace(), again.trace()) << "seed " << seed;
+  }
 }
 
 TEST(Simulation, TheJournalSurvivesPowerFailuresAndFullDisks) {
