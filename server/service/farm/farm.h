@@ -193,8 +193,8 @@ class Farm {
   absl::Status check_worker(const std::string& worker, const Origin& origin) const;
   /// FailedPrecondition for a lease that was never granted to the host of this worker. With mutex_ held.
   absl::Status check_granted(const std::string& worker, const v1::LeaseToken& token) const;
-  /// Blobs that the unit reads; none where one of them is gone, and made anew. With mutex_ held.
-  absl::StatusOr<std::vector<v1::BlobRef>> inputs_of(JobEntry& entry, std::uint32_t unit);
+  /// Which of these blobs the store does not have any more. Asks the disk: to be called without mutex_.
+  std::vector<PhaseBlobs::Made> lost(std::vector<PhaseBlobs::Made> blobs) const;
   /// Grants what is to be had now. With mutex_ held.
   absl::StatusOr<v1::LeaseResponse> grant(const std::string& worker, const v1::LeaseRequest& request);
   /// A heartbeat, whatever brought it. With mutex_ held.

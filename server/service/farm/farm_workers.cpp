@@ -227,22 +227,9 @@ bool Farm::try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::
   return true;
 }
 
-absl::StatusOr<std::vector<v1::BlobRef>> Farm::inputs_of(JobEntry& entry, std::uint32_t unit) {
-  std::vector<v1::BlobRef> inputs;
-  for (const std::uint32_t source : entry.shape->plan->phases().inputs(unit)) {
-    const std::optional<PhaseBlobs::Made> made = entry.phase_blobs.of(source);
-    if (!made) return absl::NotFoundError(absl::StrCat("unit ", source, " has made no blob"));
-    const UploadState stored = blobs_.query(made->digest);
-    if (!stored.complete) {
-      const std::string what = absl::StrCat("its blob ", made->digest, " is gone");
-      static_cast<void>(scheduler_.revoke_result(entry.id, source, made->sequence, what));
-      return absl::NotFoundError(absl::StrCat("unit ", source, ": ", what));
-    }
-    v1::BlobRef& input = inputs.emplace_back();
-    input.set_digest(made->digest);
-    input.set_size_bytes(stored.stored_bytes);
-  }
-  return inputs;
+std::vector<PhaseBlobs::Made> Farm::lost(std::vector<PhaseBlobs::Made> blobs) const {
+  std::erase_if(blobs, [&](const PhaseBlobs::Made& made) { return blobs_.query(made.digest).complete; });
+  return blobs;
 }
 
 absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v1::LeaseRequest& request) {
@@ -264,10 +251,10 @@ absl::StatusOr<v1::LeaseResponse> Farm::grant(const std::string& worker, const v
   const std::string host = scheduler_.host_of(worker);
   for (v1::Lease& lease : decision->leases) {
     const std::string id = lease.token().job_id();
-    JobEntry& entry = *jobs_.find(id);
-    absl::StatusOr<std::vector<v1::BlobRef>> inputs = inputs_of(entry, lease.unit().index());
-    if (!inputs.ok()) continue;  // the scheduler has the lease back
-    for (v1::BlobRef& input : *inputs) *lease.mutable_unit()->add_inputs() = std::move(input);
+    const JobEntry& entry = *jobs_.find(id);
+    const PhasePlan& phases = entry.shape->plan->phases();
+    for (PhaseBlobs::Made& input : entry.phase_blobs.inputs(phases, lease.unit().index()))
+      lease.mutable_unit()->add_inputs()->set_digest(std::move(input.digest));
     seal_->seal(*lease.mutable_token(), host);
     if (!response.specs().contains(id) && std::find(known.begin(), known.end(), id) == known.end()) {
       v1::JobSpec& spec = (*response.mutable_specs())[id];
@@ -489,18 +476,27 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
   std::unique_lock lock(mutex_);
   if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
     return done(std::move(status));
-  if (const absl::StatusOr<JobEntry*> entry = find_job(token.job_id()); !entry.ok())
-    return done(entry.status());
+  const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+  if (!entry.ok()) return done(entry.status());
   if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
     return done(std::move(status));
+  if ((*entry)->past)
+    return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over")));
   // A unit that reads what is gone is not to blame: the source is made anew, and the lease is over.
-  if (JobEntry& entry = *jobs_.find(token.job_id()); !entry.past)
-    static_cast<void>(inputs_of(entry, token.unit_index()));
+  const PhasePlan& phases = (*entry)->shape->plan->phases();
+  if (std::vector<PhaseBlobs::Made> inputs = (*entry)->phase_blobs.inputs(phases, token.unit_index());
+      !inputs.empty()) {
+    lock.unlock();
+    inputs = lost(std::move(inputs));
+    lock.lock();
+    for (const PhaseBlobs::Made& made : inputs) {
+      static_cast<void>(scheduler_.revoke_result(token.job_id(), made.unit, made.sequence,
+                                                 absl::StrCat("its blob ", made.digest, " is gone")));
+    }
+  }
   const std::string message = shortened(request.message());
   const absl::Status failed =
-      jobs_.find(token.job_id())->past
-          ? absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"))
-          : scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+      scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
   log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,

@@ -23,14 +23,19 @@ constexpr int kMaxWarningsPerUnit = 8;
 constexpr int kMaxWarningsPerJob = 64;
 constexpr std::size_t kMaxTimesPerJob = 4096;  // names of materials, above all
 
-/// Units of each result, as in JobEntry::units_by_sequence.
-std::vector<CoveredUnits> units_of(const JobRecord& record) {
-  std::vector<CoveredUnits> units;
-  for (const JobRecord::Result& result : record.results) units.push_back(result.units);
+/// Which units each result covers, and the blobs that those of phases made.
+void note_units(JobEntry& entry, const JobRecord& record) {
+  entry.units_by_sequence.clear();
+  for (const JobRecord::Result& result : record.results) entry.units_by_sequence.push_back(result.units);
   for (const std::uint64_t sequence : revoked_results(record)) {
-    if (sequence > 0 && sequence <= units.size()) units[sequence - 1].first = JobEntry::kRevoked;
+    if (sequence > 0 && sequence <= record.results.size())
+      entry.units_by_sequence[sequence - 1].first = JobEntry::kRevoked;
   }
-  return units;
+  for (std::size_t i = 0; i < record.results.size(); ++i) {
+    const std::uint32_t unit = entry.units_by_sequence[i].first;
+    if (unit != JobEntry::kRevoked && !entry.shape->plan->is_of_picture(unit))
+      entry.phase_blobs.note(unit, record.results[i].digest, i + 1);
+  }
 }
 
 }  // namespace
@@ -155,8 +160,6 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
       return damaged("a result cannot be read");
     }
     if (!std::binary_search(revoked.begin(), revoked.end(), i + 1)) {
-      if (!entry.shape->plan->is_of_picture(result.units.first))
-        entry.phase_blobs.note(result.units.first, result.digest, i + 1);
       entry.hosts.count(result.host, result.units.ranges);
       entry.durable_units += result.units.ranges;
     }
@@ -167,7 +170,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     add_stats(entry.stats, stats);
     entry.hosts.time(result.host, time_of(stats) / result.units.ranges);
   }
-  entry.units_by_sequence = units_of(record);
+  note_units(entry, record);
   // An incomplete job may be opened again, so the scheduler knows it.
   if (entry.durable_end && record.ended.state != v1::INCOMPLETE) {
     entry.past = JobView{.state = static_cast<v1::JobState>(record.ended.state),
@@ -201,7 +204,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
 }
 
 void recall(JobEntry& entry, const JobRecord& record) {
-  entry.units_by_sequence = units_of(record);
+  note_units(entry, record);
   entry.past_revoked.clear();
   entry.past.reset();
 }

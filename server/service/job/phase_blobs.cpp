@@ -16,11 +16,17 @@ void PhaseBlobs::note(std::uint32_t unit, const std::string& digest, std::uint64
   entry.sequence = sequence;
 }
 
-std::optional<PhaseBlobs::Made> PhaseBlobs::of(std::uint32_t unit) const {
-  const auto found = made_.find(unit);
-  if (found == made_.end()) return std::nullopt;
-  const Entry& entry = found->second;
-  return Made{absl::BytesToHexString({entry.digest.data(), entry.digest.size()}), entry.sequence};
+std::vector<PhaseBlobs::Made> PhaseBlobs::inputs(const PhasePlan& phases, std::uint32_t unit) const {
+  std::vector<Made> inputs;
+  for (const std::uint32_t source : phases.inputs(unit)) {
+    const auto found = made_.find(source);
+    if (found == made_.end()) continue;
+    const Entry& entry = found->second;
+    inputs.push_back({.unit = source,
+                      .digest = absl::BytesToHexString({entry.digest.data(), entry.digest.size()}),
+                      .sequence = entry.sequence});
+  }
+  return inputs;
 }
 
 void PhaseBlobs::for_each_digest(const std::function<void(std::string)>& visit) const {

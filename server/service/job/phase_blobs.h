@@ -4,12 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
+#include "scheduler/phase_plan.h"
 #include "store/blobs/blob_store.h"
 
 namespace tessera::server {
@@ -18,13 +18,15 @@ namespace tessera::server {
 class PhaseBlobs {
  public:
   struct Made {
+    std::uint32_t unit = 0;
     std::string digest;
     std::uint64_t sequence = 0;  // of the result that names it
   };
 
   /// `digest` satisfies wire::is_digest. Later results of a unit replace earlier ones.
   void note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence);
-  std::optional<Made> of(std::uint32_t unit) const;
+  /// Blobs that the unit reads, in the order in which it reads them; units that made none are left out.
+  std::vector<Made> inputs(const PhasePlan& phases, std::uint32_t unit) const;
   void for_each_digest(const std::function<void(std::string digest)>& visit) const;
   /// Forgets all but those of these units.
   void keep(const std::vector<std::uint32_t>& units);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "support/phased_job.h"
@@ -179,13 +180,46 @@ TEST_F(PhasesTest, ALostBlobIsMadeAnewAndAllThatWasMadeOfIt) {
   EXPECT_EQ(job(id).state(), v1::DONE);
 }
 
-TEST_F(PhasesTest, ALostBlobIsNoticedBeforeItIsNeeded) {
+TEST_F(PhasesTest, ALostBlobIsNoticedByTheWorkerThatNeedsIt) {
   const std::string id = submit(phased_spec());
   finish_until(4);
   std::filesystem::remove(blob_file(1));
-  EXPECT_THAT(units_of(lease_all()), ElementsAre(5)) << "the merge that reads it is not given out";
-  EXPECT_THAT(units_of(lease_all()), ElementsAre(1));
-  EXPECT_THAT(job(id).notes(), ElementsAre(HasSubstr("is gone")));
+  std::filesystem::remove(blob_file(2));
+  const std::vector<v1::Lease> merges = lease_all();
+  EXPECT_THAT(units_of(merges), ElementsAre(4, 5)) << "a lease is given out without a look at the disk";
+  EXPECT_THAT(inputs_of(merges[0]), ElementsAre(made_[0], made_[1], made_[2]));
+  ASSERT_TRUE(fail(worker_, merges[1], "out of memory").ok());
+  EXPECT_EQ(job(id).revision(), 0u) << "all that this one reads is there";
+  EXPECT_EQ(job(id).failures(), 1u);
+  ASSERT_TRUE(fail(worker_, merges[0], "there is no such blob").ok());
+  EXPECT_EQ(job(id).failures(), 1u) << "the merge is not to blame";
+  EXPECT_THAT(units_of(lease_all()), ElementsAre(1, 2));
+  EXPECT_THAT(job(id).notes(), ElementsAre(HasSubstr("is gone"), HasSubstr("is gone")));
+}
+
+TEST_F(PhasesTest, LostTilesOfAJobThatWasOverReadWhatItsPhasesMade) {
+  const std::string id = submit(phased_spec());
+  finish_until(kAllUnits);
+  ASSERT_EQ(job(id).state(), v1::DONE);
+  stop();
+  std::filesystem::remove(directory_.path() / "results" / id);
+  start(directory_.path());
+  worker_ = register_worker();
+  std::jthread watcher([&] {
+    v1::WatchJobRequest request;
+    request.set_job_id(id);
+    watch(request);
+  });
+  for (int tiles = 0; tiles < 4;) {
+    const v1::LeaseResponse leases = lease(worker_, 100, std::chrono::minutes{1});
+    for (const v1::Lease& lease : leases.leases()) {
+      ASSERT_THAT(inputs_of(lease), ElementsAre(made_[kFirstRoot], made_[kSecondRoot]));
+      ASSERT_TRUE(finish(lease).ok());
+      ++tiles;
+    }
+  }
+  watcher.join();
+  EXPECT_EQ(job(id).state(), v1::DONE);
 }
 
 TEST_F(PhasesTest, MoreSamplesOfTheSameJobTakeItsPhasesOver) {
