@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "scheduler/audit_table.h"
 #include "scheduler/class_history.h"
 #include "scheduler/scheduler_types.h"
 #include "scheduler/unit_ledger.h"
@@ -21,21 +22,6 @@ struct HostRecord {
   std::set<std::uint32_t> failed_units;  // that failed here and nowhere else
   std::uint32_t bars = 0;                // how often it was taken out; success clears it
   Time barred_until{};
-};
-
-/// One a host.
-using Opinions = std::vector<std::pair<std::string, ResultFingerprint>>;
-
-/// Second opinions on one result.
-struct Audit {
-  Opinions opinions;                  // the accepted result's first
-  bool out = false;                   // somebody is at it
-  bool lost = false;                  // whoever was asked did not answer
-  std::string arithmetic_class = {};  // of the accepted result: others do not compare
-
-  /// A second opinion is asked for once, whatever becomes of it; who decides between two is asked until
-  /// somebody does.
-  bool is_over() const { return lost && opinions.size() == 1; }
 };
 
 struct FarmJob {
@@ -78,10 +64,10 @@ struct FarmJob {
       dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
   std::map<std::string, std::string>
-      scene_faults;                       // host that says that the scene is at fault -> its message
-  std::set<HostNumber> renderers;         // of accepted results
-  std::map<std::uint32_t, Audit> audits;  // that wait or are made, by the first unit of the result
-  std::set<std::uint32_t> audited;        // first units of results of which a second opinion was asked once
+      scene_faults;                 // host that says that the scene is at fault -> its message
+  std::set<HostNumber> renderers;   // of accepted results
+  AuditTable audits;                // that wait or are made
+  std::set<std::uint32_t> audited;  // first units of results of which a second opinion was asked once
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end

@@ -195,7 +195,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   job.state = v1::RUNNING;
   worker.units_done += units->count;
   if (audit_wanted(job, accepted)) {
-    job.audits[units->first] = first_opinion(job, accepted);
+    job.audits.put(units->first, first_opinion(job, accepted));
     auditing_.insert(job.number);
   }
   const std::uint32_t was_open = job.units.open_end();

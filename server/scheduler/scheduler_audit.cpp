@@ -66,11 +66,10 @@ std::optional<Verdict> verdict_of(const Opinions& opinions) {
 /// results.
 void Scheduler::restore_audits(Job& job) {
   if (!job.open()) return;
-  for (auto audit = job.audits.begin(); audit != job.audits.end();) {
-    auto& opinions = audit->second.opinions;
-    std::erase_if(opinions, [&](const auto& opinion) { return !trusts(opinion.first); });
-    audit = opinions.size() < 2 || verdict_of(opinions) ? job.audits.erase(audit) : std::next(audit);
-  }
+  job.audits.drop_opinions([&](const std::string& host) { return !trusts(host); });
+  job.audits.erase_if([](std::uint32_t, const Audit& audit) {
+    return audit.opinions.size() < 2 || verdict_of(audit.opinions);
+  });
   std::vector<AcceptedResult> latest = job.units.results();
   std::erase_if(latest, [&](const AcceptedResult& result) {
     return !chosen(options_, job.request.id, result.units.first) || job.audited.contains(result.units.first);
@@ -78,7 +77,7 @@ void Scheduler::restore_audits(Job& job) {
   if (latest.size() > kRestoredAudits) latest.erase(latest.begin(), latest.end() - kRestoredAudits);
   for (const AcceptedResult& accepted : latest) {
     if (accepted.host >= hosts_.size() || !trusts(hosts_[accepted.host])) continue;
-    job.audits[accepted.units.first] = first_opinion(job, accepted);
+    job.audits.put(accepted.units.first, first_opinion(job, accepted));
   }
   if (!job.audits.empty()) auditing_.insert(job.number);
 }
@@ -86,7 +85,6 @@ void Scheduler::restore_audits(Job& job) {
 /// The opinion of whoever rendered the accepted result.
 Audit Scheduler::first_opinion(const Job& job, const AcceptedResult& accepted) const {
   return {.opinions = {{hosts_[accepted.host], accepted.fingerprint}},
-          .out = false,
           .arithmetic_class = class_of_result(job, accepted)};
 }
 
@@ -114,9 +112,8 @@ void Scheduler::restore_audit(Job& job, const FarmEvent& event) {
   job.audited.insert(event.unit);
   ResultFingerprint opinion = 0;
   if (!absl::SimpleAtoi(event.text, &opinion)) return;
-  Audit& audit = job.audits[event.unit];
-  if (audit.opinions.empty()) audit = first_opinion(job, accepted);
-  audit.opinions.emplace_back(event.host, opinion);
+  if (job.audits.find(event.unit) == nullptr) job.audits.put(event.unit, first_opinion(job, accepted));
+  job.audits.add_opinion(event.unit, event.host, opinion);
 }
 
 bool Scheduler::can_audit(const Worker& worker, const Job& job, const Audit& audit) const {
@@ -142,14 +139,14 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
   const absl::Status differs = absl::AlreadyExistsError(
       absl::StrCat("unit ", unit, " of job ", job.request.id,
                    " is done, with a different result: one of two workers is at fault"));
-  const auto found = job.audits.find(unit);
+  const bool asked = job.audits.find(unit) != nullptr;
   const bool counts = job.open() && worker.info.host != maker && trusts(worker.info.host);
   // A copy that agrees is no news where nobody asked.
-  if (counts && (found != job.audits.end() || !equal)) {
-    Audit& audit = job.audits[unit];
-    if (audit.opinions.empty()) audit = first_opinion(job, accepted);
+  if (counts && (asked || !equal)) {
+    if (!asked) job.audits.put(unit, first_opinion(job, accepted));
+    const Audit& audit = *job.audits.find(unit);
     if (may_speak(audit, worker.info.host)) {
-      audit.opinions.emplace_back(worker.info.host, result);
+      job.audits.add_opinion(unit, worker.info.host, result);
       if (!equal || audit.opinions.size() > 2) {
         FarmEvent& event = record(FarmEvent::Kind::kAudit, job.request.id);
         event.unit = unit;
@@ -169,10 +166,9 @@ absl::StatusOr<CompleteDecision> Scheduler::second_result(Job& job, const Worker
 /// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the
 /// audit goes on.
 void Scheduler::adjudicate(Job& job, std::uint32_t unit) {
-  const auto found = job.audits.find(unit);
-  const std::optional<Verdict> verdict = verdict_of(found->second.opinions);
+  const std::optional<Verdict> verdict = verdict_of(job.audits.find(unit)->opinions);
   if (!verdict) return;
-  job.audits.erase(found);
+  job.audits.erase(unit);
   if (job.audits.empty()) auditing_.erase(job.number);
   for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
   for (const auto& [voter, result] : verdict->voters) {
@@ -211,11 +207,8 @@ void Scheduler::revoke_results(Job& job, const std::string& subject) {
   std::erase_if(results, [&](const AcceptedResult& result) {
     return result.host >= hosts_.size() || !covers(subject, hosts_[result.host]);
   });
-  for (auto audit = job.audits.begin(); audit != job.audits.end();) {
-    auto& opinions = audit->second.opinions;
-    std::erase_if(opinions, [&](const auto& opinion) { return covers(subject, opinion.first); });
-    audit = opinions.empty() ? job.audits.erase(audit) : std::next(audit);
-  }
+  job.audits.drop_opinions([&](const std::string& host) { return covers(subject, host); });
+  job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.opinions.empty(); });
   std::erase_if(job.renderers,
                 [&](HostNumber host) { return host < hosts_.size() && covers(subject, hosts_[host]); });
   std::uint32_t units = 0;

@@ -172,8 +172,7 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .notes = job.notes,
                .set_aside = {},
                .audits = static_cast<std::uint32_t>(job.audited.size()),
-               .audits_out = static_cast<std::uint32_t>(std::count_if(
-                   job.audits.begin(), job.audits.end(), [](const auto& entry) { return entry.second.out; })),
+               .audits_out = static_cast<std::uint32_t>(job.audits.out()),
                .units_adopted = job.adopted,
                .adopted_from = job.adopted_from,
                .classes = job.classes.all(),
@@ -243,9 +242,8 @@ void Scheduler::end_job(Job& job, v1::JobState state, std::string error) {
 
 void Scheduler::settle(Job& job) {
   if (!job.open() || !job.units.settled()) return;
-  std::erase_if(job.audits, [&](const auto& entry) {
-    const auto& [unit, audit] = entry;
-    if (audit.out || anyone_can_audit(job, audit)) return false;
+  job.audits.erase_if([&](std::uint32_t unit, const Audit& audit) {
+    if (!job.audits.waits(unit) || anyone_can_audit(job, audit)) return false;
     if (audit.opinions.size() > 1) {
       note(job, absl::StrCat("unit ", unit, ": ", short_name(audit.opinions[0].first), " and ",
                              short_name(audit.opinions[1].first),

@@ -153,9 +153,8 @@ bool Scheduler::lease_audit(Batch& batch) {
   for (const std::uint64_t number : auditing_) {
     Job& job = *jobs_.at(number);
     if (job.paused) continue;
-    for (auto& [unit, audit] : job.audits) {
-      if (audit.out || !can_audit(batch.worker, job, audit)) continue;
-      audit.out = true;
+    for (const std::uint32_t unit : job.audits.waiting()) {
+      if (!can_audit(batch.worker, job, *job.audits.find(unit))) continue;
       if (job.audited.insert(unit).second) {
         FarmEvent& event = record(FarmEvent::Kind::kAudit, job.request.id);
         event.unit = unit;
@@ -163,6 +162,7 @@ bool Scheduler::lease_audit(Batch& batch) {
         event.host = batch.worker.info.host;
       }
       grant(batch, job, job.units.result(unit).units, /*audit=*/true);
+      job.audits.take(unit);
       return true;
     }
   }
@@ -416,7 +416,7 @@ Expiry Scheduler::advance(Time now) {
   const std::set<std::uint64_t> auditing = auditing_;
   for (const std::uint64_t number : auditing) {
     Job& job = *jobs_.at(number);
-    std::erase_if(job.audits, [](const auto& entry) { return entry.second.is_over(); });
+    job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.is_over(); });
     settle(job);
     if (job.audits.empty()) auditing_.erase(number);
   }
@@ -470,13 +470,7 @@ void Scheduler::drop_lease(LeaseId id) {
   turns_.charge(job.number, -lease.charge_ms);
   --job.leases;
   if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
-  if (lease.audit) {
-    if (const auto audit = job.audits.find(lease.units.first); audit != job.audits.end()) {
-      audit->second.out = false;
-      audit->second.lost = true;
-    }
-    return;
-  }
+  if (lease.audit) return job.audits.give_back(lease.units.first);
   if (!leases_.of_unit(job.number, lease.units.first).empty()) {
     return index_only_lease(job, lease.units, /*add=*/true);
   }

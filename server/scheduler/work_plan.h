@@ -51,8 +51,10 @@ class WorkPlan {
   /// The longest run that begins with this unit.
   UnitRun longest_run(std::uint32_t first) const;
 
-  /// Whether the unit, one of the picture's, has the first samples of its tile.
-  bool begins_tile(std::uint32_t index) const { return index - phases_.unit_count() < tile_count(); }
+  /// Whether the unit has the first samples of its tile; units of phases have no tile.
+  bool begins_tile(std::uint32_t index) const {
+    return is_of_picture(index) && index - phases_.unit_count() < tile_count();
+  }
 
  private:
   WorkPlan() = default;

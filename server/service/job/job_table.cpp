@@ -38,6 +38,12 @@ void note_units(JobEntry& entry, const JobRecord& record) {
   }
 }
 
+/// Takes the cost of a result into the pace of its host. Units of phases do work of another kind.
+void time_host(JobEntry& entry, const CoveredUnits& units, const std::string& host,
+               const v1::UnitStats& stats) {
+  if (entry.shape->plan->is_of_picture(units.first)) entry.hosts.time(host, time_of(stats) / units.ranges);
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec) {
@@ -89,7 +95,7 @@ void add_result(JobEntry& entry, const CoveredUnits& units, const std::string& h
                 const v1::UnitStats& stats) {
   add_stats(entry.stats, stats);
   entry.hosts.count(host, units.ranges);
-  entry.hosts.time(host, time_of(stats) / units.ranges);
+  time_host(entry, units, host, stats);
   entry.units_by_sequence.push_back(units);
   entry.units += units.ranges;
 }
@@ -168,7 +174,7 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     if (!stats.ParseFromString(result.stats)) return damaged("a result cannot be read");
     stats = bounded(std::move(stats));
     add_stats(entry.stats, stats);
-    entry.hosts.time(result.host, time_of(stats) / result.units.ranges);
+    time_host(entry, result.units, result.host, stats);
   }
   note_units(entry, record);
   // An incomplete job may be opened again, so the scheduler knows it.

@@ -8,6 +8,9 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "requests.h"
+#include "service/job_table.h"
+#include "support/phased_job.h"
 
 namespace tessera::server {
 namespace {
@@ -115,6 +118,43 @@ TEST(HostShares, PacesAreSaved) {
   // Those of older versions, and damaged ones, are not known.
   for (v1::JobCost::Host& host : saved) host.set_pace_variance(std::nan(""));
   EXPECT_THAT(HostShares::restored(saved).slow(), IsEmpty());
+}
+
+TEST(HostShares, UnitsOfPhasesCountAndAreNotTimed) {
+  v1::JobSpec spec = square_spec("scene", 32);
+  test::add_test_phases(spec, {2, 1});
+  JobEntry entry{.shape = JobShape::make(std::move(spec)).value(),
+                 .past = std::nullopt,
+                 .stats = {},
+                 .hosts = {},
+                 .units_by_sequence = {},
+                 .past_revoked = {}};
+  v1::UnitStats stats;
+  stats.mutable_wall_time()->set_seconds(5);
+  const std::uint32_t units = entry.shape->plan->unit_count(),
+                      of_phases = entry.shape->plan->phases().unit_count();
+  ASSERT_EQ(of_phases, 4u);
+  for (std::uint32_t unit = 0; unit < units; ++unit) add_result(entry, {.first = unit}, "a", stats);
+  HostShares::Saved saved;
+  entry.hosts.save(saved);
+  ASSERT_EQ(saved.size(), 1);
+  EXPECT_EQ(saved[0].units(), units);
+  EXPECT_EQ(saved[0].timed_units(), units - of_phases);
+
+  // The same after a restart, which adds the rows up.
+  JobRecord record;
+  record.added.spec = entry.shape->spec.SerializeAsString();
+  record.result_count = units;
+  for (std::uint32_t unit = 0; unit < units; ++unit) {
+    record.results.push_back({.units = {.first = unit},
+                              .digest = wire::sha256_hex("blob"),
+                              .stats = stats.SerializeAsString(),
+                              .host = "a"});
+  }
+  HostShares::Saved again;
+  entry_of(record).value().hosts.save(again);
+  ASSERT_EQ(again.size(), 1);
+  EXPECT_EQ(again[0].SerializeAsString(), saved[0].SerializeAsString());
 }
 
 }  // namespace

@@ -30,6 +30,12 @@ TEST(PhasePlan, AJobWithoutPhasesIsItsPicture) {
   EXPECT_EQ(plan.step_end(0), 16u);
 }
 
+TEST(PhasePlan, OnlyThePicturesUnitsBeginATile) {
+  const WorkPlan plan = plan_of({7, 1});
+  for (std::uint32_t unit = 0; unit < plan.unit_count(); ++unit)
+    EXPECT_EQ(plan.begins_tile(unit), unit >= 12 && unit < 16) << unit;
+}
+
 TEST(PhasePlan, PartsAreMergedThreeAtATimeUntilOneIsLeft) {
   // 7 parts (0 to 6), 3 merges (7, 8, 9), 1 (10); one part (11); the picture.
   const WorkPlan plan = plan_of({7, 1});
