@@ -108,7 +108,8 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
        .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time",
        .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
        .isa = options.isa,
-       .settle = options.settle},
+       .settle = options.settle,
+       .clock = options.clock},
       [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
@@ -166,9 +167,9 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   }
   if (absl::Status status = open_joining(options); !status.ok()) return status;
   accounts = Accounts::make(options.of_each);
-  streams.emplace(options.stream_patience, accounts);
+  streams.emplace(options.stream_patience, accounts, *options.clock);
   farm->subscribe([this] {
-    streams->cut_stalled(OpenStreams::Clock::now());
+    streams->cut_stalled();
     return true;
   });
   farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), options.share_jobs);

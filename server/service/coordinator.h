@@ -13,6 +13,7 @@
 #include "net/connections.h"
 #include "scheduler/turn_order.h"
 #include "service/farm/accounts.h"
+#include "service/farm/farm_clock.h"
 
 namespace tessera::server {
 
@@ -86,6 +87,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds longest_run{10'000};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
+  /// Outlives the coordinator.
+  FarmClock* clock = &machine_clock();
 };
 
 /// A running coordinator. All members may be called from any thread.

@@ -14,12 +14,12 @@ constexpr std::chrono::milliseconds kNewsInterval{900};  // below the second tha
 
 }  // namespace
 
-Dispatcher::Dispatcher(std::function<void()> tick) : tick_(std::move(tick)), thread_([this] { run(); }) {}
+Dispatcher::Dispatcher(FarmClock& clock, std::function<void()> tick)
+    : clock_(clock), tick_(std::move(tick)), thread_([this] { run(); }) {}
 
 Dispatcher::~Dispatcher() { stop(); }
 
-void Dispatcher::park(const std::string& worker, Clock::time_point deadline,
-                      std::function<bool(bool)> attempt) {
+void Dispatcher::park(const std::string& worker, TimePoint deadline, std::function<bool(bool)> attempt) {
   std::unique_lock lock(mutex_);
   if (stop_) {
     lock.unlock();
@@ -84,18 +84,19 @@ void Dispatcher::stop() {
 }
 
 void Dispatcher::run() {
-  Clock::time_point next_tick = Clock::now();
-  Clock::time_point next_news = next_tick;
+  TimePoint next_tick = clock_.now();
+  TimePoint next_news = next_tick;
   while (true) {
     bool work, news, stopping;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_until(lock, next_tick, [this] { return stop_ || work_ || news_ || !called_.empty(); });
+      while (!stop_ && !work_ && !news_ && called_.empty() && clock_.now() < next_tick)
+        clock_.wait_until(lock, wake_, next_tick);
       work = std::exchange(work_, false);
       news = std::exchange(news_, false);
       stopping = stop_;
     }
-    const Clock::time_point now = Clock::now();
+    const TimePoint now = clock_.now();
     if (now >= next_tick) {
       tick_();
       next_tick = now + kTick;
@@ -125,7 +126,7 @@ void Dispatcher::try_called() {
     }
     called_.clear();
   }
-  const Clock::time_point now = Clock::now();
+  const TimePoint now = clock_.now();
   std::erase_if(trying, [now](Parked& parked) { return parked.attempt(now >= parked.deadline); });
   const std::lock_guard lock(mutex_);
   append(trying);
@@ -138,7 +139,7 @@ void Dispatcher::try_parked(bool last) {
     trying.swap(parked_);
     by_worker_.clear();
   }
-  const Clock::time_point now = Clock::now();
+  const TimePoint now = clock_.now();
   Queue vain, untried;
   int vain_tries = 0;
   while (!trying.empty()) {

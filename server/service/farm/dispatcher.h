@@ -12,20 +12,22 @@
 #include <unordered_set>
 #include <vector>
 
+#include "service/farm/farm_clock.h"
+
 namespace tessera::server {
 
 class Dispatcher {
  public:
-  using Clock = std::chrono::steady_clock;
+  using TimePoint = FarmClock::TimePoint;
 
-  /// `tick` runs before all else, four times a second at least.
-  explicit Dispatcher(std::function<void()> tick);
+  /// `tick` runs before all else, four times a second at least. The clock must outlive the dispatcher.
+  Dispatcher(FarmClock& clock, std::function<void()> tick);
   ~Dispatcher();
 
   /// Calls `attempt` soon, and after notifications of work, of this worker, and ticks, until it returns true;
   /// its argument is true from `deadline` on, when it must. Where hundreds in a row have found nothing, the
   /// rest has its turn the next time.
-  void park(const std::string& worker, Clock::time_point deadline, std::function<bool(bool last)> attempt);
+  void park(const std::string& worker, TimePoint deadline, std::function<bool(bool last)> attempt);
 
   /// Calls `wake` after each notification of news and every second until it returns false.
   void subscribe(std::function<bool()> wake);
@@ -42,7 +44,7 @@ class Dispatcher {
  private:
   struct Parked {
     std::string worker;
-    Clock::time_point deadline;
+    TimePoint deadline;
     std::function<bool(bool)> attempt;
   };
   using Queue = std::list<Parked>;
@@ -54,6 +56,7 @@ class Dispatcher {
   void append(Queue& parked);
   void wake_subscribers();
 
+  FarmClock& clock_;
   const std::function<void()> tick_;
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -46,6 +46,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
     : journal_(journal),
       blobs_(blobs),
       options_(options),
+      clock_(*options.clock),
       on_failure_(std::move(on_failure)),
       seal_(options.seal),
       scheduler_({.heartbeat_interval = options.heartbeat_interval,
@@ -57,7 +58,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
                   .settle = options.settle}),
       lived_(options.lived_time),
       next_collection_(now() + kLongestBetweenCollections),
-      dispatcher_([this] { tick(); }),
+      dispatcher_(clock_, [this] { tick(); }),
       commits_(journal) {}
 
 absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& blobs,
@@ -116,9 +117,7 @@ absl::Status Farm::recover(JobRecord record) {
   return status;
 }
 
-Time Farm::now() const {
-  return std::chrono::duration_cast<Time>(std::chrono::steady_clock::now().time_since_epoch());
-}
+Time Farm::now() const { return std::chrono::duration_cast<Time>(clock_.now().time_since_epoch()); }
 
 absl::Status Farm::check_serving() const {
   return stopping_ ? absl::UnavailableError("the coordinator is shutting down") : absl::OkStatus();
@@ -144,7 +143,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
   if (entry == nullptr) return;
   switch (event.kind) {
     case FarmEvent::Kind::kEnded:
-      entry->finished_unix_ms = unix_milliseconds();
+      entry->finished_unix_ms = unix_now();
       shown.push_back({.job = event.job, .results = 0, .end = true, .times_reopened = entry->times_reopened});
       telemetry::log(spdlog::level::info, fields_of(*entry), "job {} {}{}{}", event.job,
                      v1::JobState_Name(static_cast<v1::JobState>(event.value)),
@@ -199,7 +198,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
     if (entry != nullptr && entry->durable_end) continue;
     note_event(event, shown);
     // The end that clients are told is the one that is journaled.
-    append_to_journal(event, entry != nullptr ? entry->finished_unix_ms : unix_milliseconds(), entries);
+    append_to_journal(event, entry != nullptr ? entry->finished_unix_ms : unix_now(), entries);
     if (entry != nullptr) entries.push_back(stats_of(*entry));
   }
   if (entries.empty() && !wait) return done(absl::OkStatus());
@@ -416,7 +415,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   JobEntry& entry = jobs_.add({.id = id,
                                .request_id = key,
                                .shape = *shape,
-                               .submitted_unix_ms = unix_milliseconds(),
+                               .submitted_unix_ms = unix_now(),
                                .uploaded_bytes = claim_uploads((*shape)->spec),
                                .past = std::nullopt,
                                .stats = {},

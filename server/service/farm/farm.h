@@ -18,6 +18,7 @@
 #include "scheduler/scheduler.h"
 #include "service/farm/accounts.h"
 #include "service/farm/dispatcher.h"
+#include "service/farm/farm_clock.h"
 #include "service/farm/lease_seal.h"
 #include "service/farm/lived_time.h"
 #include "service/job/adoption.h"
@@ -56,6 +57,7 @@ struct FarmOptions {
   v1::Bits bits = v1::BITS_SAME;
   std::string isa = {};
   std::chrono::milliseconds settle{0};  // SchedulerOptions::settle
+  FarmClock* clock = &machine_clock();  // outlives the farm
 };
 
 /// Some results of a job, and its status.
@@ -135,12 +137,14 @@ class Farm {
   absl::Status deregister(const std::string& worker, const Origin& origin = {});
 
   const FarmMetrics& metrics() const { return metrics_; }
+  const FarmClock& clock() const { return clock_; }
 
  private:
   Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
        std::function<void(absl::Status)> on_failure);
 
   Time now() const;
+  std::int64_t unix_now() const { return clock_.wall().count(); }  // in milliseconds
   absl::Status check_serving() const;
 
   // With mutex_ held.
@@ -208,6 +212,7 @@ class Farm {
   Journal& journal_;
   BlobStore& blobs_;
   const FarmOptions options_;
+  FarmClock& clock_;
   const std::function<void(absl::Status)> on_failure_;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> failed_ = false;

@@ -94,7 +94,7 @@ absl::StatusOr<std::string> Farm::owner_of(const std::string& id) {
 
 v1::JobStatus Farm::outline(const JobEntry& entry) const {
   v1::JobStatus status = status_of(entry, view_of(entry));
-  const std::int64_t end = entry.finished_unix_ms != 0 ? entry.finished_unix_ms : unix_milliseconds();
+  const std::int64_t end = entry.finished_unix_ms != 0 ? entry.finished_unix_ms : unix_now();
   status.set_elapsed_ms(std::max<std::int64_t>(end - entry.submitted_unix_ms, 0));
   if (is_open(status.state()) && !status.paused()) {
     const std::uint32_t left = status.units_total() - status.units_done() - status.units_set_aside();
@@ -350,8 +350,7 @@ void Farm::retire_jobs() {
 
 /// Lets a moment of the retention's clock pass. With mutex_ held.
 void Farm::live_on() {
-  const Time set = lived_.advance(
-      now(), std::chrono::duration_cast<Time>(std::chrono::system_clock::now().time_since_epoch()));
+  const Time set = lived_.advance(now(), clock_.wall());
   if (set < -kStep || set > kStep) {
     spdlog::warn("the machine's clock was set by {} s; jobs and blobs are kept for as long as without that",
                  std::chrono::duration_cast<std::chrono::seconds>(set).count());

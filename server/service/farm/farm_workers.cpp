@@ -188,7 +188,7 @@ void Farm::lease(v1::LeaseRequest request, const Origin& origin, std::function<b
                                              std::int64_t{wire::kMaxLeaseWaitSeconds} * 1000);
   if (try_lease(request, wait == 0, done)) return;
   const std::string worker = request.worker_id();
-  dispatcher_.park(worker, Dispatcher::Clock::now() + std::chrono::milliseconds(wait),
+  dispatcher_.park(worker, clock_.now() + std::chrono::milliseconds(wait),
                    [this, request = std::move(request), cancelled = std::move(cancelled),
                     done = std::move(done)](bool last) {
                      if (!cancelled()) return try_lease(request, last, done);

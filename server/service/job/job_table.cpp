@@ -57,11 +57,6 @@ absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec)
                                                    std::move(channels), std::move(key), spec_bytes});
 }
 
-std::int64_t unix_milliseconds() {
-  using namespace std::chrono;
-  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-}
-
 JobEntry& JobTable::add(JobEntry entry) {
   entries_.push_back(std::make_unique<JobEntry>(std::move(entry)));
   JobEntry& added = *entries_.back();

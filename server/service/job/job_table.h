@@ -88,9 +88,6 @@ void note_durable(JobEntry& entry, std::uint64_t results);
 /// Request by which the scheduler knows a job.
 JobRequest request_of(const JobEntry& entry);
 
-/// Time of the clock on the wall.
-std::int64_t unix_milliseconds();
-
 class JobTable {
  public:
   JobEntry& add(JobEntry entry);

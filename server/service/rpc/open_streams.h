@@ -11,6 +11,7 @@
 #include <string>
 
 #include "service/farm/accounts.h"
+#include "service/farm/farm_clock.h"
 #include "service/rpc/access.h"
 #include "telemetry/line_limit.h"
 
@@ -21,11 +22,9 @@ namespace tessera::server {
 /// must outlive all streams.
 class OpenStreams {
  public:
-  using Clock = std::chrono::steady_clock;
-
   /// `patience`: with one message, which has at most a few MB.
-  OpenStreams(std::chrono::milliseconds patience, std::shared_ptr<Accounts> accounts)
-      : patience_(patience), accounts_(std::move(accounts)) {}
+  OpenStreams(std::chrono::milliseconds patience, std::shared_ptr<Accounts> accounts, const FarmClock& clock)
+      : patience_(patience), accounts_(std::move(accounts)), clock_(clock) {}
 
   /// One of them, from before its first message until gRPC is done with it: the context must live as long.
   class Stream {
@@ -40,37 +39,38 @@ class OpenStreams {
     absl::Status admitted() const { return account_.status(); }
 
     /// A message is on its way, in either direction; one at a time.
-    void begin_message() { since_ = Clock::now().time_since_epoch(); }
+    void begin_message() { since_ = all_.clock_.now().time_since_epoch(); }
     /// It went through, or never will.
     void end_message() { since_ = kNone; }
 
    private:
     friend OpenStreams;
-    static constexpr Clock::duration kNone{0};
+    static constexpr FarmClock::TimePoint::duration kNone{0};
 
     OpenStreams& all_;
     grpc::CallbackServerContext* const context_;
     const char* const kind_;
     const Caller caller_;
     const absl::StatusOr<std::shared_ptr<const Accounts::Hold>> account_;
-    std::atomic<Clock::duration> since_{kNone};
+    std::atomic<FarmClock::TimePoint::duration> since_{kNone};
     std::list<Stream*>::iterator place_;
   };
 
   /// Cuts off every stream whose message has been on its way for longer than its patience. To be called every
   /// second or so, or more often.
-  void cut_stalled(Clock::time_point now);
+  void cut_stalled();
   /// Cuts off the streams of everybody who calls by this name in this role.
   void cut_off(Role role, const std::string& user);
   /// How many stalled, so far.
   std::uint64_t cut_count() const { return cut_; }
 
  private:
-  const Clock::duration patience_;
+  const FarmClock::TimePoint::duration patience_;
   const std::shared_ptr<Accounts> accounts_;
+  const FarmClock& clock_;
   std::mutex mutex_;
   std::list<Stream*> streams_;
-  Clock::time_point next_look_{};
+  FarmClock::TimePoint next_look_{};
   std::atomic<std::uint64_t> cut_ = 0;
   telemetry::LineLimit lines_;
 };

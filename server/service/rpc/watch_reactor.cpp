@@ -81,7 +81,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     message_ = std::move(batch->response);
     after_ = batch->last;
     last_message_sent_ = batch->finished;
-    last_message_ = std::chrono::steady_clock::now();
+    last_message_ = farm_.clock().now();
     writing_ = true;
     stream_->begin_message();
     StartWrite(&message_);
@@ -102,7 +102,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   std::mutex mutex_;
   std::uint64_t after_;
   v1::WatchJobResponse message_;
-  std::chrono::steady_clock::time_point last_message_{};
+  FarmClock::TimePoint last_message_{};
   bool writing_ = false;
   bool broken_ = false;
   bool last_message_sent_ = false;

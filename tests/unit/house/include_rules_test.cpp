@@ -153,4 +153,21 @@ TEST(IncludeRules, TheSchedulerHasNoClockThreadsOrSockets) {
   });
 }
 
+/// Time is injected (server/service/farm/farm_clock.h), and threads are waited for by what they do.
+TEST(UnitTests, DoNotSleep) {
+  // A handshake that takes its time: gRPC's own clock runs there.
+  static const std::map<std::string, int> allowed = {{"tests/unit/server/access/tls_test.cpp", 1}};
+  static const std::regex sleep("\\b(sleep_for|sleep_until|usleep|nanosleep) *\\(");
+  std::size_t seen = 0;
+  for_each_source("tests/unit", [&](const fs::path& file) {
+    ++seen;
+    int sleeps = 0;
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) sleeps += std::regex_search(line, sleep);
+    const auto found = allowed.find(file.string());
+    EXPECT_EQ(sleeps, found == allowed.end() ? 0 : found->second) << file;
+  });
+  EXPECT_GT(seen, 100u);
+}
+
 }  // namespace

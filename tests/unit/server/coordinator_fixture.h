@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "unit/server/manual_clock.h"
 #include "service/coordinator.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
@@ -45,6 +46,7 @@ class CoordinatorTest : public testing::Test {
                         std::chrono::milliseconds took = {});
   grpc::Status fail(const std::string& worker, const v1::Lease& lease, const std::string& message);
 
+  ManualClock clock_;  // of coordinators that are given it
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<v1::FarmService::Stub> farm_;
   std::unique_ptr<v1::WorkService::Stub> work_;

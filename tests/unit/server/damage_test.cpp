@@ -26,7 +26,7 @@ class DamageTest : public CoordinatorTest {
 
   /// Renders all that is to be had.
   void render(const std::string& worker) {
-    const v1::LeaseResponse leases = lease(worker, 4, std::chrono::milliseconds{500});
+    const v1::LeaseResponse leases = lease(worker, 4);
     for (const v1::Lease& lease : leases.leases()) {
       ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
       ++rendered_;
@@ -102,6 +102,7 @@ TEST_F(DamageTest, AlsoInAJobThatTheSchedulerHasForgotten) {
   CoordinatorOptions options;
   options.data_dir = directory_.path();
   options.late_results = std::chrono::milliseconds(0);
+  options.clock = &clock_;
   start(std::move(options));
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
@@ -110,7 +111,7 @@ TEST_F(DamageTest, AlsoInAJobThatTheSchedulerHasForgotten) {
     ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
   // Another result is refused as long as the scheduler knows the job.
   while (!complete(worker, leases.leases(0), payload_for(leases.leases(0).unit(), /*seed=*/1)).ok()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    clock_.live_through(std::chrono::seconds{1});
   }
   flip_a_bit(results(id), 30);
   expect_all_results(id);

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <future>
-#include <thread>
 
 #include "service/farm/farm.h"
+#include "unit/server/manual_clock.h"
 #include "unit/server/requests.h"
 #include "wire/digest.h"
 
@@ -35,13 +35,15 @@ class EmptyJournal : public Journal {
 /// Has one job, cancelled long ago, and is busy with the next when the farm's clock ticks.
 class SlowJournal : public EmptyJournal {
  public:
+  explicit SlowJournal(ManualClock& clock) : clock_(clock) {}
+
   absl::Status recover(const std::function<absl::Status(JobRecord)>& visit) override {
     const v1::JobSpec spec = square_spec("a scene", 16);
     JobRecord record;
     record.added = {.id = "old", .request_id = "request", .spec = spec.SerializeAsString()};
     record.ended = {.id = "old", .state = v1::CANCELLED, .error = "", .finished_unix_ms = 1};
     absl::Status status = visit(std::move(record));
-    std::this_thread::sleep_for(milliseconds{600});
+    clock_.advance(milliseconds{600});
     recovered_ = true;
     return status;
   }
@@ -58,6 +60,7 @@ class SlowJournal : public EmptyJournal {
   bool pruned() const { return pruned_; }
 
  private:
+  ManualClock& clock_;
   std::atomic<bool> recovered_ = false, committed_early_ = false, pruned_ = false;
 };
 
@@ -89,18 +92,19 @@ FarmOptions farm_options(Retention retention) {
 }
 
 TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
-  SlowJournal journal;
+  ManualClock clock;
+  SlowJournal journal(clock);
   const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
-  const FarmOptions options = farm_options({.fetched = hours(0),
-                                            .unfetched = hours(1),
-                                            .max_bytes = 0,
-                                            .blobs = hours(0),
-                                            .interval = milliseconds(1)});
+  FarmOptions options = farm_options({.fetched = hours(0),
+                                      .unfetched = hours(1),
+                                      .max_bytes = 0,
+                                      .blobs = hours(0),
+                                      .interval = milliseconds(1)});
+  options.clock = &clock;
   const auto farm = Farm::open(journal, *blobs, options, [](const absl::Status&) {});
   ASSERT_TRUE(farm.ok()) << farm.status();
   EXPECT_FALSE(journal.committed_early());
-  while (!journal.pruned())
-    std::this_thread::sleep_for(milliseconds{20});  // the test's own timeout is the limit
+  while (!journal.pruned()) clock.live_through(std::chrono::seconds{1});
   EXPECT_TRUE((*farm)->list_jobs().jobs().empty());
 }
 

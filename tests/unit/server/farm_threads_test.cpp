@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <future>
+#include <latch>
 #include <set>
 #include <thread>
 
@@ -64,7 +65,7 @@ class FarmThreads : public testing::Test {
   /// Until the job is over: its results, each once.
   void watch(const std::string& id) {
     std::set<std::uint32_t> units;
-    for (std::uint64_t after = 0; true; std::this_thread::sleep_for(milliseconds{5})) {
+    for (std::uint64_t after = 0; true; std::this_thread::yield()) {
       const absl::StatusOr<WatchBatch> batch = farm_->next_results(id, after, /*status_only=*/false);
       ASSERT_TRUE(batch.ok()) << batch.status();
       after = batch->last;
@@ -129,7 +130,7 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
       for (const v1::JobStatus& job : jobs.jobs()) static_cast<void>(farm_->get_job(job.job_id()));
       static_cast<void>(farm_->list_workers());
       farm_->note_upload(wire::sha256_hex(kScene), 1);
-      std::this_thread::sleep_for(milliseconds{1});
+      std::this_thread::yield();
     }
   });
   for (int client = 0; client < 3; ++client) {
@@ -158,18 +159,21 @@ TEST_F(FarmThreads, EveryCallIsAnsweredWhenTheFarmStops) {
   for (const char* name : {"a", "b"}) {
     callers.emplace_back([this, name](std::stop_token stop) { work(name, stop); });
   }
-  std::atomic<int> wakes = 0;
-  farm_->subscribe([&wakes] {
-    ++wakes;
+  std::latch woken{3}, submitted{20};
+  farm_->subscribe([&woken] {
+    if (woken.try_wait()) return true;
+    woken.count_down();
     return true;
   });
-  callers.emplace_back([this] {
-    for (int seed = 0; submit(seed).ok();) ++seed;
+  callers.emplace_back([&] {
+    for (int seed = 0; submit(seed).ok(); ++seed) {
+      if (!submitted.try_wait()) submitted.count_down();
+    }
   });
-  std::this_thread::sleep_for(milliseconds{300});
+  woken.wait();
+  submitted.wait();
   farm_->stop();
   callers.clear();  // joins: each got its answer
-  EXPECT_GT(wakes, 0);
   EXPECT_TRUE(absl::IsUnavailable(submit(1000).status()));
 }
 

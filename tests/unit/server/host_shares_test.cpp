@@ -8,8 +8,8 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
-#include "requests.h"
-#include "service/job_table.h"
+#include "unit/server/requests.h"
+#include "service/job/job_table.h"
 #include "support/phased_job.h"
 
 namespace tessera::server {

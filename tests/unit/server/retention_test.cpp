@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "store/blobs/blob_store.h"
 #include "support/temp_dir.h"
@@ -17,14 +16,17 @@ using std::chrono::hours;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
+constexpr hours kYears{24 * 365 * 10};
+
 class Retention : public CoordinatorTest {
  protected:
-  CoordinatorOptions options() const {
+  CoordinatorOptions options() {
     CoordinatorOptions options;
     options.data_dir = folder_.path();
     options.prune_interval = milliseconds{1};  // at every tick of the dispatcher
-    options.keep_fetched = hours{1};
-    options.keep_unfetched = hours{1};
+    options.keep_fetched = kYears;
+    options.keep_unfetched = kYears;
+    options.clock = &clock_;
     return options;
   }
 
@@ -40,9 +42,9 @@ class Retention : public CoordinatorTest {
     const std::vector<std::string> ids = jobs();
     return std::find(ids.begin(), ids.end(), id) != ids.end();
   }
-  /// Waits until the job is deleted; the test's own timeout is the limit.
+  /// Lives on until the job is deleted: for some seconds, as a rule, and never for years.
   void wait_until_gone(const std::string& id) {
-    while (has(id)) std::this_thread::sleep_for(milliseconds{20});
+    while (has(id)) clock_.live_through(seconds{1});
   }
 
   /// Whatever is submitted is done after this.
@@ -170,11 +172,14 @@ TEST_F(Retention, BlobsGoWithTheLastJobThatNeedsThem) {
   render();
   fetch(first);
   wait_until_gone(first);
-  while (has_blob("only of the first")) std::this_thread::sleep_for(milliseconds{20});
+  stop();  // which waits for whoever deletes blobs
+  EXPECT_FALSE(has_blob("only of the first"));
   EXPECT_TRUE(has_blob("a scene"));
+  start(short_lived);
   fetch(second);
   wait_until_gone(second);
-  while (has_blob("a scene")) std::this_thread::sleep_for(milliseconds{20});
+  stop();
+  EXPECT_FALSE(has_blob("a scene"));
 }
 
 TEST(BlobCollection, SparesWhatIsNeededBeingUploadedOrWasAskedForLately) {

@@ -189,6 +189,7 @@ TEST_F(WorkersTest, HeartbeatsRevokeWhatWasCancelled) {
 TEST_F(WorkersTest, AResultBringsAHeartbeat) {
   CoordinatorOptions options;
   options.lease_timeout = std::chrono::seconds(6);
+  options.clock = &clock_;
   start(std::move(options));
   const std::string worker = register_worker();
   const std::string id = submit(job_spec());
@@ -196,7 +197,7 @@ TEST_F(WorkersTest, AResultBringsAHeartbeat) {
   ASSERT_EQ(held.leases_size(), 4);
   // Nothing else is heard of the worker for longer than leases live without it.
   for (int i = 0; i < 3; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    clock_.live_through(std::chrono::milliseconds(2100));
     const v1::Lease& home = held.leases(i);
     v1::CompleteRequest request;
     request.set_worker_id(worker);

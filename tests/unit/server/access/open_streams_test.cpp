@@ -21,6 +21,7 @@ class OpenStreamsTest : public CoordinatorTest {
     CoordinatorOptions options;
     options.listen = "127.0.0.1:0";
     options.stream_patience = patience;
+    options.clock = &clock_;
     start(options);
     // Over a real socket, which holds little for a reader that takes nothing.
     grpc::ChannelArguments arguments = transport::channel_arguments();
@@ -32,9 +33,8 @@ class OpenStreamsTest : public CoordinatorTest {
     blobs_ = v1::BlobService::NewStub(channel);
   }
 
-  void wait_until_one_is_cut() const {
-    while (coordinator_->impl().streams->cut_count() == 0)
-      std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  void wait_until_one_is_cut() {
+    while (coordinator_->impl().streams->cut_count() == 0) clock_.live_through(std::chrono::seconds{1});
   }
 
   std::string big_ = std::string(3 * wire::kBlobChunkBytes, 'b');
@@ -78,6 +78,7 @@ TEST_F(OpenStreamsTest, AnUploadThatSendsNothingIsCutOffAndLeavesItsPlaceToOther
   request.mutable_blob()->set_size_bytes(big_.size());
   request.set_data(big_.substr(0, wire::kBlobChunkBytes));
   ASSERT_TRUE(stream->Write(request));
+  wait_until_one_is_cut();
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
 
   grpc::StatusCode code;
@@ -91,18 +92,22 @@ TEST_F(OpenStreamsTest, OneThatSaysNothingAtAllIsCutOffToo) {
   start_on_a_port(std::chrono::milliseconds{300});
   grpc::ClientContext context;
   v1::UploadResponse response;
-  EXPECT_EQ(blobs_->Upload(&context, &response)->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  const auto stream = blobs_->Upload(&context, &response);
+  wait_until_one_is_cut();
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
 TEST_F(OpenStreamsTest, WhoeverTakesWhatComesIsNot) {
-  start_on_a_port(std::chrono::milliseconds{30'000});  // what a loaded machine may take for a message
+  start_on_a_port(std::chrono::minutes{1});
   ASSERT_TRUE(upload(big_).ok());
   grpc::ClientContext context;
   v1::DownloadRequest request;
   request.mutable_blob()->set_digest(wire::sha256_hex(big_));
   const auto stream = blobs_->Download(&context, request);
   std::string bytes;
-  for (v1::DownloadResponse chunk; stream->Read(&chunk);) bytes += chunk.data();
+  // Longer than the patience altogether, and less with any two messages.
+  for (v1::DownloadResponse chunk; stream->Read(&chunk); clock_.live_through(std::chrono::seconds{25}))
+    bytes += chunk.data();
   EXPECT_TRUE(stream->Finish().ok());
   EXPECT_EQ(bytes, big_);
   EXPECT_EQ(coordinator_->impl().streams->cut_count(), 0u);
