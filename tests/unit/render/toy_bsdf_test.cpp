@@ -44,7 +44,7 @@ TEST(ToyBsdf, ASphereInAnEvenSkyIsItsReflectance) {
       lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })",
                                           16);
   ASSERT_NE(content, nullptr);
-  // What a function of its own in build_material_kinds.cpp would set.
+  // What a function of its own in material_kinds.cpp would set.
   content->arrays.materials.materials[0].kind = kind;
   constexpr std::uint32_t kSamples = 64;
   const wire::TileResult picture = render_kernel_scene(

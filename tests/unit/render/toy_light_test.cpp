@@ -71,7 +71,7 @@ TEST(ToyLight, IsSeenAlikeFromTheEyeAndFromTheLight) {
       lights { point { position { z: 1 } intensity { rgb { r: 8 g: 8 b: 8 } } } })",
                                           32);
   ASSERT_NE(content, nullptr);
-  // What a case of its own in build_lights.cpp would set, before lights are counted and chosen.
+  // What a case of its own in light_builder.cpp would set, before lights are counted and chosen.
   LightTable& lights = content->arrays.lights;
   lights.lights[0].kind = kind;
   EXPECT_NEAR(lights.sources(kind).power(lights, lights.lights[0]), 8 * M_PI, 1e-6);

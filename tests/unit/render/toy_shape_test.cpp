@@ -68,7 +68,7 @@ TEST(ToyShape, ACubeInAnEvenSkyCoversItsSquare) {
       lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })",
                                           32);
   ASSERT_NE(content, nullptr);
-  // What a function of its own in build_quadrics.cpp would set; a sphere's bounds are those of the cube.
+  // What a function of its own in shape/quadrics.cpp would set; a sphere's bounds are those of the cube.
   content->arrays.shapes.shapes[0].kind = kind;
   constexpr std::uint32_t kSamples = 16;
   const wire::TileResult picture = render_kernel_scene(

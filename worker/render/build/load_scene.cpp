@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
-#include "render/build/scene_builder.h"
 #include "render/build/scene_content.h"
 #include "render/film/adaptive_tile.h"
 #include "render/film/fixed_tile.h"
@@ -48,10 +47,7 @@ class LoadedScene final : public RenderScene {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
         auto self = std::unique_ptr<LoadedScene>(new LoadedScene(
             *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
-        std::vector<std::string> warnings;  // of the content: known
-        SceneArrays none;                   // the view has none of its own
-        SceneBuilder builder(scene, job, blobs, options.threads, none, self->tables_, warnings);
-        if (auto s = builder.rebuild_view(); !s.ok()) return s;
+        if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
         return self;
       }
     }

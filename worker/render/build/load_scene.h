@@ -7,9 +7,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <string_view>
 
 #include "absl/status/statusor.h"
+#include "render/build/blob_source.h"
 #include "render/renderer.h"
 
 namespace tessera::v1 {
@@ -18,15 +18,6 @@ class JobSpec;
 }  // namespace tessera::v1
 
 namespace tessera::render {
-
-/// The bytes of a blob; `owner` keeps them alive (a mapped file, a shared buffer). At least 16-byte aligned.
-struct BlobBytes {
-  std::string_view bytes;
-  std::shared_ptr<const void> owner;
-};
-
-/// Where the scene's blobs come from, by digest. May block; called from several threads.
-using BlobSource = std::function<absl::StatusOr<BlobBytes>(const std::string& digest)>;
 
 /// What the scenes that are loaded at a time have in common, for load_scene(): it finds there what it need
 /// not build again. Holds nothing alive. Thread-safe.

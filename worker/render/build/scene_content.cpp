@@ -1,15 +1,97 @@
 #include "render/build/scene_content.h"
 
-#include <algorithm>
 #include <bit>
 #include <future>
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/embree_kernel.h"
-#include "render/build/scene_builder.h"
+#include "render/build/light/light_builder.h"
+#include "render/build/material/material_builder.h"
+#include "render/build/medium/medium_builder.h"
+#include "render/build/placement/render_space.h"
+#include "render/build/shape/instance_builder.h"
+#include "render/build/shape/intersection.h"
+#include "render/build/shape/shading_groups.h"
+#include "render/build/shape/shape_builder.h"
+#include "render/build/texture/mesh_attributes.h"
+#include "render/build/texture/texture_builder.h"
+#include "render/build/texture/texture_images.h"
+#include "render/build/values/located.h"
+#include "render/build/view/settings.h"
+#include "render/build/view/view.h"
 #include "wire/message_digest.h"
 
 namespace tessera::render {
+
+namespace {
+
+/// What is asked of all materials, and of the media, before a path begins.
+void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
+  for (const MaterialRecord& material : arrays.materials.materials) {
+    tables.any_textures = tables.any_textures || (material.flags & kHasTextures);
+    tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic));
+    tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
+    tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
+    // Materials that are no surface matter in media only.
+    if (!sees_media || material.kind == kNoSurface) continue;
+    tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
+  }
+  tables.volumetric = tables.volumetric || !arrays.media.media.empty();
+  tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
+}
+
+/// The builders of a scene's arrays: what each reads of those before it, and the order in which they run.
+struct ArrayBuilders {
+  const v1::Scene& scene;
+  const BlobSource& blobs;
+  const wire::AlgorithmTraits& algorithm;
+  const RenderSpace space;
+  SceneArrays& arrays;
+  std::vector<std::string>& warnings;
+
+  // Whatever asks for a texture says that its images are needed; they are decoded when nothing more asks.
+  TextureImages images{};
+  TextureBuilder textures{space, images, arrays.textures};
+  MediumBuilder media{space, blobs, arrays.media};
+  MaterialBuilder materials{textures, arrays.materials, warnings};
+  MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
+  ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes},
+                      arrays.shapes,
+                      warnings};
+  InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings};
+  LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
+
+  absl::Status run() {
+    if (auto s = textures.build(scene.textures()); !s.ok()) return s;
+    if (auto s = media.build(scene.media(), algorithm, warnings); !s.ok()) return s;
+    if (auto s = materials.build(scene.materials()); !s.ok()) return s;
+    if (auto s = instances.build(scene.shapes(), scene.objects(), scene.instances()); !s.ok()) return s;
+    if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
+    return lights.add_lights(scene.lights());
+  }
+};
+
+/// The BVH of the shapes while the images are decoded, which it has nothing to do with. A worker of one
+/// thread uses one.
+absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
+                               const EmbreeKernel& embree, SceneContent& content) {
+  const ShapeTable& shapes = content.arrays.shapes;
+  std::future<absl::Status> images =
+      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
+                 [&] { return builders.images.decode(builders.blobs, options.threads); });
+  const bool robust =
+      wants_robust_intersection(shapes, builders.shapes.names(), settings.intersection, content.warnings);
+  auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
+                                  {options.threads, options.isa, robust});
+  if (auto s = images.get(); !s.ok()) return s;
+  if (!built.ok()) return built.status();
+  content.accelerator = *std::move(built);
+  content.rays = embree.make_query(content.accelerator->scene(),
+                                   static_cast<std::int32_t>(shapes.shapes.size()), settings.single_rays);
+  return absl::OkStatus();
+}
+
+}  // namespace
 
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa) {
   v1::Scene relevant = scene;
@@ -21,70 +103,62 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   camera.clear_screen_window();
   camera.clear_near_clip();
   camera.clear_far_clip();
-  const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   std::string key = absl::StrCat(isa, " ");
-  if (camera.world_from_camera_end().elements().empty() && world_from_camera.ok()) {
-    const Point origin = render_origin(scene, *world_from_camera);
-    absl::StrAppend(&key, absl::Hex(std::bit_cast<std::uint64_t>(origin.x)), " ",
-                    absl::Hex(std::bit_cast<std::uint64_t>(origin.y)), " ",
-                    absl::Hex(std::bit_cast<std::uint64_t>(origin.z)), " ");
+  const auto origin = render_origin(scene);
+  if (camera.world_from_camera_end().elements().empty() && origin.ok()) {
+    absl::StrAppend(&key, absl::Hex(std::bit_cast<std::uint64_t>(origin->x)), " ",
+                    absl::Hex(std::bit_cast<std::uint64_t>(origin->y)), " ",
+                    absl::Hex(std::bit_cast<std::uint64_t>(origin->z)), " ");
     camera.clear_world_from_camera();
   }
   return absl::StrCat(key, wire::digest_of({&job.content().algorithms(), &relevant}));
+}
+
+absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables) {
+  const Settings settings = read_settings(job);
+  const auto origin = render_origin(scene);
+  if (!origin.ok()) return origin.status();
+  return set_view(scene, job, settings, render_space_about(*origin), tables);
 }
 
 absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(
     const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, const LoadOptions& options,
     const EmbreeKernel& embree, LightSources light_sources) {
   auto content = std::make_shared<SceneContent>();
+  SceneArrays& arrays = content->arrays;
   SceneTables& tables = content->tables;
-  content->arrays.lights.sources = light_sources;
-  SceneBuilder builder(scene, job, blobs, options.threads, content->arrays, tables, content->warnings);
-  if (auto s = builder.build_tables(); !s.ok()) return s;
+  arrays.lights.sources = light_sources;
+  arrays.lights.shapes = &arrays.shapes;
+  arrays.lights.textures = &arrays.textures;
+
+  const Settings settings = read_settings(job);
+  const auto origin = render_origin(scene);
+  if (!origin.ok()) return origin.status();
+  ArrayBuilders builders{.scene = scene,
+                         .blobs = blobs,
+                         .algorithm = *settings.algorithm,
+                         .space = render_space_about(*origin),
+                         .arrays = arrays,
+                         .warnings = content->warnings};
+  if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
+  if (auto s = builders.run(); !s.ok()) return s;
+  const auto medium = builders.media.names().find(scene.camera().medium());
+  if (!medium.ok()) return located(medium.status(), "camera");
+  tables.camera.medium = *medium;
+  set_path_traits(arrays, settings.algorithm->media, tables);
+  group_for_shading(arrays.shapes, arrays.materials, tables);
   if (options.geometry_read) options.geometry_read();
-  // Images have nothing to do with the BVH. A worker of one thread uses one.
-  std::future<absl::Status> images =
-      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
-                 [&] { return builder.decode_images(); });
-  auto built = Accelerator::build(content->arrays.shapes, content->arrays.textures, embree.callbacks,
-                                  {options.threads, options.isa, builder.wants_robust_intersection()});
-  if (auto s = images.get(); !s.ok()) return s;
-  if (!built.ok()) return built.status();
-  const Accelerator& accelerator = *(content->accelerator = *std::move(built));
-  content->rays =
-      embree.make_query(accelerator.scene(), static_cast<std::int32_t>(content->arrays.shapes.shapes.size()),
-                        builder.wants_single_rays());
-  for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
-  content->material_names.resize(content->arrays.materials.materials.size(), "(default)");
-  std::copy_n(accelerator.bounding_centre(), 3, content->arrays.lights.scene_centre);
-  if (auto s = builder.check_instances(accelerator.bounding_centre(), accelerator.bounding_radius()); !s.ok())
+
+  if (auto s = build_accelerator(builders, settings, options, embree, *content); !s.ok()) return s;
+  const Accelerator& accelerator = *content->accelerator;
+  if (auto s = builders.instances.check_reach(accelerator.bounding_centre(), accelerator.bounding_radius());
+      !s.ok())
     return s;
-  if (auto s = builder.build_light_selection(accelerator.bounding_radius()); !s.ok()) return s;
+  build_light_selection(settings.light_selection, accelerator.bounding_centre(),
+                        accelerator.bounding_radius(), arrays.lights);
+  for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
+  content->material_names.resize(arrays.materials.materials.size(), "(default)");
   return content;
-}
-
-absl::Status SceneBuilder::build_tables() {
-  for (const auto step :
-       {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter,
-        &SceneBuilder::build_textures, &SceneBuilder::build_media, &SceneBuilder::build_materials,
-        &SceneBuilder::build_shapes, &SceneBuilder::build_lights}) {
-    if (auto s = (this->*step)(); !s.ok()) return s;
-  }
-  decide_volumetric();
-  build_shading_groups();
-  return absl::OkStatus();
-}
-
-absl::Status SceneBuilder::rebuild_view() {
-  const std::int32_t medium = tables_.camera.medium;
-  tables_.camera = {};
-  tables_.camera.medium = medium;
-  tables_.aovs = {};
-  for (const auto step :
-       {&SceneBuilder::build_settings, &SceneBuilder::build_camera, &SceneBuilder::build_filter}) {
-    if (auto s = (this->*step)(); !s.ok()) return s;
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace tessera::render

@@ -24,10 +24,12 @@ struct SceneContent {
   std::unique_ptr<RayQuery> rays;            // asks it
 };
 
-/// Key of the content: jobs that share it differ only in what SceneBuilder::rebuild_view() sets. Positions
-/// are relative to the origin of render space, so that stays; settings that are not named in it are taken to
-/// matter.
+/// Key of the content: jobs that share it differ only in what view_content() sets. Positions are relative to
+/// the origin of render space, so that stays; settings that are not named in it are taken to matter.
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
+
+/// Sets camera, film and sampler in the tables of content that has the key of this scene and job.
+absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables);
 
 /// Errors as of load_scene().
 absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(

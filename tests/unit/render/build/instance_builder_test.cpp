@@ -1,0 +1,137 @@
+// Where shapes stand and how they move, of spheres alone.
+#include "render/build/shape/instance_builder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "unit/render/build/builder_inputs.h"
+
+namespace tessera::render {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr const char* kIdentity = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+constexpr const char* kFiveAlongX = "elements: [1,0,0,5, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+constexpr const char* kSingular = "elements: [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+
+class InstanceBuilderTest : public testing::Test {
+ protected:
+  InstanceBuilderTest() { material_table_.materials.resize(1); }
+  absl::Status build(const std::string& scene) {
+    scene_ = message<v1::Scene>(scene);
+    return builder_.build(scene_.shapes(), scene_.objects(), scene_.instances());
+  }
+
+  const RenderSpace space_ = render_space_about({1, 0, 0});
+  const NameTable materials_{"material", 0};
+  MaterialTable material_table_;
+  MediumNames media_;
+  NamedTextures textures_;
+  BlobsInMemory blobs_;
+  const std::map<std::string, int> attribute_names_;
+  TextureTable texture_table_;
+  MeshAttributes attributes_{attribute_names_, blobs_.source, texture_table_};
+  std::vector<std::string> warnings_;
+  v1::Scene scene_;
+  ShapeTable table_;
+  ShapeBuilder shapes_{
+      {blobs_.source, materials_, material_table_, media_, textures_, attributes_}, table_, warnings_};
+  InstanceBuilder builder_{space_, blobs_.source, shapes_, table_, warnings_};
+};
+
+TEST_F(InstanceBuilderTest, ShapesOfTheWorldStandInRenderSpace) {
+  ASSERT_EQ(build(absl::StrCat("shapes { sphere { radius: 1 } world_from_object { ", kFiveAlongX, " } }")),
+            absl::OkStatus());
+  EXPECT_EQ(table_.world_shape_count, 1);
+  EXPECT_EQ(table_.quadrics[0].render_from_object.m[3], 4);
+  EXPECT_TRUE(table_.instances.empty());
+}
+
+TEST_F(InstanceBuilderTest, AnObjectIsBuiltOnceAndPlacedByItsInstances) {
+  ASSERT_EQ(build(absl::StrCat(
+                "objects { name: 'tree' shapes { sphere { radius: 1 } } shapes { disk { radius: 1 } } }"
+                "instances { object: 'tree' } instances { object: 'tree' world_from_instance { ",
+                kFiveAlongX, " } }")),
+            absl::OkStatus());
+  EXPECT_EQ(table_.world_shape_count, 0);
+  ASSERT_EQ(table_.objects.size(), 1u);
+  EXPECT_EQ(table_.objects[0].shape_count, 2);
+  ASSERT_EQ(table_.instances.size(), 2u);
+  EXPECT_EQ(table_.instances[0].render_from_instance.m[3], -1);
+  EXPECT_EQ(table_.instances[1].render_from_instance.m[3], 4);
+  EXPECT_EQ(table_.instances[1].instance_from_render.m[3], -4);
+  EXPECT_THAT(shapes_.names(), ElementsAre("object 'tree', shape 0", "object 'tree', shape 1"));
+}
+
+TEST_F(InstanceBuilderTest, AnObjectFarFromItsOriginIsBuiltAboutItself) {
+  ASSERT_EQ(build("objects { name: 'far' shapes { sphere { radius: 1 } world_from_object { "
+                  "elements: [1,0,0,1000, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } instances { object: 'far' }"),
+            absl::OkStatus());
+  EXPECT_EQ(table_.quadrics[0].render_from_object.m[3], 0);
+  EXPECT_EQ(table_.instances[0].render_from_instance.m[3], 999);
+}
+
+TEST_F(InstanceBuilderTest, WhatMovesIsAnObjectOfItsOwn) {
+  const std::string moves = absl::StrCat("sphere { radius: 1 } world_from_object { ", kIdentity,
+                                         " } world_from_object_end { ", kFiveAlongX, " }");
+  ASSERT_EQ(build(absl::StrCat("shapes { ", moves, " name: 'ball' } shapes { ", moves,
+                               " area_light {} name: 'lamp' } shapes { sphere { radius: 1 } }")),
+            absl::OkStatus());
+  EXPECT_EQ(table_.world_shape_count, 2);
+  EXPECT_EQ(table_.objects.size(), 1u);
+  ASSERT_EQ(table_.instances.size(), 1u);
+  EXPECT_EQ(table_.instances[0].segments, 1);
+  ASSERT_EQ(table_.motion_steps.size(), 2u);
+  EXPECT_EQ(table_.motion_steps[0].m[3], -1);
+  EXPECT_EQ(table_.motion_steps[1].m[3], 4);
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("shape 1 (lamp): shapes that emit light do not move")));
+}
+
+TEST_F(InstanceBuilderTest, LeavesOutWhatIsFlat) {
+  ASSERT_EQ(
+      build(absl::StrCat("objects { name: 'o' shapes { sphere { radius: 1 } } } instances { object: 'o' "
+                         "world_from_instance { ",
+                         kSingular, " } }")),
+      absl::OkStatus());
+  EXPECT_TRUE(table_.instances.empty());
+  EXPECT_THAT(warnings_, ElementsAre("instance 0 (o): its transform is singular; left out"));
+}
+
+TEST_F(InstanceBuilderTest, ARayMustReachEveryInstance) {
+  ASSERT_EQ(build("objects { name: 'dust' shapes { sphere { radius: 1 } } } instances { object: 'dust' "
+                  "world_from_instance { elements: [1e-12,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }"),
+            absl::OkStatus());
+  const float centre[3] = {};
+  EXPECT_EQ(builder_.check_reach(centre, 1e5f), absl::OkStatus());
+  EXPECT_THAT(std::string(builder_.check_reach(centre, 1e7f).message()),
+              HasSubstr("instance 0 (dust): its transform scales by more"));
+}
+
+class InstanceErrors : public InstanceBuilderTest,
+                       public testing::WithParamInterface<std::pair<std::string, const char*>> {};
+
+TEST_P(InstanceErrors, NameThePlace) {
+  EXPECT_THAT(std::string(build(GetParam().first).message()), HasSubstr(GetParam().second));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, InstanceErrors,
+    testing::Values(
+        std::pair("instances { object: 'x' }", "instance 0 (x): object 'x' does not exist"),
+        std::pair("objects { name: 'o' } objects { name: 'o' }", "object 'o': the name is used twice"),
+        std::pair("shapes { sphere { radius: -1 } name: 'ball' }", "shape 0 (ball): its radius"),
+        std::pair("shapes { world_from_object { elements: 1 } }", "shape 0: a matrix has 1 elements"),
+        std::pair("objects { name: 'o' shapes { disk {} } }", "object 'o', shape 0: its radius"),
+        std::pair("objects { name: 'o' shapes { mesh { blob { digest: 'x' } } } }",
+                  "object 'o', shape 0: mesh x: there is no blob x"),
+        std::pair(absl::StrCat("shapes { sphere { radius: 1 } world_from_object_end { ", kSingular, " } }"),
+                  "shape 0: its transform at the end of its motion is singular"),
+        std::pair("objects { name: 'o' shapes { sphere { radius: 1 } } } instances { object: 'o' "
+                  "world_from_instance { "
+                  "elements: [1e30,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }",
+                  "instance 0 (o): its transform scales by more")));
+
+}  // namespace
+}  // namespace tessera::render

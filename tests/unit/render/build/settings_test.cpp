@@ -1,0 +1,44 @@
+// A job's settings alone.
+#include "render/build/view/settings.h"
+
+#include <gtest/gtest.h>
+
+#include "unit/render/build/builder_inputs.h"
+#include "wire/limits.h"
+
+namespace tessera::render {
+namespace {
+
+Settings settings_of(const std::string& job) { return read_settings(message<v1::JobSpec>(job)); }
+
+TEST(ReadSettings, WhatIsNotSpecifiedIsTheDefault) {
+  const Settings settings = settings_of("");
+  EXPECT_EQ(settings.algorithm, &wire::algorithms()[0]);
+  EXPECT_EQ(settings.sampler.kind, SamplerKind::kSobol);
+  EXPECT_EQ(settings.intersection, v1::INTERSECTION_UNSPECIFIED);
+  EXPECT_EQ(settings.light_selection, LightSelection::kAuto);
+  EXPECT_FALSE(settings.single_rays);
+  EXPECT_FALSE(settings.aovs.albedo || settings.aovs.normal || settings.aovs.depth);
+}
+
+TEST(ReadSettings, TakesWhatTheJobNames) {
+  const Settings settings = settings_of(R"(
+      content { algorithms { integrator: 'volpath' intersection: INTERSECTION_ROBUST
+                             traversal: TRAVERSAL_SINGLE light_selection: LIGHT_SELECTION_TREE } }
+      view { aovs: AOV_NORMAL sampler: SAMPLER_INDEPENDENT seed: 9 max_depth: 4000000000 })");
+  EXPECT_STREQ(settings.algorithm->name, "volpath");
+  EXPECT_EQ(settings.sampler.kind, SamplerKind::kIndependent);
+  EXPECT_EQ(settings.sampler.seed, 9u);
+  EXPECT_EQ(settings.max_depth, static_cast<std::int32_t>(wire::kMaxDepth));
+  EXPECT_EQ(settings.intersection, v1::INTERSECTION_ROBUST);
+  EXPECT_TRUE(settings.single_rays);
+  EXPECT_EQ(settings.light_selection, LightSelection::kTree);
+  EXPECT_TRUE(settings.aovs.normal);
+  EXPECT_FALSE(settings.aovs.depth);
+  const Settings by_chance = settings_of(
+      "content { algorithms { direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_TREE } }");
+  EXPECT_EQ(by_chance.light_selection, LightSelection::kNone);
+}
+
+}  // namespace
+}  // namespace tessera::render

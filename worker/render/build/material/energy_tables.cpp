@@ -1,0 +1,25 @@
+#include "render/build/material/energy_tables.h"
+
+#include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/plastic_table.h"
+
+namespace tessera::render {
+
+std::int32_t EnergyTables::coat(float eta, float thickness) {
+  return append_coat_table(eta, thickness, table_);
+}
+
+std::int32_t EnergyTables::plastic(float eta, const BoundaryFacets& facets) {
+  const auto [offset, added] =
+      plastic_.try_emplace({eta, facets.alpha, facets.beckmann, facets.separable_masking}, 0);
+  if (added) offset->second = append_plastic_table(eta, facets, table_);
+  return offset->second;
+}
+
+std::int32_t EnergyTables::balance(const BalancedFacets& facets) {
+  const auto [offset, added] = balance_.try_emplace(facets, 0);
+  if (added) offset->second = append_balance_table(facets, table_);
+  return offset->second;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,29 @@
+// Tables of the energy of rough boundaries that materials need, each computed once.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <tuple>
+
+#include "render/bsdf/material_table.h"
+#include "render/bsdf/tables/balance_table.h"
+#include "render/bsdf/tables/boundary_energy.h"
+
+namespace tessera::render {
+
+/// Offsets in MaterialTable::coat_tables. Indices of refraction are those of the inside over the outside.
+class EnergyTables {
+ public:
+  explicit EnergyTables(MaterialTable& table) : table_(table) {}
+
+  std::int32_t coat(float eta, float thickness);
+  std::int32_t plastic(float eta, const BoundaryFacets& facets);
+  std::int32_t balance(const BalancedFacets& facets);
+
+ private:
+  MaterialTable& table_;
+  std::map<std::tuple<float, double, bool, bool>, std::int32_t> plastic_;
+  std::map<BalancedFacets, std::int32_t> balance_;
+};
+
+}  // namespace tessera::render

@@ -1,0 +1,137 @@
+#include "render/build/material/material_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "absl/strings/str_cat.h"
+#include "render/bsdf/slots.h"
+#include "render/build/material/material_kinds.h"
+#include "render/build/values/located.h"
+#include "wire/limits.h"
+
+namespace tessera::render {
+
+namespace {
+
+/// Step in u and v for differences of the texture at `node`: within a texel, where bilinear textures are
+/// linear, and as pbrt's for those that are not made of images.
+float difference_step(const TextureTable& table, int node) {
+  constexpr float kPartOfTexel = 1.0f / 32, kUsual = 0.0005f;
+  const TextureNode& texture = table.nodes[static_cast<std::size_t>(node)];
+  float step = kUsual;
+  if (texture.image) {
+    const float columns = std::fabs(texture.scale_u) + std::fabs(texture.u_from_v);
+    const float rows = std::fabs(texture.scale_v) + std::fabs(texture.v_from_u);
+    const float texels = std::max(static_cast<float>(texture.image->width) * columns,
+                                  static_cast<float>(texture.image->height) * rows);
+    step = std::min(step, kPartOfTexel / std::max(texels, 1.0f));
+  }
+  for (const std::int32_t input : texture.inputs) {
+    if (input >= 0) step = std::min(step, difference_step(table, input));
+  }
+  return step;
+}
+
+}  // namespace
+
+absl::Status MaterialBuilder::build(const Materials& materials) {
+  names_ = NameTable("material", materials.size());
+  for (int i = 0; i < materials.size(); ++i) {
+    if (auto s = names_.add(materials[i].name(), i); !s.ok()) return s;
+  }
+  for (const v1::Material& material : materials) {
+    if (auto s = build_material(material, table_.materials.emplace_back()); !s.ok()) {
+      return located(s, absl::StrCat("material '", material.name(), "'"));
+    }
+  }
+  std::ranges::fill(table_.materials.emplace_back().spectra[slot::kReflectance].value, 0.5f);
+  return check_mixes();
+}
+
+absl::Status MaterialBuilder::build_material(const v1::Material& material, MaterialRecord& record) {
+  const MaterialInputs inputs{textures_, energies_, table_, warnings_};
+  MaterialSlots slots(inputs, material.name(), record);
+  if (auto s = material.has_mix() ? set_mix(material.mix(), slots) : set_kind(material, slots); !s.ok())
+    return s;
+  if (auto s = set_sides(material, record); !s.ok()) return s;
+  return set_maps(material, slots);
+}
+
+absl::Status MaterialBuilder::check_mixes() const {
+  // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a
+  // surface needs no look, as light only gets there once.
+  constexpr int kUnknown = -1, kOnThePath = -2;
+  const auto& records = table_.materials;
+  std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
+  const std::function<absl::Status(int, int)> look = [&](int i, int above) {
+    if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
+    if (!(records[i].flags & kMixed)) nesting[i] = 0;
+    if (nesting[i] == kUnknown && above < wire::kMaxNesting) {
+      nesting[i] = kOnThePath;
+      for (const int part : {records[i].mix_a, records[i].mix_b}) {
+        if (auto s = look(part, above + 1); !s.ok()) return s;
+      }
+      nesting[i] = 1 + std::max(nesting[records[i].mix_a], nesting[records[i].mix_b]);
+    }
+    if (nesting[i] != kUnknown && above + nesting[i] <= wire::kMaxNesting) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("more than ", wire::kMaxNesting, " mixes within one another"));
+  };
+  for (const auto& [name, index] : names_.indices()) {
+    if (auto s = look(index, 0); !s.ok()) return located(s, absl::StrCat("material '", name, "'"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MaterialBuilder::set_mix(const v1::MixMaterial& mix, MaterialSlots& slots) {
+  MaterialRecord& record = slots.record;
+  record.kind = BsdfKind::kMix;
+  record.flags |= kMixed;
+  const auto a = names_.find(mix.a()), b = names_.find(mix.b());
+  if (!a.ok()) return a.status();
+  if (!b.ok()) return b.status();
+  record.mix_a = *a, record.mix_b = *b;
+  return slots.set_scalar(mix.amount(), 0.5f, record.scalars[slot::kMixAmount]);
+}
+
+absl::Status MaterialBuilder::set_sides(const v1::Material& material, MaterialRecord& record) {
+  // Principled glass has an inside, and a thin sheet no back.
+  const bool both = (record.flags & kHasInside) || record.kind == BsdfKind::kPrincipledThin;
+  if (material.one_sided() && !both) record.flags |= kOneSided;
+  if (material.back().empty()) return absl::OkStatus();
+  const auto back = names_.find(material.back());
+  if (!back.ok()) return back.status();
+  record.back = *back;
+  record.flags |= kHasBack;
+  return absl::OkStatus();
+}
+
+absl::Status MaterialBuilder::set_maps(const v1::Material& material, MaterialSlots& slots) {
+  MaterialRecord& record = slots.record;
+  if (material.displacement().has_texture()) {
+    auto node = textures_.node(material.displacement().texture());
+    if (!node.ok()) return node.status();
+    record.bump_texture = *node;
+    record.bump_step = difference_step(textures_.table(), *node);
+    record.flags |= kHasBump;
+  }
+  if (material.has_normal_map() && !material.normal_texture().empty()) {
+    return absl::InvalidArgumentError("normal_map and normal_texture exclude each other");
+  }
+  if (material.has_normal_map() || !material.normal_texture().empty()) {
+    auto node = material.has_normal_map() ? textures_.normal_map(material.normal_map())
+                                          : textures_.node(material.normal_texture());
+    if (!node.ok()) return node.status();
+    record.normal_texture = *node;
+    record.flags |= kHasBump;
+  }
+  if (material.bends_softly() && (record.flags & kHasBump)) record.flags |= kBendsSoftly;
+  if (!material.has_opacity()) return absl::OkStatus();
+  if (auto s = slots.set_scalar(material.opacity(), 1, record.opacity); !s.ok()) return s;
+  record.opacity.value = std::clamp(record.opacity.value, 0.0f, 1.0f);
+  if (record.opacity.texture >= 0 || record.opacity.value < 1) record.flags |= kHasOpacity;
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,44 @@
+// Materials of a scene's messages -> MaterialTable: their names, mixes and sides, bump and normal maps.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "render/bsdf/material_table.h"
+#include "render/build/material/energy_tables.h"
+#include "render/build/material/material_slots.h"
+#include "render/build/texture/texture_nodes.h"
+#include "render/build/values/name_table.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+class MaterialBuilder {
+ public:
+  using Materials = google::protobuf::RepeatedPtrField<v1::Material>;
+
+  MaterialBuilder(TextureNodes& textures, MaterialTable& table, std::vector<std::string>& warnings)
+      : textures_(textures), table_(table), warnings_(warnings), energies_(table) {}
+
+  /// Adds all materials, and behind them the one of shapes that name none. InvalidArgument names the
+  /// material.
+  absl::Status build(const Materials& materials);
+  /// The empty name is that of the last.
+  const NameTable& names() const { return names_; }
+
+ private:
+  absl::Status build_material(const v1::Material& material, MaterialRecord& record);
+  absl::Status set_mix(const v1::MixMaterial& mix, MaterialSlots& slots);
+  absl::Status set_sides(const v1::Material& material, MaterialRecord& record);
+  absl::Status set_maps(const v1::Material& material, MaterialSlots& slots);
+  absl::Status check_mixes() const;
+
+  TextureNodes& textures_;
+  MaterialTable& table_;
+  std::vector<std::string>& warnings_;
+  EnergyTables energies_;
+  NameTable names_{"material"};
+};
+
+}  // namespace tessera::render

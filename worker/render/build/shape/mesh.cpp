@@ -1,0 +1,134 @@
+// Triangle meshes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "render/build/shape/geometry.h"
+#include "render/build/values/located.h"
+#include "wire/mesh_blob.h"
+
+namespace tessera::render {
+
+namespace {
+
+absl::StatusOr<BlobBytes> blob_of(const v1::TriangleMesh& mesh, const BlobSource& blobs) {
+  auto bytes = blobs(mesh.blob().digest());
+  if (!bytes.ok()) return located(bytes.status(), absl::StrCat("mesh ", mesh.blob().digest()));
+  return bytes;
+}
+
+absl::StatusOr<wire::MeshView> view_of(const v1::TriangleMesh& mesh, const BlobBytes& blob) {
+  auto view = wire::decode_mesh(blob.bytes);
+  if (!view.ok()) return located(view.status(), absl::StrCat("mesh ", mesh.blob().digest()));
+  return view;
+}
+
+/// The vertices of `mesh`, placed by `placed_from_object`, appended. False when one is not finite.
+bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_object, BigArray<Vertex>& out) {
+  bool sound = true;
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    const float* xyz = mesh.positions.data() + 3 * i;
+    const Point p = placed_from_object.apply({xyz[0], xyz[1], xyz[2]});
+    Vertex& v = out.emplace_back();
+    v.position[0] = static_cast<float>(p.x), v.position[1] = static_cast<float>(p.y),
+    v.position[2] = static_cast<float>(p.z);
+    for (const float x : v.position) sound = sound && std::isfinite(x);
+    if (!mesh.uvs.empty()) v.u = mesh.uvs[2 * i], v.v = mesh.uvs[2 * i + 1];
+  }
+  return sound;
+}
+
+/// Shading normals through the inverse transpose, turned over when asked.
+void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed, bool turn,
+                 Vertex* vertices) {
+  const auto& m = object_from_placed.m;
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    const double x = mesh.normals[3 * i], y = mesh.normals[3 * i + 1], z = mesh.normals[3 * i + 2];
+    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
+                  m[2] * x + m[6] * y + m[10] * z};
+    const double l = length(n);
+    const double scale = l > 0 && std::isfinite(l) ? (turn ? -1 : 1) / l : 0;
+    vertices[i].normal[0] = static_cast<float>(n.x * scale);
+    vertices[i].normal[1] = static_cast<float>(n.y * scale);
+    vertices[i].normal[2] = static_cast<float>(n.z * scale);
+  }
+}
+
+Point point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
+
+/// Winds triangles so that cross(p1 - p0, p2 - p0) is the geometric normal: on the side of the shading
+/// normals where there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when
+/// asked.
+void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool with_normals, bool turn,
+                      BigArray<std::uint32_t>& out) {
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
+    bool swap = turn;
+    if (with_normals) {
+      const Point p = point(vertices[a].position);
+      const Point n = cross(point(vertices[b].position) - p, point(vertices[c].position) - p);
+      const double side = dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) +
+                          dot(n, point(vertices[c].normal));
+      if (side != 0) swap = side < 0;
+    }
+    out.insert(out.end(), {a, swap ? c : b, swap ? b : c});
+  }
+}
+
+}  // namespace
+
+absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
+                      ShapeTable& table, ShapeRecord& record) {
+  const auto blob = blob_of(shape.mesh(), blobs);
+  if (!blob.ok()) return blob.status();
+  const auto mesh = view_of(shape.mesh(), *blob);
+  if (!mesh.ok()) return mesh.status();
+  const std::size_t vertices = table.vertices.size() + mesh->vertex_count();
+  const std::size_t triangles = table.triangles.size() / 3 + mesh->triangle_count();
+  constexpr std::size_t kMost =
+      std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
+  if (vertices > kMost || triangles > kMost) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
+  }
+  record.kind = ShapeKind::kTriangles;
+  record.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);
+  record.triangle_count = static_cast<std::int32_t>(mesh->triangle_count());
+  record.first_vertex = static_cast<std::int32_t>(table.vertices.size());
+  record.vertex_count = static_cast<std::int32_t>(mesh->vertex_count());
+
+  if (!append_vertices(*mesh, placed_from_object, table.vertices)) {
+    return absl::InvalidArgumentError("a vertex is not finite once it is placed in the world");
+  }
+  Vertex* placed = table.vertices.data() + record.first_vertex;
+  Transform object_from_placed;
+  const bool with_normals = !mesh->normals.empty() && placed_from_object.invert(object_from_placed);
+  if (with_normals) {
+    record.flags |= kHasNormals;
+    set_normals(*mesh, object_from_placed, shape.reverse_orientation(), placed);
+  }
+  if (!mesh->uvs.empty()) record.flags |= kHasUvs;
+  const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
+  append_triangles(*mesh, placed, with_normals, turn, table.triangles);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::pair<Point, Point>> bounds_of_mesh(const v1::TriangleMesh& mesh,
+                                                       const Transform& transform, const BlobSource& blobs) {
+  const auto blob = blob_of(mesh, blobs);
+  if (!blob.ok()) return blob.status();
+  const auto view = view_of(mesh, *blob);
+  if (!view.ok()) return view.status();
+  Point low, high;
+  for (std::size_t i = 0; i < view->vertex_count(); ++i) {
+    const float* v = view->positions.data() + 3 * i;
+    const Point p = transform.apply({v[0], v[1], v[2]});
+    if (i == 0) low = high = p;
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  return std::pair(low, high);
+}
+
+}  // namespace tessera::render

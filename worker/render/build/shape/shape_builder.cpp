@@ -1,0 +1,91 @@
+#include "render/build/shape/shape_builder.h"
+
+#include "absl/strings/str_cat.h"
+#include "render/build/shape/geometry.h"
+
+namespace tessera::render {
+
+absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
+                               const std::string& where) {
+  ShapeRecord record;
+  const auto material = inputs_.materials.find(shape.material());
+  if (!material.ok()) return material.status();
+  record.material = *material;
+  if (auto s = set_media(shape, record); !s.ok()) return s;
+  // A surface of nothing matters only as the border of a medium.
+  const BsdfKind kind = inputs_.material_table.materials[static_cast<std::size_t>(*material)].kind;
+  if (kind == BsdfKind::kInterface && !shape.has_area_light() && !(record.flags & kMediumBorder))
+    return absl::OkStatus();
+
+  if (auto s = set_alpha(shape, record); !s.ok()) return s;
+  if (auto s = add_geometry(shape, placed_from_object, where, record); !s.ok()) return s;
+  const auto index = static_cast<std::int32_t>(table_.shapes.size());
+  table_.shapes.push_back(record);
+  names_.push_back(where);
+  if (shape.has_mesh()) {
+    if (auto s = inputs_.attributes.add(shape.mesh(), table_, index); !s.ok()) return s;
+  }
+  return shape.has_area_light() ? add_emitter(shape, instanced, where, index) : absl::OkStatus();
+}
+
+absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
+                                        const std::string& where, ShapeRecord& record) {
+  switch (shape.kind_case()) {
+    case v1::Shape::kMesh:
+      return add_mesh(shape, placed_from_object, inputs_.blobs, table_, record);
+    case v1::Shape::kSphere:
+    case v1::Shape::kDisk:
+    case v1::Shape::kCylinder:
+      if (record.flags & kHasAlpha)
+        warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
+      return add_quadric(shape, placed_from_object, table_, record);
+    case v1::Shape::kSdfGrid:
+      return add_sdf_grid(shape, placed_from_object, inputs_.blobs, table_, record);
+    case v1::Shape::kCurves:
+      return add_curves(shape, placed_from_object, inputs_.blobs, table_, record);
+    case v1::Shape::KIND_NOT_SET:
+      break;
+  }
+  return absl::InvalidArgumentError("its kind is missing or unknown");
+}
+
+absl::Status ShapeBuilder::add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,
+                                       std::int32_t index) {
+  if (shape.has_sdf_grid()) return absl::InvalidArgumentError("a grid of distances cannot emit light");
+  if (shape.has_curves()) {
+    warnings_.push_back(absl::StrCat(where, ": curves cannot emit light; their area light is left out"));
+  } else if (instanced) {
+    warnings_.push_back(
+        absl::StrCat(where, ": shapes of an object cannot emit light; its area light is left out"));
+  } else {
+    emitters_.push_back({index, &shape.area_light(), where});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ShapeBuilder::set_media(const v1::Shape& shape, ShapeRecord& record) const {
+  const auto interior = inputs_.media.find(shape.interior_medium()),
+             exterior = inputs_.media.find(shape.exterior_medium());
+  if (!interior.ok()) return interior.status();
+  if (!exterior.ok()) return exterior.status();
+  if (*interior == *exterior) return absl::OkStatus();
+  record.flags |= kMediumBorder;
+  record.interior = *interior, record.exterior = *exterior;
+  return absl::OkStatus();
+}
+
+absl::Status ShapeBuilder::set_alpha(const v1::Shape& shape, ShapeRecord& record) {
+  if (!shape.has_alpha()) return absl::OkStatus();
+  if (shape.alpha().has_texture()) {
+    auto node = inputs_.textures.node(shape.alpha().texture());
+    if (!node.ok()) return node.status();
+    record.alpha_texture = *node;
+    record.flags |= kHasAlpha;
+  } else if (shape.alpha().has_constant() && shape.alpha().constant() < 1) {
+    record.alpha = shape.alpha().constant();
+    record.flags |= kHasAlpha;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

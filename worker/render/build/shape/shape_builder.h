@@ -1,0 +1,61 @@
+// One shape of a scene's messages -> its record and arrays in the ShapeTable.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "render/bsdf/material_table.h"
+#include "render/build/blob_source.h"
+#include "render/build/medium/medium_names.h"
+#include "render/build/placement/transform.h"
+#include "render/build/shape/emitter.h"
+#include "render/build/texture/mesh_attributes.h"
+#include "render/build/texture/texture_nodes.h"
+#include "render/build/values/name_table.h"
+#include "render/shape/shape_table.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+/// What shapes refer to.
+struct ShapeInputs {
+  const BlobSource& blobs;  // of meshes, curves and grids
+  const NameTable& materials;
+  const MaterialTable& material_table;
+  const MediumNames& media;
+  TextureNodes& textures;  // of alpha
+  MeshAttributes& attributes;
+};
+
+class ShapeBuilder {
+ public:
+  ShapeBuilder(const ShapeInputs& inputs, ShapeTable& table, std::vector<std::string>& warnings)
+      : inputs_(inputs), table_(table), warnings_(warnings) {}
+
+  /// Adds a shape, unless there would be nothing of it to be seen. Shapes of objects (`instanced`) emit no
+  /// light: a warning. Warnings name `where`; InvalidArgument does not.
+  absl::Status add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
+                   const std::string& where);
+
+  /// The places in the scene of all shapes in the table, for messages.
+  const std::vector<std::string>& names() const { return names_; }
+  /// Shapes that emit light, in order.
+  const std::vector<Emitter>& emitters() const { return emitters_; }
+
+ private:
+  absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
+                            const std::string& where, ShapeRecord& record);
+  absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
+  absl::Status set_media(const v1::Shape& shape, ShapeRecord& record) const;
+  absl::Status add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,
+                           std::int32_t index);
+
+  const ShapeInputs inputs_;
+  ShapeTable& table_;
+  std::vector<std::string>& warnings_;
+  std::vector<std::string> names_;
+  std::vector<Emitter> emitters_;
+};
+
+}  // namespace tessera::render

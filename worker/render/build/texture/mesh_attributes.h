@@ -1,0 +1,33 @@
+// Values over meshes that textures look up.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "absl/status/status.h"
+#include "render/build/blob_source.h"
+#include "render/color/texture_table.h"
+#include "render/shape/shape_table.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+class MeshAttributes {
+ public:
+  /// `names`: those that textures look up, with their numbers (TextureBuilder::attribute_names()). Fills the
+  /// attributes of `table`.
+  MeshAttributes(const std::map<std::string, int>& names, const BlobSource& blobs, TextureTable& table)
+      : names_(names), blobs_(blobs), table_(table) {}
+
+  /// Adds those of `mesh` that are looked up; `shape` is what it has become. Shapes come in order.
+  /// InvalidArgument names the attribute.
+  absl::Status add(const v1::TriangleMesh& mesh, const ShapeTable& shapes, std::int32_t shape);
+
+ private:
+  const std::map<std::string, int>& names_;
+  const BlobSource& blobs_;
+  TextureTable& table_;
+};
+
+}  // namespace tessera::render

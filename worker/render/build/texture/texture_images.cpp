@@ -1,0 +1,53 @@
+#include "render/build/texture/texture_images.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "render/build/values/located.h"
+#include "render/build/values/parallel.h"
+#include "render/color/texture_load.h"
+
+namespace tessera::render {
+
+namespace {
+
+TexelEncoding encoding_of(const v1::ImageTexture& image) {
+  switch (image.encoding()) {
+    case v1::ImageTexture::LINEAR:
+      return TexelEncoding::kLinear;
+    case v1::ImageTexture::SRGB:
+      return TexelEncoding::kSrgb;
+    case v1::ImageTexture::GAMMA:
+      return TexelEncoding::kGamma;
+    default:
+      return TexelEncoding::kAuto;
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const TextureImage> TextureImages::slot(const v1::ImageTexture& image) {
+  const std::string key =
+      absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/", image.gamma());
+  Slot& slot = slots_[key];
+  if (!slot.image) slot = {&image, std::make_shared<TextureImage>()};
+  return slot.image;
+}
+
+absl::Status TextureImages::decode(const BlobSource& blobs, int threads) {
+  std::vector<const Slot*> wanted;
+  for (const auto& [key, slot] : slots_) {
+    if (needed_.contains(slot.image.get())) wanted.push_back(&slot);
+  }
+  return parallel_for(wanted.size(), threads, [&](std::size_t i) -> absl::Status {
+    const v1::ImageTexture& image = *wanted[i]->source;
+    auto bytes = blobs(image.image().digest());
+    if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", image.image().path(), "'"));
+    auto loaded = load_texture_image(bytes->bytes, image.image().path(), {encoding_of(image), image.gamma()});
+    if (!loaded.ok()) return loaded.status();
+    *wanted[i]->image = *std::move(loaded);
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace tessera::render

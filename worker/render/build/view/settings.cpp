@@ -1,0 +1,48 @@
+#include "render/build/view/settings.h"
+
+#include <algorithm>
+
+#include "wire/limits.h"
+
+namespace tessera::render {
+
+namespace {
+
+LightSelection selection_of(const v1::Algorithms& asked) {
+  if (asked.direct_light() == v1::DIRECT_LIGHT_BSDF) return LightSelection::kNone;
+  switch (asked.light_selection()) {
+    case v1::LIGHT_SELECTION_TREE:
+      return LightSelection::kTree;
+    case v1::LIGHT_SELECTION_MIXED:
+      return LightSelection::kMixed;
+    case v1::LIGHT_SELECTION_POWER:
+      return LightSelection::kPower;
+    case v1::LIGHT_SELECTION_UNIFORM:
+      return LightSelection::kUniform;
+    default:
+      return LightSelection::kAuto;
+  }
+}
+
+}  // namespace
+
+Settings read_settings(const v1::JobSpec& job) {
+  const v1::Algorithms& asked = job.content().algorithms();
+  Settings result;
+  result.algorithm = wire::find_algorithm(asked.integrator());
+  result.intersection = asked.intersection();
+  result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
+  result.light_selection = selection_of(asked);
+  const v1::JobSpec::View& view = job.view();
+  if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
+  result.sampler.seed = view.seed();
+  result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
+  for (const int aov : view.aovs()) {
+    if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
+    if (aov == v1::AOV_NORMAL) result.aovs.normal = true;
+    if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
+  }
+  return result;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,26 @@
+// A job's settings as the builders take them.
+#pragma once
+
+#include <cstdint>
+
+#include "render/integrator/scene_tables.h"
+#include "render/light/light_build.h"
+#include "tessera/v1/job.pb.h"
+#include "wire/algorithm.h"
+
+namespace tessera::render {
+
+struct Settings {
+  const wire::AlgorithmTraits* algorithm = nullptr;
+  SamplerConfig sampler;
+  std::int32_t max_depth = 5;  // scattering events on a path
+  AovRequest aovs;
+  v1::Intersection intersection = v1::INTERSECTION_AUTO;
+  bool single_rays = false;  // rays are traced one by one
+  LightSelection light_selection = LightSelection::kAuto;
+};
+
+/// The settings of a job that has been checked (wire/job_check.h).
+Settings read_settings(const v1::JobSpec& job);
+
+}  // namespace tessera::render

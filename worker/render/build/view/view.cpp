@@ -1,0 +1,59 @@
+#include "render/build/view/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tessera::render {
+
+absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
+  FilterSpec spec;
+  float usual_radius = 0.5f;
+  switch (filter.kind()) {
+    case v1::PixelFilter::TRIANGLE:
+      spec.kind = FilterKind::kTriangle, usual_radius = 2;
+      break;
+    case v1::PixelFilter::GAUSSIAN:
+      spec.kind = FilterKind::kGaussian, usual_radius = 1.5f;
+      break;
+    case v1::PixelFilter::MITCHELL:
+      spec.kind = FilterKind::kMitchell, usual_radius = 2;
+      break;
+    case v1::PixelFilter::LANCZOS:
+      spec.kind = FilterKind::kLanczos, usual_radius = 4;
+      break;
+    default:
+      break;
+  }
+  const auto positive_or = [](float x, float otherwise) { return x > 0 && std::isfinite(x) ? x : otherwise; };
+  spec.radius_x = positive_or(filter.radius_x(), usual_radius);
+  spec.radius_y = positive_or(filter.radius_y(), usual_radius);
+  spec.sigma = positive_or(filter.sigma(), spec.sigma);
+  spec.tau = positive_or(filter.tau(), spec.tau);
+  if (filter.b() != 0 || filter.c() != 0) spec.b = filter.b(), spec.c = filter.c();
+  if (!std::isfinite(spec.b) || !std::isfinite(spec.c) || std::max(spec.radius_x, spec.radius_y) > 1000) {
+    return absl::InvalidArgumentError("film: the pixel filter's parameters are not usable");
+  }
+  return PixelFilterRecord::build(spec);
+}
+
+absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+                      const RenderSpace& space, SceneTables& tables) {
+  auto camera =
+      build_camera(scene.camera(), {job.view().width(), job.view().height()}, space, *settings.algorithm);
+  if (!camera.ok()) return camera.status();
+  const std::int32_t medium = tables.camera.medium;  // belongs to the content
+  tables.camera = *std::move(camera);
+  tables.camera.medium = medium;
+  auto filter = build_filter(scene.film().filter());
+  if (!filter.ok()) return filter.status();
+  tables.filter = *std::move(filter);
+  tables.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
+  if (!std::isfinite(tables.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
+  tables.sampler = settings.sampler;
+  tables.max_depth = settings.max_depth;
+  tables.aovs = settings.aovs;
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

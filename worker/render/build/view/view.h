@@ -1,0 +1,23 @@
+// How a scene is looked at: all of its tables that does not depend on what is in it.
+#pragma once
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "render/build/placement/render_space.h"
+#include "render/build/view/camera.h"
+#include "render/build/view/settings.h"
+#include "render/film/pixel_filter.h"
+#include "render/integrator/scene_tables.h"
+#include "tessera/v1/job.pb.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
+
+/// Sets camera, film and sampler; leaves the arrays alone, and the medium of the camera, which is one of
+/// them.
+absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+                      const RenderSpace& space, SceneTables& tables);
+
+}  // namespace tessera::render
