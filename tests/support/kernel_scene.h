@@ -5,12 +5,14 @@
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "render/accel/embree/trace.h"
 #include "render/build/scene_content.h"
 #include "render/film/fixed_tile.h"
+#include "render/film/pass_film.h"
 #include "render/integrator/integrator.h"
 #include "render/light/light.h"
 #include "tessera/v1/job.pb.h"
@@ -24,40 +26,83 @@
 namespace tessera::render::TESSERA_ISA {
 
 /// The content of a scene in protobuf's text form, of a film of `side` pixels squared; null, with a failure,
-/// where it cannot be built. Its arrays may be changed before it is rendered, as far as that changes no
-/// bounds.
-inline std::shared_ptr<SceneContent> build_kernel_scene(const std::string& text, std::uint32_t side) {
+/// where it cannot be built. `edit` may change the arrays that its messages became before anything is made of
+/// them: BVH, light selection, flags.
+inline std::shared_ptr<const SceneContent> build_kernel_scene(
+    const std::string& text, std::uint32_t side, const std::function<void(SceneArrays&)>& edit = {}) {
   v1::Scene scene;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
   v1::JobSpec job;
   job.mutable_view()->set_width(side);
   job.mutable_view()->set_height(side);
   job.mutable_view()->set_max_depth(5);
-  const auto no_blobs = [](const std::string&) -> absl::StatusOr<BlobBytes> {
+  const BlobSource no_blobs = [](const std::string&) -> absl::StatusOr<BlobBytes> {
     return absl::NotFoundError("scenes of tests have no blobs");
   };
-  auto content = build_content(scene, job, no_blobs, {.isa = TESSERA_ISA_TEXT, .threads = 1}, embree_kernel(),
-                               &light_source);
+  const LoadOptions options{.isa = TESSERA_ISA_TEXT, .threads = 1};
+  auto build = ContentBuild::begin(scene, job, no_blobs, options, embree_kernel(), &light_source);
+  EXPECT_TRUE(build.ok()) << build.status();
+  if (!build.ok()) return nullptr;
+  if (edit) edit(build->arrays());
+  auto content = build->finish();
   EXPECT_TRUE(content.ok()) << content.status();
-  return content.ok() ? std::const_pointer_cast<SceneContent>(*content) : nullptr;
+  return content.ok() ? *content : nullptr;
 }
 
-/// All samples of the whole film through an integrator that `make` makes of a context; sums over `samples`
-/// each.
-template <class Make>
-wire::TileResult render_kernel_scene(const SceneContent& content, std::uint32_t samples, Make&& make) {
+/// The mean radiance of pixels, which hold sums over samples.
+class MeanRadiance {
+ public:
+  MeanRadiance(const wire::TileResult& picture, std::uint32_t samples)
+      : picture_(picture), samples_(samples) {}
+
+  double of_pixel(std::size_t channel, std::size_t i) const {
+    return double{picture_.values[channel * picture_.pixel_count() + i]} / samples_;
+  }
+  double of_film(std::size_t channel) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < picture_.pixel_count(); ++i) sum += of_pixel(channel, i);
+    return sum / static_cast<double>(picture_.pixel_count());
+  }
+
+ private:
+  const wire::TileResult& picture_;
+  const std::uint32_t samples_;
+};
+
+/// Room for the whole film.
+inline wire::TileResult empty_picture(const SceneContent& content, std::uint32_t samples) {
   wire::TileResult result;
   result.x1 = static_cast<std::uint32_t>(content.tables.camera.width);
   result.y1 = static_cast<std::uint32_t>(content.tables.camera.height);
   result.sample_end = samples;
   result.channels = wire::channels_for_aovs({});
+  return result;
+}
+
+/// All samples of the whole film, by an algorithm that works by tiles.
+template <class Algorithm>
+wire::TileResult render_tile(const SceneContent& content, std::uint32_t samples) {
+  wire::TileResult result = empty_picture(content, samples);
   RenderStats stats;
   FixedTile film(result);
-  const std::unique_ptr<Integrator> integrator =
-      make(IntegratorContext{content.tables, *content.rays, content.tables.sampler.seed, stats});
-  EXPECT_TRUE(integrator->render(film, film, {}));
+  Algorithm integrator(IntegratorContext{content.tables, *content.rays, content.tables.sampler.seed, stats});
+  EXPECT_TRUE(integrator.render(film, film, {}));
   EXPECT_EQ(stats.dropped_samples, 0u);
   EXPECT_EQ(stats.samples, result.pixel_count() * samples);
+  return result;
+}
+
+/// The same by an algorithm that works by passes.
+template <class Algorithm>
+wire::TileResult render_passes(const SceneContent& content, std::uint32_t samples) {
+  wire::TileResult result = empty_picture(content, samples);
+  RenderStats stats;
+  PassFilm film(result, content.tables.filter);
+  Algorithm integrator(IntegratorContext{content.tables, *content.rays, content.tables.sampler.seed, stats});
+  while (film.begin_pass()) {
+    EXPECT_TRUE(integrator.render(film, film, {}));
+    film.end_pass();
+  }
   return result;
 }
 

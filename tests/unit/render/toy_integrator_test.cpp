@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
@@ -58,19 +57,12 @@ TEST(ToyIntegrator, ASphereSeenFromFarIsItsColourTimesTheCosine) {
                                           32);
   ASSERT_NE(content, nullptr);
   constexpr std::uint32_t kSamples = 64;
-  const wire::TileResult picture = render_kernel_scene(
-      *content, kSamples,
-      [](const IntegratorContext& context) { return std::make_unique<FacingIntegrator>(context); });
+  const wire::TileResult picture = render_tile<FacingIntegrator>(*content, kSamples);
   // The mean of the cosine over a disk of radius 1 is 2/3; it covers pi / 4 of the film. A Sobol' picture of
   // 65,536 samples errs by far less than the standard error of independent ones, 0.37 / 256 = 0.0015.
   const double expected = M_PI / 4 * 2 / 3, colour[3] = {0.8, 0.4, 0.2};
-  for (std::size_t c = 0; c < 3; ++c) {
-    double sum = 0;
-    for (std::size_t i = 0; i < picture.pixel_count(); ++i)
-      sum += double{picture.values[c * picture.pixel_count() + i]};
-    const double mean = sum / (static_cast<double>(picture.pixel_count()) * kSamples);
-    EXPECT_NEAR(mean, colour[c] * expected, 0.0015 * colour[c]) << c;
-  }
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(MeanRadiance(picture, kSamples).of_film(c), colour[c] * expected, 0.0015 * colour[c]) << c;
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 
 #include "render/core/affine.h"
 #include "render/integrator/path/wavefront.h"
@@ -64,22 +63,24 @@ TEST(ToyShape, ACubeInAnEvenSkyCoversItsSquare) {
       camera { orthographic {} world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
       film { width: 32 height: 32 }
       materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.5 g: 0.5 b: 0.5 } } } } }
-      shapes { sphere { radius: 0.5 } material: 'paint' }
+      shapes { sphere { radius: 0.25 } material: 'paint' }
       lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })",
-                                          32);
+                                          32, [&](SceneArrays& arrays) {
+                                            // What a function of its own in shape/quadrics.cpp would set. The
+                                            // cube reaches further than the sphere: its own bounds count.
+                                            arrays.shapes.shapes[0].kind = kind;
+                                            arrays.shapes.quadrics[0].radius = 0.5f;
+                                          });
   ASSERT_NE(content, nullptr);
-  // What a function of its own in shape/quadrics.cpp would set; a sphere's bounds are those of the cube.
-  content->arrays.shapes.shapes[0].kind = kind;
   constexpr std::uint32_t kSamples = 16;
-  const wire::TileResult picture = render_kernel_scene(
-      *content, kSamples,
-      [](const IntegratorContext& context) { return std::make_unique<Wavefront>(context); });
+  const wire::TileResult picture = render_tile<Wavefront>(*content, kSamples);
+  const MeanRadiance mean(picture, kSamples);
   // The film is 2 x 2 and the cube covers its pixels 8 to 23; convex, it lights nothing of itself. Rays that
   // leave a face must not meet it again: each of its pixels is 0.5, and the others are the sky.
   for (std::size_t i = 0; i < picture.pixel_count(); ++i) {
     const std::size_t x = i % 32, y = i / 32;
     const bool covered = x >= 8 && x < 24 && y >= 8 && y < 24;
-    ASSERT_NEAR(double{picture.values[i]} / kSamples, covered ? 0.5 : 1.0, 1e-5) << x << " " << y;
+    ASSERT_NEAR(mean.of_pixel(0, i), covered ? 0.5 : 1.0, 1e-5) << x << " " << y;
   }
 }
 

@@ -51,7 +51,9 @@ class LoadedScene final : public RenderScene {
         return self;
       }
     }
-    auto content = build_content(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
+    auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
+    if (!build.ok()) return build.status();
+    auto content = build->finish();
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
     return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, std::move(channels),

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <future>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/embree_kernel.h"
@@ -22,23 +23,6 @@
 #include "wire/message_digest.h"
 
 namespace tessera::render {
-
-namespace {
-
-/// What is asked of all materials, and of the media, before a path begins.
-void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
-  for (const MaterialRecord& material : arrays.materials.materials) {
-    tables.any_textures = tables.any_textures || (material.flags & kHasTextures);
-    tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic));
-    tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
-    tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
-    // Materials that are no surface matter in media only.
-    if (!sees_media || material.kind == kNoSurface) continue;
-    tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
-  }
-  tables.volumetric = tables.volumetric || !arrays.media.media.empty();
-  tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
-}
 
 /// The builders of a scene's arrays: what each reads of those before it, and the order in which they run.
 struct ArrayBuilders {
@@ -70,6 +54,23 @@ struct ArrayBuilders {
     return lights.add_lights(scene.lights());
   }
 };
+
+namespace {
+
+/// What is asked of all materials, and of the media, before a path begins.
+void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
+  for (const MaterialRecord& material : arrays.materials.materials) {
+    tables.any_textures = tables.any_textures || (material.flags & kHasTextures);
+    tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic));
+    tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
+    tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
+    // What is no surface matters in media only.
+    if (!sees_media || material.kind == kNoSurface) continue;
+    tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
+  }
+  tables.volumetric = tables.volumetric || !arrays.media.media.empty();
+  tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
+}
 
 /// The BVH of the shapes while the images are decoded, which it has nothing to do with. A worker of one
 /// thread uses one.
@@ -121,44 +122,72 @@ absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneT
   return set_view(scene, job, settings, render_space_about(*origin), tables);
 }
 
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(
-    const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, const LoadOptions& options,
-    const EmbreeKernel& embree, LightSources light_sources) {
-  auto content = std::make_shared<SceneContent>();
-  SceneArrays& arrays = content->arrays;
-  SceneTables& tables = content->tables;
-  arrays.lights.sources = light_sources;
-  arrays.lights.shapes = &arrays.shapes;
-  arrays.lights.textures = &arrays.textures;
+struct ContentBuild::Parts {
+  const v1::Scene& scene;
+  const LoadOptions& options;
+  const EmbreeKernel& embree;
+  const Settings settings;
+  const std::shared_ptr<SceneContent> content;
+  ArrayBuilders builders;
+};
 
+ContentBuild::ContentBuild(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+ContentBuild::ContentBuild(ContentBuild&&) noexcept = default;
+ContentBuild::~ContentBuild() = default;
+
+SceneArrays& ContentBuild::arrays() { return parts_->content->arrays; }
+
+absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v1::JobSpec& job,
+                                                 const BlobSource& blobs, const LoadOptions& options,
+                                                 const EmbreeKernel& embree, LightSources light_sources) {
   const Settings settings = read_settings(job);
   const auto origin = render_origin(scene);
   if (!origin.ok()) return origin.status();
-  ArrayBuilders builders{.scene = scene,
-                         .blobs = blobs,
-                         .algorithm = *settings.algorithm,
-                         .space = render_space_about(*origin),
-                         .arrays = arrays,
-                         .warnings = content->warnings};
+  auto content = std::make_shared<SceneContent>();
+  SceneArrays& arrays = content->arrays;
+  arrays.lights.sources = light_sources;
+  arrays.lights.shapes = &arrays.shapes;
+  arrays.lights.textures = &arrays.textures;
+  std::unique_ptr<Parts> parts(new Parts{.scene = scene,
+                                         .options = options,
+                                         .embree = embree,
+                                         .settings = settings,
+                                         .content = content,
+                                         .builders = {.scene = scene,
+                                                      .blobs = blobs,
+                                                      .algorithm = *settings.algorithm,
+                                                      .space = render_space_about(*origin),
+                                                      .arrays = arrays,
+                                                      .warnings = content->warnings}});
+  ArrayBuilders& builders = parts->builders;
+  SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
   const auto medium = builders.media.names().find(scene.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");
   tables.camera.medium = *medium;
-  set_path_traits(arrays, settings.algorithm->media, tables);
-  group_for_shading(arrays.shapes, arrays.materials, tables);
-  if (options.geometry_read) options.geometry_read();
+  return ContentBuild(std::move(parts));
+}
 
-  if (auto s = build_accelerator(builders, settings, options, embree, *content); !s.ok()) return s;
-  const Accelerator& accelerator = *content->accelerator;
-  if (auto s = builders.instances.check_reach(accelerator.bounding_centre(), accelerator.bounding_radius());
-      !s.ok())
+absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
+  const Settings& settings = parts_->settings;
+  ArrayBuilders& builders = parts_->builders;
+  SceneContent& content = *parts_->content;
+  SceneArrays& arrays = content.arrays;
+  set_path_traits(arrays, settings.algorithm->media, content.tables);
+  group_for_shading(arrays.shapes, arrays.materials, content.tables);
+  if (parts_->options.geometry_read) parts_->options.geometry_read();
+
+  if (auto s = build_accelerator(builders, settings, parts_->options, parts_->embree, content); !s.ok())
     return s;
-  build_light_selection(settings.light_selection, accelerator.bounding_centre(),
-                        accelerator.bounding_radius(), arrays.lights);
-  for (const v1::Material& material : scene.materials()) content->material_names.push_back(material.name());
-  content->material_names.resize(arrays.materials.materials.size(), "(default)");
-  return content;
+  const float* const centre = content.accelerator->bounding_centre();
+  const float radius = content.accelerator->bounding_radius();
+  if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
+  build_light_selection(settings.light_selection, centre, radius, arrays.lights);
+  for (const v1::Material& material : parts_->scene.materials())
+    content.material_names.push_back(material.name());
+  content.material_names.resize(arrays.materials.materials.size(), "(default)");
+  return parts_->content;
 }
 
 }  // namespace tessera::render

@@ -31,9 +31,27 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
 /// Sets camera, film and sampler in the tables of content that has the key of this scene and job.
 absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables);
 
-/// Errors as of load_scene().
-absl::StatusOr<std::shared_ptr<const SceneContent>> build_content(
-    const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs, const LoadOptions& options,
-    const EmbreeKernel& embree, LightSources light_sources);
+/// Builds content in two steps. Errors as of load_scene(). The arguments must outlive it.
+class ContentBuild {
+ public:
+  /// Turns the scene's messages into arrays.
+  static absl::StatusOr<ContentBuild> begin(const v1::Scene& scene, const v1::JobSpec& job,
+                                            const BlobSource& blobs, const LoadOptions& options,
+                                            const EmbreeKernel& embree, LightSources light_sources);
+  ContentBuild(ContentBuild&&) noexcept;
+  ~ContentBuild();
+
+  /// May be changed before finish(), which asks the kinds that the records then have.
+  SceneArrays& arrays();
+  /// Builds all that follows from the arrays: the BVH, how lights are chosen, what paths have to look for.
+  /// Not called twice.
+  absl::StatusOr<std::shared_ptr<const SceneContent>> finish();
+
+ private:
+  struct Parts;
+  explicit ContentBuild(std::unique_ptr<Parts> parts);
+
+  std::unique_ptr<Parts> parts_;
+};
 
 }  // namespace tessera::render
