@@ -40,7 +40,7 @@ inline std::shared_ptr<const SceneContent> build_kernel_scene(
     return absl::NotFoundError("scenes of tests have no blobs");
   };
   const LoadOptions options{.isa = TESSERA_ISA_TEXT, .threads = 1};
-  auto build = ContentBuild::begin(scene, job, no_blobs, options, embree_kernel(), &light_source);
+  auto build = ContentBuild::begin(scene, job, no_blobs, options, embree_kernel(), light_sources());
   EXPECT_TRUE(build.ok()) << build.status();
   if (!build.ok()) return nullptr;
   if (edit) edit(build->arrays());

@@ -53,7 +53,7 @@ struct Lamp {
 
   Lamp() {
     table.shapes = shapes.get();
-    table.sources = &light_source;
+    table.sources = light_sources();
   }
 };
 
@@ -79,7 +79,7 @@ inline Lamp mesh_lamp(std::string name, const std::vector<Point>& vertices,
     lamp.centre = lamp.centre + v * (1.0 / static_cast<double>(vertices.size()));
   }
   lamp.shapes->triangles.insert(lamp.shapes->triangles.end(), indices.begin(), indices.end());
-  append_area_lights(*lamp.shapes, 1, kLampRadiance, two_sided, -1, lamp.table.lights);
+  append_area_lights(*lamp.shapes, 1, kLampRadiance, two_sided, -1, lamp.table);
   lamp.hits = [vertices, indices](Point o, Point d) {
     std::vector<LampHit> hits;
     for (std::size_t i = 0; i < indices.size(); i += 3) {
@@ -144,7 +144,7 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
   shape.flags = flipped ? kFlipNormal : 0;
   lamp.shapes->shapes = {shape};
   lamp.centre = render_from_object.point({0, 0, kind == ShapeKind::kDisk ? quadric.height : 0});
-  append_area_lights(*lamp.shapes, 0, kLampRadiance, two_sided, -1, lamp.table.lights);
+  append_area_lights(*lamp.shapes, 0, kLampRadiance, two_sided, -1, lamp.table);
   lamp.hits = [=](Point o, Point d) {
     const Point oo = object_from_render.point(o), od = object_from_render.vector(d);
     std::vector<double> roots;

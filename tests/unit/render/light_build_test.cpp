@@ -21,7 +21,7 @@ Affine scaled(float x, float y, float z) { return {{x, 0, 0, 5, 0, y, 0, 6, 0, 0
 
 LightTable empty_table() {
   LightTable table;
-  table.sources = &light_source;
+  table.sources = light_sources();
   return table;
 }
 
@@ -40,10 +40,10 @@ ShapeTable quadric_table(ShapeKind kind, const QuadricRecord& quadric) {
 }
 
 LightRecord only_light(ShapeTable shapes) {
-  std::vector<LightRecord> lights;
-  append_area_lights(shapes, 0, kRadiance, false, -1, lights);
-  EXPECT_EQ(lights.size(), 1u);
-  return lights.at(0);
+  LightTable table = empty_table();
+  append_area_lights(shapes, 0, kRadiance, false, -1, table);
+  EXPECT_EQ(table.lights.size(), 1u);
+  return table.lights.at(0);
 }
 
 TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
@@ -53,12 +53,13 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
   ShapeRecord shape;
   shape.triangle_count = 3;
   shapes.shapes = {shape};
-  std::vector<LightRecord> lights(2);
-  append_area_lights(shapes, 0, kRadiance, true, -1, lights);
-  ASSERT_EQ(lights.size(), 5u);
+  LightTable table = empty_table();
+  table.lights.resize(2);
+  append_area_lights(shapes, 0, kRadiance, true, -1, table);
+  ASSERT_EQ(table.lights.size(), 5u);
   EXPECT_EQ(shapes.shapes[0].first_light, 2);
   for (int i = 0; i < 3; ++i) {
-    const LightRecord& light = lights[static_cast<std::size_t>(2 + i)];
+    const LightRecord& light = table.lights[static_cast<std::size_t>(2 + i)];
     EXPECT_EQ(light.kind, LightKind::kTriangle);
     EXPECT_EQ(light.primitive, i);
     EXPECT_EQ(light.two_sided, 1);
@@ -66,6 +67,16 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
     EXPECT_EQ(light.radiance[2], 6);
     EXPECT_EQ(light.vertices[5],
               shapes.vertices[shapes.triangles[static_cast<std::size_t>(3 * i + 1)]].position[2]);
+  }
+}
+
+TEST(AppendAreaLights, AShapeWhoseKindNoModelIsFor) {
+  for (const ShapeKind kind : {ShapeKind::kCurves, ShapeKind::kSdfGrid}) {
+    ShapeTable shapes = quadric_table(kind, {});
+    LightTable table = empty_table();
+    append_area_lights(shapes, 0, kRadiance, false, -1, table);
+    EXPECT_TRUE(table.lights.empty());
+    EXPECT_EQ(shapes.shapes[0].first_light, -1);
   }
 }
 
@@ -81,9 +92,10 @@ TEST(AppendAreaLights, VertexNormalsCountWhereTheyAreNotTheTriangles) {
     shape.triangle_count = 2;
     shape.flags = kHasNormals;
     shapes.shapes = {shape};
-    std::vector<LightRecord> lights;
-    append_area_lights(shapes, 0, kRadiance, false, -1, lights, pick);
-    return lights;
+    LightTable table = empty_table();
+    append_area_lights(shapes, 0, kRadiance, false, -1, table, pick);
+    EXPECT_EQ(table.any_interpolated, pick > 0 && first_normal[0] != 0);
+    return table.lights;
   };
   // Flat ones, or a scene that does not ask: a rectangle as ever.
   for (const auto& lights : {lights_of({0, 0, 1}, 0.25f), lights_of({0.1f, 0, 1}, 0)}) {
@@ -108,9 +120,10 @@ std::vector<LightRecord> two_lights(const std::vector<Vertex>& vertices,
   ShapeRecord shape;
   shape.triangle_count = 2;
   shapes.shapes = {shape};
-  std::vector<LightRecord> lights(1);
-  append_area_lights(shapes, 0, kRadiance, false, texture, lights);
-  return {lights.begin() + 1, lights.end()};
+  LightTable table = empty_table();
+  table.lights.resize(1);
+  append_area_lights(shapes, 0, kRadiance, false, texture, table);
+  return {table.lights.begin() + 1, table.lights.end()};
 }
 
 TEST(AppendAreaLights, TwoTrianglesMakeARectangle) {

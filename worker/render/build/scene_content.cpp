@@ -64,7 +64,7 @@ void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& ta
     tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic));
     tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
     tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
-    // What is no surface matters in media only.
+    // Materials that are no surface matter in media only.
     if (!sees_media || material.kind == kNoSurface) continue;
     tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
   }

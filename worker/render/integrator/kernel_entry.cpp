@@ -44,7 +44,7 @@ std::uint64_t read_clock() { return clock_ticks(); }
 
 const Kernel& kernel() {
   static const Kernel exported{
-      TESSERA_STRING(TESSERA_ISA), &embree_kernel(), kAlgorithms, &light_source, &read_clock,
+      TESSERA_STRING(TESSERA_ISA), &embree_kernel(), kAlgorithms, light_sources(), &read_clock,
       &arithmetic_checksum};
   return exported;
 }

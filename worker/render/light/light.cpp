@@ -33,11 +33,21 @@ const LightModel* models[kMostModels] = {&point_light(),      &spot_light(),    
                                          &projection_light(), &goniometric_light()};
 std::size_t model_count = static_cast<std::size_t>(LightKind::kCount);
 
+const LightSource& source(LightKind kind) { return light_model(kind); }
+
+std::optional<LightKind> kind_on_shape(ShapeKind shape) {
+  for (std::size_t kind = 0; kind < model_count; ++kind) {
+    if (shape != ShapeKind::kCount && models[kind]->traits.surface == shape)
+      return static_cast<LightKind>(kind);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 const LightModel& light_model(LightKind kind) { return *models[static_cast<std::size_t>(kind)]; }
 
-const LightSource& light_source(LightKind kind) { return light_model(kind); }
+LightSources light_sources() { return {&source, &kind_on_shape}; }
 
 LightKind add_light_model(const LightModel& model) {
   assert(model_count < kMostModels);

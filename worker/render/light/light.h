@@ -75,8 +75,8 @@ class LightModel : public LightSource {
 /// The model of a kind.
 const LightModel& light_model(LightKind kind);
 
-/// What it is for those that build: LightTable::sources of tables for these kernels.
-const LightSource& light_source(LightKind kind);
+/// What they are for those that build: LightTable::sources of tables for these kernels.
+LightSources light_sources();
 
 /// Adds a model that is not among those of light.cpp; records of the kind returned have it. Before anything
 /// is rendered: not thread-safe.

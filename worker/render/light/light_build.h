@@ -7,14 +7,13 @@
 
 namespace tessera::render {
 
-/// Appends a light for every primitive of `shape` (which stands in the world, not in an object) and sets the
-/// shape's first_light. Two triangles in a row that make a rectangle, without a texture, get two records of
-/// one light. `texture` as in LightRecord. Spheres that are cut or not evenly scaled get radius 0, which has
-/// them sampled by area. `interpolated_pick` above 0 makes triangles kInterpolated whose vertex normals are
-/// not their own.
+/// Appends the lights of `shape` (which stands in the world, not in an object), as the model for its kind
+/// makes them, and sets the shape's first_light; nothing where there is no such model. Two triangles in a row
+/// that make a rectangle, without a texture, get two records of one light. `texture` as in LightRecord.
+/// Spheres that are cut or not evenly scaled get radius 0, which has them sampled by area.
+/// `interpolated_pick` above 0 makes triangles kInterpolated whose vertex normals are not their own.
 void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const float, 3> radiance,
-                        bool two_sided, std::int32_t texture, std::vector<LightRecord>& lights,
-                        float interpolated_pick = 0);
+                        bool two_sided, std::int32_t texture, LightTable& table, float interpolated_pick = 0);
 
 /// How lights are picked: by power, evenly among emitters (an emitting shape counts as one), three quarters
 /// by power and the rest evenly; by LightTable::tree, or by the tree where there are several lights and else

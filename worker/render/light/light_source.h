@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "render/light/light_table.h"
 #include "render/light/vec64.h"
@@ -13,8 +14,9 @@ namespace tessera::render {
 
 /// What holds for a model whatever its parameters are.
 struct LightTraits {
-  bool at_infinity = false;   // it has no bounds, and its power is what falls on the scene
-  bool uses_normals = false;  // sampling and its density look at Receiver::normal
+  bool at_infinity = false;               // it has no bounds, and its power is what falls on the scene
+  bool uses_normals = false;              // sampling and its density look at Receiver::normal
+  ShapeKind surface = ShapeKind::kCount;  // it is what shapes of this kind emit; kCount: it is on none
 };
 
 /// Where a light is, where it shines, and how brightly [Conty Estevez & Kulla 2018].
@@ -46,6 +48,9 @@ class LightSource {
   virtual double power(const LightTable& table, const LightRecord& light) const = 0;
   /// Not asked of lights at infinity.
   virtual LightBounds bounds(const LightTable& table, const LightRecord& light) const = 0;
+  /// Appends the lights of a shape of the kind traits.surface. `light` has what all of them share.
+  virtual void append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light,
+                      float interpolated_pick, std::vector<LightRecord>& lights) const {}
 };
 
 /// Mean of R, G and B of the record's radiance, intensity or irradiance.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "render/color/texture_table.h"
@@ -88,7 +89,12 @@ struct Environment {
 
 class LightSource;
 /// The models of the kernels that are to read a table (light_source.h).
-using LightSources = const LightSource& (*)(LightKind);
+struct LightSources {
+  const LightSource& (*of_kind)(LightKind) = nullptr;
+  std::optional<LightKind> (*on_shape)(ShapeKind) = nullptr;  // the kind of the lights of such shapes
+
+  const LightSource& operator()(LightKind kind) const { return of_kind(kind); }
+};
 
 struct LightTable {
   std::vector<LightRecord> lights;
@@ -97,7 +103,7 @@ struct LightTable {
   AliasTable selection;                       // over lights; only zeros in pmf when nothing is to be sampled
   LightTree tree;                             // over lights; where it is empty, `selection` is used
   bool uses_normals = false;                  // sampling and its density look at Receiver::normal
-  LightSources sources = nullptr;
+  LightSources sources;
   const ShapeTable* shapes = nullptr;
   const TextureTable* textures = nullptr;
   bool any_textures = false;          // some light has one

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
+#include "render/light/light_source.h"
 #include "unit/render/build/builder_inputs.h"
 
 namespace tessera::render {
@@ -13,6 +15,27 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+
+/// Stands for the kernels' model of lights on disks.
+class OneLightAShape final : public LightSource {
+ public:
+  OneLightAShape() : LightSource({}) {}
+  double power(const LightTable&, const LightRecord&) const override { return 1; }
+  LightBounds bounds(const LightTable&, const LightRecord&) const override { return {}; }
+  void append(const ShapeTable&, const ShapeRecord&, const LightRecord& light, float,
+              std::vector<LightRecord>& lights) const override {
+    lights.push_back(light);
+  }
+};
+
+const LightSource& source_of(LightKind) {
+  static const OneLightAShape source;
+  return source;
+}
+
+std::optional<LightKind> kind_on_shape(ShapeKind shape) {
+  return shape == ShapeKind::kDisk ? std::optional(LightKind::kDisk) : std::nullopt;
+}
 
 class LightBuilderTest : public testing::Test {
  protected:
@@ -32,13 +55,9 @@ class LightBuilderTest : public testing::Test {
   }
 
   void SetUp() override {
+    table_.sources = {&source_of, &kind_on_shape};
     shapes_.shapes.resize(2);
     shapes_.shapes[1].kind = ShapeKind::kDisk;
-    QuadricRecord& disk = shapes_.quadrics.emplace_back();
-    disk.radius = 2;
-    for (Affine* map : {&disk.render_from_object, &disk.object_from_render}) {
-      for (const int i : {0, 5, 10}) map->m[i] = 1;
-    }
   }
 
   const RenderSpace space_ = render_space_about({1, 2, 3});
@@ -102,7 +121,7 @@ TEST_F(LightBuilderTest, AShapeKnowsItsLight) {
   EXPECT_EQ(table_.lights[0].shape, 1);
   EXPECT_EQ(table_.lights[0].radiance[2], 6);
   EXPECT_TRUE(table_.lights[0].two_sided);
-  EXPECT_FLOAT_EQ(table_.lights[0].area, static_cast<float>(4 * M_PI));
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kDisk);
   EXPECT_EQ(table_.lights[0].texture, *textures_.node("slide"));
 }
 

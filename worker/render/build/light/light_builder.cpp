@@ -173,12 +173,7 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   if (auto s = set_texture(light.texture(), textured); !s.ok()) return s;
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
-  const std::size_t first = table_.lights.size();
-  append_area_lights(shapes, emitter.shape, radiance, light.two_sided(), textured.texture, table_.lights,
-                     pick);
-  for (std::size_t i = first; i < table_.lights.size(); ++i) {
-    table_.any_interpolated = table_.any_interpolated || table_.lights[i].profile == kInterpolated;
-  }
+  append_area_lights(shapes, emitter.shape, radiance, light.two_sided(), textured.texture, table_, pick);
   return absl::OkStatus();
 }
 

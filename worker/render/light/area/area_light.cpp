@@ -65,4 +65,9 @@ Float AreaLight::density_at(const LightLanes& lanes, Vec3) const {
   return 1.0f / lanes.field(&LightRecord::area);
 }
 
+void AreaLight::append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light, float,
+                       std::vector<LightRecord>& lights) const {
+  describe(shapes, shape, lights.emplace_back(light));
+}
+
 }  // namespace tessera::render::TESSERA_ISA

@@ -27,11 +27,16 @@ class AreaLight : public LightModel {
                                    Vec3 direction, Mask active) const final;
   double power(const LightTable& table, const LightRecord& light) const final;
   LightBounds bounds(const LightTable& table, const LightRecord& light) const final;
+  /// One light that is the whole shape.
+  void append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light, float,
+              std::vector<LightRecord>& lights) const override;
 
  protected:
   virtual AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const = 0;
   /// The density by area with which sample_point() gives `point`.
   virtual Float density_at(const LightLanes& lanes, Vec3 point) const;
+  /// Fills the area, and what sampling needs, of a light that is a whole shape.
+  virtual void describe(const ShapeTable& shapes, const ShapeRecord& shape, LightRecord& light) const {}
   /// Fills box, axis and angle.
   virtual void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const = 0;
 };

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
 #include "render/light/models.h"
@@ -5,8 +8,26 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+/// Area of a cylinder's wall under any affine map.
+double cylinder_area(const QuadricRecord& q) {
+  const vec64::Vec x = column(q.render_from_object, 0), y = column(q.render_from_object, 1),
+                   z = column(q.render_from_object, 2);
+  constexpr int kSteps = 1024;
+  double around = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double phi = (i + 0.5) / kSteps * q.phi_max;
+    vec64::Vec along;
+    for (std::size_t c = 0; c < 3; ++c) along[c] = std::cos(phi) * y[c] - std::sin(phi) * x[c];
+    around += length(cross(along, z));
+  }
+  return around / kSteps * q.phi_max * q.radius * (double{q.z_max} - q.z_min);
+}
+
 /// The wall of a cylinder, sampled uniformly in object space.
 class CylinderLight final : public AreaLight {
+ public:
+  CylinderLight() : AreaLight({.surface = ShapeKind::kCylinder}) {}
+
  protected:
   AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
     const QuadricLanes quadric(lanes);
@@ -27,6 +48,9 @@ class CylinderLight final : public AreaLight {
     const Vec3 p = transform_point(from, point);
     return stretched_density(zone_area(quadric), quadric.affine(&QuadricRecord::render_from_object), from,
                              normalize(Vec3{p.x, p.y, Float(0.0f)}));
+  }
+  void describe(const ShapeTable& shapes, const ShapeRecord& shape, LightRecord& light) const override {
+    light.area = static_cast<float>(cylinder_area(quadric_of(shapes, shape)));
   }
   void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
     const QuadricRecord& q = quadric_of(table, light);

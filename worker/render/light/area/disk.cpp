@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
 #include "render/light/models.h"
@@ -6,9 +9,18 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+double disk_area(const QuadricRecord& q) {
+  const double in_object =
+      0.5 * q.phi_max * (double{q.radius} * q.radius - double{q.inner_radius} * q.inner_radius);
+  return in_object * length(cross(column(q.render_from_object, 0), column(q.render_from_object, 1)));
+}
+
 /// A disk, ring or sector, sampled uniformly by area: an affine map keeps a uniform density of a plane figure
 /// uniform, so any transform will do.
 class DiskLight final : public AreaLight {
+ public:
+  DiskLight() : AreaLight({.surface = ShapeKind::kDisk}) {}
+
  protected:
   AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
     const QuadricLanes quadric(lanes);
@@ -25,6 +37,9 @@ class DiskLight final : public AreaLight {
     return {transform_point(to, {r * cos(phi), r * sin(phi), quadric.field(&QuadricRecord::height)}),
             quadric.front(normalize(transform_normal(from, {0.0f, 0.0f, 1.0f}))),
             1.0f / lanes.field(&LightRecord::area), max_abs(transform_vector(to, {radius, radius, 0.0f}))};
+  }
+  void describe(const ShapeTable& shapes, const ShapeRecord& shape, LightRecord& light) const override {
+    light.area = static_cast<float>(disk_area(quadric_of(shapes, shape)));
   }
   void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
     const QuadricRecord& q = quadric_of(table, light);

@@ -51,10 +51,14 @@ TESSERA_INLINE Float zone_area(const QuadricLanes& quadric) {
          (quadric.field(&QuadricRecord::z_max) - quadric.field(&QuadricRecord::z_min));
 }
 
-inline const QuadricRecord& quadric_of(const LightTable& table, const LightRecord& light) {
-  const ShapeRecord& shape = table.shapes->shapes[static_cast<std::size_t>(light.shape)];
-  return table.shapes->quadrics[static_cast<std::size_t>(shape.quadric)];
+inline const QuadricRecord& quadric_of(const ShapeTable& shapes, const ShapeRecord& shape) {
+  return shapes.quadrics[static_cast<std::size_t>(shape.quadric)];
 }
+inline const QuadricRecord& quadric_of(const LightTable& table, const LightRecord& light) {
+  return quadric_of(*table.shapes, table.shapes->shapes[static_cast<std::size_t>(light.shape)]);
+}
+
+inline vec64::Vec column(const Affine& a, int c) { return {a.m[c], a.m[4 + c], a.m[8 + c]}; }
 
 /// A box about a quadric within these heights, by the corners of one about it in its own space.
 inline void bound_quadric(const QuadricRecord& q, double z_min, double z_max, LightBounds& b) {

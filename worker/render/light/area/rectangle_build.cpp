@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tessera::render {
+namespace tessera::render::TESSERA_ISA {
 namespace {
 
 constexpr double kTolerance = 2e-5;  // of the shorter side, and of the right angle
@@ -65,4 +65,4 @@ bool merge_into_rectangle(LightRecord& first, std::int32_t first_index, LightRec
   return false;
 }
 
-}  // namespace tessera::render
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
 #include "render/light/models.h"
@@ -57,9 +60,45 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   return s;
 }
 
+/// The factor by which an affine map scales every direction, 0 when it is not one factor (to a part in 10^4).
+double similarity_scale(const Affine& a) {
+  const vec64::Vec x = column(a, 0), y = column(a, 1), z = column(a, 2);
+  const double scale = length(x);
+  const double skew =
+      std::max({std::abs(length(y) - scale), std::abs(length(z) - scale), std::abs(dot(x, y)) / scale,
+                std::abs(dot(x, z)) / scale, std::abs(dot(y, z)) / scale});
+  return skew <= 1e-4 * scale ? scale : 0;
+}
+
+/// Area of a zone of a sphere under any affine map, by quadrature where there is no closed form.
+double sphere_area(const QuadricRecord& q) {
+  const double zone = double{q.radius} * q.phi_max * (double{q.z_max} - q.z_min);
+  const Affine& m = q.render_from_object;
+  const vec64::Vec x = column(m, 0), y = column(m, 1), z = column(m, 2);
+  if (const double scale = similarity_scale(m); scale > 0) return zone * scale * scale;
+  // Areas scale by |cofactor(M) n|, whose columns are these.
+  const vec64::Vec cx = cross(y, z), cy = cross(z, x), cz = cross(x, y);
+  constexpr int kSteps = 128;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double nz = (q.z_min + (i + 0.5) / kSteps * (double{q.z_max} - q.z_min)) / q.radius;
+    const double r = std::sqrt(std::max(0.0, 1 - nz * nz));
+    for (int j = 0; j < kSteps; ++j) {
+      const double phi = (j + 0.5) / kSteps * q.phi_max;
+      const double nx = r * std::cos(phi), ny = r * std::sin(phi);
+      vec64::Vec n;
+      for (std::size_t c = 0; c < 3; ++c) n[c] = nx * cx[c] + ny * cy[c] + nz * cz[c];
+      sum += length(n);
+    }
+  }
+  return zone * sum / (kSteps * kSteps);
+}
+
 /// A sphere: its solid angle is sampled uniformly from outside, else its surface.
 class SphereLight final : public AreaLight {
  public:
+  SphereLight() : AreaLight({.surface = ShapeKind::kSphere}) {}
+
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
     const LightLanes lanes{table, light, active};
@@ -106,6 +145,15 @@ class SphereLight final : public AreaLight {
     const WideAffine from = quadric.affine(&QuadricRecord::object_from_render);
     return stretched_density(zone_area(quadric), quadric.affine(&QuadricRecord::render_from_object), from,
                              normalize(transform_point(from, point)));
+  }
+  void describe(const ShapeTable& shapes, const ShapeRecord& shape, LightRecord& light) const override {
+    const QuadricRecord& q = quadric_of(shapes, shape);
+    light.area = static_cast<float>(sphere_area(q));
+    const auto& m = q.render_from_object.m;
+    light.position[0] = m[3];
+    light.position[1] = m[7];
+    light.position[2] = m[11];
+    light.radius = q.partial ? 0.0f : static_cast<float>(q.radius * similarity_scale(q.render_from_object));
   }
   void bound(const LightTable& table, const LightRecord& light, LightBounds& b) const override {
     const QuadricRecord& q = quadric_of(table, light);

@@ -1,5 +1,6 @@
 #include "render/core/constants.h"
 #include "render/light/area/area_light.h"
+#include "render/light/area/rectangle_build.h"
 #include "render/light/models.h"
 #include "render/sampling/warp.h"
 #include "render/shape/triangle_normal.h"
@@ -7,8 +8,68 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightRecord& light) {
+  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
+  vec64::Vec p[3];
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const std::size_t vertex =
+        static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    for (std::size_t i = 0; i < 3; ++i)
+      p[corner][i] = light.vertices[corner * 3 + i] = table.vertices[vertex].position[i];
+  }
+  const vec64::Vec e1 = {p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
+  const vec64::Vec e2 = {p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+  light.area = static_cast<float>(0.5 * length(cross(e1, e2)));
+}
+
+/// Whether the normals at the corners of a triangle light turn away from its own by more than roundings.
+bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRecord& light) {
+  if (!(shape.flags & kHasNormals)) return false;
+  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
+  const float* v = light.vertices;
+  const vec64::Vec n = vec64::cross({double{v[3]} - v[0], double{v[4]} - v[1], double{v[5]} - v[2]},
+                                    {double{v[6]} - v[0], double{v[7]} - v[1], double{v[8]} - v[2]});
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    const std::size_t vertex =
+        static_cast<std::size_t>(shape.first_vertex) + table.triangles[triangle * 3 + corner];
+    const float* at = table.vertices[vertex].normal;
+    const vec64::Vec normal = {at[0], at[1], at[2]};
+    if (length(cross(n, normal)) > 1e-4 * length(n) * length(normal)) return true;
+  }
+  return false;
+}
+
+void append_triangles(const ShapeTable& shapes, const ShapeRecord& record, float interpolated_pick,
+                      LightRecord light, std::vector<LightRecord>& lights) {
+  const std::size_t first = lights.size();
+  double area = 0;
+  for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
+    describe_triangle(shapes, record, light);
+    area += light.area;
+    const bool smooth = interpolated_pick > 0 && is_smooth(shapes, record, light);
+    light.profile = smooth ? kInterpolated : kPlainProfile;
+    lights.push_back(light);
+    if (light.primitive > 0 && !smooth && lights.end()[-2].profile == kPlainProfile)
+      merge_into_rectangle(lights.end()[-2], static_cast<std::int32_t>(lights.size()) - 2, lights.back());
+  }
+  for (std::size_t i = first; i < lights.size(); ++i) {
+    if (lights[i].profile != kInterpolated) continue;
+    lights[i].tan_x = interpolated_pick;
+    lights[i].tan_y = static_cast<float>(area);
+  }
+}
+
 /// One triangle of an emitting mesh, sampled uniformly by area.
 class TriangleLight final : public AreaLight {
+ public:
+  TriangleLight() : AreaLight({.surface = ShapeKind::kTriangles}) {}
+
+  /// One a triangle; two in a row that make a rectangle, without a texture, become one light.
+  void append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light,
+              float interpolated_pick, std::vector<LightRecord>& lights) const override {
+    append_triangles(shapes, shape, interpolated_pick, light, lights);
+  }
+
  protected:
   AreaPoint sample_point(const LightLanes& lanes, Vec2 u) const override {
     const Vec3 p0 = lanes.field3(&LightRecord::vertices, 0);
