@@ -164,7 +164,8 @@ absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std:
 
 absl::Status check(BenchOptions& options) {
   std::ranges::sort(options.plan.spp);
-  options.plan.spp.erase(std::ranges::unique(options.plan.spp).begin(), options.plan.spp.end());
+  options.plan.spp.erase(std::unique(options.plan.spp.begin(), options.plan.spp.end()),
+                         options.plan.spp.end());
   if (options.reference_spp == 0 && options.references.empty()) {
     return absl::InvalidArgumentError("errors need a reference: --reference FILE.exr, or --make-reference N");
   }

@@ -30,8 +30,9 @@ Option add_parsed(options::Command& command, const char* name, std::optional<Val
                   const char* description) {
   const auto read = [&value, parse](const std::string& text) {
     absl::StatusOr<Value> parsed = parse(text);
-    if (parsed.ok()) value = *std::move(parsed);
-    return parsed.status();
+    if (!parsed.ok()) return parsed.status();
+    value = *std::move(parsed);
+    return absl::OkStatus();
   };
   return command.add_read_by(name, read, description);
 }

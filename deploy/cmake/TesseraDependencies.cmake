@@ -23,7 +23,7 @@ pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(hwy CONFIG REQUIRED)
 
-# Embree 4 where there is one, else 3. Only worker/render/accel/embree.h knows the difference.
+# Embree 4 where there is one, else 3. Only worker/render/accel/embree/embree.h knows the difference.
 find_package(embree 4 CONFIG QUIET)
 if(NOT embree_FOUND)
   find_package(embree 3.13 CONFIG REQUIRED)

@@ -10,9 +10,9 @@ namespace tessera::wire {
 
 namespace {
 
-constexpr std::string_view kMagic = "TSRVOLU1";
+constexpr std::string_view kVolumeMagic = "TSRVOLU1";
 constexpr std::size_t kHeaderSize = 32;
-constexpr std::uint32_t kMaxSide = 65536, kMaxChannels = 4;
+constexpr std::uint32_t kMaxSide = 65536, kMaxVolumeChannels = 4;
 
 absl::Status invalid(const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("volume blob: ", what));
@@ -23,7 +23,7 @@ absl::Status invalid(const std::string& what) {
 std::string encode_volume(const VolumeView& volume) {
   std::string blob(kHeaderSize + volume.samples.size_bytes(), '\0');
   const std::uint32_t sizes[] = {volume.nx, volume.ny, volume.nz, volume.channels};
-  std::memcpy(blob.data(), kMagic.data(), kMagic.size());
+  std::memcpy(blob.data(), kVolumeMagic.data(), kVolumeMagic.size());
   std::memcpy(blob.data() + 8, sizes, sizeof(sizes));
   if (!volume.samples.empty())
     std::memcpy(blob.data() + kHeaderSize, volume.samples.data(), volume.samples.size_bytes());
@@ -31,13 +31,13 @@ std::string encode_volume(const VolumeView& volume) {
 }
 
 absl::StatusOr<VolumeView> decode_volume(std::string_view blob) {
-  if (blob.size() < kHeaderSize || blob.substr(0, kMagic.size()) != kMagic)
+  if (blob.size() < kHeaderSize || blob.substr(0, kVolumeMagic.size()) != kVolumeMagic)
     return invalid("it does not begin with TSRVOLU1");
   std::uint32_t sizes[4];
   std::memcpy(sizes, blob.data() + 8, sizeof(sizes));
   VolumeView volume{sizes[0], sizes[1], sizes[2], sizes[3], {}};
   if (std::min({sizes[0], sizes[1], sizes[2], sizes[3]}) == 0 ||
-      std::max({sizes[0], sizes[1], sizes[2]}) > kMaxSide || volume.channels > kMaxChannels) {
+      std::max({sizes[0], sizes[1], sizes[2]}) > kMaxSide || volume.channels > kMaxVolumeChannels) {
     return invalid(absl::StrCat("a grid of ", sizes[0], " x ", sizes[1], " x ", sizes[2], " samples with ",
                                 sizes[3], " channels"));
   }

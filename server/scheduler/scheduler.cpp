@@ -222,7 +222,7 @@ absl::StatusOr<CompleteDecision> Scheduler::late_result(Job& job, Worker& worker
   if (!same_units) return CompleteDecision{.duplicate = true};
   const std::optional<LeaseId> lease = find_lease(job, token, worker.info.id);
   if (lease) measure(job, worker, leases_.get(*lease), result, now);
-  const absl::StatusOr<CompleteDecision> decision =
+  absl::StatusOr<CompleteDecision> decision =
       second_result(job, worker, job.units.result(units.first), result.fingerprint);
   if (lease && leases_.contains(*lease)) drop_lease(*lease);
   return decision;

@@ -292,7 +292,8 @@ absl::Status Scheduler::trust_host(const std::string& text) {
   }
   // An identity in quarantine is also meant by the names of its hosts.
   std::vector<std::string> meant;
-  for (const auto& [subject, why] : distrusted_) {
+  for (const auto& distrusted : distrusted_) {
+    const std::string& subject = distrusted.first;
     const auto is_its_host = [&](const std::string& host) { return covers(subject, host); };
     if (is_meant(text, subject) || std::any_of(known.begin(), known.end(), is_its_host))
       meant.push_back(subject);

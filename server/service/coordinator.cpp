@@ -137,8 +137,9 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
        .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens",
        .joined = [seen = members](const std::string& worker) { seen->note(Role::kWorker, worker); }},
       *connections);
-  if (started.ok()) joining = *std::move(started);
-  return started.status();
+  if (!started.ok()) return started.status();
+  joining = *std::move(started);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const CoordinatorOptions& options,
@@ -220,8 +221,9 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (connections) sources.push_back(connection_metrics(*connections));
   absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> serving =
       telemetry::MetricsServer::start(options.metrics, std::move(sources));
-  if (serving.ok()) metrics = *std::move(serving);
-  return serving.status();
+  if (!serving.ok()) return serving.status();
+  metrics = *std::move(serving);
+  return absl::OkStatus();
 }
 
 void Coordinator::Impl::request_shutdown(const absl::Status& why) {

@@ -7,14 +7,11 @@
 #include "absl/strings/str_cat.h"
 #include "base/private_file.h"
 #include "tls/authority.h"
+#include "tls/unix_time.h"
 #include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
-
-std::int64_t unix_seconds(Expelled::Time time) {
-  return std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
-}
 
 bool is_name(std::string_view name) {
   const auto is_plain = [](char c) { return c > ' ' && c != '\x7f'; };

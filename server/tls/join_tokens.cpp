@@ -12,17 +12,11 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "base/private_file.h"
+#include "tls/unix_time.h"
 #include "transport/join_token.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
-namespace {
-
-std::int64_t unix_seconds(JoinTokens::Time time) {
-  return std::chrono::duration_cast<std::chrono::seconds>(time.time_since_epoch()).count();
-}
-
-}  // namespace
 
 absl::StatusOr<JoinTokens> JoinTokens::open(std::filesystem::path file) {
   JoinTokens tokens{std::move(file)};

@@ -28,8 +28,7 @@ class JoinTokens {
   /// An empty path: in memory. Unavailable, or DataLoss, for a file that cannot be read.
   static absl::StatusOr<JoinTokens> open(std::filesystem::path file);
 
-  JoinTokens(JoinTokens&& other) noexcept
-      : file_(std::move(other.file_)), tokens_(std::move(other.tokens_)) {}
+  JoinTokens(JoinTokens&& other) noexcept : file_(other.file_), tokens_(std::move(other.tokens_)) {}
 
   /// A secret that is accepted `uses` times until `now + life`; durable when it returns. InvalidArgument for
   /// a life or a number that is not within the bounds above, ResourceExhausted when there are too many.

@@ -143,20 +143,22 @@ TEST_F(Kubernetes, ProgramsAreProbedAndTakeTheirCommands) {
     const std::string& help = help_of(command.front());
     ASSERT_FALSE(help.empty()) << command.front() << " is no program of Tessera's";
     for (const std::string& word : command) {
-      if (word.starts_with("--"))
-        EXPECT_NE(help.find(word + " "), std::string::npos) << command.front() << " has no " << word;
+      if (!word.starts_with("--")) continue;
+      EXPECT_NE(help.find(word + " "), std::string::npos) << command.front() << " has no " << word;
     }
     const std::set<std::string> ports = ports_of(container);
     for (const char* const listening : {"--listen", "--health", "--metrics"}) {
       const std::string address = value_of(command, listening);
-      if (!address.empty()) EXPECT_TRUE(ports.contains(port_of(address))) << listening << " " << address;
+      if (address.empty()) continue;
+      EXPECT_TRUE(ports.contains(port_of(address))) << listening << " " << address;
     }
     ASSERT_TRUE(container["livenessProbe"]);
     for (const char* const name : {"startupProbe", "readinessProbe", "livenessProbe"}) {
       const YAML::Node probe = container[name];
       if (!probe) continue;
-      if (probe["grpc"])
+      if (probe["grpc"]) {
         EXPECT_EQ(probe["grpc"]["port"].as<std::string>(), port_of(value_of(command, "--health")));
+      }
       if (probe["httpGet"]) {
         EXPECT_EQ(probe["httpGet"]["path"].as<std::string>(), "/metrics");
         EXPECT_TRUE(ports.contains(probe["httpGet"]["port"].as<std::string>()));

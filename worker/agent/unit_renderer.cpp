@@ -142,8 +142,9 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
     const absl::StatusOr<Inputs> inputs = prepared_.fetch(held.job_id, unit, stop);
     if (!inputs.ok()) return inputs.status();
     absl::StatusOr<std::string> merged = scene->scene->merge(unit.merge().phase(), inputs->bytes);
-    if (merged.ok()) set_blob(*std::move(merged), outcome);
-    return merged.status();
+    if (!merged.ok()) return merged.status();
+    set_blob(*std::move(merged), outcome);
+    return absl::OkStatus();
   }
   const absl::StatusOr<std::shared_ptr<const render::Prepared>> prepared =
       prepared_.get(held.job_id, unit, scene, stop);
@@ -154,8 +155,9 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
     absl::StatusOr<std::string> blob = scene->scene->make_part(
         {unit.part().phase(), unit.part().part(), spec.cut().phases(phase).parts(), prepared->get()}, stop,
         counts);
-    if (blob.ok()) set_blob(*std::move(blob), outcome);
-    return blob.status();
+    if (!blob.ok()) return blob.status();
+    set_blob(*std::move(blob), outcome);
+    return absl::OkStatus();
   }
   // A pass covers the whole crop.
   const v1::PixelRect& pixels = unit.has_pass() ? spec.cut().crop() : unit.tile().pixels();

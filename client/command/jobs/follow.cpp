@@ -152,10 +152,11 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
     if (partial.units > 0 && units >= partial.units) enough.request_stop();
   };
   handlers.restart = [&]() -> absl::Status {
-    auto again = Assembler::create(options);
-    if (again.ok()) assembler = std::move(again);
     units = 0;
-    return again.status();
+    auto again = Assembler::create(options);
+    if (!again.ok()) return again.status();
+    assembler = std::move(again);
+    return absl::OkStatus();
   };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, enough.get_token());
   tale.tell(status.ok() ? *status : followed.status, assembler->samples_done());

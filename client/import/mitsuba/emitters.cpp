@@ -144,17 +144,17 @@ struct LightType {
   void (*write)(PropertyReader& reader, TextureTable& textures, v1::Light& light);
 };
 
-constexpr LightType kTypes[] = {{"point", write_point_light},       {"spot", write_spot},
-                                {"directional", write_directional}, {"constant", write_constant},
-                                {"envmap", write_environment},      {"projector", write_projector}};
+constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot", write_spot},
+                                     {"directional", write_directional}, {"constant", write_constant},
+                                     {"envmap", write_environment},      {"projector", write_projector}};
 
 }  // namespace
 
 void write_light(Context& context, TextureTable& textures, Object& emitter) {
   PropertyReader reader(context, emitter);
-  const auto type = std::find_if(std::begin(kTypes), std::end(kTypes),
+  const auto type = std::find_if(std::begin(kLightTypes), std::end(kLightTypes),
                                  [&](const LightType& known) { return known.name == emitter.type; });
-  if (type == std::end(kTypes)) {
+  if (type == std::end(kLightTypes)) {
     reader.error(emitter.type == "area"
                      ? std::string("an emitter \"area\" must stand inside a shape")
                      : concat("emitter \"", emitter.type,

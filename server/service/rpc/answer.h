@@ -18,8 +18,9 @@ inline grpc::ServerUnaryReactor* answer(grpc::ServerUnaryReactor* reactor, const
 template <typename Response>
 grpc::ServerUnaryReactor* answer(grpc::ServerUnaryReactor* reactor, absl::StatusOr<Response> result,
                                  Response* response) {
-  if (result.ok()) *response = *std::move(result);
-  return answer(reactor, result.status());
+  if (!result.ok()) return answer(reactor, result.status());
+  *response = *std::move(result);
+  return answer(reactor, absl::OkStatus());
 }
 
 }  // namespace tessera::server

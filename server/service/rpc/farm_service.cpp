@@ -138,13 +138,12 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
   }
   absl::StatusOr<std::string> token =
       joining_->make_token(std::chrono::seconds{request->lifetime().seconds()}, request->uses());
-  if (token.ok()) {
-    const std::string user = caller(*context).user;
-    telemetry::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user,
-                   request->uses(), request->lifetime().seconds());
-    response->set_token(*std::move(token));
-  }
-  return answer(reactor, token.status());
+  if (!token.ok()) return answer(reactor, token.status());
+  const std::string user = caller(*context).user;
+  telemetry::log(spdlog::level::info, {.user = user}, "'{}' made a join token: {} uses within {} s", user,
+                 request->uses(), request->lifetime().seconds());
+  response->set_token(*std::move(token));
+  return answer(reactor, absl::OkStatus());
 }
 
 absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request,

@@ -44,8 +44,9 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
   grpc::ServerUnaryReactor* Join(grpc::CallbackServerContext* context, const v1::JoinRequest* request,
                                  v1::JoinResponse* response) override {
     absl::StatusOr<std::string> certificate = server_.join(*request, context->peer());
-    if (certificate.ok()) response->set_certificate_pem(*std::move(certificate));
-    return answer(context->DefaultReactor(), certificate.status());
+    if (!certificate.ok()) return answer(context->DefaultReactor(), certificate.status());
+    response->set_certificate_pem(*std::move(certificate));
+    return answer(context->DefaultReactor(), absl::OkStatus());
   }
 
  private:
@@ -115,7 +116,7 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
   }
   const auto now = Clock::now();
   // Made before the token is used up, handed out only after.
-  const absl::StatusOr<std::string> certificate =
+  absl::StatusOr<std::string> certificate =
       authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = request.name(), .hosts = {}},
                          now - kClockSlack, now + kCertificateLife);
   if (!certificate.ok()) return certificate.status();

@@ -49,7 +49,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
   }
 
   absl::Status finish() {
-    const absl::Status status = upload_->finish();
+    absl::Status status = upload_->finish();
     if (status.ok() && upload_->wants_more()) uploads_.done(upload_->digest(), upload_->received_bytes());
     return status;
   }

@@ -33,8 +33,9 @@ std::uint64_t checksum_of(FrameHeader header, std::string_view entry, std::uint6
 absl::Status EntryLog::open() {
   if (file_ != nullptr) return absl::OkStatus();
   auto opened = disk_.open(path_, /*create=*/true);
-  if (opened.ok()) file_ = *std::move(opened);
-  return opened.status();
+  if (!opened.ok()) return opened.status();
+  file_ = *std::move(opened);
+  return absl::OkStatus();
 }
 
 void EntryLog::append(const CommitStamp& stamp, const JournalEntry& entry, const PayloadPlace& payload) {

@@ -8,11 +8,11 @@
 namespace tessera::server {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31464e4d52535354;  // "TSSRMNF1"
-constexpr std::uint64_t kSlotBytes = 512;             // a sector, which is written whole
+constexpr std::uint64_t kManifestMagic = 0x31464e4d52535354;  // "TSSRMNF1"
+constexpr std::uint64_t kSlotBytes = 512;                     // a sector, which is written whole
 
 struct Slot {
-  std::uint64_t magic = kMagic;
+  std::uint64_t magic = kManifestMagic;
   std::uint64_t write = 0;  // the number of this write: the higher one counts
   ManifestCounts counts;
   std::uint64_t checksum = 0;
@@ -42,7 +42,8 @@ absl::StatusOr<Manifest> Manifest::open(Disk& disk, const std::filesystem::path&
         !status.ok()) {
       return status;
     }
-    if (slot.magic != kMagic || slot.checksum != slot.sum() || slot.write <= manifest.writes_) continue;
+    if (slot.magic != kManifestMagic || slot.checksum != slot.sum() || slot.write <= manifest.writes_)
+      continue;
     manifest.writes_ = slot.write;
     manifest.found_ = slot.counts;
   }

@@ -212,5 +212,11 @@ TEST_F(TextureLoad, SurvivesDamage) {
   EXPECT_GT(failures, 300);
 }
 
+TEST(TextureTable, AttributesOfManyShapesHaveSlotsBeyond32Bits) {
+  TextureTable table;
+  table.attribute_names = 1'000;
+  EXPECT_EQ(table.attribute_slot(3'000'000, 999), 3'000'000'999u);
+}
+
 }  // namespace
 }  // namespace tessera::render

@@ -82,7 +82,7 @@ Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, cons
                         Mask active) {
   Spectrum result(0.0f);
   for_each_distinct(at.shape, active & (at.shape >= 0), [&](std::int32_t shape, Mask lanes) {
-    const auto slot = static_cast<std::size_t>(shape * table.attribute_names + node.attribute);
+    const std::size_t slot = table.attribute_slot(shape, node.attribute);
     if (slot >= table.attribute_of_shape.size() || table.attribute_of_shape[slot] < 0) return;
     const MeshAttribute& attribute =
         table.attributes[static_cast<std::size_t>(table.attribute_of_shape[slot])];

@@ -2,6 +2,7 @@
 // every ISA.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -84,8 +85,13 @@ struct TextureTable {
   std::vector<TextureNode> nodes;  // inputs come before the nodes that use them
   std::int32_t attribute_names = 0;
   std::vector<MeshAttribute> attributes;
-  std::vector<std::int32_t>
-      attribute_of_shape;  // [shape * attribute_names + name], -1: none; empty: no shape has any
+  std::vector<std::int32_t> attribute_of_shape;  // [attribute_slot()], -1: none; empty: no shape has any
+
+  /// Returns where attribute_of_shape tells of a shape and a name; with many of both, that is beyond 32 bits.
+  std::size_t attribute_slot(std::int32_t shape, std::int32_t name) const {
+    return static_cast<std::size_t>(shape) * static_cast<std::size_t>(attribute_names) +
+           static_cast<std::size_t>(name);
+  }
 };
 
 }  // namespace tessera::render

@@ -17,7 +17,7 @@ struct Directions {
 /// sees it.
 class PositionalLight : public LightModel {
  public:
-  PositionalLight() : LightModel({}) {}
+  PositionalLight() : LightModel(LightTraits{}) {}
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const final { return 0.0f; }
 

@@ -187,22 +187,22 @@ void write_principled_thin(PropertyReader& reader, TextureTable& textures, v1::M
 
 void write_null(PropertyReader&, TextureTable&, v1::Material& material) { material.mutable_interface(); }
 
-constexpr BsdfType kTypes[] = {{"diffuse", write_diffuse},
-                               {"dielectric", write_smooth_dielectric, true},
-                               {"thindielectric", write_thin_dielectric, true},
-                               {"roughdielectric", write_rough_dielectric, true},
-                               {"conductor", write_conductor},
-                               {"roughconductor", write_rough_conductor},
-                               {"plastic", write_plastic},
-                               {"roughplastic", write_rough_plastic},
-                               {"principled", write_principled},
-                               {"principledthin", write_principled_thin, true},
-                               {"null", write_null, true}};
+constexpr BsdfType kBsdfTypes[] = {{"diffuse", write_diffuse},
+                                   {"dielectric", write_smooth_dielectric, true},
+                                   {"thindielectric", write_thin_dielectric, true},
+                                   {"roughdielectric", write_rough_dielectric, true},
+                                   {"conductor", write_conductor},
+                                   {"roughconductor", write_rough_conductor},
+                                   {"plastic", write_plastic},
+                                   {"roughplastic", write_rough_plastic},
+                                   {"principled", write_principled},
+                                   {"principledthin", write_principled_thin, true},
+                                   {"null", write_null, true}};
 
 }  // namespace
 
 const BsdfType* find_bsdf_type(std::string_view name) {
-  for (const BsdfType& type : kTypes) {
+  for (const BsdfType& type : kBsdfTypes) {
     if (type.name == name) return &type;
   }
   return nullptr;
@@ -210,7 +210,7 @@ const BsdfType* find_bsdf_type(std::string_view name) {
 
 std::string names_of_bsdf_types() {
   std::string names;
-  for (const BsdfType& type : kTypes) names += concat(names.empty() ? "" : ", ", type.name);
+  for (const BsdfType& type : kBsdfTypes) names += concat(names.empty() ? "" : ", ", type.name);
   return names;
 }
 

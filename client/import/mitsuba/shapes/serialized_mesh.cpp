@@ -9,6 +9,7 @@
 #include <string>
 
 #include "import/input/concat.h"
+#include "import/input/load_bytes.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -27,14 +28,7 @@ constexpr std::uint64_t kMaxElements = std::uint64_t{1} << 31;  // of a mesh blo
 // Upper bound of what one mesh inflates to: guards against a few kilobytes that claim to be everything.
 constexpr std::size_t kMaxInflatedBytes = std::size_t{8} << 30;
 
-template <typename T>
-T load(std::string_view bytes, std::size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
-
-absl::Status fail(std::string message) { return absl::InvalidArgumentError(std::move(message)); }
+absl::Status fail(const std::string& message) { return absl::InvalidArgumentError(message); }
 
 /// The values of one mesh, inflated piece by piece as they are asked for.
 class Inflater {
@@ -117,14 +111,15 @@ class Inflater {
 absl::StatusOr<std::size_t> find_mesh(std::string_view bytes, int version, std::int64_t index) {
   if (index == 0) return 0;
   if (bytes.size() < sizeof(std::uint32_t)) return fail("the file is cut off");
-  const std::uint32_t count = load<std::uint32_t>(bytes, bytes.size() - sizeof(std::uint32_t));
+  const std::uint32_t count = load_bytes<std::uint32_t>(bytes, bytes.size() - sizeof(std::uint32_t));
   if (index < 0 || index >= count)
     return fail(concat("there is no mesh ", index, ": the file holds ", count));
   const std::size_t entry = version == 4 ? sizeof(std::uint64_t) : sizeof(std::uint32_t);
   const std::size_t from_end = sizeof(std::uint32_t) + entry * (count - static_cast<std::size_t>(index));
   if (from_end > bytes.size()) return fail("the table of meshes is cut off");
   const std::size_t at = bytes.size() - from_end;
-  const std::uint64_t offset = version == 4 ? load<std::uint64_t>(bytes, at) : load<std::uint32_t>(bytes, at);
+  const std::uint64_t offset =
+      version == 4 ? load_bytes<std::uint64_t>(bytes, at) : load_bytes<std::uint32_t>(bytes, at);
   if (offset > bytes.size() - sizeof(std::uint32_t))
     return fail("the table of meshes points outside of the file");
   return static_cast<std::size_t>(offset);
@@ -135,17 +130,17 @@ bool all_finite(const std::vector<float>& values) {
 }
 
 absl::StatusOr<SerializedMesh> read_stream(Inflater& stream, int version) {
-  constexpr std::string_view kCutOff = "the mesh is damaged or cut off";
+  constexpr char kCutOff[] = "the mesh is damaged or cut off";
   std::uint32_t flags = 0;
-  if (!stream.read(flags)) return fail(std::string(kCutOff));
+  if (!stream.read(flags)) return fail(kCutOff);
   if (version == 4) {
     char c = 1;
     while (c != 0) {
-      if (!stream.read(c)) return fail(std::string(kCutOff));
+      if (!stream.read(c)) return fail(kCutOff);
     }
   }
   std::uint64_t vertices = 0, triangles = 0;
-  if (!stream.read(vertices) || !stream.read(triangles)) return fail(std::string(kCutOff));
+  if (!stream.read(vertices) || !stream.read(triangles)) return fail(kCutOff);
   if (vertices > kMaxElements || triangles > kMaxElements) {
     return fail(concat(vertices, " vertices and ", triangles, " triangles: there may be 2^31 of each"));
   }
@@ -159,7 +154,7 @@ absl::StatusOr<SerializedMesh> read_stream(Inflater& stream, int version) {
                      ((flags & kUvs) == 0 || stream.read_floats(2 * vertices, doubles, mesh.uvs)) &&
                      ((flags & kColors) == 0 || stream.read_floats(3 * vertices, doubles, colors)) &&
                      stream.read_indices(3 * triangles, mesh.indices);
-  if (!whole) return fail(std::string(kCutOff));
+  if (!whole) return fail(kCutOff);
   for (const std::vector<float>* values : {&mesh.positions, &mesh.normals, &mesh.uvs}) {
     if (!all_finite(*values)) return fail("a coordinate is not finite");
   }
@@ -174,8 +169,8 @@ absl::StatusOr<SerializedMesh> read_stream(Inflater& stream, int version) {
 }  // namespace
 
 absl::StatusOr<SerializedMesh> read_serialized_mesh(std::string_view bytes, std::int64_t index) {
-  if (bytes.size() < 4 || load<std::uint16_t>(bytes, 0) != kMagic) return fail("not a serialized mesh");
-  const int version = load<std::uint16_t>(bytes, 2);
+  if (bytes.size() < 4 || load_bytes<std::uint16_t>(bytes, 0) != kMagic) return fail("not a serialized mesh");
+  const int version = load_bytes<std::uint16_t>(bytes, 2);
   if (version != 3 && version != 4) return fail(concat("format version ", version, ": expected 3 or 4"));
   const absl::StatusOr<std::size_t> offset = find_mesh(bytes, version, index);
   if (!offset.ok()) return offset.status();

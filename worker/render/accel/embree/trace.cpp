@@ -218,7 +218,7 @@ class EmbreeQuery final : public RayQuery {
     return single_rays_ ? Traversal::kSingle : coherent ? Traversal::kCoherent : Traversal::kIncoherent;
   }
 
-  const RTCScene scene_;
+  RTCScene scene_;
   const std::int32_t first_instance_;
   const bool single_rays_;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/bsdf/boundary_scatter.h"
+#include "render/bsdf/tables/sqr.h"
 
 namespace tessera::render {
 
@@ -14,8 +15,6 @@ namespace {
 constexpr float kSmallestAlpha = 1e-4f;  // as ggx_of() of microfacet.h
 
 constexpr int kTurnedRows = 13;  // of anisotropic facets, whose rows are computed together
-
-double sqr(double x) { return x * x; }
 
 /// A place between the nodes of one axis: `low` and the one after it, which has the share t.
 struct Place {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/bsdf/tables/boundary_energy.h"
+#include "render/bsdf/tables/sqr.h"
 
 namespace tessera::render {
 
@@ -35,8 +36,6 @@ struct Gauss {
     }
   }
 };
-
-double sqr(double x) { return x * x; }
 
 /// Integral of 2 c part(energy at c) over the cosines c of a hemisphere: the mean over diffuse light.
 template <class F>

@@ -10,7 +10,7 @@ namespace tessera::render {
 
 namespace {
 
-/// Those whose corners do not all lie on one side.
+/// Finds the voxels whose corners do not all lie on one side.
 void find_voxels(SdfGridRecord& grid) {
   const std::int32_t row = grid.size[0], slice = row * grid.size[1];
   for (std::int32_t z = 0; z + 1 < grid.size[2]; ++z) {
@@ -19,8 +19,8 @@ void find_voxels(SdfGridRecord& grid) {
         const std::int32_t lower = z * slice + y * row + x;
         int inside = 0, outside = 0;
         for (int i = 0; i < 8; ++i) {
-          const float f =
-              grid.samples[static_cast<std::size_t>(lower + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice)];
+          const std::int32_t corner = lower + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * slice;
+          const float f = grid.samples[static_cast<std::size_t>(corner)];
           inside += f <= 0, outside += f >= 0;
         }
         if (inside > 0 && outside > 0) grid.voxels.push_back(lower);

@@ -47,8 +47,8 @@ absl::Status MeshAttributes::add(const v1::TriangleMesh& mesh, const ShapeTable&
       }
     }
     // Shapes come in order, so the lookup only grows.
-    table_.attribute_of_shape.resize(static_cast<std::size_t>((shape + 1) * table_.attribute_names), -1);
-    table_.attribute_of_shape[static_cast<std::size_t>(shape * table_.attribute_names + name->second)] =
+    table_.attribute_of_shape.resize(table_.attribute_slot(shape + 1, 0), -1);
+    table_.attribute_of_shape[table_.attribute_slot(shape, name->second)] =
         static_cast<std::int32_t>(table_.attributes.size());
     table_.attributes.push_back(std::move(attribute));
   }

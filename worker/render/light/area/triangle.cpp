@@ -8,8 +8,13 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+/// Returns where the table has the triangle that the light is.
+std::size_t triangle_of(const ShapeRecord& shape, const LightRecord& light) {
+  return static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(light.primitive);
+}
+
 void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightRecord& light) {
-  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
+  const std::size_t triangle = triangle_of(shape, light);
   vec64::Vec p[3];
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const std::size_t vertex =
@@ -25,7 +30,7 @@ void describe_triangle(const ShapeTable& table, const ShapeRecord& shape, LightR
 /// Whether the normals at the corners of a triangle light turn away from its own by more than roundings.
 bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRecord& light) {
   if (!(shape.flags & kHasNormals)) return false;
-  const auto triangle = static_cast<std::size_t>(shape.first_triangle + light.primitive);
+  const std::size_t triangle = triangle_of(shape, light);
   const float* v = light.vertices;
   const vec64::Vec n = vec64::cross({double{v[3]} - v[0], double{v[4]} - v[1], double{v[5]} - v[2]},
                                     {double{v[6]} - v[0], double{v[7]} - v[1], double{v[8]} - v[2]});
