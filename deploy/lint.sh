@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks that all sources are as clang-format has them, then looks for faults with clang-tidy (.clang-tidy), in
-# each source by itself and in as many as a time allows: those first that the latest commits concern, then the
+# whole rooms at once and in as many as a time allows: those first that the latest commits concern, then the
 # others, from another one on with each commit. Fails where something is found, not where time runs out.
 #
 #   deploy/lint.sh              form alone: seconds
@@ -41,10 +41,16 @@ check_form() {
   end
 }
 
-# The sources that `build/lint` compiles, one a line.
-compiled() {
-  sed -n "s,^ *\"file\": \"$top/\(.*\.cpp\)\".*,\1,p" build/lint/compile_commands.json |
-    grep -v '^build/' | sort -u
+# What `build/lint` compiles as one, and each source in it, one pair a line: whole rooms, or single sources.
+units() {
+  local unit
+  sed -n 's,^ *"file": "\(.*\)".*,\1,p' build/lint/compile_commands.json | awk '!seen[$0]++' |
+    while IFS= read -r unit; do
+      case $unit in
+        */Unity/*) sed -n "s,^#include \"$top/\(.*\)\",$unit \1,p" "$unit" ;;
+        *) echo "$unit ${unit#"$top/"}" ;;
+      esac
+    done | grep -v ' build/'
 }
 
 # sources_of FILE...: sources as they are; for a header, the first source that includes it.
@@ -53,12 +59,12 @@ sources_of() {
   for file in "$@"; do
     case $file in
       *.cpp) echo "$file" ;;
-      *.h) compiled | xargs grep -lF "\"${file#*/}\"" | head -n 1 || true ;;
+      *.h) cut -d ' ' -f 2 "$work/units.txt" | xargs grep -lF "\"${file#*/}\"" | head -n 1 || true ;;
     esac
   done
 }
 
-# tidy FILE: notes the file, and fails when something is found in it. Does nothing once the time is over.
+# tidy UNIT: notes the unit, and fails when something is found in it. Does nothing once the time is over.
 tidy() {
   local left=$((deadline - $(date +%s))) result=0 said
   [ "$left" -ge 10 ] || return 0
@@ -74,18 +80,21 @@ tidy() {
 check_faults() {
   # What headers of the lint build are generated from may have changed, and so may the list of sources.
   build lint tessera_generated
-  local all turn
-  mapfile -t all < <(compiled)
+  local all turn first
+  units >"$work/units.txt"
+  mapfile -t all < <(cut -d ' ' -f 1 "$work/units.txt" | uniq)
   turn=$(($(git rev-list --count HEAD 2>/dev/null || echo 0) * 17 % ${#all[@]}))
   if [ ${#files[@]} -gt 0 ]; then
-    sources_of "${files[@]}"
+    first=("${files[@]}") all=()
   else
-    mapfile -t files < <(git diff --name-only HEAD~10 2>/dev/null || true)
-    { sources_of "${files[@]}" && printf '%s\n' "${all[@]:turn}" "${all[@]:0:turn}"; } |
-      grep -xFf <(printf '%s\n' "${all[@]}")
-  fi | awk '!seen[$0]++' >"$work/order.txt"
+    mapfile -t first < <(git diff --name-only HEAD~10 2>/dev/null || true)
+    all=("${all[@]:turn}" "${all[@]:0:turn}")
+  fi
+  sources_of "${first[@]}" >"$work/first.txt"
+  { awk 'NR == FNR {first[$1]; next} $2 in first {print $1}' "$work/first.txt" "$work/units.txt" &&
+    printf '%s\n' "${all[@]}"; } | awk 'NF && !seen[$0]++' >"$work/order.txt"
 
-  begin "faults in $(wc -l <"$work/order.txt") sources"
+  begin "faults in $(sources_in "$work/order.txt") sources"
   : >"$work/checked.txt"
   deadline=$(($(date +%s) + budget))
   export -f tidy
@@ -97,9 +106,12 @@ check_faults() {
   }
   end
   local unread
-  unread=$(($(wc -l <"$work/order.txt") - $(wc -l <"$work/checked.txt")))
+  unread=$(($(sources_in "$work/order.txt") - $(sources_in "$work/checked.txt")))
   [ "$unread" -eq 0 ] || say "no time was left for $unread of them"
 }
+
+# sources_in FILE: how many sources are in the units that the file lists.
+sources_in() { awk 'NR == FNR {unit[$1]; next} $1 in unit' "$1" "$work/units.txt" | wc -l; }
 
 check_form
 [ "$budget" -eq 0 ] || check_faults

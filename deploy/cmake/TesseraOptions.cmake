@@ -11,6 +11,7 @@ set(CMAKE_BUILD_RPATH "\$ORIGIN/../lib")
 set(CMAKE_INSTALL_RPATH "\$ORIGIN/../lib")
 
 option(TESSERA_TESTS "Build the tests" ON)
+option(TESSERA_WERROR "Warnings are errors; .ci/run asks for it" OFF)
 set(TESSERA_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
 
 if(NOT CMAKE_BUILD_TYPE)
@@ -30,6 +31,9 @@ add_library(tessera_options INTERFACE)
 target_compile_options(tessera_options INTERFACE -Wall -Wextra -Wshadow -Wno-unused-parameter)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(tessera_options INTERFACE -fpch-preprocess)
+endif()
+if(TESSERA_WERROR)
+  target_compile_options(tessera_options INTERFACE -Werror)
 endif()
 
 if(TESSERA_SANITIZE)

@@ -49,8 +49,8 @@ endfunction()
 
 # tessera_in_batches(TARGET): compiles sources several at a time, as one: what their headers bring is then compiled once a batch, and
 # that is more than half of the time of a source that uses messages, services or GoogleTest (docs/decisions/0025). The sources share one
-# scope: a name that two of them mean differently has to be told apart. Other sources are quick by themselves.
-set(TESSERA_BATCH 8 CACHE STRING "Sources that are compiled as one; 1: each by itself")
+# scope: a name that two of them mean differently has to be told apart. Kernels are not: it would decide what is inlined in them.
+set(TESSERA_BATCH 16 CACHE STRING "Sources that are compiled as one; 1: each by itself")
 function(tessera_in_batches target)
   if(TESSERA_BATCH GREATER 1)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${TESSERA_BATCH})
@@ -66,9 +66,17 @@ function(tessera_library name)
   target_include_directories(${name} PUBLIC ${root})
   target_link_libraries(${name} PUBLIC ${arg_DEPENDS} PRIVATE tessera_options)
   tessera_precompiled(${name} "${arg_PRECOMPILED}" "")
-  if(arg_PRECOMPILED)
-    tessera_in_batches(${name})
-  endif()
+  tessera_in_batches(${name})
+endfunction()
+
+# tessera_program(NAME main.cpp DEPENDS targets... [PRECOMPILED set]): a program; its main() is NAME-main, for programs that add to it.
+function(tessera_program name main)
+  cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
+  add_library(${name}-main OBJECT ${main})
+  target_link_libraries(${name}-main PUBLIC ${arg_DEPENDS} PRIVATE tessera_options)
+  tessera_precompiled(${name}-main "${arg_PRECOMPILED}" "")
+  add_executable(${name})
+  target_link_libraries(${name} PRIVATE ${name}-main)
 endfunction()
 
 # What every test, and whatever it starts, is told by its environment.
@@ -86,33 +94,73 @@ if(TESSERA_SANITIZE MATCHES "thread")
     "TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=${CMAKE_SOURCE_DIR}/tests/support/tsan.supp")
 endif()
 
-# The long form of a test (tests/support/long_form.h): the entry NAME_long, labelled `long`.
-function(tessera_long_form name timeout)
-  add_test(NAME ${name}_long COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
-  set_tests_properties(${name}_long PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77 LABELS "${ARGN};long"
-    ENVIRONMENT "TESSERA_TEST_FORM=long;${TESSERA_TEST_ENVIRONMENT}")
-endfunction()
-
-# tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set] [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a GoogleTest
-# program, one ctest entry; with LONG, and that timeout, a second for its long form. The working directory is the source tree's root.
-function(tessera_test name)
-  cmake_parse_arguments(arg "" "PRECOMPILED;TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
-  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
-  target_link_libraries(${name} PRIVATE ${arg_DEPENDS} tessera_test_main GTest::gmock GTest::gtest tessera_options)
-  target_compile_options(${name} PRIVATE ${TESSERA_TEST_FLAGS})
-  tessera_precompiled(${name} "${arg_PRECOMPILED}" test)
-  tessera_in_batches(${name})
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
-  endif()
+# tessera_test_entry(NAME COMMAND command... TIMEOUT seconds [LONG seconds] [LABELS labels...]): what CTest runs; with LONG, and that timeout,
+# also the long form (tests/support/long_form.h), the entry NAME_long, labelled `long`. The working directory is the source tree's root.
+function(tessera_test_entry name)
+  cmake_parse_arguments(arg "" "TIMEOUT;LONG" "COMMAND;LABELS" ${ARGN})
+  add_test(NAME ${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
     ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
   if(arg_LONG)
-    tessera_long_form(${name} ${arg_LONG} ${arg_LABELS})
+    add_test(NAME ${name}_long COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+    set_tests_properties(${name}_long PROPERTIES TIMEOUT ${arg_LONG} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS};long"
+      ENVIRONMENT "TESSERA_TEST_FORM=long;${TESSERA_TEST_ENVIRONMENT}")
   endif()
+endfunction()
+
+# tessera_tests_of(SOURCES VARIABLE): the argument by which a program runs the tests of these sources alone.
+function(tessera_tests_of sources variable)
+  list(FILTER sources INCLUDE REGEX "_test\\.cpp$")
+  list(TRANSFORM sources REPLACE ".*/" "")
+  list(JOIN sources "," sources)
+  set(${variable} --sources=${sources} PARENT_SCOPE)
+endfunction()
+
+# Test code, and libraries of it, alike: what is precompiled for tests is for these flags.
+function(tessera_compiled_as_test target)
+  cmake_parse_arguments(arg "" "PRECOMPILED" "" ${ARGN})
+  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/tests)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(${target} PRIVATE -fPIE ${TESSERA_TEST_FLAGS})
+  target_link_libraries(${target} PRIVATE tessera_options)
+  tessera_precompiled(${target} "${arg_PRECOMPILED}" test)
+  tessera_in_batches(${target})
+endfunction()
+
+# tessera_test_library(NAME SOURCES... DEPENDS targets... [PRECOMPILED set]): what several test programs share.
+function(tessera_test_library name)
+  cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
+  add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PUBLIC ${arg_DEPENDS} PRIVATE GTest::gtest)
+  tessera_compiled_as_test(${name} PRECOMPILED "${arg_PRECOMPILED}")
+endfunction()
+
+# tessera_test_program(NAME [SOURCES...] DEPENDS targets... [PRECOMPILED set]): a GoogleTest program, without any entry.
+function(tessera_test_program name)
+  cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${arg_DEPENDS} tessera_test_main GTest::gmock GTest::gtest)
+  tessera_compiled_as_test(${name} PRECOMPILED "${arg_PRECOMPILED}")
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+endfunction()
+
+# tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set | IN program] [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a
+# ctest entry and the program that it runs; or, with IN, tests in the program of several entries, which costs less to build.
+function(tessera_test name)
+  cmake_parse_arguments(arg "" "IN;PRECOMPILED;TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  if(arg_IN)
+    target_sources(${arg_IN} PRIVATE ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${arg_IN} PRIVATE ${arg_DEPENDS})
+    tessera_tests_of("${arg_UNPARSED_ARGUMENTS}" sources)
+    set(command ${arg_IN} ${sources})
+  else()
+    tessera_test_program(${name} ${arg_UNPARSED_ARGUMENTS} DEPENDS ${arg_DEPENDS} PRECOMPILED "${arg_PRECOMPILED}")
+    set(command ${name})
+  endif()
+  tessera_test_entry(${name} COMMAND ${command} TIMEOUT ${arg_TIMEOUT} LONG "${arg_LONG}" LABELS ${arg_LABELS})
 endfunction()
 
 # Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor family has.
@@ -186,32 +234,46 @@ function(tessera_kernel_objects folder)
   endforeach()
 endfunction()
 
-# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] [LABELS ...] [TIMEOUT s] [LONG s]): one test program an ISA; on a
-# machine without the ISA it is skipped (exit code 77, see tests/support/kernel_main.cpp).
+# tessera_kernel_test_program(NAME [SOURCES...] KERNELS folders... [DEPENDS targets...]): one program an ISA, NAME_<isa>, without any entry.
+function(tessera_kernel_test_program name)
+  cmake_parse_arguments(arg "" "" "KERNELS;DEPENDS" ${ARGN})
+  foreach(isa ${TESSERA_ISAS})
+    set(program ${name}_${isa})
+    add_executable(${program} ${arg_UNPARSED_ARGUMENTS})
+    target_include_directories(${program} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+    set_target_properties(${program} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # -fPIC, as the precompiled header, not -fPIE
+    target_compile_options(${program} PRIVATE -fPIC)
+    target_link_libraries(${program} PRIVATE tessera_kernel_test_main_${isa})
+    target_precompile_headers(${program} REUSE_FROM tessera_kernel_test_main_${isa})
+    tessera_in_batches(${program})
+    foreach(kernel ${arg_KERNELS})
+      target_link_libraries(${program} PRIVATE tessera_${kernel}_kernel_${isa})
+    endforeach()
+    target_link_libraries(${program} PRIVATE ${arg_DEPENDS})
+    set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  endforeach()
+endfunction()
+
+# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] | IN program [LABELS ...] [TIMEOUT s] [LONG s]): one ctest entry an
+# ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit code 77, see tests/support/kernel_main.cpp). The long form is for the first.
 function(tessera_kernel_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "IN;TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
+  if(arg_IN)
+    tessera_tests_of("${arg_UNPARSED_ARGUMENTS}" sources)
+  else()
+    tessera_kernel_test_program(${name} ${arg_UNPARSED_ARGUMENTS} KERNELS ${arg_KERNELS} DEPENDS ${arg_DEPENDS})
+    set(arg_IN ${name})
+    set(sources)
+  endif()
+  set(long "${arg_LONG}")
   foreach(isa ${TESSERA_ISAS})
-    set(test ${name}_${isa})
-    add_executable(${test} ${arg_UNPARSED_ARGUMENTS})
-    target_include_directories(${test} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
-    set_target_properties(${test} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # -fPIC, as the precompiled header, not -fPIE
-    target_compile_options(${test} PRIVATE -fPIC)
-    target_link_libraries(${test} PRIVATE tessera_kernel_test_main_${isa})
-    target_precompile_headers(${test} REUSE_FROM tessera_kernel_test_main_${isa})
-    tessera_in_batches(${test})
-    foreach(kernel ${arg_KERNELS})
-      target_link_libraries(${test} PRIVATE tessera_${kernel}_kernel_${isa})
-    endforeach()
-    target_link_libraries(${test} PRIVATE ${arg_DEPENDS})
-    set_target_properties(${test} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-    add_test(NAME ${test} COMMAND ${test} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
-    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
-      ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
-    if(arg_LONG)
-      tessera_long_form(${test} ${arg_LONG} ${arg_LABELS})
+    if(sources)
+      target_sources(${arg_IN}_${isa} PRIVATE ${arg_UNPARSED_ARGUMENTS})
     endif()
+    tessera_test_entry(${name}_${isa} COMMAND ${arg_IN}_${isa} ${sources} TIMEOUT ${arg_TIMEOUT} LONG "${long}" LABELS ${arg_LABELS})
+    set(long)
   endforeach()
 endfunction()

@@ -32,7 +32,7 @@ Arguments job_of(const std::string& spp) {
 }
 
 // 36 units of some ten milliseconds each, and of 2.6 kB.
-const Arguments kJob = job_of("256");
+const Arguments kBrokenJob = job_of("256");
 
 std::string text_attribute(const fs::path& exr, const std::string& name) {
   const auto image = client::read_exr(exr.string());
@@ -43,7 +43,7 @@ std::string text_attribute(const fs::path& exr, const std::string& name) {
 
 class Break : public testing::Test {
  protected:
-  Arguments command(const Arguments& more = {}, const Arguments& job = kJob) const {
+  Arguments command(const Arguments& more = {}, const Arguments& job = kBrokenJob) const {
     return Arguments{tessera_program(), "render"} + job + Arguments{"-o", output().string()} + more;
   }
   fs::path output() const { return folder_.path() / "out.exr"; }
@@ -120,7 +120,7 @@ TEST_F(Break, ARenderGoesOnToTheSameBits) {
   const support::Finished done =
       support::run_program(command(with_checkpoint() + Arguments{"--stats", stats}), kPatience);
   ASSERT_EQ(done.status.code, 0) << done.err;
-  EXPECT_EQ(pixel_sha256(output()), expected_hash(kJob));
+  EXPECT_EQ(pixel_sha256(output()), expected_hash(kBrokenJob));
   EXPECT_EQ(text_attribute(output(), "tessera.partial"), "");
   EXPECT_FALSE(fs::exists(checkpoint())) << "it is of no more use";
 }
@@ -144,7 +144,7 @@ TEST_F(Break, WhereTheImageCannotBeWrittenItIsKeptElsewhere) {
   EXPECT_THAT(full.err, HasSubstr("the image is in " + (home / "tessera").string()));
   ASSERT_TRUE(fs::exists(home / "tessera"));
   for (const auto& entry : fs::directory_iterator(home / "tessera")) {
-    EXPECT_EQ(pixel_sha256(entry.path()), expected_hash(kJob));
+    EXPECT_EQ(pixel_sha256(entry.path()), expected_hash(kBrokenJob));
   }
 }
 
@@ -158,7 +158,7 @@ TEST_F(Break, WithACheckpointTheSameCommandGoesOnWhenThereIsRoom) {
   const support::Finished again =
       support::run_program(command(with_checkpoint() + Arguments{"--stats", stats.string()}), kPatience);
   EXPECT_EQ(again.status.code, 0) << again.err;
-  EXPECT_EQ(pixel_sha256(output()), expected_hash(kJob));
+  EXPECT_EQ(pixel_sha256(output()), expected_hash(kBrokenJob));
   EXPECT_EQ(json_number(stats, "build_seconds"), 0) << "nothing is rendered, so that no scene is built";
 }
 
@@ -174,7 +174,7 @@ TEST_F(Break, ACheckpointThatCannotGrowEndsTheRenderByName) {
   EXPECT_THAT(full.err, HasSubstr("checkpoint"));
   const support::Finished again = support::run_program(command(with_checkpoint()), kPatience);
   EXPECT_EQ(again.status.code, 0) << again.err;
-  EXPECT_EQ(pixel_sha256(output()), expected_hash(kJob));
+  EXPECT_EQ(pixel_sha256(output()), expected_hash(kBrokenJob));
 }
 
 /// Whether a file system of a given size can be had here.
@@ -200,7 +200,7 @@ TEST_F(Break, AFullDiskIsSaidAndTheImageIsKeptElsewhere) {
   const SmallDisk disk(folder_.path() / "small", "64k");
   if (!disk.made()) GTEST_SKIP() << "needs root to mount a small disk";
   const fs::path image = folder_.path() / "small" / "out.exr", home = folder_.path() / "home";
-  Arguments to_small = Arguments{"render"} + kJob + Arguments{"-o", image.string()};
+  Arguments to_small = Arguments{"render"} + kBrokenJob + Arguments{"-o", image.string()};
   const std::vector<std::string> environment{"XDG_STATE_HOME=" + home.string()};
   const support::Finished full =
       support::run_program(Arguments{tessera_program()} + to_small, kPatience, environment);
@@ -209,7 +209,7 @@ TEST_F(Break, AFullDiskIsSaidAndTheImageIsKeptElsewhere) {
   EXPECT_FALSE(fs::exists(image));
   ASSERT_TRUE(fs::exists(home / "tessera"));
   for (const auto& entry : fs::directory_iterator(home / "tessera")) {
-    EXPECT_EQ(pixel_sha256(entry.path()), expected_hash(kJob));
+    EXPECT_EQ(pixel_sha256(entry.path()), expected_hash(kBrokenJob));
   }
 }
 

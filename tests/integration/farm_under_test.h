@@ -52,6 +52,10 @@ struct WorkerSetup {
   Arguments options = {};  // more of the worker's own
 };
 
+inline bool a_quarter_is_done(const v1::JobStatus& status) {
+  return status.units_total() > 0 && 4 * status.units_done() >= status.units_total();
+}
+
 class FarmUnderTest {
  public:
   /// `wrapper` is a command that runs the coordinator's; `environment` is added to its own, and `options` to

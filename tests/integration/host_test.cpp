@@ -15,7 +15,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-const Arguments kJob{
+const Arguments kHostJob{
     "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "64", "--tile", "8", "--quiet"};
 
 /// A shell's limits for a program; what the kernel would kill it for is an error instead.
@@ -40,7 +40,7 @@ TEST(Host, AFullDiskEndsTheCoordinatorByNameAndNothingIsLost) {
   std::ofstream{limit} << "150\n";
   FarmUnderTest farm{limited("-f $(cat " + limit + ")")};
   farm.add_worker(2);
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kHostJob);
   const std::optional<support::ExitStatus> ended = farm.coordinator().wait(kPatience);
   ASSERT_TRUE(ended) << "it goes on without a disk";
   EXPECT_EQ(ended->code, 5) << ended->signal;
@@ -53,13 +53,14 @@ TEST(Host, AFullDiskEndsTheCoordinatorByNameAndNothingIsLost) {
     return job.ok() ? job->status().units_done() : 0;
   }();
   EXPECT_GT(before, 0U) << "what was acknowledged is there";
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob)) << farm.coordinator().err() << farm.worker(0).err();
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kHostJob))
+      << farm.coordinator().err() << farm.worker(0).err();
 }
 
 TEST(Host, AFullDiskOfAClientIsNamedAndTheImageFetchedLater) {
   FarmUnderTest farm;
   farm.add_worker(2);
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kHostJob);
   const std::filesystem::path image = farm.directory() / "image.exr";
   const support::Finished full = support::run_program(
       limited("-f 4") + farm.on_farm({tessera_program(), "fetch", job_id, "-o", image.string(), "--quiet"}),
@@ -67,13 +68,13 @@ TEST(Host, AFullDiskOfAClientIsNamedAndTheImageFetchedLater) {
   EXPECT_GT(full.status.code, 0) << full.status.signal;
   EXPECT_THAT(full.err, HasSubstr("image.exr"));
   EXPECT_FALSE(std::filesystem::exists(image));
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kHostJob));
 }
 
 TEST(Host, OneWhoseCacheIsFullIsTakenOutAndSaysWhy) {
   FarmUnderTest farm;
   farm.add_worker(WorkerSetup{.name = "full", .wrapper = limited("-f 0")});
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kHostJob);
   ASSERT_TRUE(farm.worker(0).wait_for_err("the disk is full", kPatience)) << farm.worker(0).err();
   farm.add_worker(1);
   const v1::JobStatus end = end_of(farm, job_id);
@@ -81,10 +82,10 @@ TEST(Host, OneWhoseCacheIsFullIsTakenOutAndSaysWhy) {
   if (end.state() != v1::DONE) {
     EXPECT_THAT(end.error(), HasSubstr("the disk is full"));
     farm.kill_worker(0);
-    EXPECT_EQ(farm.fetch_hash(farm.submit_detached(kJob)), expected_hash(kJob));
+    EXPECT_EQ(farm.fetch_hash(farm.submit_detached(kHostJob)), expected_hash(kHostJob));
     return;
   }
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kHostJob));
 }
 
 TEST(Host, AReadOnlyCacheIsNamedAndOthersDoTheWork) {
@@ -104,10 +105,10 @@ TEST(Host, AReadOnlyCacheIsNamedAndOthersDoTheWork) {
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(WorkerSetup{.name = "read-only", .cache = cache, .wrapper = read_only});
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kHostJob);
   const v1::JobStatus end = end_of(farm, job_id);
   EXPECT_EQ(end.state(), v1::DONE) << end.error();
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kHostJob));
   ASSERT_TRUE(farm.worker(1).wait_for_err("Read-only file system", kPatience)) << farm.worker(1).err();
   EXPECT_THAT(notes_of(end), HasSubstr("host read-only was taken out"));
 }

@@ -21,7 +21,7 @@ using std::chrono::seconds;
 using support::TcpProxy;
 
 // Some seconds of work in many units.
-const Arguments kJob{
+const Arguments kJobOverTheNetwork{
     "scenes/cornell-box/scene.pbrt", "--resolution", "128x128", "--spp", "256", "--tile", "16", "--quiet"};
 
 /// Whether a program ended by a name, or by an assertion of gRPC 1.51, which dies of an answer whose
@@ -31,16 +31,12 @@ bool ended_as_expected(const support::ExitStatus& end, const std::string& err) {
                          : end.signal == SIGABRT && err.find("absl::") != std::string::npos;
 }
 
-bool a_quarter_is_done(const v1::JobStatus& status) {
-  return status.units_total() > 0 && 4 * status.units_done() >= status.units_total();
-}
-
 /// Cuts the farm's one worker off in the midst of a job, for longer and for less long than its leases last.
 void cut_off(FarmUnderTest& farm, const std::function<void()>& begin, const std::function<void()>& end) {
   std::vector<int> durations{static_cast<int>(test::how_often("TESSERA_CUT_SECONDS", 3, 0))};
   if (test::long_form()) durations = {1, 12};
   for (const int duration : durations) {
-    const std::string job_id = farm.submit_detached(kJob + Arguments{"--fresh"});
+    const std::string job_id = farm.submit_detached(kJobOverTheNetwork + Arguments{"--fresh"});
     farm.watch_until(job_id, a_quarter_is_done);
     begin();
     std::this_thread::sleep_for(seconds{duration});
@@ -48,7 +44,7 @@ void cut_off(FarmUnderTest& farm, const std::function<void()>& begin, const std:
     const v1::JobStatus last = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
     EXPECT_EQ(last.state(), v1::DONE) << last.error() << farm.worker(0).err();
     EXPECT_EQ(last.set_aside_size(), 0);
-    EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob)) << "after " << duration << " s";
+    EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJobOverTheNetwork)) << "after " << duration << " s";
   }
 }
 
@@ -145,7 +141,7 @@ TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
   ASSERT_TRUE(farm_.worker(0).wait_for_err("registered with", kPatience)) << farm_.worker(0).err();
   proxy_.flip_a_bit_in(test::long_form() ? 6'000 : 20'000);
   // A bit in a name or a number is a job that nobody knows, or a unit that fails: the job may end incomplete.
-  const std::string job_id = farm_.submit_detached(kJob);
+  const std::string job_id = farm_.submit_detached(kJobOverTheNetwork);
   int ends = 0;
   std::jthread manager{[&](std::stop_token stop) { ends = supervise(stop); }};
   v1::JobStatus end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
@@ -157,7 +153,7 @@ TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
     end = farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
   }
   EXPECT_EQ(end.state(), v1::DONE) << end.error() << farm_.worker(0).err();
-  EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm_.fetch_hash(job_id), expected_hash(kJobOverTheNetwork));
   EXPECT_GT(proxy_.flipped(), 0U);
   std::printf("%d bits flipped; the worker was started again %d times\n", static_cast<int>(proxy_.flipped()),
               ends);
@@ -165,7 +161,7 @@ TEST_F(Network, FlipsBitsAndTheImageIsTheSame) {
 
 TEST_F(Network, FlipsBitsOfAnImageOnItsWay) {
   farm_.add_worker(1);
-  const std::string job_id = farm_.submit_detached(kJob);
+  const std::string job_id = farm_.submit_detached(kJobOverTheNetwork);
   farm_.watch_until(job_id, [](const v1::JobStatus&) { return false; });
   proxy_.flip_a_bit_in(30'000);
   const std::string image = (farm_.directory() / "image.exr").string();
@@ -175,7 +171,7 @@ TEST_F(Network, FlipsBitsOfAnImageOnItsWay) {
         tessera({"fetch", job_id, "-o", image, "--quiet", "--server", proxy_.address()});
     if (done.status.code == 0) {
       ++whole;
-      EXPECT_EQ(pixel_sha256(image), expected_hash(kJob));
+      EXPECT_EQ(pixel_sha256(image), expected_hash(kJobOverTheNetwork));
     } else {
       ++refused;
       EXPECT_TRUE(ended_as_expected(done.status, done.err)) << "signal " << done.status.signal << "\n"

@@ -15,12 +15,8 @@ namespace {
 
 using std::chrono::seconds;
 
-const Arguments kJob{
+const Arguments kStoppedJob{
     "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "256", "--tile", "16", "--quiet"};
-
-bool a_quarter_is_done(const v1::JobStatus& status) {
-  return status.units_total() > 0 && 4 * status.units_done() >= status.units_total();
-}
 
 /// TESSERA_STOP_SECONDS=60 is the form that is run by hand.
 seconds pause_of(int in_short_form) {
@@ -37,30 +33,30 @@ TEST(Stop, AWorkerForLongerThanItsLeases) {
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(1);
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kStoppedJob);
   farm.watch_until(job_id, a_quarter_is_done);
   stop_for(farm.worker(0), pause_of(10));
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kStoppedJob));
   EXPECT_TRUE(farm.client().job(job_id, {})->status().set_aside().empty());
 }
 
 TEST(Stop, TheOnlyWorkerForLessThanItsLeases) {
   FarmUnderTest farm;
   farm.add_worker(1);
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kStoppedJob);
   farm.watch_until(job_id, a_quarter_is_done);
   stop_for(farm.worker(0), pause_of(3));
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kStoppedJob));
 }
 
 TEST(Stop, TheCoordinator) {
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(1);
-  const std::string job_id = farm.submit_detached(kJob);
+  const std::string job_id = farm.submit_detached(kStoppedJob);
   farm.watch_until(job_id, a_quarter_is_done);
   stop_for(farm.coordinator(), pause_of(10));
-  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob));
+  EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kStoppedJob));
   EXPECT_TRUE(farm.client().job(job_id, {})->status().set_aside().empty()) << "nobody is to blame";
 }
 
@@ -166,11 +162,11 @@ TEST(Stop, ClocksJumpByAnHour) {
   using Steps = std::pair<const char*, const char*>;
   for (const auto& [coordinator, worker] :
        {Steps{"+3600", "-3600"}, Steps{"-3600", "+3600"}, Steps{"+0", "+0"}}) {
-    const std::string job_id = farm.submit_detached(kJob + Arguments{"--fresh"});
+    const std::string job_id = farm.submit_detached(kStoppedJob + Arguments{"--fresh"});
     farm.watch_until(job_id, a_quarter_is_done);
     of_coordinator.set(coordinator);
     of_worker.set(worker);
-    EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kJob)) << coordinator << ' ' << worker;
+    EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kStoppedJob)) << coordinator << ' ' << worker;
     if (!test::long_form()) break;
   }
 }

@@ -20,7 +20,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const std::string kScene = "scenes/cornell-box/scene.pbrt";
+const std::string kUsedScene = "scenes/cornell-box/scene.pbrt";
 
 support::Finished run(const Arguments& command) { return support::run_program(command, kPatience); }
 
@@ -95,10 +95,10 @@ TEST(Usage, AWrongCommandIsToldInOneLineWithTheNearest) {
 
 TEST(Usage, WhatIsWrongIsSaidInPlainWordsByEveryProgram) {
   const std::vector<std::pair<Arguments, std::string>> cases{
-      {{tessera_program(), "render", kScene, "-o", "x.exr", "--spp", "4", "--spp", "8"},
+      {{tessera_program(), "render", kUsedScene, "-o", "x.exr", "--spp", "4", "--spp", "8"},
        "--spp is given twice"},
-      {{tessera_program(), "render", kScene, "-o", "x.exr", "--nosie", "0.1"}, "did you mean '--noise'"},
-      {{tessera_program(), "render", kScene, "-o", "x.exr", "--threads", "0"},
+      {{tessera_program(), "render", kUsedScene, "-o", "x.exr", "--nosie", "0.1"}, "did you mean '--noise'"},
+      {{tessera_program(), "render", kUsedScene, "-o", "x.exr", "--threads", "0"},
        "a whole number from 1 to 1024, not '0'"},
       {{server_program(), "--listn", "127.0.0.1:0"}, "did you mean '--listen'"},
       {{server_program(), "--tls-user", "alice"}, "--tls-user requires --init-tls"},
@@ -157,7 +157,7 @@ TEST(Documentation, HasNoOptionThatThereIsNot) {
 }
 
 TEST(Documentation, HasEveryAov) {
-  const support::Finished done = tessera({"render", kScene, "-o", "x.exr", "--aov", "beauty"});
+  const support::Finished done = tessera({"render", kUsedScene, "-o", "x.exr", "--aov", "beauty"});
   const std::string list = done.err.substr(done.err.find("there are ") + 10);
   const std::string documented = section("### Options of `render` and `submit`");
   for (std::string name :
@@ -177,7 +177,7 @@ TEST(Usage, FilesThatCannotBeWrittenAreNoticedBeforeRendering) {
   const support::TempDir folder;
   const std::string image = (folder.path() / "x.exr").string();
   const support::Finished done =
-      tessera({"render", kScene, "-o", image, "--stats", "/no/such/folder/stats.json"});
+      tessera({"render", kUsedScene, "-o", image, "--stats", "/no/such/folder/stats.json"});
   EXPECT_EQ(done.status.code, 2);
   EXPECT_THAT(done.err, HasSubstr("there is no folder /no/such/folder"));
   EXPECT_FALSE(std::filesystem::exists(image));
@@ -188,7 +188,7 @@ TEST(Usage, AnImageIsWrittenWhereALinkLeads) {
   const auto link = folder.path() / "latest.EXR", target = folder.path() / "frame-1.exr";
   std::filesystem::create_symlink("frame-1.exr", link);
   const support::Finished done =
-      tessera({"render", kScene, "--resolution", "16x16", "--spp", "1", "-o", link.string(), "--quiet"});
+      tessera({"render", kUsedScene, "--resolution", "16x16", "--spp", "1", "-o", link.string(), "--quiet"});
   EXPECT_EQ(done.status.code, 0) << done.err;
   EXPECT_TRUE(std::filesystem::is_symlink(link));
   EXPECT_TRUE(std::filesystem::is_regular_file(target));
@@ -196,8 +196,8 @@ TEST(Usage, AnImageIsWrittenWhereALinkLeads) {
 
 TEST(Usage, ALocalRenderHasNoNetwork) {
   const support::TempDir folder;
-  const support::Finished done = tessera(
-      {"render", kScene, "--resolution", "16x16", "--spp", "1", "-o", (folder.path() / "x.exr").string()});
+  const support::Finished done = tessera({"render", kUsedScene, "--resolution", "16x16", "--spp", "1", "-o",
+                                          (folder.path() / "x.exr").string()});
   EXPECT_EQ(done.status.code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("network")));
   EXPECT_THAT(done.err, ContainsRegex("CPU s: start [0-9]+ %"));
@@ -246,7 +246,7 @@ TEST(Usage, TlsIsAskedForWhereItIsSpokenAndRefusedWhereNot) {
 
 TEST(Jobs, AreChangedSeveralAtATimeByTheBeginningsOfTheirIds) {
   FarmUnderTest farm;  // without a worker: jobs wait
-  const Arguments scene{kScene, "--resolution", "16x16", "--spp", "1", "--fresh"};
+  const Arguments scene{kUsedScene, "--resolution", "16x16", "--spp", "1", "--fresh"};
   std::vector<std::string> jobs;
   for (int i = 0; i < 4; ++i) jobs.push_back(farm.submit_detached(scene));
   const auto beginning = [&](const std::string& id) {
@@ -282,7 +282,7 @@ TEST(Jobs, AreChangedSeveralAtATimeByTheBeginningsOfTheirIds) {
 
 TEST(Jobs, AWatcherIsToldWhatItWaitsForAndOfAPause) {
   FarmUnderTest farm;
-  const std::string job = farm.submit_detached({kScene, "--resolution", "16x16", "--spp", "1"});
+  const std::string job = farm.submit_detached({kUsedScene, "--resolution", "16x16", "--spp", "1"});
   support::Process watch{Arguments{tessera_program()} + farm.on_farm({"watch", job})};
   EXPECT_TRUE(watch.wait_for_err("waiting: ", kPatience)) << watch.err();
   ASSERT_EQ(tessera(farm.on_farm({"pause", job})).status.code, 0);
@@ -299,7 +299,7 @@ TEST(Jobs, WithNoiseTheSamplesThatWereTakenAreTold) {
   const support::TempDir folder;
   const auto stats = folder.path() / "stats.json";
   const support::Finished done =
-      tessera({"render", kScene, "--resolution", "64x64", "--noise", "0.5", "--spp", "4096", "--stats",
+      tessera({"render", kUsedScene, "--resolution", "64x64", "--noise", "0.5", "--spp", "4096", "--stats",
                stats.string(), "-o", (folder.path() / "x.exr").string()});
   ASSERT_EQ(done.status.code, 0) << done.err;
   const double taken = json_number(stats, "samples");
@@ -321,7 +321,7 @@ TEST(Usage, AProgramWithoutItsModulesNamesThemAndWhereItLooked) {
   const std::string bin = (folder.path() / "bin/").string();
   const support::Finished worker = run({bin + "tessera-worker", "--server", "127.0.0.1:1"});
   EXPECT_EQ(worker.status.code, 2);
-  const support::Finished local = run({bin + "tessera", "render", kScene, "-o", bin + "x.exr"});
+  const support::Finished local = run({bin + "tessera", "render", kUsedScene, "-o", bin + "x.exr"});
   EXPECT_EQ(local.status.code, 5);
   for (const std::string& err : {worker.err, local.err}) {
     EXPECT_THAT(err, HasSubstr("libtessera_kernel_"));

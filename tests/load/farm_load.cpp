@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "load/farm_under_load.h"
+#include "load/wait_for.h"
 #include "options/program.h"
 #include "wire/version.h"
 
@@ -30,13 +31,6 @@ void print(const char* what, const LatencyHistogram& times) {
 void print(const ProcessUse& use, const char* when) {
   std::printf("coordinator %s: %.0f MiB resident, %.0f MiB at most\n", when, mebibytes(use.resident_bytes),
               mebibytes(use.peak_resident_bytes));
-}
-
-template <typename Condition>
-bool wait_for(Condition condition, Clock::duration patience) {
-  const auto end = Clock::now() + patience;
-  while (!condition() && Clock::now() < end) std::this_thread::sleep_for(milliseconds(20));
-  return condition();
 }
 
 /// Until all jobs are done, or time is up; prints what was measured until the first of them was.

@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::chrono::seconds kPatience{120};
+constexpr std::chrono::seconds kServerPatience{120};
 
 /// A line of /proc/PID/status, in bytes.
 std::uint64_t status_bytes(pid_t process, const std::string& name) {
@@ -145,14 +145,14 @@ void FarmUnderLoad::start(const std::string& listen) {
                  {program_, "--listen", listen, "--data", (directory_.path() / "data").string()});
   command.insert(command.end(), arguments_.begin(), arguments_.end());
   process_ = std::make_unique<support::Process>(std::move(command));
-  const std::optional<std::string> address = process_->wait_for_line("listening on ", kPatience);
+  const std::optional<std::string> address = process_->wait_for_line("listening on ", kServerPatience);
   if (!address) throw std::runtime_error{"the coordinator does not listen:\n" + process_->err()};
   address_ = *address;
 }
 
 milliseconds FarmUnderLoad::kill_and_restart() {
   process_->kill();
-  if (!process_->wait(kPatience)) throw std::runtime_error{"the coordinator does not die"};
+  if (!process_->wait(kServerPatience)) throw std::runtime_error{"the coordinator does not die"};
   const auto begin = std::chrono::steady_clock::now();
   start(address_);
   return std::chrono::duration_cast<milliseconds>(std::chrono::steady_clock::now() - begin);
@@ -160,7 +160,7 @@ milliseconds FarmUnderLoad::kill_and_restart() {
 
 void FarmUnderLoad::stop() {
   process_->send_signal(SIGTERM);
-  if (!process_->wait(kPatience)) throw std::runtime_error{"the coordinator does not end"};
+  if (!process_->wait(kServerPatience)) throw std::runtime_error{"the coordinator does not end"};
 }
 
 ProcessUse FarmUnderLoad::use() const {

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "load/farm_under_load.h"
+#include "load/wait_for.h"
 #include "support/long_form.h"
 
 namespace tessera::load {
@@ -16,15 +17,6 @@ using std::chrono::milliseconds;
 using test::long_form;
 
 // Reached only when something hangs.
-constexpr std::chrono::seconds kPatience{100};
-
-template <typename Condition>
-bool wait_for(Condition condition) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition() && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(milliseconds(10));
-  return condition();
-}
 
 class LoadTest : public testing::Test {
  protected:

@@ -12,6 +12,7 @@
 
 #include "base/address.h"
 #include "load/farm_under_load.h"
+#include "load/wait_for.h"
 #include "support/idle_connections.h"
 #include "support/long_form.h"
 #include "support/tcp_proxy.h"
@@ -24,18 +25,9 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using test::long_form;
 
-constexpr seconds kPatience{100};  // reached only when something hangs
 constexpr seconds kKeepalive{15};  // then the coordinator closes a connection on which nobody answers
 constexpr std::size_t kAtOnce = 1000;
 constexpr rlim_t kByHand = 1024;  // descriptors of a program that is started from a shell
-
-template <typename Condition>
-bool wait_for(Condition condition) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (!condition() && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(milliseconds(10));
-  return condition();
-}
 
 /// What is started meanwhile has this soft limit.
 class SoftLimit {

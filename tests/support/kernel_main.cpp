@@ -19,5 +19,5 @@ int main(int argc, char** argv) {
     return tessera::test::kSkipped;
   }
   testing::InitGoogleTest(&argc, argv);
-  return tessera::test::run_tests();
+  return tessera::test::run_tests(argc, argv);
 }

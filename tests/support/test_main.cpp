@@ -5,5 +5,5 @@
 
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
-  return tessera::test::run_tests();
+  return tessera::test::run_tests(argc, argv);
 }

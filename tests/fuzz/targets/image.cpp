@@ -5,7 +5,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_image(std::string_view bytes) {
   constexpr std::uint64_t kMaxPixels = 1 << 16;
   const std::vector<char> input = exact(bytes);
   // TGA has no mark: its name tells it.
@@ -23,6 +23,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kImage = {"image", accepts};
+const Target kImage = {"image", accepts_image};
 
 }  // namespace tessera::fuzz

@@ -115,7 +115,7 @@ void use(server::Farm& farm) {
     farm.cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
 }
 
-bool accepts(std::string_view bytes) {
+bool accepts_journal(std::string_view bytes) {
   spdlog::set_level(spdlog::level::off);
   server::SimulatedDisk disk(1);
   fill_disk(disk, split_parts(bytes));
@@ -143,7 +143,7 @@ bool accepts(std::string_view bytes) {
   return true;
 }
 
-std::string mutate(std::string bytes, std::mt19937& random) {
+std::string mutate_journal(std::string bytes, std::mt19937& random) {
   std::vector<std::string> parts = split_parts(bytes);
   if (parts.size() < 2) return mutate_bytes(std::move(bytes), random);
   const unsigned kind = random() % 4;
@@ -174,6 +174,6 @@ std::string mutate(std::string bytes, std::mt19937& random) {
 
 }  // namespace
 
-const Target kJournal = {"journal", accepts, mutate};
+const Target kJournal = {"journal", accepts_journal, mutate_journal};
 
 }  // namespace tessera::fuzz

@@ -8,7 +8,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_mesh_blob(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   const auto mesh = wire::decode_mesh({input.data(), input.size()});
   if (!mesh.ok()) return false;
@@ -25,6 +25,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kMeshBlob = {"mesh_blob", accepts};
+const Target kMeshBlob = {"mesh_blob", accepts_mesh_blob};
 
 }  // namespace tessera::fuzz

@@ -5,7 +5,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_ply(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   bool accepted = false;
   for (const bool with_attributes : {false, true}) {
@@ -24,6 +24,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kPly = {"ply", accepts};
+const Target kPly = {"ply", accepts_ply};
 
 }  // namespace tessera::fuzz

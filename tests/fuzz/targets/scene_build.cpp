@@ -29,7 +29,7 @@ render::BlobBytes aligned(const std::string& bytes) {
   return {{copy.get(), size}, copy};
 }
 
-bool accepts(std::string_view bytes) {
+bool accepts_scene_build(std::string_view bytes) {
   static const std::vector<std::string> isas = render::supported_isas();
   if (isas.empty()) return false;
   const std::vector<std::string> parts = split_parts(bytes);
@@ -64,7 +64,7 @@ bool accepts(std::string_view bytes) {
   return true;
 }
 
-std::string mutate(std::string bytes, std::mt19937& random) {
+std::string mutate_scene_build(std::string bytes, std::mt19937& random) {
   std::vector<std::string> parts = split_parts(bytes);
   if (parts.size() < 2) return mutate_bytes(std::move(bytes), random);
   const unsigned which = random() % 16;
@@ -86,6 +86,6 @@ std::string mutate(std::string bytes, std::mt19937& random) {
 
 }  // namespace
 
-const Target kSceneBuild = {"scene_build", accepts, mutate};
+const Target kSceneBuild = {"scene_build", accepts_scene_build, mutate_scene_build};
 
 }  // namespace tessera::fuzz

@@ -5,7 +5,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_serialized(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   bool any = false;
   for (const std::int64_t index : {0, 1}) {
@@ -16,6 +16,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kSerialized = {"serialized", accepts};
+const Target kSerialized = {"serialized", accepts_serialized};
 
 }  // namespace tessera::fuzz

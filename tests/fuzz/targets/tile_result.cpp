@@ -6,7 +6,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_tile_result(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   const auto result = wire::decode_tile_result({input.data(), input.size()}, /*max_pixels=*/1 << 12);
   if (!result.ok()) {
@@ -24,6 +24,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kTileResult = {"tile_result", accepts};
+const Target kTileResult = {"tile_result", accepts_tile_result};
 
 }  // namespace tessera::fuzz

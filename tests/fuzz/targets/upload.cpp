@@ -8,7 +8,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_upload(std::string_view bytes) {
   std::vector<v1::UploadRequest> chunks;
   std::string contents;
   for (const std::string& part : split_parts(bytes)) {
@@ -43,7 +43,7 @@ bool accepts(std::string_view bytes) {
   return status.ok();
 }
 
-std::string mutate(std::string bytes, std::mt19937& random) {
+std::string mutate_upload(std::string bytes, std::mt19937& random) {
   std::vector<std::string> parts = split_parts(bytes);
   if (parts.empty() || random() % 8 == 0) return mutate_bytes(std::move(bytes), random);
   std::string& part = parts[random() % parts.size()];
@@ -57,6 +57,6 @@ std::string mutate(std::string bytes, std::mt19937& random) {
 
 }  // namespace
 
-const Target kUpload = {"upload", accepts, mutate};
+const Target kUpload = {"upload", accepts_upload, mutate_upload};
 
 }  // namespace tessera::fuzz

@@ -5,7 +5,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_volume_blob(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   const auto volume = wire::decode_volume({input.data(), input.size()});
   if (!volume.ok()) return false;
@@ -17,6 +17,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kVolumeBlob = {"volume_blob", accepts};
+const Target kVolumeBlob = {"volume_blob", accepts_volume_blob};
 
 }  // namespace tessera::fuzz

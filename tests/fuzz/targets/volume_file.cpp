@@ -6,7 +6,7 @@
 namespace tessera::fuzz {
 namespace {
 
-bool accepts(std::string_view bytes) {
+bool accepts_volume_file(std::string_view bytes) {
   const std::vector<char> input = exact(bytes);
   const auto volume = client::mitsuba::read_volume_file({input.data(), input.size()});
   if (volume.ok()) {
@@ -19,6 +19,6 @@ bool accepts(std::string_view bytes) {
 
 }  // namespace
 
-const Target kVolumeFile = {"volume_file", accepts};
+const Target kVolumeFile = {"volume_file", accepts_volume_file};
 
 }  // namespace tessera::fuzz

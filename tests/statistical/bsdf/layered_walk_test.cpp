@@ -7,14 +7,14 @@
 namespace tessera::test {
 namespace {
 
-struct Estimate {
+struct WalkEstimate {
   double mean, standard_error;
 };
 
 /// f(wo, wi) of the light that visits the base, by walks from wo. At each visit of the base, light from wi is
 /// brought in by scattering it once at the coat.
-Estimate walk(const RoughBoundary& from_above, const RoughBoundary& from_below, double eta, double rho,
-              const Direction& wo, const Direction& wi, int walks, std::uint64_t seed) {
+WalkEstimate walk(const RoughBoundary& from_above, const RoughBoundary& from_below, double eta, double rho,
+                  const Direction& wo, const Direction& wi, int walks, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform;
   double sum = 0, sum_of_squares = 0;
@@ -56,7 +56,7 @@ void expect_like_walk(double alpha_x, double alpha_y, double eta, double rho, do
     for (const Direction& wi : wis) {
       SCOPED_TRACE(bsdf.name + ", rho " + std::to_string(rho) + ", cosines " + std::to_string(wo[2]) + " " +
                    std::to_string(wi[2]));
-      const Estimate base = walk(from_above, from_below, eta, rho, wo, wi, kWalks, seed++);
+      const WalkEstimate base = walk(from_above, from_below, eta, rho, wo, wi, kWalks, seed++);
       const double expected = base.mean + from_above.reflection(wo, wi);
       const double f = bsdf.eval(wo, wi).f_cos[0] / wi[2];
       EXPECT_NEAR(f, expected, 4 * base.standard_error + relative_tolerance * expected);
@@ -84,7 +84,7 @@ TEST(CoatedDiffuse, SmoothCoatAgreesWithALayeredRandomWalk) {
   const BsdfCase bsdf = coated_diffuse(0, 0, 1.5f, {0.7f, 0.7f, 0.7f});
   const RoughBoundary from_above(1e-3, 1e-3, 1.5), from_below(1e-3, 1e-3, 1 / 1.5);
   const Direction wo = direction(45, 30), wi = direction(65, 250);
-  const Estimate base = walk(from_above, from_below, 1.5, 0.7, wo, wi, 200000, 1);
+  const WalkEstimate base = walk(from_above, from_below, 1.5, 0.7, wo, wi, 200000, 1);
   EXPECT_NEAR(bsdf.eval(wo, wi).f_cos[0] / wi[2], base.mean, 4 * base.standard_error + 1e-5);
 }
 

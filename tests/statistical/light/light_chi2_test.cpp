@@ -113,7 +113,7 @@ double lowest_cosine(const View& view, Point axis) {
   return std::max(-1.0, 1 - (1 - lowest) * 1.1);
 }
 
-constexpr int kSamples = 160000;
+constexpr int kLightSamples = 160000;
 
 void check(const View& view, int tests) {
   SCOPED_TRACE(view.lamp->name);
@@ -124,7 +124,7 @@ void check(const View& view, int tests) {
   std::vector<double> observed(focus.size() + 1), expected(focus.size() + 1);
 
   Random random(1);
-  for (int i = 0; i < kSamples; i += kWidth) {
+  for (int i = 0; i < kLightSamples; i += kWidth) {
     const LightSample s = sample_light(lamp.table, Int(0), view.receiver(), random.next_2d(), Mask::all());
     const std::uint32_t valid = s.valid.bits();
     for (int l = 0; l < kWidth; ++l)
@@ -134,10 +134,10 @@ void check(const View& view, int tests) {
   double total = 0;
   for (std::size_t i = 0; i < focus.size(); ++i) {
     const double p = probability(view, focus, focus.bounds(i));
-    expected[i] = p * kSamples;
+    expected[i] = p * kLightSamples;
     total += p;
   }
-  expected[focus.size()] = std::max(0.0, 1 - total) * kSamples;
+  expected[focus.size()] = std::max(0.0, 1 - total) * kLightSamples;
   // Edges of the emitter leave a tenth of a per cent of one cell in ten or so, with either sign; far below
   // this.
   EXPECT_NEAR(total, 1, 1e-3);

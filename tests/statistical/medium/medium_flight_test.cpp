@@ -12,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 constexpr int kBins = 8;
-constexpr int kSamples = 160000;
+constexpr int kFlights = 160000;
 
 /// Five standard errors are exceeded once in 1.7 million by chance, and there are some thousands of values;
 /// the rest is the rounding of float distances and the quadrature (48,000 midpoints of a function with kinks:
@@ -35,7 +35,7 @@ void check_ray(const MediumTable& table, const Ray& ray, const Rgb3& throughput)
   const MediumRays rays{Int(0), wide(ray.origin), wide(ray.direction), Float(ray.distance)};
   Moments through[3], scattered[3], emitted[3], transmittance[3], in_bin[kBins][3];
   Random random(17);
-  for (int i = 0; i < kSamples; i += kWidth) {
+  for (int i = 0; i < kFlights; i += kWidth) {
     NumberStream numbers(random.next_key());
     const Flight flight = sample_flight(table, rays, beta, random.next_2d(), numbers, Mask::all());
     NumberStream others(random.next_key());
@@ -111,7 +111,7 @@ TEST(MediumFlight, GreyMediaHaveConstantWeights) {
   constexpr std::size_t kCells = 50;
   std::vector<double> observed(kCells + 1), expected(kCells + 1);
   Random random(3);
-  for (int i = 0; i < kSamples; i += kWidth) {
+  for (int i = 0; i < kFlights; i += kWidth) {
     NumberStream numbers(random.next_key());
     const Flight flight = sample_flight(table, rays, Spectrum(0.7f), random.next_2d(), numbers, Mask::all());
     for (int l = 0; l < kWidth; ++l) {
@@ -124,9 +124,9 @@ TEST(MediumFlight, GreyMediaHaveConstantWeights) {
   }
   for (std::size_t i = 0; i < kCells; ++i) {
     expected[i] =
-        kSamples * (std::exp(-2.0 * distance * i / kCells) - std::exp(-2.0 * distance * (i + 1) / kCells));
+        kFlights * (std::exp(-2.0 * distance * i / kCells) - std::exp(-2.0 * distance * (i + 1) / kCells));
   }
-  expected[kCells] = kSamples * std::exp(-2.0 * distance);
+  expected[kCells] = kFlights * std::exp(-2.0 * distance);
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, 1e-3);
 }
 

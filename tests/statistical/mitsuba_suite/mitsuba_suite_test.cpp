@@ -43,7 +43,7 @@ struct SuiteScene {
   std::array<double, 3> missing{};
 };
 
-constexpr SuiteScene kScenes[] = {
+constexpr SuiteScene kSuite[] = {
     {"bsdf_spheres/test_arealight_path"},
     {"bsdf_spheres/test_bumpmap_path"},
     {"bsdf_spheres/test_constant_path"},
@@ -198,7 +198,7 @@ class MitsubaSuite : public testing::Test {
   /// some could not be.
   static const std::vector<Renders>& renders() {
     if (renders_.empty()) {
-      for (const SuiteScene& scene : kScenes) {
+      for (const SuiteScene& scene : kSuite) {
         const RenderedScene rendered(suite_->path(), scene);
         if (rendered.ready()) renders_.push_back(rendered.render(0));
       }
@@ -223,16 +223,16 @@ class MitsubaSuite : public testing::Test {
 };
 
 TEST_F(MitsubaSuite, AgreesWithItsReferences) {
-  ASSERT_EQ(renders().size(), std::size(kScenes));
+  ASSERT_EQ(renders().size(), std::size(kSuite));
   std::vector<double> p_values;
-  std::vector<std::string> reports(std::size(kScenes));
-  for (std::size_t i = 0; i < std::size(kScenes); ++i) {
+  std::vector<std::string> reports(std::size(kSuite));
+  for (std::size_t i = 0; i < std::size(kSuite); ++i) {
     p_values.push_back(p_value_of(renders()[i], {}, &reports[i]));
-    std::printf("%-58s %s\n", kScenes[i].path, reports[i].c_str());
+    std::printf("%-58s %s\n", kSuite[i].path, reports[i].c_str());
   }
   const std::vector<double> adjusted = holm_adjusted(p_values);
-  for (std::size_t i = 0; i < std::size(kScenes); ++i) {
-    EXPECT_GT(adjusted[i], kLevel) << kScenes[i].path << ": " << reports[i];
+  for (std::size_t i = 0; i < std::size(kSuite); ++i) {
+    EXPECT_GT(adjusted[i], kLevel) << kSuite[i].path << ": " << reports[i];
   }
 }
 
@@ -242,7 +242,7 @@ TEST_F(MitsubaSuite, SeesOnePerCentOfLightTooMuch) {
     for (double& value : image.rgb) value *= 1.01;
     return image;
   });
-  std::printf("1 %% too bright: %zu of %zu scenes rejected\n", seen, std::size(kScenes));
+  std::printf("1 %% too bright: %zu of %zu scenes rejected\n", seen, std::size(kSuite));
   EXPECT_GE(seen, 17u);
 }
 
@@ -252,18 +252,17 @@ TEST_F(MitsubaSuite, SeesImagesThatAreAPixelOff) {
     std::rotate(image.rgb.begin(), image.rgb.begin() + 3, image.rgb.end());
     return image;
   });
-  std::printf("a pixel off: %zu of %zu scenes rejected\n", seen, std::size(kScenes));
+  std::printf("a pixel off: %zu of %zu scenes rejected\n", seen, std::size(kSuite));
   EXPECT_GE(seen, 15u);
 }
 
 TEST_F(MitsubaSuite, SeesAScatteringEventTooFew) {
   // The last of five brings 1.5 % of the red light here; in test_homo_dielectric_envmap, for one, it is 0.1
   // %.
-  const SuiteScene* const scene =
-      std::find_if(std::begin(kScenes), std::end(kScenes), [](const SuiteScene& s) {
-        return s.path == std::string("participating_media/test_hetero_sigmat_volpath");
-      });
-  ASSERT_NE(scene, std::end(kScenes));
+  const SuiteScene* const scene = std::find_if(std::begin(kSuite), std::end(kSuite), [](const SuiteScene& s) {
+    return s.path == std::string("participating_media/test_hetero_sigmat_volpath");
+  });
+  ASSERT_NE(scene, std::end(kSuite));
   const RenderedScene shallow(suite_->path(), *scene, [](v1::Scene& loaded) {
     ASSERT_GT(loaded.settings().max_depth(), 1u);
     loaded.mutable_settings()->set_max_depth(loaded.settings().max_depth() - 1);
@@ -272,7 +271,7 @@ TEST_F(MitsubaSuite, SeesAScatteringEventTooFew) {
   std::string report;
   const double p = p_value_of(shallow.render(0), {}, &report);
   std::printf("an event too few: %s\n", report.c_str());
-  EXPECT_LE(p, kLevel / static_cast<double>(std::size(kScenes))) << report;  // where Holm begins
+  EXPECT_LE(p, kLevel / static_cast<double>(std::size(kSuite))) << report;  // where Holm begins
 }
 
 TEST_F(MitsubaSuite, FalseAlarmsAreAsRareAsTheLevelSays) {
@@ -281,7 +280,7 @@ TEST_F(MitsubaSuite, FalseAlarmsAreAsRareAsTheLevelSays) {
   if (sets == 0) GTEST_SKIP() << "the long form renders twenty sets of seeds";
   std::vector<std::vector<double>> p_values(sets);
   std::size_t unlikely = 0;
-  for (const SuiteScene& scene : kScenes) {
+  for (const SuiteScene& scene : kSuite) {
     const RenderedScene rendered(suite_->path(), scene);
     ASSERT_TRUE(rendered.ready());
     for (std::uint64_t set = 0; set < sets; ++set) {
@@ -292,10 +291,10 @@ TEST_F(MitsubaSuite, FalseAlarmsAreAsRareAsTheLevelSays) {
   const auto alarms = static_cast<std::size_t>(std::count_if(
       p_values.begin(), p_values.end(), [](const auto& of_set) { return rejected(of_set) > 0; }));
   std::printf("%zu of %zu sets rejected at %g; %zu of %zu scenes have p <= 0.05\n", alarms,
-              static_cast<std::size_t>(sets), kLevel, unlikely, sets * std::size(kScenes));
+              static_cast<std::size_t>(sets), kLevel, unlikely, sets * std::size(kSuite));
   // More would happen with a probability below 10^-3.
   EXPECT_GT(binomial_tail(alarms, sets, kLevel), 1e-3);
-  EXPECT_GT(binomial_tail(unlikely, sets * std::size(kScenes), 0.05), 1e-3);
+  EXPECT_GT(binomial_tail(unlikely, sets * std::size(kSuite), 0.05), 1e-3);
 }
 
 }  // namespace

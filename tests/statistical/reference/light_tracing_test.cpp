@@ -32,7 +32,7 @@ std::string square_facing_down() {
   return wire::encode_mesh(mesh);
 }
 
-TestBlobs blobs() {
+TestBlobs light_blobs() {
   // A latitude-longitude map of 4 x 2 texels with a colour each.
   const float texels[4 * 2 * 3] = {0.1f, 0.4f, 1, 2, 1, 0.5f, 0, 0.2f, 0.1f, 1,    1, 1,
                                    0.3f, 0,    0, 0, 0, 0.8f, 3, 2,    1,    0.5f, 0, 0.5f};
@@ -77,7 +77,7 @@ void expect_agreement(const std::string& scene, const std::string& filter) {
   PictureRequest request;
   request.scene = scene;
   request.filter = filter;
-  request.blobs = blobs();
+  request.blobs = light_blobs();
   const Picture path = measure_picture(request);
   request.integrator = "light";
   const Picture light = measure_picture(request);

@@ -13,7 +13,7 @@
 namespace tessera::test {
 namespace {
 
-TestBlobs blobs() {
+TestBlobs media_blobs() {
   const std::vector<float> even(3 * 4 * 2, 1.0f);
   std::vector<float> uneven;
   for (int i = 0; i < 6 * 5 * 4; ++i) uneven.push_back(i % 3 == 0 ? 0.0f : 0.1f * static_cast<float>(i % 11));
@@ -27,7 +27,6 @@ constexpr const char* kCamera = R"( camera { perspective { fov_degrees: 35 }
 // A cube about (0, 0, 1) that holds the balls below.
 constexpr const char* kGridPlace =
     "world_from_grid { elements: [3,0,0,-1.5, 0,3,0,-1.5, 0,0,3,-0.5, 0,0,0,1] }";
-constexpr const char* kSky = " lights { infinite { radiance { constant: 1 } } } ";
 constexpr const char* kNull = " materials { name: 'null' interface { } } ";
 
 std::string medium(const std::string& extinction, const std::string& more) {
@@ -53,7 +52,7 @@ Picture volpath(const std::string& scene, std::uint32_t max_depth = 4, std::uint
   request.integrator = "volpath";
   request.max_depth = max_depth;
   request.spp = spp;
-  request.blobs = blobs();
+  request.blobs = media_blobs();
   return measure_picture(request);
 }
 Picture path(const std::string& scene, std::uint32_t max_depth = 4, std::uint32_t spp = 512) {
@@ -61,7 +60,7 @@ Picture path(const std::string& scene, std::uint32_t max_depth = 4, std::uint32_
   request.scene = scene;
   request.max_depth = max_depth;
   request.spp = spp;
-  request.blobs = blobs();
+  request.blobs = media_blobs();
   return measure_picture(request);
 }
 

@@ -134,11 +134,11 @@ TEST_F(PbrtOrientation, ImageOnAnAreaLight) {
 }
 
 /// The environment of these tests: the colour says the signs of x (columns) and y (rows) of a direction.
-constexpr const char* kSky = R"(LightSource "infinite" "string filename" "corners.png" )";
+constexpr const char* kCornerSky = R"(LightSource "infinite" "string filename" "corners.png" )";
 
 TEST_F(PbrtOrientation, InfiniteLight) {
   write_corners();
-  render(absl::StrCat(kForward, kSky));
+  render(absl::StrCat(kForward, kCornerSky));
   expect_hue(4, 4, kBlue);  // x < 0: the first column; y > 0: the second row
   expect_hue(27, 4, kWhite);
   expect_hue(4, 27, kRed);
@@ -147,7 +147,7 @@ TEST_F(PbrtOrientation, InfiniteLight) {
 
 TEST_F(PbrtOrientation, SphericalCameraOfEqualArea) {
   write_corners();
-  render(absl::StrCat(R"(Camera "spherical" "string mapping" "equalarea" WorldBegin )", kSky));
+  render(absl::StrCat(R"(Camera "spherical" "string mapping" "equalarea" WorldBegin )", kCornerSky));
   // y and z of the map are exchanged: the middle is up.
   expect_hue(12, 16, kBlue);
   expect_hue(19, 16, kWhite);
@@ -159,7 +159,7 @@ TEST_F(PbrtOrientation, SphericalCameraOfEqualArea) {
 
 TEST_F(PbrtOrientation, SphericalCameraOfEvenAngles) {
   write_corners();
-  render(absl::StrCat(R"(Camera "spherical" "string mapping" "equirectangular" WorldBegin )", kSky));
+  render(absl::StrCat(R"(Camera "spherical" "string mapping" "equirectangular" WorldBegin )", kCornerSky));
   // The azimuth grows to the right, from +x at the left edge over +z; up is up.
   expect_hue(2, 8, kWhite);
   expect_hue(16, 8, kBlue);

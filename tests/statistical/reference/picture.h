@@ -20,6 +20,9 @@ struct PictureRequest {
   TestBlobs blobs = {};
 };
 
+/// Light of radiance 1 from everywhere, for PictureRequest::scene.
+inline constexpr const char* kSky = " lights { infinite { radiance { constant: 1 } } } ";
+
 /// Means over the whole picture and over its 16 blocks of 8 x 8 pixels, R G B each, with their standard
 /// errors. The errors come from batches of samples that share no paths, so they hold for light tracing too,
 /// where pixels of one pass are not independent.

@@ -14,7 +14,7 @@
 namespace tessera::test {
 namespace {
 
-constexpr const char* kScenes = "../shared/scenes/";
+constexpr const char* kCorpus = "../shared/scenes/";
 
 client::Image render(const std::string& path, std::uint32_t spp) {
   test::SceneJob job;
@@ -52,13 +52,13 @@ void expect_equal_means(const client::Comparison& comparison, double standard_er
   }
 }
 
-bool have(const std::string& file) { return std::filesystem::exists(std::string(kScenes) + file); }
+bool have(const std::string& file) { return std::filesystem::exists(std::string(kCorpus) + file); }
 
 TEST(Reference, CornellBoxAgreesWithTungstenAndMitsuba) {
   if (!have("pbrt/cornell-box/reference.exr")) GTEST_SKIP() << needs("../shared/scenes");
-  const client::Image ours = render(std::string(kScenes) + "pbrt/cornell-box/scene.pbrt", 32);
+  const client::Image ours = render(std::string(kCorpus) + "pbrt/cornell-box/scene.pbrt", 32);
   for (const char* file : {"pbrt/cornell-box/reference.exr", "mitsuba/cornell-box/reference-mitsuba.exr"}) {
-    const auto reference = client::read_exr(std::string(kScenes) + file);
+    const auto reference = client::read_exr(std::string(kCorpus) + file);
     ASSERT_TRUE(reference.ok()) << reference.status();
     SCOPED_TRACE(file);
     const auto comparison = client::compare_images(*reference, ours);
@@ -71,8 +71,8 @@ TEST(Reference, CornellBoxAgreesWithTungstenAndMitsuba) {
 
 TEST(Reference, VeachMisAgreesOnWallAndFloor) {
   if (!have("pbrt/veach-mis/reference.exr")) GTEST_SKIP() << needs("../shared/scenes");
-  const client::Image ours = render(std::string(kScenes) + "pbrt/veach-mis/scene.pbrt", 64);
-  const auto reference = client::read_exr(std::string(kScenes) + "pbrt/veach-mis/reference.exr");
+  const client::Image ours = render(std::string(kCorpus) + "pbrt/veach-mis/scene.pbrt", 64);
+  const auto reference = client::read_exr(std::string(kCorpus) + "pbrt/veach-mis/reference.exr");
   ASSERT_TRUE(reference.ok()) << reference.status();
   // Above the plates and below them; the plates themselves are known to differ (another microfacet model).
   for (const client::Window& window : {client::Window{0, 0, 1280, 240}, client::Window{0, 688, 1280, 720}}) {

@@ -81,11 +81,10 @@ constexpr const char* kShell =
   shapes { sphere { radius: 0.9 } material: 'sheet' )";
 constexpr const char* kFog =
     "media { name: 'fog' extinction { constant { constant: 1.5 } } albedo { constant { constant: 0.8 } } } ";
-constexpr const char* kSky = " lights { infinite { radiance { constant: 1 } } } ";
 // Sees nothing but rays through the middle.
 constexpr const char* kMiddle = " camera { perspective { fov_degrees: 40 } ";
 // The square of side 2 about the middle, from above.
-constexpr const char* kAbove =
+constexpr const char* kFromAbove =
     " camera { orthographic { } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,4, 0,0,0,1] } } ";
 
 TEST(ThinShell, LetsTheSkyInByWhatBothSidesLeave) {
@@ -133,7 +132,8 @@ TEST(ThinShell, LampInFog) {
       kFog, kShell,
       "interior_medium: 'fog' } materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } "
       "} } ",
-      "shapes { sphere { radius: 0.2 } material: 'black' area_light { radiance { constant: 1 } } } ", kAbove);
+      "shapes { sphere { radius: 0.2 } material: 'black' area_light { radiance { constant: 1 } } } ",
+      kFromAbove);
   const auto in_scattered = [&](double distance) {
     // From the cone that the ball fills; `near` is where a way of this cosine meets it.
     const double cos_rim = std::sqrt(1 - kLamp * kLamp / (distance * distance));
@@ -225,7 +225,7 @@ std::string floor_and_lamp(const std::string& more) {
       "material: 'matt' } "
       "materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } } "
       "shapes { mesh { blob { digest: 'lamp' } } material: 'black' area_light { radiance { constant: 1 } ",
-      more, "} } ", kAbove);
+      more, "} } ", kFromAbove);
 }
 
 TEST(VertexNormalsOfALamp, DoNotCountBeforeTheSceneSaysSo) {

@@ -14,16 +14,16 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-constexpr int kSamples = 1 << 20;
+constexpr int kWarpSamples = 1 << 20;
 constexpr int kTests = 9;
 
-/// Counts of kSamples points in cells; `cell(lane values)` of each.
+/// Counts of kWarpSamples points in cells; `cell(lane values)` of each.
 std::vector<double> count(std::size_t cells, const std::function<Vec3(Vec2)>& warp,
                           const std::function<std::size_t(double, double, double)>& cell) {
   std::mt19937 random(3);
   std::vector<double> observed(cells);
   alignas(64) float u[kWidth], v[kWidth];
-  for (int i = 0; i < kSamples; i += kWidth) {
+  for (int i = 0; i < kWarpSamples; i += kWidth) {
     for (int l = 0; l < kWidth; ++l) {
       u[l] = static_cast<float>(random() >> 8) * 0x1p-24f;
       v[l] = static_cast<float>(random() >> 8) * 0x1p-24f;
@@ -42,7 +42,7 @@ void check_directions(const char* name, const std::function<Vec3(Vec2)>& warp,
   double total = 0;
   for (std::size_t i = 0; i < grid.size(); ++i) {
     const double p = test::integrate_cell(pdf, grid.bounds(i));
-    expected[i] = kSamples * p;
+    expected[i] = kWarpSamples * p;
     total += p;
   }
   EXPECT_NEAR(total, 1, 1e-3) << name;
@@ -87,7 +87,7 @@ TEST(WarpChi2, NarrowCones) {
                     column = std::min(static_cast<int>(turn * kColumns), kColumns - 1);
           return static_cast<std::size_t>(row * kColumns + column);
         });
-    const std::vector<double> expected(kRows * kColumns, double{kSamples} / (kRows * kColumns));
+    const std::vector<double> expected(kRows * kColumns, double{kWarpSamples} / (kRows * kColumns));
     EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests)) << width;
   }
 }
@@ -107,7 +107,7 @@ TEST(WarpChi2, Disk) {
             static_cast<int>((std::atan2(y, x) / (2 * std::numbers::pi) + 0.5) * kSide) % kSide;
         return static_cast<std::size_t>(row * kSide + column);
       });
-  const std::vector<double> expected(kSide * kSide, double{kSamples} / (kSide * kSide));
+  const std::vector<double> expected(kSide * kSide, double{kWarpSamples} / (kSide * kSide));
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests));
 }
 
@@ -126,7 +126,7 @@ TEST(WarpChi2, Triangle) {
         const int column = std::min(static_cast<int>(b2 / (1 - b1) * kSide), kSide - 1);
         return static_cast<std::size_t>(row * kSide + column);
       });
-  const std::vector<double> expected(kSide * kSide, double{kSamples} / (kSide * kSide));
+  const std::vector<double> expected(kSide * kSide, double{kWarpSamples} / (kSide * kSide));
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.01, kTests));
 }
 

@@ -31,7 +31,7 @@ struct Scene {
   const char* integrator;
   std::uint32_t max_depth;
 };
-constexpr Scene kScenes[] = {{"lens", "path", 5}, {"lens", "volpath", 5}, {"media", "volpath", 8}};
+constexpr Scene kEstimated[] = {{"lens", "path", 5}, {"lens", "volpath", 5}, {"media", "volpath", 8}};
 
 Picture picture(const Scene& scene, const std::string& settings, const std::string& isa = "",
                 const std::string& without = "") {
@@ -55,7 +55,7 @@ const Picture& default_picture(const Scene& scene, const std::string& without) {
 
 void expect_same_as_default(const std::string& settings, const std::string& isa = "",
                             const std::string& left_out = "") {
-  for (const Scene& scene : kScenes) {
+  for (const Scene& scene : kEstimated) {
     SCOPED_TRACE(std::string(scene.name) + " by " + scene.integrator);
     const bool has = scene_text(scene.name).find(left_out) != std::string::npos;
     const std::string without = has ? left_out : "";

@@ -62,7 +62,7 @@ const Stream kStreams[] = {
 // Every value takes part in at most 30 additions, each right to half a unit in the last place: 30 * 2^-24
 // = 1.8e-6 at the very worst, when all round the same way. Roundings of different additions are independent,
 // or, for a constant, made again by both halves: what is seen is below sqrt(30) * 2^-24 = 3.3e-7.
-constexpr double kTolerance = 1e-6;
+constexpr double kSumTolerance = 1e-6;
 
 /// One pixel, all samples through one accumulator.
 TEST(Accumulation, OfOnePixelsSumTree) {
@@ -83,7 +83,7 @@ TEST(Accumulation, OfOnePixelsSumTree) {
     }
     film.end_pixels();
     EXPECT_EQ(result.counts[0], samples);
-    EXPECT_NEAR(result.values[0], exact.value(), kTolerance * exact.value()) << stream.name;
+    EXPECT_NEAR(result.values[0], exact.value(), kSumTolerance * exact.value()) << stream.name;
     std::printf("%s: off by %.1e of the sum of %u\n", stream.name, result.values[0] / exact.value() - 1,
                 samples);
   }
@@ -140,11 +140,11 @@ TEST(Accumulation, OfUnitsOnTheClient) {
   ASSERT_TRUE(red != nullptr && variance != nullptr);
   for (std::uint32_t p = 0; p < pixels; ++p) {
     const double mean = sums[p].value() / spp;
-    EXPECT_NEAR(red->values[p], mean, kTolerance * mean) << p;
+    EXPECT_NEAR(red->values[p], mean, kSumTolerance * mean) << p;
     // Deviations are merged in double and rounded once a level; the means that they look at are floats, whose
     // errors count by their squares.
     const double expected = (squares[p].value() - spp * mean * mean) / (spp - 1);
-    EXPECT_NEAR(variance->values[p], expected, 2 * kTolerance * expected) << p;
+    EXPECT_NEAR(variance->values[p], expected, 2 * kSumTolerance * expected) << p;
   }
 }
 

@@ -115,18 +115,18 @@ ShapeTable solid_table(Solid solid, double size, Point at) {
   return table;
 }
 
-struct Tally {
+struct SelfHits {
   std::int64_t rays = 0, bad = 0;
 };
 
 /// Rays from outside meet the solid; from there rays leave to the outer side, every other one at 10^-1 to
 /// 10^-5 to it.
-Tally leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
+SelfHits leave(const ShapeTable& table, double size, Point at, std::int64_t rays) {
   const TracedTable traced(table, false);
   const bool flat_solid = table.shapes[0].kind == ShapeKind::kDisk;
   Numbers random(21);
   RayBatch batch, leaving;
-  Tally tally;
+  SelfHits tally;
   while (tally.rays < rays) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
       const Point o = at + random.direction() * (4 * size);
@@ -185,7 +185,7 @@ TEST_P(SelfHit, NoneOnConvexSolids) {
     for (const double distance : {0.0, 10.0, 100.0}) {
       const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
       const ShapeTable table = solid_table(solid, size, at);
-      const Tally tally = leave(table, size, at, stress_count(1e5, 1.9e6));
+      const SelfHits tally = leave(table, size, at, stress_count(1e5, 1.9e6));
       EXPECT_EQ(tally.bad, 0) << "of " << tally.rays << ", size " << size << ", " << distance
                               << " sizes from the camera";
     }
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(All, SelfHit,
 
 /// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the
 /// floor below.
-Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
+SelfHits leak(Solid solid, double size, Point at, std::int64_t rays) {
   constexpr double kGap = 1e-3;
   const Affine turned = placement(1, {}, false);
   const Point up{turned.m[2], turned.m[6], turned.m[10]}, x{turned.m[0], turned.m[4], turned.m[8]},
@@ -218,7 +218,7 @@ Tally leak(Solid solid, double size, Point at, std::int64_t rays) {
   const TracedTable traced(table, false);
   Numbers random(22);
   RayBatch view, shadow;
-  Tally tally;
+  SelfHits tally;
   while (tally.rays < rays) {
     // Points of the floor below the solid, seen along it from the side through the gap.
     for (int i = 0; i < RayBatch::kSize; ++i) {
@@ -254,7 +254,7 @@ TEST(ContactShadow, LetsNoLightThrough) {
     for (const double size : {1e-6, 1.0, 1e9}) {
       for (const double distance : {0.0, 10.0, 100.0}) {
         const Point at = Point{0.6, -0.64, 0.48} * (distance * size);
-        const Tally tally = leak(solid, size, at, stress_count(1e5, 5e5));
+        const SelfHits tally = leak(solid, size, at, stress_count(1e5, 5e5));
         EXPECT_EQ(tally.bad, 0) << kSolidNames[static_cast<int>(solid)] << ", size " << size << ", "
                                 << distance << " sizes from the camera";
       }

@@ -114,7 +114,7 @@ std::vector<Emitter> emitters() {
 
 // 2^18 Sobol' samples of a bounded integrand: a part in 10^4 (the worst of the table in docs/numerics.md).
 // What is left of the tenth of a per cent is for the renderer.
-constexpr double kTolerance = 1e-3;
+constexpr double kScaleTolerance = 1e-3;
 
 TEST(LightScale, EmittersOfAnySizeInScenesOfAnySize) {
   const TestBlobs blobs = {{"square", square_below()}};
@@ -130,7 +130,7 @@ TEST(LightScale, EmittersOfAnySizeInScenesOfAnySize) {
         if (s > emitter.largest) continue;
         const double expected = emitter.irradiance(s),
                      found = irradiance(emitter.scene(s, scale), scale, blobs);
-        EXPECT_NEAR(found, expected, kTolerance * expected)
+        EXPECT_NEAR(found, expected, kScaleTolerance * expected)
             << emitter.name << " of size " << s << ", scene of size " << scale;
         worst = std::max(worst, std::abs(found / expected - 1));
       }
@@ -145,7 +145,7 @@ TEST(LightScale, RoundLightsAMillionTimesFartherThanLarge) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     for (const std::size_t i : {0, 1}) {
       const double s = 1e-6, expected = all[i].irradiance(s);
-      EXPECT_NEAR(irradiance(all[i].scene(s, scale), scale), expected, kTolerance * expected)
+      EXPECT_NEAR(irradiance(all[i].scene(s, scale), scale), expected, kScaleTolerance * expected)
           << all[i].name << ", scene of size " << scale;
     }
   }
@@ -231,7 +231,7 @@ TEST(LightScale, SunInASky) {
         "1 } "
         "world_from_light { elements: [1,0,0,0, 0,0,-1,0, 0,1,0,0, 0,0,0,1] } } }";
     const double found = irradiance(light, 1, {{"sky", pfm(kWidth, kHeight, sky)}});
-    EXPECT_NEAR(found, expected, kTolerance * expected) << "sun at " << elevation << " degrees";
+    EXPECT_NEAR(found, expected, kScaleTolerance * expected) << "sun at " << elevation << " degrees";
     std::printf("sun at %.0f degrees: off by %.1e\n", elevation, found / expected - 1);
   }
 }

@@ -11,6 +11,7 @@
 #include "render/accel/embree/trace.h"
 #include "render/color/texture_table.h"
 #include "render/shape/surface.h"
+#include "support/double_point.h"
 
 #define TESSERA_STRING2(x) #x
 #define TESSERA_STRING(x) TESSERA_STRING2(x)
@@ -18,17 +19,8 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-struct Point {
-  double x = 0, y = 0, z = 0;
-};
-Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point operator*(Point a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(Point a) { return std::sqrt(dot(a, a)); }
-Point cross(Point a, Point b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+using test::Point;
+
 Point lane(Vec3 v, int i) { return {v.x.lane(i), v.y.lane(i), v.z.lane(i)}; }
 
 /// 16 rays against the first shape of a table.

@@ -6,17 +6,13 @@
 #include <random>
 
 #include "render/shape/surface.h"
+#include "support/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-struct Point {
-  double x, y, z;
-};
-Point operator+(Point a, Point b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point operator*(Point a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double length(Point a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+using test::Point;
+
 Vec3 wide(Point p) {
   return {Float(static_cast<float>(p.x)), Float(static_cast<float>(p.y)), Float(static_cast<float>(p.z))};
 }

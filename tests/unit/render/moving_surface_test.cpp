@@ -77,7 +77,7 @@ ShapeTable frozen(const ShapeTable& moving, float time) {
   return table;
 }
 
-struct Traced {
+struct TracedRay {
   alignas(64) float o[3][kWidth], d[3][kWidth], time[kWidth];
   alignas(64) float t[kWidth], u[kWidth], v[kWidth];
   alignas(64) std::int32_t primitive[kWidth], shape[kWidth], instance[kWidth];
@@ -133,13 +133,13 @@ TEST_P(MovingSurface, IsWhereItStandsAtThatTime) {
     const ShapeTable still = frozen(moving, time);
     const auto still_accelerator = accelerate(still);
     for (int round = 0; round < 20; ++round) {
-      Traced a;
+      TracedRay a;
       Float(time).store(a.time);
       const Affine& place = still.instances[0].render_from_instance;
       const Vec3 target{uniform(-3, 3) + place.m[3], uniform(-3, 3) + place.m[7], Float(place.m[11])};
       const Vec3 from{uniform(-40, 40), uniform(-40, 40), uniform(20, 40)};
       a.aim(from, normalize(target - from));
-      Traced b = a;
+      TracedRay b = a;
       trace_nearest(accelerator->scene(), a.rays(), kWidth, Traversal::kIncoherent, 1,
                     {a.t, a.u, a.v, a.primitive, a.shape, a.instance});
       trace_nearest(still_accelerator->scene(), b.rays(), kWidth, Traversal::kIncoherent, 1,
@@ -168,7 +168,7 @@ void expect_no_shadow_on_itself(const ShapeTable& table, float early, float late
   ASSERT_TRUE(accelerator);
   int met = 0, blocked = 0;
   for (int round = 0; round < 2000; ++round) {
-    Traced ray;
+    TracedRay ray;
     uniform(early, late).store(ray.time);
     const Vec3 from{uniform(-40, 40), uniform(-40, 40), uniform(60, 90)};
     ray.aim(from, normalize(Vec3{uniform(-30, 30), uniform(-30, 30), Float(0.0f)} - from));

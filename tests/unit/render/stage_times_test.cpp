@@ -10,14 +10,14 @@
 namespace tessera::test {
 namespace {
 
-constexpr const char* kScene = "scenes/cornell-box/scene.pbrt";
+constexpr const char* kCornellBox = "scenes/cornell-box/scene.pbrt";
 
 absl::StatusOr<LoadedFile> load(std::uint64_t seed, const std::string& integrator = "path") {
   test::SceneJob job;
   job.width = 64, job.height = 64;
   job.settings.set_seed(seed);
   job.settings.set_integrator(integrator);
-  return load_scene_file(kScene, job, render::supported_isas().front(), 1);
+  return load_scene_file(kCornellBox, job, render::supported_isas().front(), 1);
 }
 
 TEST(StageTimes, AddUpToTheCpuTime) {

@@ -16,7 +16,7 @@ namespace tessera::server {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::system_clock;
+using SystemClock = std::chrono::system_clock;
 using std::chrono::hours;
 
 class Tls : public TlsTest {
@@ -122,7 +122,7 @@ TEST_F(Tls, StrangersDoNotGetIn) {
   const auto authority = Authority::open(farm_certificates() / "authority");
   ASSERT_TRUE(authority.ok());
   const Identity alice{.role = Role::kClient, .name = "alice", .hosts = {}};
-  const auto now = Clock::now();
+  const auto now = SystemClock::now();
   const fs::path expired = folder_.path() / "expired", early = folder_.path() / "early";
   ASSERT_TRUE(authority->issue(alice, expired, now - hours{48}, now - hours{24}).ok());
   ASSERT_TRUE(authority->issue(alice, early, now + hours{24}, now + hours{48}).ok());
@@ -183,7 +183,7 @@ TEST_F(Tls, AServerThatIsNotTheOneCalledIsNotTalkedTo) {
   const auto authority = Authority::open(farm_certificates() / "authority");
   ASSERT_TRUE(authority.ok());
   const fs::path elsewhere = folder_.path() / "elsewhere";
-  const auto now = Clock::now();
+  const auto now = SystemClock::now();
   ASSERT_TRUE(authority
                   ->issue({.role = Role::kServer, .name = "tessera-server", .hosts = {"elsewhere.example"}},
                           elsewhere, now - hours{1}, now + hours{24})
