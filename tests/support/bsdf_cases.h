@@ -304,6 +304,14 @@ inline BsdfCase diffuse_transmission(BsdfCase::Color reflectance, BsdfCase::Colo
   return {"diffuse transmission", render::BsdfKind::kDiffuseTransmission, reflectance, transmittance};
 }
 
+inline BsdfCase phong(float exponent, std::int32_t lobe, BsdfCase::Color base = {0.3f, 0.5f, 0.1f},
+                      BsdfCase::Color gloss = {0.6f, 0.3f, 0.4f}) {
+  const char* const name = lobe == render::kBlinn        ? "blinn "
+                           : lobe == render::kMirrorLobe ? "mirror "
+                                                         : "phong ";
+  return {name + number(exponent), render::BsdfKind::kPhong, base, gloss, {exponent}, lobe};
+}
+
 /// Every model with parameters from one end of their range to the other.
 inline std::vector<BsdfCase> all_cases() {
   std::vector<BsdfCase> cases{diffuse({0.9f, 0.5f, 0.1f}),
@@ -367,6 +375,13 @@ inline std::vector<BsdfCase> all_cases() {
   for (const auto& [m, n] : {std::array{0.3f, 0.3f}, std::array{0.1f, 0.9f}, std::array{0.9f, 0.1f}}) {
     for (const float h : {0.0f, -0.7f, 0.99f}) cases.push_back(hair(m, n, h));
   }
+  for (const float exponent : {0.0f, 1.0f, 30.0f, 1000.0f}) {
+    cases.push_back(phong(exponent, 0));
+    cases.push_back(phong(exponent, render::kBlinn));
+  }
+  cases.push_back(phong(0, render::kMirrorLobe));
+  cases.push_back(phong(50, 0, {0, 0, 0}, {1, 1, 1}));
+  cases.push_back(phong(50, render::kBlinn, {0.9f, 0.9f, 0.9f}, {0.9f, 0.5f, 0}));
   return cases;
 }
 

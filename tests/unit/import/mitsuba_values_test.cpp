@@ -319,5 +319,15 @@ TEST_F(MitsubaValues, UnknownBsdfsAreErrorsWithChoices) {
               HasSubstr("scene.xml:4:1: bsdf \"velvet\" is not supported: expected diffuse, dielectric"));
 }
 
+TEST_F(MitsubaValues, PhongHasTheDefaultsOfMitsuba06) {
+  const v1::PhongMaterial plain = material("<bsdf type='phong'/>").phong();
+  expect_rgb(plain.diffuse().constant(), 0.5, 0.5, 0.5, kFloat);
+  expect_rgb(plain.specular().constant(), 0.2, 0.2, 0.2, kFloat);
+  EXPECT_EQ(plain.exponent().constant(), 30);
+  EXPECT_EQ(
+      material("<bsdf type='phong'><float name='exponent' value='90'/></bsdf>").phong().exponent().constant(),
+      90);
+}
+
 }  // namespace
 }  // namespace tessera::client

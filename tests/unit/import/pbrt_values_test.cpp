@@ -96,6 +96,18 @@ TEST_F(PbrtValues, HairTakesItsColourFromWhatIsGiven) {
   EXPECT_EQ(warnings_, "");
 }
 
+TEST_F(PbrtValues, PhongIsOfTextbooks) {
+  const v1::PhongMaterial plain = material("\"phong\"").phong();
+  EXPECT_EQ(plain.lobe(), v1::PhongMaterial::PHONG);
+  EXPECT_EQ(plain.exponent().constant(), 30);
+  const v1::PhongMaterial blinn =
+      material("\"phong\" \"rgb specular\" [ .1 .2 .3 ] \"float exponent\" 200 \"string lobe\" \"blinn\"")
+          .phong();
+  EXPECT_EQ(blinn.lobe(), v1::PhongMaterial::BLINN);
+  EXPECT_EQ(blinn.exponent().constant(), 200);
+  EXPECT_FLOAT_EQ(blinn.specular().constant().rgb().g(), 0.2f);
+}
+
 TEST_F(PbrtValues, CoatedConductorsKeepBothLayersApart) {
   const v1::CoatedConductorMaterial coated =
       material(

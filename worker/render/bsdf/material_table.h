@@ -22,6 +22,7 @@ enum class BsdfKind : std::int32_t {
   kHair,
   kPrincipled,
   kPrincipledThin,
+  kPhong,
   kMix,  // resolved into its two parts before any BSDF is asked
   kCount
 };
@@ -58,8 +59,10 @@ enum MaterialFlags : std::int32_t {
       1 << 20,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes
   kMixed = 1 << 21,  // mix_a and mix_b; of an Interaction: it has a second part
   kBendsSoftly = 1 << 22,  // with kHasBump: Material::bends_softly
-  // Another variant of the models.
-  kBalanced = 1 << 23,  // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
+  // Further variants of the models.
+  kBlinn = 1 << 26,       // kPhong: the lobe is of the half vector
+  kMirrorLobe = 1 << 27,  // kPhong: the lobe is a mirror
+  kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
   // What holds for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
   // loaded.
   kReflectsOnly = 1 << 24,      // light is scattered back to the side of wo alone

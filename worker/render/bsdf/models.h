@@ -17,5 +17,6 @@ const Bsdf& coated_conductor_bsdf();
 const Bsdf& hair_bsdf();
 const Bsdf& principled_bsdf();
 const Bsdf& principled_thin_bsdf();
+const Bsdf& phong_bsdf();
 
 }  // namespace tessera::render::TESSERA_ISA

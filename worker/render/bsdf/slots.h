@@ -11,6 +11,7 @@ inline constexpr int kTransmittance = 1;                          // diffuse tra
 inline constexpr int kReflectionTint = 0, kTransmissionTint = 1;  // dielectrics
 inline constexpr int kConductorEta = 0, kConductorK = 1;          // conductors
 inline constexpr int kCoatTint = 1;                               // plastic
+inline constexpr int kGloss = 1;                                  // Phong
 inline constexpr int kAbsorption = 0;                             // hair
 
 // scalars
@@ -18,6 +19,7 @@ inline constexpr int kAlphaX = 0, kAlphaY = 1;          // roughness of the (out
 inline constexpr int kEta = 2;                          // index of refraction
 inline constexpr int kBetaM = 0, kBetaN = 1;            // hair
 inline constexpr int kRoughness = 0, kAnisotropic = 1;  // principled
+inline constexpr int kExponent = 0;                     // Phong
 inline constexpr int kMixAmount = 0;                    // mixes
 
 // ExtendedRecord::spectra
@@ -28,5 +30,8 @@ inline constexpr int kBaseAlphaX = 0, kBaseAlphaY = 1, kThickness = 2;  // coate
 inline constexpr int kTilt = 0, kFibreOffset = 1;                       // hair
 inline constexpr int kMetallic = 0, kSpecTrans = 1, kSpecTint = 2, kSheen = 3, kSheenTint = 4, kFlatness = 5,
                      kClearcoat = 6, kClearcoatGloss = 7, kDiffTrans = 8;  // principled
+
+/// Of Phong's and Blinn's lobes: sharper ones have no digits left in single precision.
+inline constexpr float kMostPhongExponent = 1e4f;
 
 }  // namespace tessera::render::slot

@@ -138,6 +138,14 @@ void write_rough_plastic(PropertyReader& reader, TextureTable& textures, v1::Mat
   roughness.mutable_v()->set_constant(alpha);
 }
 
+/// Of Mitsuba 0.6; names and defaults are that version's.
+void write_phong(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+  v1::PhongMaterial& phong = *material.mutable_phong();
+  *phong.mutable_diffuse() = textures.color(reader, "diffuse_reflectance", 0.5, ColorUse::kReflectance);
+  *phong.mutable_specular() = textures.color(reader, "specular_reflectance", 0.2, ColorUse::kReflectance);
+  *phong.mutable_exponent() = textures.scalar(reader, "exponent", 30);
+}
+
 /// Writes what "principled" and "principledthin" have in common.
 void write_burley(PropertyReader& reader, TextureTable& textures, v1::PrincipledMaterial& principled) {
   *principled.mutable_base_color() = textures.color(reader, "base_color", 0.5, ColorUse::kReflectance);
@@ -195,6 +203,7 @@ constexpr BsdfType kBsdfTypes[] = {{"diffuse", write_diffuse},
                                    {"roughconductor", write_rough_conductor},
                                    {"plastic", write_plastic},
                                    {"roughplastic", write_rough_plastic},
+                                   {"phong", write_phong},
                                    {"principled", write_principled},
                                    {"principledthin", write_principled_thin, true},
                                    {"null", write_null, true}};

@@ -106,6 +106,22 @@ void write_diffuse_transmission(ValueReader& values, const UseMaterial&, v1::Mat
   if (scale != 1) sheet.set_scale(static_cast<float>(scale));
 }
 
+/// Not pbrt's own: for scenes of textbooks.
+void write_phong(ValueReader& values, const UseMaterial&, v1::Material& material) {
+  v1::PhongMaterial& phong = *material.mutable_phong();
+  *phong.mutable_diffuse() = values.spectrum("diffuse", 0.5, SpectrumUse::kReflectance);
+  *phong.mutable_specular() = values.spectrum("specular", 0.2, SpectrumUse::kReflectance);
+  *phong.mutable_exponent() = values.number("exponent", 30);
+  const std::string lobe = values.get_string("lobe", "phong");
+  if (lobe == "blinn") phong.set_lobe(v1::PhongMaterial::BLINN);
+  if (lobe == "mirror") phong.set_lobe(v1::PhongMaterial::MIRROR);
+  if (lobe != "phong" && lobe != "blinn" && lobe != "mirror") {
+    values.diagnostics().error(values.parameters().where(),
+                               concat(values.parameters().owner(), ": unknown \"lobe\" \"", lobe,
+                                      "\": expected phong, blinn or mirror"));
+  }
+}
+
 void write_mix(ValueReader& values, const UseMaterial& use, v1::Material& material) {
   const Parameter* names =
       values.parameters().find("materials", {ParameterType::kString}, values.diagnostics());
@@ -138,6 +154,7 @@ constexpr MaterialType kMaterialTypes[] = {{"diffuse", write_diffuse},
                                            {"thindielectric", write_thin_dielectric},
                                            {"diffusetransmission", write_diffuse_transmission},
                                            {"hair", write_hair},
+                                           {"phong", write_phong},
                                            {"measured", write_measured},
                                            {"subsurface", write_subsurface},
                                            {"mix", write_mix},

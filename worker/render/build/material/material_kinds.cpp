@@ -276,6 +276,21 @@ absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialSl
   return eta.texture >= 0 ? absl::OkStatus() : check_eta(eta.value);
 }
 
+absl::Status set_phong(const v1::PhongMaterial& phong, MaterialSlots& slots) {
+  MaterialRecord& record = slots.record;
+  record.kind = BsdfKind::kPhong;
+  record.flags |= kUsesSecondSpectrum | kUsesAlphas;
+  if (phong.lobe() == v1::PhongMaterial::BLINN) record.flags |= kBlinn;
+  if (phong.lobe() == v1::PhongMaterial::MIRROR) record.flags |= kMirrorLobe;
+  if (auto s = slots.set_spectrum(phong.diffuse(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
+      !s.ok())
+    return s;
+  if (auto s = slots.set_spectrum(phong.specular(), {0.2f, 0.2f, 0.2f}, record.spectra[slot::kGloss]);
+      !s.ok())
+    return s;
+  return slots.set_scalar(phong.exponent(), 30, record.scalars[slot::kExponent]);
+}
+
 absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kDiffuseTransmission;
@@ -320,6 +335,8 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots) {
       return set_principled(material.principled(), slots);
     case v1::Material::kDiffuseTransmission:
       return set_diffuse_transmission(material.diffuse_transmission(), slots);
+    case v1::Material::kPhong:
+      return set_phong(material.phong(), slots);
     case v1::Material::kInterface:
       record.kind = BsdfKind::kInterface;
       record.flags |= kAllDelta | kPassesStraight;
