@@ -13,7 +13,7 @@
 #include "support/render_image.h"
 #include "support/temp_dir.h"
 
-namespace tessera::test {
+namespace tessera::test::orientation {  // apart from tests that are compiled with these
 namespace {
 
 struct Colour {
@@ -224,4 +224,4 @@ TEST_F(PbrtOrientation, GridsOfMedia) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::test::orientation

@@ -127,7 +127,7 @@ TEST(ThinShell, LetsTheSkyScatterInTheFog) {
 TEST(ThinShell, LampInFog) {
   // A ball that shines in the middle, seen from afar: at most one event. A reflection inside the shell keeps
   // its distance from the middle, so it never leads to the ball.
-  constexpr double kLamp = 0.2;
+  constexpr double kBulb = 0.2;
   const std::string scene = absl::StrCat(
       kFog, kShell,
       "interior_medium: 'fog' } materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } "
@@ -136,18 +136,18 @@ TEST(ThinShell, LampInFog) {
       kFromAbove);
   const auto in_scattered = [&](double distance) {
     // From the cone that the ball fills; `near` is where a way of this cosine meets it.
-    const double cos_rim = std::sqrt(1 - kLamp * kLamp / (distance * distance));
+    const double cos_rim = std::sqrt(1 - kBulb * kBulb / (distance * distance));
     return integrate(cos_rim, 1, 60, [&](double cosine) {
       const double along = distance * cosine;
       const double near =
-          along - std::sqrt(std::max(0.0, kLamp * kLamp - distance * distance * (1 - cosine * cosine)));
+          along - std::sqrt(std::max(0.0, kBulb * kBulb - distance * distance * (1 - cosine * cosine)));
       return std::exp(-kSigma * near) / 2;
     });
   };
   const double shown = integrate(0, kRadius, 600, [&](double b) {
     const double half = std::sqrt(kRadius * kRadius - b * b);
-    const bool meets = b < kLamp;
-    const double end = meets ? half - std::sqrt(kLamp * kLamp - b * b) : 2 * half;
+    const bool meets = b < kBulb;
+    const double end = meets ? half - std::sqrt(kBulb * kBulb - b * b) : 2 * half;
     double radiance = meets ? std::exp(-kSigma * end) : 0;
     radiance += integrate(0, end, 300, [&](double s) {
       return kSigma * kAlbedo * std::exp(-kSigma * s) * in_scattered(std::hypot(half - s, b));
@@ -193,18 +193,18 @@ double floor_radiance(const std::function<double(double cos_s, double cos_g, dou
   const double lean = std::sqrt(dot(kLean, kLean));
   const V ns = {kLean.x / lean, kLean.y / lean, kLean.z / lean};
   if (dot(n, ns) < 0) n = {-n.x, -n.y, -n.z};
-  constexpr int kFloor = 40, kLamp = 60;
+  constexpr int kFloor = 40, kBulb = 60;
   double sum = 0;
   for (int i = 0; i < kFloor * kFloor; ++i) {
     const V at = {-1 + 2 * (i % kFloor + 0.5) / kFloor, -1 + 2 * (i / kFloor + 0.5) / kFloor, 0};
-    for (int j = 0; j < kLamp * kLamp; ++j) {
+    for (int j = 0; j < kBulb * kBulb; ++j) {
       // Cells of the parallelogram that are in the triangle; those on its edge count by half.
-      const int a = j % kLamp, b = j / kLamp;
-      if (a + b > kLamp - 1) continue;
-      const double weight = a + b == kLamp - 1 ? 0.5 : 1;
+      const int a = j % kBulb, b = j / kBulb;
+      if (a + b > kBulb - 1) continue;
+      const double weight = a + b == kBulb - 1 ? 0.5 : 1;
       // The middle of a half cell is a third of a cell from its corner.
-      const double in = a + b == kLamp - 1 ? 1.0 / 3 : 0.5;
-      const double u = (a + in) / kLamp, v = (b + in) / kLamp;
+      const double in = a + b == kBulb - 1 ? 1.0 / 3 : 0.5;
+      const double u = (a + in) / kBulb, v = (b + in) / kBulb;
       const V p = {kCorner.x + u * kSideA.x + v * kSideB.x, kCorner.y + u * kSideA.y + v * kSideB.y,
                    kCorner.z + u * kSideA.z + v * kSideB.z};
       const V way = p - at;
@@ -215,7 +215,7 @@ double floor_radiance(const std::function<double(double cos_s, double cos_g, dou
       sum += weight * cos_floor * cos_g / d2 * factor(cos_s, cos_g, ratio);
     }
   }
-  return 0.5 / kPi * sum * twice / (kLamp * kLamp) / (kFloor * kFloor);
+  return 0.5 / kPi * sum * twice / (kBulb * kBulb) / (kFloor * kFloor);
 }
 
 std::string floor_and_lamp(const std::string& more) {

@@ -14,7 +14,7 @@
 #include "support/render_image.h"
 #include "wire/mesh_blob.h"
 
-namespace tessera::test {
+namespace tessera::test::whitted {  // apart from tests that are compiled with these
 namespace {
 
 using V = Imath::V3d;
@@ -230,4 +230,4 @@ TEST(Whitted, GlassInAWhiteRoomLosesOnlyWhatIsNotFollowed) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::test::whitted

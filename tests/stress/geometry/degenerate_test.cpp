@@ -295,11 +295,6 @@ TEST(NotFiniteMatrices, AreRefused) {
   }
 }
 
-TEST(Intersection, UnknownKindsAreRefused) {
-  EXPECT_THAT(load("", {}, "loose").status().message(),
-              AllOf(HasSubstr("intersection 'loose'"), HasSubstr("auto, fast, robust")));
-}
-
 TEST(Intersection, TheProbeSaysWhatItChose) {
   // A square cut into strips of 2e-6 of its distance each.
   wire::MeshData strips;

@@ -192,13 +192,13 @@ TEST_P(SelfHit, NoneOnConvexSolids) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<Solid>& info) {
+std::string solid_name(const testing::TestParamInfo<Solid>& info) {
   return kSolidNames[static_cast<int>(info.param)];
 }
 INSTANTIATE_TEST_SUITE_P(All, SelfHit,
                          testing::Values(Solid::kSphere, Solid::kDisk, Solid::kCube, Solid::kRoundMesh,
                                          Solid::kInstancedSphere, Solid::kInstancedCube),
-                         name_of);
+                         solid_name);
 
 /// Light straight above a solid that hangs a thousandth of its size above a floor: nothing of it gets to the
 /// floor below.

@@ -21,7 +21,7 @@ constexpr const char* kFilm =
 constexpr const char* kCamera = "camera { perspective { fov_degrees: 40 } } ";
 constexpr const char* kAway = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1]";
 
-absl::StatusOr<LoadedFile> load(const std::string& scene, std::uint32_t max_depth = 3) {
+absl::StatusOr<LoadedFile> load_moving(const std::string& scene, std::uint32_t max_depth = 3) {
   test::SceneJob job;
   job.settings.set_spp(64);
   job.settings.set_max_depth(max_depth);
@@ -30,44 +30,46 @@ absl::StatusOr<LoadedFile> load(const std::string& scene, std::uint32_t max_dept
 }
 
 TEST(MovingScene, FlatMotionIsRefusedByName) {
-  const auto flat =
-      load(absl::StrCat(kCamera, "shapes { name: 'coin' sphere { radius: 1 } world_from_object { ", kAway,
-                        " } world_from_object_end { elements: [1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto flat = load_moving(
+      absl::StrCat(kCamera, "shapes { name: 'coin' sphere { radius: 1 } world_from_object { ", kAway,
+                   " } world_from_object_end { elements: [1,0,0,0, 0,0,0,0, 0,0,1,5, 0,0,0,1] } }"));
   EXPECT_THAT(flat.status().message(), HasSubstr("shape 0 (coin)"));
   EXPECT_THAT(flat.status().message(), HasSubstr("singular"));
-  const auto turned =
-      load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
-                        " } world_from_object_end { elements: [1,0,0,0, 0,-1,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto turned = load_moving(
+      absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
+                   " } world_from_object_end { elements: [1,0,0,0, 0,-1,0,0, 0,0,1,5, 0,0,0,1] } }"));
   EXPECT_THAT(turned.status().message(), HasSubstr("shape 0: its motion turns it inside out"));
-  const auto camera = load(
+  const auto camera = load_moving(
       "camera { perspective { fov_degrees: 40 } world_from_camera_end { elements: [0,0,0,0, 0,1,0,0, "
       "0,0,1,0, 0,0,0,1] } }");
   EXPECT_THAT(camera.status().message(), HasSubstr("camera: "));
-  const auto instance = load(absl::StrCat(kCamera,
-                                          "objects { name: 'o' shapes { sphere { radius: 1 } } } instances { "
-                                          "object: 'o' world_from_instance_end { "
-                                          "elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }"));
+  const auto instance =
+      load_moving(absl::StrCat(kCamera,
+                               "objects { name: 'o' shapes { sphere { radius: 1 } } } instances { "
+                               "object: 'o' world_from_instance_end { "
+                               "elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }"));
   EXPECT_THAT(instance.status().message(), HasSubstr("instance 0 (o)"));
 }
 
 TEST(MovingScene, LampsStandStillWithAWarning) {
-  const auto file =
-      load(absl::StrCat(kCamera,
-                        "shapes { name: 'lamp' sphere { radius: 1 } area_light { radiance { constant: 1 } } "
-                        "world_from_object { ",
-                        kAway,
-                        " } world_from_object_end { "
-                        "elements: [1,0,0,9, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }"));
+  const auto file = load_moving(
+      absl::StrCat(kCamera,
+                   "shapes { name: 'lamp' sphere { radius: 1 } area_light { radiance { constant: 1 } } "
+                   "world_from_object { ",
+                   kAway,
+                   " } world_from_object_end { "
+                   "elements: [1,0,0,9, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }"));
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(file->scene->warnings(),
               ElementsAre(HasSubstr("shape 0 (lamp): shapes that emit light do not move")));
 }
 
 TEST(MovingScene, AnEndThatIsTheStartIsNoMotion) {
-  const auto file = load(absl::StrCat(kCamera,
-                                      "shapes { sphere { radius: 1 } area_light { radiance { constant: 1 } } "
-                                      "world_from_object { ",
-                                      kAway, " } world_from_object_end { ", kAway, " } }"));
+  const auto file =
+      load_moving(absl::StrCat(kCamera,
+                               "shapes { sphere { radius: 1 } area_light { radiance { constant: 1 } } "
+                               "world_from_object { ",
+                               kAway, " } world_from_object_end { ", kAway, " } }"));
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(file->scene->warnings(), IsEmpty());
 }
@@ -98,14 +100,14 @@ constexpr const char* kCluster = R"(
 
 void expect_same(const std::string& camera_end, const std::string& world_end) {
   const auto moving_camera =
-      load(absl::StrCat(kCluster,
-                        "instances { object: 'cluster' } camera { perspective { fov_degrees: 40 } "
-                        "world_from_camera_end { elements: [",
-                        camera_end, "] } }"));
-  const auto moving_world = load(
+      load_moving(absl::StrCat(kCluster,
+                               "instances { object: 'cluster' } camera { perspective { fov_degrees: 40 } "
+                               "world_from_camera_end { elements: [",
+                               camera_end, "] } }"));
+  const auto moving_world = load_moving(
       absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' world_from_instance_end { elements: [",
                    world_end, "] } }"));
-  const auto still = load(absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' }"));
+  const auto still = load_moving(absl::StrCat(kCluster, kCamera, "instances { object: 'cluster' }"));
   ASSERT_TRUE(moving_camera.ok()) << moving_camera.status();
   ASSERT_TRUE(moving_world.ok()) << moving_world.status();
   ASSERT_TRUE(still.ok()) << still.status();
@@ -135,17 +137,18 @@ TEST(MovingScene, ACameraThatTurnsIsAWorldThatTurnsTheOtherWay) {
 TEST(MovingScene, ShapesOfAnObjectMoveWithinIt) {
   // A shape that slides within an instance that slides: both ways add up, to the same as a shape of the
   // world.
-  const auto within =
-      load(absl::StrCat(kCamera,
-                        "objects { name: 'o' shapes { sphere { radius: 1 } world_from_object_end { elements: "
-                        "[1,0,0,0.5, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } "
-                        "instances { object: 'o' world_from_instance { ",
-                        kAway,
-                        " } world_from_instance_end { "
-                        "elements: [1,0,0,0, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
-  const auto alone = load(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
-                                       " } world_from_object_end { "
-                                       "elements: [1,0,0,0.5, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
+  const auto within = load_moving(
+      absl::StrCat(kCamera,
+                   "objects { name: 'o' shapes { sphere { radius: 1 } world_from_object_end { elements: "
+                   "[1,0,0,0.5, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } "
+                   "instances { object: 'o' world_from_instance { ",
+                   kAway,
+                   " } world_from_instance_end { "
+                   "elements: [1,0,0,0, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
+  const auto alone =
+      load_moving(absl::StrCat(kCamera, "shapes { sphere { radius: 1 } world_from_object { ", kAway,
+                               " } world_from_object_end { "
+                               "elements: [1,0,0,0.5, 0,1,0,0.5, 0,0,1,5, 0,0,0,1] } }"));
   ASSERT_TRUE(within.ok()) << within.status();
   ASSERT_TRUE(alone.ok()) << alone.status();
   for (const char* channel : {"depth.Z", "R"}) {
@@ -165,9 +168,9 @@ TEST(MovingScene, MirroredShapesKeepTheirFront) {
                world_from_object { elements: [-1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1] } )",
                         more, " } settings { integrator: 'volpath' }");
   };
-  const auto still = load(scene(""));
+  const auto still = load_moving(scene(""));
   const auto moving =
-      load(scene("world_from_object_end { elements: [-1,0,0,1e-6, 0,1,0,0, 0,0,1,5, 0,0,0,1] }"));
+      load_moving(scene("world_from_object_end { elements: [-1,0,0,1e-6, 0,1,0,0, 0,0,1,5, 0,0,0,1] }"));
   ASSERT_TRUE(still.ok()) << still.status();
   ASSERT_TRUE(moving.ok()) << moving.status();
   const std::vector<float> a = plane(*still, "R"), b = plane(*moving, "R");
