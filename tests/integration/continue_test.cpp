@@ -64,7 +64,7 @@ TEST_F(Continue, AnotherSceneOrSettingIsRefusedByName) {
       farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp", "32",
                      "--aov", "variance", "--max-depth", "2", "--continue", first, "--detach"}));
   EXPECT_EQ(other.status.code, 4) << "the coordinator refuses";
-  EXPECT_NE(other.err.find("settings.max_depth: 63 -> 2"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("view.max_depth: 63 -> 2"), std::string::npos) << other.err;
   const support::Finished nobody = tessera(farm_.on_farm(
       {"submit", "scenes/cornell-box/scene.pbrt", "--spp", "32", "--continue", "nothing", "--detach"}));
   EXPECT_EQ(nobody.status.code, 2);

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "unit/server/manual_clock.h"
 #include "service/coordinator.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
+#include "unit/server/manual_clock.h"
 
 namespace tessera::server {
 

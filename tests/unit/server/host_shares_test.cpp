@@ -8,9 +8,9 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
-#include "unit/server/requests.h"
 #include "service/job/job_table.h"
 #include "support/phased_job.h"
+#include "unit/server/requests.h"
 
 namespace tessera::server {
 namespace {

@@ -92,7 +92,10 @@ class NamedTextures final : public TextureNodes {
 
 inline const wire::AlgorithmTraits kSurfacesAlone{.name = "surfaces"};
 inline const wire::AlgorithmTraits kSeesMedia{.name = "media", .media = true};
-inline const wire::AlgorithmTraits kFromLights{
-    .name = "from lights", .work = wire::WorkKind::kPasses, .samples_all_light = true, .starts_at_lights = true, .joins_camera = true};
+inline const wire::AlgorithmTraits kFromLights{.name = "from lights",
+                                               .work = wire::WorkKind::kPasses,
+                                               .samples_all_light = true,
+                                               .starts_at_lights = true,
+                                               .joins_camera = true};
 
 }  // namespace tessera::render
