@@ -126,7 +126,7 @@ TEST_F(AdoptionTest, WhatCannotBeContinuedIsRefusedByName) {
   other.mutable_view()->set_seed(7);
   grpc::Status status = try_submit(other, first, false, &id);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(status.error_message(), HasSubstr("settings.seed: 7"));
+  EXPECT_THAT(status.error_message(), HasSubstr("view.seed: 7"));
   other = job_spec(2);
   other.mutable_farm()->set_isa("avx2");
   status = try_submit(other, first, false, &id);
