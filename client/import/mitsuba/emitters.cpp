@@ -12,13 +12,13 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-void write_point(const Vector3& from, v1::Point3& to) {
+void write_point(const Imath::V3d& from, v1::Point3& to) {
   to.set_x(from[0]);
   to.set_y(from[1]);
   to.set_z(from[2]);
 }
 
-Vector3 origin_of(const Transform& t) { return {t(0, 3), t(1, 3), t(2, 3)}; }
+Imath::V3d origin_of(const Imath::M44d& t) { return {t[3][0], t[3][1], t[3][2]}; }
 
 v1::Spectrum emission(PropertyReader& reader, std::string_view name) {
   return rgb_spectrum(read_color(reader, name, 1, ColorUse::kEmission));
@@ -28,15 +28,15 @@ void write_point_light(PropertyReader& reader, TextureTable&, v1::Light& light) 
   if (reader.has("position") && reader.has("to_world")) {
     reader.error("emitter \"point\": \"position\" and \"to_world\" exclude each other");
   }
-  const Vector3 position = reader.vector("position").value_or(origin_of(reader.transform("to_world")));
+  const Imath::V3d position = reader.vector("position").value_or(origin_of(reader.transform("to_world")));
   write_point(position, *light.mutable_point()->mutable_position());
   *light.mutable_point()->mutable_intensity() = emission(reader, "intensity");
 }
 
 void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light) {
   v1::SpotLight& spot = *light.mutable_spot();
-  const Transform to_world = reader.transform("to_world");
-  const Vector3 position = origin_of(to_world), axis = to_world.apply_to_vector({0, 0, 1});
+  const Imath::M44d to_world = reader.transform("to_world");
+  const Imath::V3d position = origin_of(to_world), axis = transformed_vector({0, 0, 1}, to_world);
   write_point(position, *spot.mutable_position());
   write_point({position[0] + axis[0], position[1] + axis[1], position[2] + axis[2]}, *spot.mutable_target());
   *spot.mutable_intensity() = emission(reader, "intensity");
@@ -51,9 +51,9 @@ void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light
   Object* texture = reader.named_child("texture", "texture");
   if (texture == nullptr) return;
   spot.set_texture(textures.use(*texture, TextureRole::kColor));
-  write_point(to_world.apply_to_vector({0, 1, 0}), *spot.mutable_up());
+  write_point(transformed_vector({0, 1, 0}, to_world), *spot.mutable_up());
   // u grows along cross(up, axis), in Mitsuba as here, as long as nothing mirrors.
-  if (to_world.determinant3() < 0) {
+  if (determinant3(to_world) < 0) {
     reader.warn("the transformation of a spot mirrors its texture in Mitsuba: it is not mirrored here");
   }
 }
@@ -62,8 +62,8 @@ void write_directional(PropertyReader& reader, TextureTable&, v1::Light& light) 
   if (reader.has("direction") && reader.has("to_world")) {
     reader.error("emitter \"directional\": \"direction\" and \"to_world\" exclude each other");
   }
-  const Vector3 direction =
-      reader.vector("direction").value_or(reader.transform("to_world").apply_to_vector({0, 0, 1}));
+  const Imath::V3d direction =
+      reader.vector("direction").value_or(transformed_vector({0, 0, 1}, reader.transform("to_world")));
   if (!(std::hypot(direction[0], direction[1], direction[2]) > 0)) {
     reader.error("emitter \"directional\": its direction is zero");
   }

@@ -14,18 +14,18 @@ namespace tessera::client::mitsuba {
 namespace {
 
 /// Mitsuba's camera has x to the left of the picture.
-Transform with_x_right(const Transform& to_world) { return to_world * scaling(-1, 1, 1); }
+Imath::M44d with_x_right(const Imath::M44d& to_world) { return scaling(-1, 1, 1) * to_world; }
 
-double column_length(const Transform& t, int column) {
-  return std::hypot(t(0, column), t(1, column), t(2, column));
+double column_length(const Imath::M44d& t, int column) {
+  return std::hypot(t[column][0], t[column][1], t[column][2]);
 }
 
 /// The lengths of the axes, taken out of the transformation.
-Vector3 take_scale(Transform& t) {
-  Vector3 scale;
+Imath::V3d take_scale(Imath::M44d& t) {
+  Imath::V3d scale;
   for (int c = 0; c < 3; ++c) {
     scale[c] = column_length(t, c);
-    for (int r = 0; r < 3; ++r) t(r, c) /= scale[c];
+    for (int r = 0; r < 3; ++r) t[c][r] /= scale[c];
   }
   return scale;
 }
@@ -44,7 +44,7 @@ void write_screen_window(PropertyReader& reader, const FilmWindow& film, double 
   }
 }
 
-void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform to_world,
+void write_perspective(PropertyReader& reader, const FilmWindow& film, Imath::M44d to_world,
                        v1::Camera& camera) {
   const double aspect = film.width / film.height;
   const double half_width = read_half_width(reader, aspect);
@@ -53,8 +53,8 @@ void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform
   perspective.set_fov_degrees(static_cast<float>(2 * std::atan(shorter) * 180 / std::numbers::pi));
   write_screen_window(reader, film, half_width / shorter, half_width / aspect / shorter, camera);
 
-  const Vector3 scale = take_scale(to_world);
-  for (const double s : scale) {
+  const Imath::V3d scale = take_scale(to_world);
+  for (const double s : {scale.x, scale.y, scale.z}) {
     if (std::abs(s - 1) <= 1e-3) continue;
     reader.warn("the scale in the sensor's transformation is left out");
     break;
@@ -70,10 +70,10 @@ void write_perspective(PropertyReader& reader, const FilmWindow& film, Transform
   }
 }
 
-void write_orthographic(PropertyReader& reader, const FilmWindow& film, Transform to_world,
+void write_orthographic(PropertyReader& reader, const FilmWindow& film, Imath::M44d to_world,
                         v1::Camera& camera) {
   // Before it is transformed, the film is two units wide.
-  const Vector3 scale = take_scale(to_world);
+  const Imath::V3d scale = take_scale(to_world);
   camera.mutable_orthographic();
   write_screen_window(reader, film, scale[0], scale[1] * film.height / film.width, camera);
   write_matrix(with_x_right(to_world), *camera.mutable_world_from_camera());
@@ -124,7 +124,7 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   if (!(camera.near_clip() > 0) || !(camera.far_clip() > camera.near_clip())) {
     reader.error(concat(sensor.title(), ": expected 0 < near_clip < far_clip"));
   }
-  const Transform to_world = reader.transform("to_world");
+  const Imath::M44d to_world = reader.transform("to_world");
   if (!inverse(to_world)) {
     reader.error(concat(sensor.title(), ": its transformation is singular"));
   } else if (is_perspective) {

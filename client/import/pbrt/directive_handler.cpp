@@ -32,14 +32,14 @@ bool DirectiveHandler::require_options(std::string_view directive, SourceLocatio
 
 // ---------------------------------------------------------------- transformations
 
-void DirectiveHandler::set_transform(const Transform& t) {
+void DirectiveHandler::set_transform(const Imath::M44d& t) {
   if (state_.acts_on_start) state_.ctm.start = t;
   if (state_.acts_on_end) state_.ctm.end = t;
 }
 
-void DirectiveHandler::concatenate(const Transform& t) {
-  if (state_.acts_on_start) state_.ctm.start = state_.ctm.start * t;
-  if (state_.acts_on_end) state_.ctm.end = state_.ctm.end * t;
+void DirectiveHandler::concatenate(const Imath::M44d& t) {
+  if (state_.acts_on_start) state_.ctm.start = t * state_.ctm.start;
+  if (state_.acts_on_end) state_.ctm.end = t * state_.ctm.end;
 }
 
 void DirectiveHandler::name_coordinate_system(const std::string& name) {
@@ -173,8 +173,8 @@ void DirectiveHandler::camera(const std::string& type, std::vector<Parameter> pa
   if (!require_options("Camera", where)) return;
   camera_ = {type, list("camera", type, std::move(parameters), where)};
   camera_from_world_ = state_.ctm;
-  coordinate_systems_["camera"] = {inverse(state_.ctm.start).value_or(Transform{}),
-                                   inverse(state_.ctm.end).value_or(Transform{})};
+  coordinate_systems_["camera"] = {inverse(state_.ctm.start).value_or(Imath::M44d{}),
+                                   inverse(state_.ctm.end).value_or(Imath::M44d{})};
   context_.scene.mutable_camera()->set_medium(state_.outside_medium);
 }
 
@@ -315,8 +315,8 @@ void DirectiveHandler::shape(const std::string& type, std::vector<Parameter> par
   if (!require_world("Shape", where)) return;
   ParameterList all = list("shape", type, std::move(parameters), where, "shape");
   ValueReader values(context_, textures_, all);
-  for (const Transform& t : {state_.ctm.start, state_.ctm.end}) {
-    if (t.determinant3() != 0 && t.is_finite()) continue;
+  for (const Imath::M44d& t : {state_.ctm.start, state_.ctm.end}) {
+    if (determinant3(t) != 0 && is_finite(t)) continue;
     context_.diagnostics.warning(where,
                                  concat(all.owner(), ": its transformation is singular: it is left out"));
     return;

@@ -34,8 +34,8 @@ class DirectiveHandler {
   explicit DirectiveHandler(Context& context);
 
   // Transformations.
-  void set_transform(const Transform& t);
-  void concatenate(const Transform& t);
+  void set_transform(const Imath::M44d& t);
+  void concatenate(const Imath::M44d& t);
   void name_coordinate_system(const std::string& name);
   void use_coordinate_system(const std::string& name, SourceLocation where);
   void set_active_transform(std::string_view which, SourceLocation where);

@@ -65,14 +65,14 @@ void DirectiveHandler::place_shapes() {
 
 void DirectiveHandler::place_camera() {
   const MovingTransform from_world = during_exposure(camera_from_world_);
-  const std::optional<Transform> start = inverse(from_world.start), end = inverse(from_world.end);
+  const std::optional<Imath::M44d> start = inverse(from_world.start), end = inverse(from_world.end);
   if (!start || !end) {
     context_.diagnostics.error(camera_.parameters.where(), "the camera's transformation is singular");
     return;
   }
   // Sound numbers may still have an inverse that is none: 1e-45 has.
-  for (const Transform& world_from_camera : {*start, *end}) {
-    if (std::all_of(world_from_camera.m.begin(), world_from_camera.m.end(), wire::is_scene_number)) continue;
+  for (const Imath::M44d& world_from_camera : {*start, *end}) {
+    if (std::ranges::all_of(elements_of(world_from_camera), wire::is_scene_number)) continue;
     context_.diagnostics.error(camera_.parameters.where(), "the camera's transformation is nearly singular");
     return;
   }

@@ -14,7 +14,7 @@ struct LightInput {
   Context& context;
   TextureTable& textures;
   ParameterList& parameters;
-  const Transform& world_from_light;
+  const Imath::M44d& world_from_light;
   double scale;  // of the result, so far
 
   Diagnostics& diagnostics() { return context.diagnostics; }
@@ -30,7 +30,7 @@ struct LightInput {
   }
 };
 
-void write_point(const Vector3& p, v1::Point3& point) {
+void write_point(const Imath::V3d& p, v1::Point3& point) {
   point.set_x(p[0]);
   point.set_y(p[1]);
   point.set_z(p[2]);
@@ -38,8 +38,8 @@ void write_point(const Vector3& p, v1::Point3& point) {
 
 void write_point_light(LightInput& in, v1::Light& light) {
   *light.mutable_point()->mutable_intensity() = in.spectrum("I");
-  const Vector3 from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
-  write_point(in.world_from_light.apply_to_point(from), *light.mutable_point()->mutable_position());
+  const Imath::V3d from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
+  write_point(from * in.world_from_light, *light.mutable_point()->mutable_position());
   // `power` in lumens replaces the intensity: spread over the whole sphere.
   const double power = in.get_float("power", -1);
   if (power > 0) in.scale *= power / (4 * std::numbers::pi);
@@ -109,7 +109,7 @@ void write_projection(LightInput& in, v1::Light& light) {
   projection.set_texture(
       light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   // pbrt's image has its left upper corner at smallest x and largest y, ours at the opposite.
-  write_matrix(in.world_from_light * scaling(-1, -1, 1), *projection.mutable_world_from_light());
+  write_matrix(scaling(-1, -1, 1) * in.world_from_light, *projection.mutable_world_from_light());
   if (power > 0)
     in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
 }
@@ -137,21 +137,20 @@ void write_goniometric(LightInput& in, v1::Light& light) {
         light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   }
   // Its map has y and z the other way round.
-  Transform swap_yz;
-  swap_yz.m = {1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
-  write_matrix(in.world_from_light * swap_yz, *goniometric.mutable_world_from_light());
+  const Imath::M44d swap_yz(1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
+  write_matrix(swap_yz * in.world_from_light, *goniometric.mutable_world_from_light());
   if (power > 0) in.scale *= power / (4 * std::numbers::pi * mean);
 }
 
 void write_spot(LightInput& in, v1::Light& light) {
   v1::SpotLight& spot = *light.mutable_spot();
   *spot.mutable_intensity() = in.spectrum("I");
-  const Vector3 from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
-  const Vector3 to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
+  const Imath::V3d from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
+  const Imath::V3d to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
   if (from == to)
     in.diagnostics().error(in.parameters.where(), "spot light: \"from\" and \"to\" are the same point");
-  write_point(in.world_from_light.apply_to_point(from), *spot.mutable_position());
-  write_point(in.world_from_light.apply_to_point(to), *spot.mutable_target());
+  write_point(from * in.world_from_light, *spot.mutable_position());
+  write_point(to * in.world_from_light, *spot.mutable_target());
   const double cone = in.get_float("coneangle", 30), delta = in.get_float("conedeltaangle", 5);
   spot.set_cone_angle_degrees(static_cast<float>(cone));
   spot.set_cone_delta_degrees(static_cast<float>(delta));
@@ -166,11 +165,10 @@ void write_spot(LightInput& in, v1::Light& light) {
 
 void write_distant(LightInput& in, v1::Light& light) {
   *light.mutable_distant()->mutable_irradiance() = in.spectrum("L");
-  const Vector3 from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
-  const Vector3 to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
+  const Imath::V3d from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
+  const Imath::V3d to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
   // pbrt: the light lies towards from - to, and so it travels along to - from.
-  const Vector3 along =
-      in.world_from_light.apply_to_vector({to[0] - from[0], to[1] - from[1], to[2] - from[2]});
+  const Imath::V3d along = transformed_vector(to - from, in.world_from_light);
   const double length = std::hypot(along[0], along[1], along[2]);
   if (!(length > 0)) {
     in.diagnostics().error(in.parameters.where(), "distant light: \"from\" and \"to\" are the same point");
@@ -255,7 +253,7 @@ constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot"
 }  // namespace
 
 void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
-               const Transform& world_from_light) {
+               const Imath::M44d& world_from_light) {
   for (const LightType& known : kLightTypes) {
     if (known.name != type) continue;
     LightInput in{context, textures, parameters, world_from_light,

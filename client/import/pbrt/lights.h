@@ -9,7 +9,7 @@ namespace tessera::client::pbrt {
 
 /// Adds a light of `type` ("distant", "infinite", "point", "spot", "projection", "goniometric") to the scene.
 void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
-               const Transform& world_from_light);
+               const Imath::M44d& world_from_light);
 
 /// A diffuse emitter, before it is bound to a shape.
 struct AreaLightInput {

@@ -301,7 +301,7 @@ std::string DocumentReader::spectrum_value(const FileScope& scope, const Node& n
 }
 
 std::string DocumentReader::transform_value(const FileScope& scope, const Node& node, Value& value) {
-  Transform transform;
+  Imath::M44d transform;
   for (const Node& operation : node.children()) {
     if (operation.type() != pugi::node_element) continue;
     if (!substitute(scope, operation)) continue;
@@ -309,7 +309,7 @@ std::string DocumentReader::transform_value(const FileScope& scope, const Node& 
       fail(scope, operation, problem);
   }
   value = transform;
-  return transform.is_finite() ? "" : "the transformation is not finite";
+  return is_finite(transform) ? "" : "the transformation is not finite";
 }
 
 void DocumentReader::read_value(const FileScope& scope, const Node& node, Object& parent) {
@@ -353,7 +353,7 @@ void DocumentReader::read_value(const FileScope& scope, const Node& node, Object
       problem = concat("expected one or three numbers, found \"", text, "\"");
     }
   } else if (is_vector) {
-    Vector3 vector;
+    Imath::V3d vector;
     problem = read_vector(node, 0, vector);
     value = vector;
   } else if (tag == "spectrum") {

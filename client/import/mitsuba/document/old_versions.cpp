@@ -50,8 +50,8 @@ void upgrade_from_version_1(Object& object) {
   Property to_uv;
   to_uv.name = "to_uv";
   to_uv.where = object.where;
-  to_uv.value = scaling(u_scale.value_or(1), v_scale.value_or(1), 1) *
-                translation(u_offset.value_or(0), v_offset.value_or(0), 0);
+  to_uv.value = translation(u_offset.value_or(0), v_offset.value_or(0), 0) *
+                scaling(u_scale.value_or(1), v_scale.value_or(1), 1);
   object.properties.push_back(std::move(to_uv));
 }
 

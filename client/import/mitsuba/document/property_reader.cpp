@@ -89,18 +89,18 @@ std::string PropertyReader::keyword(std::string_view name, const std::string& fa
   return word;
 }
 
-Transform PropertyReader::transform(std::string_view name) {
+Imath::M44d PropertyReader::transform(std::string_view name) {
   const Property* property = find(name);
   if (property == nullptr) return {};
-  if (const Transform* value = std::get_if<Transform>(&property->value)) return *value;
+  if (const Imath::M44d* value = std::get_if<Imath::M44d>(&property->value)) return *value;
   error(*property, "expected a transform");
   return {};
 }
 
-std::optional<Vector3> PropertyReader::vector(std::string_view name) {
+std::optional<Imath::V3d> PropertyReader::vector(std::string_view name) {
   const Property* property = find(name);
   if (property == nullptr) return std::nullopt;
-  if (const Vector3* value = std::get_if<Vector3>(&property->value)) return *value;
+  if (const Imath::V3d* value = std::get_if<Imath::V3d>(&property->value)) return *value;
   error(*property, "expected a point or vector");
   return std::nullopt;
 }

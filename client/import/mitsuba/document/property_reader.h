@@ -33,8 +33,8 @@ class PropertyReader {
   std::string text(std::string_view name, const std::string& fallback);
   /// In lower case.
   std::string keyword(std::string_view name, const std::string& fallback);
-  Transform transform(std::string_view name);
-  std::optional<Vector3> vector(std::string_view name);
+  Imath::M44d transform(std::string_view name);
+  std::optional<Imath::V3d> vector(std::string_view name);
 
   /// Nested or referenced objects with this tag, in the order of the file.
   std::vector<Property*> children(std::string_view tag);

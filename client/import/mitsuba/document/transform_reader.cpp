@@ -19,7 +19,7 @@ std::string check_attributes(const pugi::xml_node& node, std::initializer_list<s
   return "";
 }
 
-std::string read_three(const pugi::xml_node& node, const char* name, Vector3& vector) {
+std::string read_three(const pugi::xml_node& node, const char* name, Imath::V3d& vector) {
   const auto numbers = parse_floats(node.attribute(name).value());
   if (!numbers || numbers->size() != 3) {
     return concat("expected three numbers as \"", name, "\", found \"", node.attribute(name).value(), "\"");
@@ -28,67 +28,67 @@ std::string read_three(const pugi::xml_node& node, const char* name, Vector3& ve
   return "";
 }
 
-std::string translate(const pugi::xml_node& node, Transform& transform) {
+std::string translate(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty())
     return problem;
-  Vector3 v;
+  Imath::V3d v;
   if (std::string problem = read_vector(node, 0, v); !problem.empty()) return problem;
-  transform = translation(v[0], v[1], v[2]) * transform;
+  transform = transform * translation(v[0], v[1], v[2]);
   return "";
 }
 
-std::string scale(const pugi::xml_node& node, Transform& transform) {
+std::string scale(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = check_attributes(node, {"x", "y", "z", "value"}); !problem.empty())
     return problem;
-  Vector3 v;
+  Imath::V3d v;
   if (std::string problem = read_vector(node, 1, v); !problem.empty()) return problem;
-  transform = scaling(v[0], v[1], v[2]) * transform;
+  transform = transform * scaling(v[0], v[1], v[2]);
   return "";
 }
 
-std::string rotate(const pugi::xml_node& node, Transform& transform) {
+std::string rotate(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = check_attributes(node, {"x", "y", "z", "value", "angle"}); !problem.empty())
     return problem;
-  Vector3 axis;
+  Imath::V3d axis;
   if (std::string problem = read_vector(node, 0, axis); !problem.empty()) return problem;
   const std::optional<double> angle = parse_float(node.attribute("angle").value());
   if (!angle)
     return concat("expected a number as \"angle\", found \"", node.attribute("angle").value(), "\"");
   if (!(std::hypot(axis[0], axis[1], axis[2]) > 0)) return "the axis of the rotation is zero";
-  transform = rotation(*angle, axis) * transform;
+  transform = transform * rotation(*angle, axis);
   return "";
 }
 
 /// A direction across `n`, as Mitsuba chooses it where nothing else is said [Duff et al. 2017].
-Vector3 some_direction_across(const Vector3& n) {
+Imath::V3d some_direction_across(const Imath::V3d& n) {
   const double sign = std::copysign(1.0, n[2]);
   const double a = -1 / (sign + n[2]);
   return {1 + sign * n[0] * n[0] * a, sign * n[0] * n[1] * a, -sign * n[0]};
 }
 
-std::string lookat(const pugi::xml_node& node, Transform& transform) {
+std::string lookat(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = check_attributes(node, {"origin", "target", "up"}); !problem.empty())
     return problem;
-  Vector3 origin, target, up = {0, 0, 0};
+  Imath::V3d origin, target, up = {0, 0, 0};
   if (std::string problem = read_three(node, "origin", origin); !problem.empty()) return problem;
   if (std::string problem = read_three(node, "target", target); !problem.empty()) return problem;
   if (node.attribute("up")) {
     if (std::string problem = read_three(node, "up", up); !problem.empty()) return problem;
   }
-  const Vector3 view = {target[0] - origin[0], target[1] - origin[1], target[2] - origin[2]};
+  const Imath::V3d view = {target[0] - origin[0], target[1] - origin[1], target[2] - origin[2]};
   const double distance = std::hypot(view[0], view[1], view[2]);
   if (!(distance > 0)) return "lookat: origin and target coincide";
-  if (up == Vector3{0, 0, 0})
+  if (up == Imath::V3d{0, 0, 0})
     up = some_direction_across({view[0] / distance, view[1] / distance, view[2] / distance});
-  const std::optional<Transform> local_from_parent = look_at(origin, target, up);
-  const std::optional<Transform> parent_from_local =
+  const std::optional<Imath::M44d> local_from_parent = look_at(origin, target, up);
+  const std::optional<Imath::M44d> parent_from_local =
       local_from_parent ? inverse(*local_from_parent) : std::nullopt;
   if (!parent_from_local) return "lookat: \"up\" is parallel to the view";
   transform = *parent_from_local * transform;
   return "";
 }
 
-std::string matrix(const pugi::xml_node& node, Transform& transform) {
+std::string matrix(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = check_attributes(node, {"value"}); !problem.empty()) return problem;
   const auto numbers = parse_floats(node.attribute("value").value());
   if (!numbers) return concat("expected numbers, found \"", node.attribute("value").value(), "\"");
@@ -96,9 +96,9 @@ std::string matrix(const pugi::xml_node& node, Transform& transform) {
     return concat("a matrix has 16 or 9 numbers, found ", numbers->size());
   }
   const int size = numbers->size() == 16 ? 4 : 3;
-  Transform m;
+  Imath::M44d m;
   for (int r = 0; r < size; ++r) {
-    for (int c = 0; c < size; ++c) m(r, c) = (*numbers)[r * size + c];
+    for (int c = 0; c < size; ++c) m[c][r] = (*numbers)[r * size + c];
   }
   transform = m * transform;
   return "";
@@ -106,7 +106,7 @@ std::string matrix(const pugi::xml_node& node, Transform& transform) {
 
 }  // namespace
 
-std::string read_vector(const pugi::xml_node& node, double fallback, Vector3& vector) {
+std::string read_vector(const pugi::xml_node& node, double fallback, Imath::V3d& vector) {
   vector = {fallback, fallback, fallback};
   const char* const names[] = {"x", "y", "z"};
   if (node.attribute("value")) {
@@ -129,7 +129,7 @@ std::string read_vector(const pugi::xml_node& node, double fallback, Vector3& ve
   return "";
 }
 
-std::string apply_operation(const pugi::xml_node& operation, Transform& transform) {
+std::string apply_operation(const pugi::xml_node& operation, Imath::M44d& transform) {
   const std::string_view name = operation.name();
   if (name == "translate") return translate(operation, transform);
   if (name == "scale") return scale(operation, transform);

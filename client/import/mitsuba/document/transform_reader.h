@@ -10,9 +10,9 @@ namespace tessera::client::mitsuba {
 
 /// One of <translate>, <rotate>, <scale>, <lookat>, <matrix>, whose parameters have been substituted, applied
 /// behind `transform`. The message of what is wrong, or nothing.
-std::string apply_operation(const pugi::xml_node& operation, Transform& transform);
+std::string apply_operation(const pugi::xml_node& operation, Imath::M44d& transform);
 
 /// x, y and z, or `value` with one or three numbers; the message of what is wrong, or nothing.
-std::string read_vector(const pugi::xml_node& node, double fallback, Vector3& vector);
+std::string read_vector(const pugi::xml_node& node, double fallback, Imath::V3d& vector);
 
 }  // namespace tessera::client::mitsuba

@@ -36,7 +36,7 @@ struct String {
 };
 
 using Value =
-    std::variant<bool, std::int64_t, double, String, Vector3, Rgb, SpectrumData, Transform, Object*>;
+    std::variant<bool, std::int64_t, double, String, Imath::V3d, Rgb, SpectrumData, Imath::M44d, Object*>;
 
 struct Property {
   std::string name;  // empty for an object without a name

@@ -48,8 +48,9 @@ std::optional<Color> color_of_texture(PropertyReader& reader, Object& texture, C
     color = Color{value, value, value};
   } else if (texture.type == "rawconstant") {
     const Property* value = nested.find("value");
-    const Vector3* vector = value == nullptr ? nullptr : std::get_if<Vector3>(&value->value);
-    color = vector != nullptr ? *vector : read_color(nested, "value", 0, ColorUse::kUnbounded);
+    const Imath::V3d* vector = value == nullptr ? nullptr : std::get_if<Imath::V3d>(&value->value);
+    color = vector != nullptr ? Color{vector->x, vector->y, vector->z}
+                              : read_color(nested, "value", 0, ColorUse::kUnbounded);
   } else if (texture.type == "srgb") {
     color = read_color(nested, "color", 0, use == ColorUse::kReflectance ? use : ColorUse::kUnbounded);
   } else if (texture.type == "d65") {

@@ -19,12 +19,10 @@ v1::VolumeValue constant_volume(const std::array<double, 3>& color) {
 
 /// The box along the axes of the world about the unit cube, placed. Nothing for the cube of a grid that is
 /// such a box.
-std::optional<Transform> bounds_beyond(const Transform& world_from_volume, bool is_grid) {
-  Vector3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+std::optional<Imath::M44d> bounds_beyond(const Imath::M44d& world_from_volume, bool is_grid) {
+  Imath::V3d low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3 p = world_from_volume.apply_to_point({static_cast<double>(corner & 1),
-                                                        static_cast<double>(corner >> 1 & 1),
-                                                        static_cast<double>(corner >> 2)});
+    const Imath::V3d p = Imath::V3d(corner & 1, corner >> 1 & 1, corner >> 2) * world_from_volume;
     for (int a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], p[a]);
       high[a] = std::max(high[a], p[a]);
@@ -35,11 +33,11 @@ std::optional<Transform> bounds_beyond(const Transform& world_from_volume, bool 
   for (int r = 0; r < 3; ++r) {
     int elements = 0;
     for (int c = 0; c < 3; ++c)
-      elements += std::abs(world_from_volume(r, c)) > 1e-9 * (high[r] - low[r]) ? 1 : 0;
+      elements += std::abs(world_from_volume[c][r]) > 1e-9 * (high[r] - low[r]) ? 1 : 0;
     keeps_axes = keeps_axes && elements == 1;
   }
   if (is_grid && keeps_axes) return std::nullopt;
-  return translation(low[0], low[1], low[2]) * scaling(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  return scaling(high[0] - low[0], high[1] - low[1], high[2] - low[2]) * translation(low[0], low[1], low[2]);
 }
 
 }  // namespace
@@ -57,7 +55,7 @@ std::string MediumTable::use(Object& medium) {
   }
   v1::Medium message;
   message.set_name(name);
-  Transform world_from_extinction, world_from_albedo;
+  Imath::M44d world_from_extinction, world_from_albedo;
   *message.mutable_extinction() = volume(reader, "sigma_t", 1, ColorUse::kUnbounded, world_from_extinction);
   *message.mutable_albedo() = volume(reader, "albedo", 0.75, ColorUse::kReflectance, world_from_albedo);
   const double scale = reader.number("scale", 1);
@@ -81,7 +79,7 @@ std::string MediumTable::use(Object& medium) {
 }
 
 v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view name, double fallback,
-                                    ColorUse use, Transform& world_from_volume) {
+                                    ColorUse use, Imath::M44d& world_from_volume) {
   const Property* property = reader.find(name);
   if (property == nullptr) return constant_volume({fallback, fallback, fallback});
   if (const auto color = read_constant_color(reader, *property, use)) return constant_volume(*color);
@@ -103,7 +101,7 @@ v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view nam
   return constant_volume({fallback, fallback, fallback});
 }
 
-v1::VolumeValue MediumTable::grid(Object& volume, Transform& world_from_grid) {
+v1::VolumeValue MediumTable::grid(Object& volume, Imath::M44d& world_from_grid) {
   PropertyReader reader(context_, volume);
   v1::VolumeValue value;
   v1::VolumeGrid& message = *value.mutable_grid();
@@ -126,8 +124,8 @@ v1::VolumeValue MediumTable::grid(Object& volume, Transform& world_from_grid) {
   world_from_grid = reader.transform("to_world");
   if (reader.boolean("use_grid_bbox", false)) {
     const auto& [low, high] = std::tie(file->box_min, file->box_max);
-    world_from_grid = world_from_grid * translation(low[0], low[1], low[2]) *
-                      scaling(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    world_from_grid = scaling(high[0] - low[0], high[1] - low[1], high[2] - low[2]) *
+                      (translation(low[0], low[1], low[2]) * world_from_grid);
   }
   write_matrix(world_from_grid, *message.mutable_world_from_grid());
   if (!inverse(world_from_grid)) reader.error("volume \"gridvolume\": its transformation is singular");

@@ -19,8 +19,8 @@ class MediumTable {
  private:
   /// `world_from_volume` places the unit cube.
   v1::VolumeValue volume(PropertyReader& reader, std::string_view name, double fallback, ColorUse use,
-                         Transform& world_from_volume);
-  v1::VolumeValue grid(Object& volume, Transform& world_from_grid);
+                         Imath::M44d& world_from_volume);
+  v1::VolumeValue grid(Object& volume, Imath::M44d& world_from_grid);
   void write_phase(PropertyReader& reader, v1::Medium& message);
 
   Context& context_;

@@ -10,15 +10,15 @@ namespace {
 
 /// (u, v) -> to_uv * (u, v), with what stands in a UvMapping when it is that. Then (u', v') -> (u', flipped)
 /// where images want v to grow upwards.
-void write_mapping(const Transform& to_uv, bool flip_v, v1::UvMapping& mapping) {
+void write_mapping(const Imath::M44d& to_uv, bool flip_v, v1::UvMapping& mapping) {
   const double sign = flip_v ? -1 : 1;
   const auto set = [](double value, double absent) { return value != absent; };
-  if (set(to_uv(0, 0), 1)) mapping.set_scale_u(static_cast<float>(to_uv(0, 0)));
-  if (set(sign * to_uv(1, 1), 1)) mapping.set_scale_v(static_cast<float>(sign * to_uv(1, 1)));
-  mapping.set_u_from_v(static_cast<float>(to_uv(0, 1)));
-  mapping.set_v_from_u(static_cast<float>(sign * to_uv(1, 0)));
-  mapping.set_offset_u(static_cast<float>(to_uv(0, 3)));
-  mapping.set_offset_v(static_cast<float>(sign * to_uv(1, 3) + (flip_v ? 1 : 0)));
+  if (set(to_uv[0][0], 1)) mapping.set_scale_u(static_cast<float>(to_uv[0][0]));
+  if (set(sign * to_uv[1][1], 1)) mapping.set_scale_v(static_cast<float>(sign * to_uv[1][1]));
+  mapping.set_u_from_v(static_cast<float>(to_uv[1][0]));
+  mapping.set_v_from_u(static_cast<float>(sign * to_uv[0][1]));
+  mapping.set_offset_u(static_cast<float>(to_uv[3][0]));
+  mapping.set_offset_v(static_cast<float>(sign * to_uv[3][1] + (flip_v ? 1 : 0)));
 }
 
 /// Mitsuba takes integer images as sRGB, whatever their depth.
@@ -198,7 +198,7 @@ void TextureTable::write_checkerboard(PropertyReader& reader, TextureRole role,
   *board.mutable_even() = role == TextureRole::kScalar ? color1 : color0;
   *board.mutable_odd() = role == TextureRole::kScalar ? color0 : color1;
   // Mitsuba's cells are half a unit wide.
-  write_mapping(scaling(2, 2, 1) * reader.transform("to_uv"), false, *board.mutable_mapping());
+  write_mapping(reader.transform("to_uv") * scaling(2, 2, 1), false, *board.mutable_mapping());
 }
 
 }  // namespace tessera::client::mitsuba

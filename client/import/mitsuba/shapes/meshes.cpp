@@ -14,7 +14,7 @@
 
 namespace tessera::client::mitsuba {
 
-void MeshTable::add_file(PropertyReader& reader, const Transform& world_from_object, v1::Shape& shape) {
+void MeshTable::add_file(PropertyReader& reader, const Imath::M44d& world_from_object, v1::Shape& shape) {
   const std::string& type = reader.object().type;
   Job job;
   job.format = type == "obj" ? Format::kObj : type == "ply" ? Format::kPly : Format::kSerialized;
@@ -28,13 +28,13 @@ void MeshTable::add_file(PropertyReader& reader, const Transform& world_from_obj
   // Normals that have to be computed are computed in the world, where a stretched mesh has other angles.
   if (!job.face_normals && !keeps_angles(world_from_object)) {
     job.placement = world_from_object;
-    for (int a = 0; a < 3; ++a) job.placement(a, 3) = 0;
+    for (int a = 0; a < 3; ++a) job.placement[3][a] = 0;
   }
-  const Key key = {path->string(), job.index, job.flip_v, job.face_normals, job.placement.m};
+  const Key key = {path->string(), job.index, job.flip_v, job.face_normals, elements_of(job.placement)};
   const auto [entry, is_new] = job_of_key_.try_emplace(key, jobs_.size());
   if (is_new) jobs_.push_back(std::move(job));
   uses_.push_back(
-      {&shape, entry->second, world_from_object.determinant3() < 0, reader.find("filename")->where});
+      {&shape, entry->second, determinant3(world_from_object) < 0, reader.find("filename")->where});
 }
 
 void MeshTable::add(const wire::MeshData& mesh, v1::Shape& shape) {

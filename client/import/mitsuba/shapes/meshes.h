@@ -18,7 +18,7 @@ class MeshTable {
   explicit MeshTable(Context& context) : context_(context) {}
 
   /// A shape "obj", "ply" or "serialized", whose message gets its mesh when `load` runs.
-  void add_file(PropertyReader& reader, const Transform& world_from_object, v1::Shape& shape);
+  void add_file(PropertyReader& reader, const Imath::M44d& world_from_object, v1::Shape& shape);
 
   /// A mesh that is made here; normals as they stand.
   void add(const wire::MeshData& mesh, v1::Shape& shape);
@@ -34,7 +34,7 @@ class MeshTable {
     std::int64_t index = 0;  // of a mesh in a serialized file
     bool flip_v = false;
     bool face_normals = false;
-    Transform placement;  // for normals that depend on it
+    Imath::M44d placement;  // for normals that depend on it
     // Results.
     absl::Status status;
     std::string bytes, digest;

@@ -17,16 +17,16 @@ void write_uv_transform(std::initializer_list<float> elements, v1::Shape& shape)
 }
 
 /// A rotation that takes +z to `axis`, a unit vector [Duff et al. 2017].
-Transform frame_about(const Vector3& axis) {
+Imath::M44d frame_about(const Imath::V3d& axis) {
   const double sign = std::copysign(1.0, axis[2]);
   const double a = -1 / (sign + axis[2]), b = axis[0] * axis[1] * a;
-  const Vector3 s = {1 + sign * axis[0] * axis[0] * a, sign * b, -sign * axis[0]};
-  const Vector3 t = {b, sign + axis[1] * axis[1] * a, -axis[1]};
-  Transform frame;
+  const Imath::V3d s = {1 + sign * axis[0] * axis[0] * a, sign * b, -sign * axis[0]};
+  const Imath::V3d t = {b, sign + axis[1] * axis[1] * a, -axis[1]};
+  Imath::M44d frame;
   for (int r = 0; r < 3; ++r) {
-    frame(r, 0) = s[r];
-    frame(r, 1) = t[r];
-    frame(r, 2) = axis[r];
+    frame[0][r] = s[r];
+    frame[1][r] = t[r];
+    frame[2][r] = axis[r];
   }
   return frame;
 }
@@ -49,7 +49,7 @@ void ShapeWriter::write_instance(Object& object) {
   }
   v1::Instance& instance = *context_.scene.add_instances();
   instance.set_object(use_group(*group));
-  const Transform world_from_instance = reader.transform("to_world");
+  const Imath::M44d world_from_instance = reader.transform("to_world");
   if (!inverse(world_from_instance)) reader.error("shape \"instance\": its transformation is singular");
   write_matrix(world_from_instance, *instance.mutable_world_from_instance());
 }
@@ -106,7 +106,7 @@ bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
 
 bool ShapeWriter::write_geometry(PropertyReader& reader, v1::Shape& shape) {
   const std::string& type = reader.object().type;
-  const Transform world_from_object = reader.transform("to_world");
+  const Imath::M44d world_from_object = reader.transform("to_world");
   if (!inverse(world_from_object))
     reader.error(concat(reader.object().title(), ": its transformation is singular"));
   write_matrix(world_from_object, *shape.mutable_world_from_object());
@@ -135,11 +135,11 @@ bool ShapeWriter::write_geometry(PropertyReader& reader, v1::Shape& shape) {
   return true;
 }
 
-void ShapeWriter::write_sphere(PropertyReader& reader, Transform world_from_object, v1::Shape& shape) {
-  const Vector3 center = reader.vector("center").value_or(Vector3{0, 0, 0});
+void ShapeWriter::write_sphere(PropertyReader& reader, Imath::M44d world_from_object, v1::Shape& shape) {
+  const Imath::V3d center = reader.vector("center").value_or(Imath::V3d{0, 0, 0});
   const double radius = reader.number("radius", 1);
   if (!(radius > 0)) reader.error("shape \"sphere\": its radius is not above 0");
-  world_from_object = world_from_object * translation(center[0], center[1], center[2]);
+  world_from_object = translation(center[0], center[1], center[2]) * world_from_object;
   if (!keeps_angles(world_from_object)) {
     reader.warn("a sphere that is stretched becomes an ellipsoid; in Mitsuba it stays a sphere");
   }
@@ -150,28 +150,27 @@ void ShapeWriter::write_sphere(PropertyReader& reader, Transform world_from_obje
   write_uv_transform({1, 0, 0, 0, -1, 1}, shape);
 }
 
-void ShapeWriter::write_cylinder(PropertyReader& reader, Transform world_from_object, v1::Shape& shape) {
-  const Vector3 p0 = reader.vector("p0").value_or(Vector3{0, 0, 0}),
-                p1 = reader.vector("p1").value_or(Vector3{0, 0, 1});
+void ShapeWriter::write_cylinder(PropertyReader& reader, Imath::M44d world_from_object, v1::Shape& shape) {
+  const Imath::V3d p0 = reader.vector("p0").value_or(Imath::V3d{0, 0, 0}),
+                   p1 = reader.vector("p1").value_or(Imath::V3d{0, 0, 1});
   const double radius = reader.number("radius", 1);
-  const Vector3 axis = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
+  const Imath::V3d axis = p1 - p0;
   const double length = std::hypot(axis[0], axis[1], axis[2]);
   if (!(radius > 0) || !(length > 0)) {
     reader.error("shape \"cylinder\": its radius and its length must be above 0");
     return;
   }
-  world_from_object = world_from_object * translation(p0[0], p0[1], p0[2]) *
-                      frame_about({axis[0] / length, axis[1] / length, axis[2] / length});
+  world_from_object = frame_about(axis / length) * (translation(p0[0], p0[1], p0[2]) * world_from_object);
   write_matrix(world_from_object, *shape.mutable_world_from_object());
   v1::Cylinder& cylinder = *shape.mutable_cylinder();
   cylinder.set_radius(static_cast<float>(radius));
   cylinder.set_z_max(static_cast<float>(length));
 }
 
-void ShapeWriter::write_disk(const Transform& world_from_object, v1::Shape& shape) {
+void ShapeWriter::write_disk(const Imath::M44d& world_from_object, v1::Shape& shape) {
   shape.mutable_disk()->set_radius(1);
   // In Mitsuba a mirrored disk keeps its normal, transformed as normals are.
-  if (world_from_object.determinant3() < 0) shape.set_reverse_orientation(!shape.reverse_orientation());
+  if (determinant3(world_from_object) < 0) shape.set_reverse_orientation(!shape.reverse_orientation());
   // u is the distance from the centre, v the angle.
   write_uv_transform({0, -1, 1, 1, 0, 0}, shape);
 }

@@ -197,10 +197,11 @@ bool DirectiveReader::read_numbers(std::span<double> values) {
   return true;
 }
 
-bool DirectiveReader::read_matrix(Transform& transform) {
+bool DirectiveReader::read_matrix(Imath::M44d& transform) {
   const bool bracketed = peek().kind == TokenKind::kOpen;
   if (bracketed) take();
-  if (!read_numbers(transform.m)) return false;
+  double columns[16];
+  if (!read_numbers(columns)) return false;
   if (bracketed) {
     if (peek().kind != TokenKind::kClose) {
       fail(peek(), "\"]\" after 16 numbers");
@@ -208,13 +209,13 @@ bool DirectiveReader::read_matrix(Transform& transform) {
     }
     take();
   }
-  transform = transposed(transform);  // the file has columns after one another
+  std::copy_n(columns, 16, transform.getValue());
   return true;
 }
 
 // ---------------------------------------------------------------- directives
 
-void DirectiveReader::identity(const Token&) { builder_.set_transform(Transform{}); }
+void DirectiveReader::identity(const Token&) { builder_.set_transform(Imath::M44d{}); }
 
 void DirectiveReader::translate(const Token&) {
   double v[3];
@@ -239,7 +240,7 @@ void DirectiveReader::rotate(const Token& directive) {
 void DirectiveReader::look_at_directive(const Token& directive) {
   double v[9];
   if (!read_numbers(v)) return;
-  if (const std::optional<Transform> t =
+  if (const std::optional<Imath::M44d> t =
           look_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]})) {
     builder_.concatenate(*t);
   } else {
@@ -249,12 +250,12 @@ void DirectiveReader::look_at_directive(const Token& directive) {
 }
 
 void DirectiveReader::transform(const Token&) {
-  Transform t;
+  Imath::M44d t;
   if (read_matrix(t)) builder_.set_transform(t);
 }
 
 void DirectiveReader::concat_transform(const Token&) {
-  Transform t;
+  Imath::M44d t;
   if (read_matrix(t)) builder_.concatenate(t);
 }
 

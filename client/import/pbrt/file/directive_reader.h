@@ -33,7 +33,7 @@ class DirectiveReader {
   // Pieces; each reports what is missing and returns false.
   bool read_string(std::string_view what, std::string& value);
   bool read_numbers(std::span<double> values);
-  bool read_matrix(Transform& transform);
+  bool read_matrix(Imath::M44d& transform);
   std::vector<Parameter> read_parameters();
   bool read_declaration(const Token& token, Parameter& parameter);
   void read_values(Parameter& parameter);

@@ -129,7 +129,8 @@ std::string ParameterList::get_string(std::string_view name, const std::string& 
   return fallback;
 }
 
-Vector3 ParameterList::get_point(std::string_view name, const Vector3& fallback, Diagnostics& diagnostics) {
+Imath::V3d ParameterList::get_point(std::string_view name, const Imath::V3d& fallback,
+                                    Diagnostics& diagnostics) {
   const Parameter* parameter = find(name, {ParameterType::kPoint3}, diagnostics);
   if (parameter == nullptr) return fallback;
   if (parameter->numbers.size() == 3)

@@ -74,7 +74,7 @@ class ParameterList {
   std::int64_t get_integer(std::string_view name, std::int64_t fallback, Diagnostics& diagnostics);
   bool get_bool(std::string_view name, bool fallback, Diagnostics& diagnostics);
   std::string get_string(std::string_view name, const std::string& fallback, Diagnostics& diagnostics);
-  Vector3 get_point(std::string_view name, const Vector3& fallback, Diagnostics& diagnostics);
+  Imath::V3d get_point(std::string_view name, const Imath::V3d& fallback, Diagnostics& diagnostics);
 
   /// Marks parameters that have no effect on the image, or whose effect has been warned of, so that they are
   /// not warned of.

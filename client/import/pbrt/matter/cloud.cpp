@@ -17,7 +17,7 @@ double gradient(std::int64_t x, std::int64_t y, std::int64_t z, double dx, doubl
   return (h & 1 ? -u : u) + (h & 2 ? -v : v);
 }
 
-double noise(const Vector3& p) {
+double noise(const Imath::V3d& p) {
   std::int64_t i[3];
   double d[3], w[3];
   for (std::size_t a = 0; a < 3; ++a) {
@@ -34,22 +34,20 @@ double noise(const Vector3& p) {
   return std::lerp(along_y(0), along_y(1), w[2]);
 }
 
-Vector3 scaled(const Vector3& p, double s) { return {s * p[0], s * p[1], s * p[2]}; }
-
 }  // namespace
 
-double CloudShape::at(const Vector3& p) const {
-  Vector3 q = scaled(p, frequency);
+double CloudShape::at(const Imath::V3d& p) const {
+  Imath::V3d q = frequency * p;
   if (wispiness > 0) {
     // The point is moved along the noise's slope, twice.
     constexpr double kStep = 0.01;
     double weight = 0.05 * wispiness, finer = 10;
     for (int octave = 0; octave < 2; ++octave) {
-      const Vector3 at = scaled(q, finer);
+      const Imath::V3d at = finer * q;
       const double here = noise(at);
-      Vector3 slope;
+      Imath::V3d slope;
       for (std::size_t a = 0; a < 3; ++a) {
-        Vector3 beside = at;
+        Imath::V3d beside = at;
         beside[a] += kStep;
         slope[a] = (noise(beside) - here) / kStep;
       }
@@ -60,7 +58,7 @@ double CloudShape::at(const Vector3& p) const {
   }
   double sum = 0, weight = 0.5, finer = 1;
   for (int octave = 0; octave < 5; ++octave) {
-    sum += weight * noise(scaled(q, finer));
+    sum += weight * noise(finer * q);
     weight *= 0.5;
     finer *= 1.99;
   }

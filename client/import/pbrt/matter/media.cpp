@@ -58,7 +58,7 @@ struct Grid {
   std::array<std::int64_t, 3> size = {1, 1, 1};
   std::size_t channels = 1;
   std::vector<float> samples;
-  Vector3 p0 = {0, 0, 0}, p1 = {1, 1, 1};
+  Imath::V3d p0 = {0, 0, 0}, p1 = {1, 1, 1};
 
   std::size_t cells() const { return static_cast<std::size_t>(size[0] * size[1] * size[2]); }
   std::size_t at(std::int64_t x, std::int64_t y, std::int64_t z) const {
@@ -102,7 +102,7 @@ Grid padded(const Grid& grid) {
   return result;
 }
 
-void write_grid(ValueReader& values, const Grid& grid, bool pad, const Transform& world_from_medium,
+void write_grid(ValueReader& values, const Grid& grid, bool pad, const Imath::M44d& world_from_medium,
                 v1::VolumeGrid& message) {
   const Grid out = pad ? padded(grid) : grid;
   const auto count = [&](int axis) {
@@ -110,15 +110,15 @@ void write_grid(ValueReader& values, const Grid& grid, bool pad, const Transform
   };
   *message.mutable_blob() = values.context().blobs.add_bytes(wire::encode_volume(
       {count(0), count(1), count(2), static_cast<std::uint32_t>(out.channels), std::span(out.samples)}));
-  const Transform box = translation(out.p0[0], out.p0[1], out.p0[2]) *
-                        scaling(out.p1[0] - out.p0[0], out.p1[1] - out.p0[1], out.p1[2] - out.p0[2]);
-  write_matrix(world_from_medium * box, *message.mutable_world_from_grid());
+  const Imath::M44d box = scaling(out.p1[0] - out.p0[0], out.p1[1] - out.p0[1], out.p1[2] - out.p0[2]) *
+                          translation(out.p0[0], out.p0[1], out.p0[2]);
+  write_matrix(box * world_from_medium, *message.mutable_world_from_grid());
 }
 
 /// p0 and p1; false when they enclose nothing.
 bool read_bounds(ValueReader& values, Grid& grid) {
-  const Vector3 a = values.parameters().get_point("p0", {0, 0, 0}, values.diagnostics());
-  const Vector3 b = values.parameters().get_point("p1", {1, 1, 1}, values.diagnostics());
+  const Imath::V3d a = values.parameters().get_point("p0", {0, 0, 0}, values.diagnostics());
+  const Imath::V3d b = values.parameters().get_point("p1", {1, 1, 1}, values.diagnostics());
   for (std::size_t i = 0; i < 3; ++i) {
     grid.p0[i] = std::min(a[i], b[i]);
     grid.p1[i] = std::max(a[i], b[i]);
@@ -176,7 +176,7 @@ struct DensityUse {
 
 /// Extinction as one channel where it is grey, and a constant albedo.
 void write_density(ValueReader& values, const Grid& density, const Sigma& sigma, DensityUse use,
-                   const Transform& world_from_medium, v1::Medium& medium) {
+                   const Imath::M44d& world_from_medium, v1::Medium& medium) {
   const std::array<double, 3> a = linear_rgb_of(sigma.a), s = linear_rgb_of(sigma.s);
   std::array<double, 3> extinction, albedo;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -197,7 +197,7 @@ void write_density(ValueReader& values, const Grid& density, const Sigma& sigma,
   if (use.scale != 1) medium.set_scale(static_cast<float>(use.scale));
 }
 
-std::optional<v1::Medium> read_homogeneous(ValueReader& values, const Transform&) {
+std::optional<v1::Medium> read_homogeneous(ValueReader& values, const Imath::M44d&) {
   v1::Medium medium;
   const Sigma sigma = read_sigma(values);
   *medium.mutable_extinction()->mutable_constant() = sum(sigma.a, sigma.s);
@@ -211,7 +211,7 @@ std::optional<v1::Medium> read_homogeneous(ValueReader& values, const Transform&
   return medium;
 }
 
-std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform& world_from_medium) {
+std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Imath::M44d& world_from_medium) {
   v1::Medium medium;
   Grid grid;
   if (!read_layout(values, grid)) return std::nullopt;
@@ -247,7 +247,7 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Transform
   return medium;
 }
 
-std::optional<v1::Medium> read_rgb_grid(ValueReader& values, const Transform& world_from_medium) {
+std::optional<v1::Medium> read_rgb_grid(ValueReader& values, const Imath::M44d& world_from_medium) {
   v1::Medium medium;
   Grid grid;
   grid.channels = 3;
@@ -280,7 +280,7 @@ std::optional<v1::Medium> read_rgb_grid(ValueReader& values, const Transform& wo
   return medium;
 }
 
-std::optional<v1::Medium> read_cloud(ValueReader& values, const Transform& world_from_medium) {
+std::optional<v1::Medium> read_cloud(ValueReader& values, const Imath::M44d& world_from_medium) {
   v1::Medium medium;
   CloudShape cloud;
   cloud.density = values.get_float("density", 1);
@@ -317,7 +317,7 @@ std::optional<v1::Medium> read_cloud(ValueReader& values, const Transform& world
 
 struct MediumType {
   std::string_view name;
-  std::optional<v1::Medium> (*read)(ValueReader& values, const Transform& world_from_medium);
+  std::optional<v1::Medium> (*read)(ValueReader& values, const Imath::M44d& world_from_medium);
 };
 
 constexpr MediumType kMediumTypes[] = {{"homogeneous", read_homogeneous},
@@ -328,7 +328,7 @@ constexpr MediumType kMediumTypes[] = {{"homogeneous", read_homogeneous},
 }  // namespace
 
 std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& values,
-                                      const Transform& world_from_medium) {
+                                      const Imath::M44d& world_from_medium) {
   for (const MediumType& known : kMediumTypes) {
     if (known.name != type) continue;
     std::optional<v1::Medium> medium = known.read(values, world_from_medium);

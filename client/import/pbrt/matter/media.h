@@ -12,7 +12,7 @@ namespace tessera::client::pbrt {
 /// The medium of `type` ("homogeneous", "uniformgrid", "rgbgrid", "cloud"), without its name; nothing after
 /// an error.
 std::optional<v1::Medium> read_medium(const std::string& type, ValueReader& values,
-                                      const Transform& world_from_medium);
+                                      const Imath::M44d& world_from_medium);
 
 /// Reduced scattering and absorption, 1/mm.
 struct MeasuredMedium {
@@ -26,7 +26,7 @@ std::optional<MeasuredMedium> find_measured_medium(std::string_view name);
 struct CloudShape {
   double density = 1, wispiness = 1, frequency = 5;
 
-  double at(const Vector3& p) const;
+  double at(const Imath::V3d& p) const;
 };
 
 }  // namespace tessera::client::pbrt

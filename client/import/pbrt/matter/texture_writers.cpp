@@ -22,7 +22,7 @@ v1::SpectrumValue value_of_kind(TextureKind kind, ValueReader& values, std::stri
   return value;
 }
 
-Vector3 read_vector(ValueReader& values, std::string_view name, const Vector3& fallback) {
+Imath::V3d read_vector(ValueReader& values, std::string_view name, const Imath::V3d& fallback) {
   const Parameter* parameter =
       values.parameters().find(name, {ParameterType::kVector3}, values.diagnostics());
   if (parameter == nullptr || parameter->numbers.size() != 3) return fallback;
@@ -30,24 +30,24 @@ Vector3 read_vector(ValueReader& values, std::string_view name, const Vector3& f
 }
 
 /// world -> texture space; the identity, with an error, where the transformation is singular.
-Transform texture_from_world(const TextureInput& in) {
-  const std::optional<Transform> result = inverse(in.world_from_texture);
+Imath::M44d texture_from_world(const TextureInput& in) {
+  const std::optional<Imath::M44d> result = inverse(in.world_from_texture);
   if (!result) {
     in.values.diagnostics().error(in.values.parameters().where(),
                                   concat(in.values.parameters().owner(), ": its transformation is singular"));
   }
-  return result.value_or(Transform{});
+  return result.value_or(Imath::M44d{});
 }
 
 void write_planar_mapping(const TextureInput& in, v1::UvMapping& mapping) {
-  const Vector3 v1 = read_vector(in.values, "v1", {1, 0, 0}), v2 = read_vector(in.values, "v2", {0, 1, 0});
-  Transform plane_from_texture;
+  const Imath::V3d v1 = read_vector(in.values, "v1", {1, 0, 0}), v2 = read_vector(in.values, "v2", {0, 1, 0});
+  Imath::M44d plane_from_texture;
   for (int i = 0; i < 3; ++i) {
-    plane_from_texture(0, i) = v1[static_cast<std::size_t>(i)];
-    plane_from_texture(1, i) = v2[static_cast<std::size_t>(i)];
+    plane_from_texture[i][0] = v1[i];
+    plane_from_texture[i][1] = v2[i];
   }
   mapping.set_source(v1::UvMapping::PLANAR);
-  write_matrix(plane_from_texture * texture_from_world(in), *mapping.mutable_texture_from_world());
+  write_matrix(texture_from_world(in) * plane_from_texture, *mapping.mutable_texture_from_world());
   mapping.set_offset_u(static_cast<float>(in.values.get_float("udelta", 0)));
   mapping.set_offset_v(static_cast<float>(in.values.get_float("vdelta", 0)));
 }
@@ -61,7 +61,7 @@ void write_mapping(const TextureInput& in, v1::UvMapping& mapping) {
   } else if (type == "cylindrical") {
     // pbrt's angle begins on the other side of the axis.
     mapping.set_source(v1::UvMapping::CYLINDRICAL);
-    write_matrix(scaling(-1, -1, 1) * texture_from_world(in), *mapping.mutable_texture_from_world());
+    write_matrix(texture_from_world(in) * scaling(-1, -1, 1), *mapping.mutable_texture_from_world());
   } else if (type == "planar") {
     write_planar_mapping(in, mapping);
   } else {
@@ -166,7 +166,7 @@ void write_direction_mix(const TextureInput& in, v1::Texture& texture) {
   v1::DirectionMixTexture& mix = *texture.mutable_direction_mix();
   *mix.mutable_a() = value_of_kind(in.kind, in.values, "tex1", 0);
   *mix.mutable_b() = value_of_kind(in.kind, in.values, "tex2", 1);
-  const Vector3 d = in.world_from_texture.apply_to_vector(read_vector(in.values, "dir", {0, 1, 0}));
+  const Imath::V3d d = transformed_vector(read_vector(in.values, "dir", {0, 1, 0}), in.world_from_texture);
   const double length = std::hypot(d[0], d[1], d[2]);
   if (!(length > 0)) {
     in.values.diagnostics().error(in.values.parameters().where(), "directionmix: \"dir\" has no direction");

@@ -11,7 +11,7 @@ namespace tessera::client::pbrt {
 /// A Texture directive: which name space it is in, and the transformation at it.
 struct TextureInput {
   TextureKind kind;
-  const Transform& world_from_texture;
+  const Imath::M44d& world_from_texture;
   ValueReader& values;
 };
 

@@ -6,7 +6,7 @@
 namespace tessera::client::pbrt {
 
 void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type,
-                          ParameterList parameters, const Transform& world_from_texture) {
+                          ParameterList parameters, const Imath::M44d& world_from_texture) {
   Diagnostics& diagnostics = context_.diagnostics;
   if (find_texture_writer(type) == nullptr) {
     diagnostics.error(parameters.where(),

@@ -22,7 +22,7 @@ class TextureTable {
   /// `type` is "imagemap", "checkerboard", ... Errors: an unknown type, a name that is taken, an image that
   /// is missing.
   void define(TextureKind kind, const std::string& name, const std::string& type, ParameterList parameters,
-              const Transform& world_from_texture);
+              const Imath::M44d& world_from_texture);
 
   /// The name in the scene of a texture; empty after an error at `where`.
   std::string use(TextureKind kind, const std::string& name, SourceLocation where);
@@ -36,7 +36,7 @@ class TextureTable {
   struct Entry {
     std::string type;
     ParameterList parameters;
-    Transform world_from_texture;
+    Imath::M44d world_from_texture;
     State state = State::kDefined;
     std::string scene_name;
   };

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "import/geometry/vector3.h"
+#include "import/geometry/transform.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -13,7 +13,7 @@ struct Patch {
   const wire::MeshData& corners;
   const std::uint32_t* index;  // p00 p10 p01 p11
 
-  Vector3 position(int k) const {
+  Imath::V3d position(int k) const {
     const float* p = &corners.positions[3 * std::size_t{index[k]}];
     return {p[0], p[1], p[2]};
   }
@@ -26,14 +26,14 @@ struct Patch {
     return std::lerp(std::lerp(at(0), at(1), u), std::lerp(at(2), at(3), u), v);
   }
 
-  Vector3 normal(double u, double v) const {
-    const Vector3 p00 = position(0), p10 = position(1), p01 = position(2), p11 = position(3);
-    Vector3 along_u, along_v;
+  Imath::V3d normal(double u, double v) const {
+    const Imath::V3d p00 = position(0), p10 = position(1), p01 = position(2), p11 = position(3);
+    Imath::V3d along_u, along_v;
     for (std::size_t a = 0; a < 3; ++a) {
       along_u[a] = std::lerp(p10[a] - p00[a], p11[a] - p01[a], v);
       along_v[a] = std::lerp(p01[a] - p00[a], p11[a] - p10[a], u);
     }
-    return cross(along_u, along_v);
+    return along_u.cross(along_v);
   }
 };
 
@@ -43,12 +43,12 @@ struct Warp {
 };
 
 Warp warp_of(const Patch& patch) {
-  const Vector3 u = patch.position(1) - patch.position(0), v = patch.position(2) - patch.position(0);
-  const Vector3 w = patch.position(3) - patch.position(0);
+  const Imath::V3d u = patch.position(1) - patch.position(0), v = patch.position(2) - patch.position(0);
+  const Imath::V3d w = patch.position(3) - patch.position(0);
   const double size = std::max({length(u), length(v), length(w)});
   if (!(size > 0)) return {};
-  const Vector3 twist = {w[0] - u[0] - v[0], w[1] - u[1] - v[1], w[2] - u[2] - v[2]};
-  const Vector3 n = cross(u, v);
+  const Imath::V3d twist = w - u - v;
+  const Imath::V3d n = u.cross(v);
   const double n_length = length(n);
   const double height = n_length > 0 ? std::abs(n[0] * w[0] + n[1] * w[1] + n[2] * w[2]) / n_length : 0;
   return {length(twist) / size, height / size};
@@ -64,11 +64,11 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
         mesh.positions.push_back(static_cast<float>(patch.blend(corners.positions, 3, a, u, v)));
       }
       if (with_normals) {
-        const Vector3 n = corners.normals.empty() ? patch.normal(u, v)
-                                                  : Vector3{patch.blend(corners.normals, 3, 0, u, v),
-                                                            patch.blend(corners.normals, 3, 1, u, v),
-                                                            patch.blend(corners.normals, 3, 2, u, v)};
-        for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
+        const Imath::V3d n = corners.normals.empty() ? patch.normal(u, v)
+                                                     : Imath::V3d{patch.blend(corners.normals, 3, 0, u, v),
+                                                                  patch.blend(corners.normals, 3, 1, u, v),
+                                                                  patch.blend(corners.normals, 3, 2, u, v)};
+        append_floats(mesh.normals, n);
       }
       const bool has_uvs = !corners.uvs.empty();
       mesh.uvs.push_back(static_cast<float>(has_uvs ? patch.blend(corners.uvs, 2, 0, u, v) : u));

@@ -10,11 +10,9 @@
 namespace tessera::client::pbrt {
 namespace {
 
-using Points = std::vector<Vector3>;
+using Points = std::vector<Imath::V3d>;
 
-Vector3 mix(const Vector3& a, const Vector3& b, double t) {
-  return {(1 - t) * a[0] + t * b[0], (1 - t) * a[1] + t * b[1], (1 - t) * a[2] + t * b[2]};
-}
+Imath::V3d mix(const Imath::V3d& a, const Imath::V3d& b, double t) { return (1 - t) * a + t * b; }
 
 Points read_points(ValueReader& values, std::string_view name, ParameterType type) {
   const Parameter* parameter = values.parameters().find(name, {type}, values.diagnostics());
@@ -26,7 +24,7 @@ Points read_points(ValueReader& values, std::string_view name, ParameterType typ
 }
 
 /// The same quadratic as a cubic.
-void add_elevated(const Vector3& a, const Vector3& b, const Vector3& c, Points& out) {
+void add_elevated(const Imath::V3d& a, const Imath::V3d& b, const Imath::V3d& c, Points& out) {
   out.insert(out.end(), {a, mix(a, b, 2.0 / 3), mix(b, c, 1.0 / 3), c});
 }
 
@@ -41,8 +39,8 @@ void add_segment(const Points& p, std::size_t s, bool bspline, int degree, Point
   } else if (degree == 2) {
     add_elevated(mix(p[s], p[s + 1], 0.5), p[s + 1], mix(p[s + 1], p[s + 2], 0.5), out);
   } else {
-    const Vector3 b1 = mix(p[s + 1], p[s + 2], 1.0 / 3), b2 = mix(p[s + 1], p[s + 2], 2.0 / 3);
-    const Vector3 before = mix(p[s], p[s + 1], 2.0 / 3), after = mix(p[s + 2], p[s + 3], 1.0 / 3);
+    const Imath::V3d b1 = mix(p[s + 1], p[s + 2], 1.0 / 3), b2 = mix(p[s + 1], p[s + 2], 2.0 / 3);
+    const Imath::V3d before = mix(p[s], p[s + 1], 2.0 / 3), after = mix(p[s + 2], p[s + 3], 1.0 / 3);
     out.insert(out.end(), {mix(before, b1, 0.5), b1, b2, mix(b2, after, 0.5)});
   }
 }
@@ -55,12 +53,12 @@ std::size_t count_segments(std::size_t points, bool bspline, std::size_t degree)
 }
 
 /// Between two unit normals, along the great arc.
-Vector3 turned(const Vector3& a, const Vector3& b, double t) {
+Imath::V3d turned(const Imath::V3d& a, const Imath::V3d& b, double t) {
   const double cosine = std::clamp(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], -1.0, 1.0);
   const double angle = std::acos(cosine), sine = std::sin(angle);
   if (sine < 1e-6) return mix(a, b, t);
   const double wa = std::sin((1 - t) * angle) / sine, wb = std::sin(t * angle) / sine;
-  return {wa * a[0] + wb * b[0], wa * a[1] + wb * b[1], wa * a[2] + wb * b[2]};
+  return wa * a + wb * b;
 }
 
 bool read_normals(ValueReader& values, std::size_t segments, Points& normals) {
@@ -69,10 +67,10 @@ bool read_normals(ValueReader& values, std::size_t segments, Points& normals) {
     return fail(values, concat("a ribbon of ", segments, " segments takes ", segments + 1,
                                " normals \"N\", found ", normals.size()));
   }
-  for (Vector3& n : normals) {
-    const double length = std::hypot(n[0], n[1], n[2]);
-    if (!(length > 0) || !std::isfinite(length)) return fail(values, "a normal has no direction");
-    for (double& x : n) x /= length;
+  for (Imath::V3d& n : normals) {
+    const double size = length(n);
+    if (!(size > 0) || !std::isfinite(size)) return fail(values, "a normal has no direction");
+    n /= size;
   }
   return true;
 }
@@ -117,9 +115,6 @@ bool append_curve(ValueReader& values, CurveBatch& batch) {
   Points normals;
   if (batch.kind == v1::Curves::RIBBON && !read_normals(values, segments, normals)) return false;
 
-  const auto add = [](std::vector<float>& out, const Vector3& p) {
-    for (const double x : p) out.push_back(static_cast<float>(x));
-  };
   Points bezier;
   for (std::size_t s = 0; s < segments; ++s) {
     bezier.clear();
@@ -128,9 +123,9 @@ bool append_curve(ValueReader& values, CurveBatch& batch) {
     batch.starts.push_back(static_cast<std::uint32_t>(batch.points.size() / 4 - (s > 0 ? 1 : 0)));
     for (int k = s == 0 ? 0 : 1; k < 4; ++k) {
       const double along = (static_cast<double>(s) + k / 3.0) / static_cast<double>(segments);
-      add(batch.points, bezier[static_cast<std::size_t>(k)]);
+      append_floats(batch.points, bezier[static_cast<std::size_t>(k)]);
       batch.points.push_back(static_cast<float>(((1 - along) * width0 + along * width1) / 2));
-      if (!normals.empty()) add(batch.normals, turned(normals[s], normals[s + 1], k / 3.0));
+      if (!normals.empty()) append_floats(batch.normals, turned(normals[s], normals[s + 1], k / 3.0));
     }
   }
   return true;

@@ -114,16 +114,16 @@ constexpr ShapeType kShapeTypes[] = {{"trianglemesh", write_triangle_mesh},
                                      {"cylinder", write_cylinder}};
 
 /// Area of all triangles, and whether each has the same.
-SurfaceArea mesh_area(const wire::MeshView& mesh, const Transform& world_from_object) {
+SurfaceArea mesh_area(const wire::MeshView& mesh, const Imath::M44d& world_from_object) {
   SurfaceArea area;
   double smallest = HUGE_VAL, largest = 0;
   const auto vertex = [&](std::uint32_t index) {
     const float* p = &mesh.positions[3 * std::size_t{index}];
-    return world_from_object.apply_to_point({p[0], p[1], p[2]});
+    return Imath::V3d(p[0], p[1], p[2]) * world_from_object;
   };
   for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
-    const Vector3 a = vertex(mesh.indices[t]), b = vertex(mesh.indices[t + 1]),
-                  c = vertex(mesh.indices[t + 2]);
+    const Imath::V3d a = vertex(mesh.indices[t]), b = vertex(mesh.indices[t + 1]),
+                     c = vertex(mesh.indices[t + 2]);
     const double u[] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
     const double one =
         std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
@@ -163,9 +163,9 @@ ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape&
   return {};
 }
 
-SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object,
+SurfaceArea world_area(const v1::Shape& shape, const Imath::M44d& world_from_object,
                        const BlobCollector& blobs) {
-  const double uniform_scale_squared = std::pow(std::abs(world_from_object.determinant3()), 2.0 / 3.0);
+  const double uniform_scale_squared = std::pow(std::abs(determinant3(world_from_object)), 2.0 / 3.0);
   const auto radians = [](bool given, float degrees) {
     return (given ? degrees : 360) * std::numbers::pi / 180;
   };

@@ -30,7 +30,7 @@ struct SurfaceArea {
 };
 
 /// Meshes are looked up in the blobs. Exact for spheres, disks and cylinders under uniform scaling.
-SurfaceArea world_area(const v1::Shape& shape, const Transform& world_from_object,
+SurfaceArea world_area(const v1::Shape& shape, const Imath::M44d& world_from_object,
                        const BlobCollector& blobs);
 
 /// Geometric normals of triangles that have vertex normals are on their side in pbrt-v4, whatever the

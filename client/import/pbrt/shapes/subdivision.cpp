@@ -5,7 +5,7 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "import/geometry/vector3.h"
+#include "import/geometry/transform.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -38,7 +38,7 @@ class LoopMesh {
   }
 
   void refine() {
-    std::vector<Vector3> positions(positions_.size());
+    std::vector<Imath::V3d> positions(positions_.size());
     for (std::size_t i = 0; i < positions_.size(); ++i) positions[i] = moved_vertex(static_cast<int>(i));
     std::vector<Face> faces(4 * faces_.size());
     std::unordered_map<std::uint64_t, int> vertex_of_edge;
@@ -63,13 +63,13 @@ class LoopMesh {
     wire::MeshData mesh;
     for (std::size_t i = 0; i < positions_.size(); ++i) {
       const int vertex = static_cast<int>(i);
-      std::vector<Vector3> ring;
+      std::vector<Imath::V3d> ring;
       const bool border = one_ring(vertex, ring);
-      const Vector3 p = ring.empty() ? positions_[i] : limit_position(vertex, ring, border);
+      const Imath::V3d p = ring.empty() ? positions_[i] : limit_position(vertex, ring, border);
       // The tangents of the limit surface, from the ring at this level.
-      const Vector3 n = ring.empty() ? Vector3{0, 0, 0} : limit_normal(vertex, p, ring, border);
-      for (const double x : p) mesh.positions.push_back(static_cast<float>(x));
-      for (const double x : n) mesh.normals.push_back(static_cast<float>(x));
+      const Imath::V3d n = ring.empty() ? Imath::V3d{0, 0, 0} : limit_normal(vertex, p, ring, border);
+      append_floats(mesh.positions, p);
+      append_floats(mesh.normals, n);
     }
     for (const Face& face : faces_) {
       for (const int v : face.v) mesh.indices.push_back(static_cast<std::uint32_t>(v));
@@ -107,15 +107,15 @@ class LoopMesh {
   const Face& face(int index) const { return faces_[static_cast<std::size_t>(index)]; }
   int face_after(int f, int vertex) const { return face(f).across[face(f).corner_of(vertex)]; }
   int face_before(int f, int vertex) const { return face(f).across[previous(face(f).corner_of(vertex))]; }
-  const Vector3& corner_after(int f, int vertex) const {
+  const Imath::V3d& corner_after(int f, int vertex) const {
     return positions_[static_cast<std::size_t>(face(f).v[next(face(f).corner_of(vertex))])];
   }
-  const Vector3& corner_before(int f, int vertex) const {
+  const Imath::V3d& corner_before(int f, int vertex) const {
     return positions_[static_cast<std::size_t>(face(f).v[previous(face(f).corner_of(vertex))])];
   }
 
   /// The neighbours in order; true at a border, where the first and the last lie on it. Empty without faces.
-  bool one_ring(int vertex, std::vector<Vector3>& ring) const {
+  bool one_ring(int vertex, std::vector<Imath::V3d>& ring) const {
     const int start = face_of_vertex_[static_cast<std::size_t>(vertex)];
     if (start == kNone) return false;
     int f = start;
@@ -132,13 +132,13 @@ class LoopMesh {
     return true;
   }
 
-  Vector3 weighted(int vertex, const std::vector<Vector3>& ring, double weight) const {
-    Vector3 p =
+  Imath::V3d weighted(int vertex, const std::vector<Imath::V3d>& ring, double weight) const {
+    Imath::V3d p =
         (1 - static_cast<double>(ring.size()) * weight) * positions_[static_cast<std::size_t>(vertex)];
-    for (const Vector3& q : ring) p = p + weight * q;
+    for (const Imath::V3d& q : ring) p = p + weight * q;
     return p;
   }
-  Vector3 weighted_border(int vertex, const std::vector<Vector3>& ring, double weight) const {
+  Imath::V3d weighted_border(int vertex, const std::vector<Imath::V3d>& ring, double weight) const {
     return (1 - 2 * weight) * positions_[static_cast<std::size_t>(vertex)] +
            weight * (ring.front() + ring.back());
   }
@@ -146,40 +146,40 @@ class LoopMesh {
     return valence == 3 ? 3.0 / 16 : 3.0 / (8.0 * static_cast<double>(valence));
   }
 
-  Vector3 moved_vertex(int vertex) const {
-    std::vector<Vector3> ring;
+  Imath::V3d moved_vertex(int vertex) const {
+    std::vector<Imath::V3d> ring;
     const bool border = one_ring(vertex, ring);
     if (ring.empty()) return positions_[static_cast<std::size_t>(vertex)];
     if (border) return weighted_border(vertex, ring, 1.0 / 8);
     return weighted(vertex, ring, beta(ring.size()));
   }
 
-  Vector3 edge_vertex(const Face& face, int k) const {
+  Imath::V3d edge_vertex(const Face& face, int k) const {
     const auto at = [&](int v) { return positions_[static_cast<std::size_t>(v)]; };
-    const Vector3 ends = at(face.v[k]) + at(face.v[next(k)]);
+    const Imath::V3d ends = at(face.v[k]) + at(face.v[next(k)]);
     if (face.across[k] == kNone) return 0.5 * ends;
-    const Vector3 opposite = corner_before(face.across[k], face.v[next(k)]);
+    const Imath::V3d opposite = corner_before(face.across[k], face.v[next(k)]);
     return 0.375 * ends + 0.125 * (at(face.v[previous(k)]) + opposite);
   }
 
-  Vector3 limit_position(int vertex, const std::vector<Vector3>& ring, bool border) const {
+  Imath::V3d limit_position(int vertex, const std::vector<Imath::V3d>& ring, bool border) const {
     if (border) return weighted_border(vertex, ring, 1.0 / 5);
     const double valence = static_cast<double>(ring.size());
     return weighted(vertex, ring, 1 / (valence + 3 / (8 * beta(ring.size()))));
   }
 
   /// Not of unit length.
-  static Vector3 limit_normal(int, const Vector3& p, const std::vector<Vector3>& ring, bool border) {
+  static Imath::V3d limit_normal(int, const Imath::V3d& p, const std::vector<Imath::V3d>& ring, bool border) {
     constexpr double kPi = std::numbers::pi;
     const std::size_t valence = ring.size();
-    Vector3 s{0, 0, 0}, t{0, 0, 0};
+    Imath::V3d s{0, 0, 0}, t{0, 0, 0};
     if (!border) {
       for (std::size_t j = 0; j < valence; ++j) {
         const double angle = 2 * kPi * static_cast<double>(j) / static_cast<double>(valence);
         s = s + std::cos(angle) * ring[j];
         t = t + std::sin(angle) * ring[j];
       }
-      return cross(s, t);
+      return s.cross(t);
     }
     s = ring.back() - ring.front();
     if (valence == 2) {
@@ -196,10 +196,10 @@ class LoopMesh {
       }
       t = -1.0 * t;
     }
-    return cross(s, t);
+    return s.cross(t);
   }
 
-  std::vector<Vector3> positions_;
+  std::vector<Imath::V3d> positions_;
   std::vector<Face> faces_;
   std::vector<int> face_of_vertex_;
 };
