@@ -21,7 +21,7 @@ namespace {
 
 double thread_cpu_seconds() { return base::in_seconds(base::thread_cpu_time()); }
 
-class LoadedScene final : public RenderScene {
+class BuiltScene final : public RenderScene {
  public:
   static absl::StatusOr<std::unique_ptr<RenderScene>> load(const v1::Scene& scene, const v1::JobSpec& job,
                                                            const BlobSource& blobs,
@@ -45,7 +45,7 @@ class LoadedScene final : public RenderScene {
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
-        auto self = std::unique_ptr<LoadedScene>(new LoadedScene(
+        auto self = std::unique_ptr<BuiltScene>(new BuiltScene(
             *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
         return self;
@@ -56,8 +56,8 @@ class LoadedScene final : public RenderScene {
     auto content = build->finish();
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    return std::unique_ptr<LoadedScene>(new LoadedScene(*kernel, *traits, *algorithm, std::move(channels),
-                                                        *std::move(content), job.samples()));
+    return std::unique_ptr<BuiltScene>(new BuiltScene(*kernel, *traits, *algorithm, std::move(channels),
+                                                      *std::move(content), job.samples()));
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -146,9 +146,9 @@ class LoadedScene final : public RenderScene {
   const void* content() const override { return content_.get(); }
 
  private:
-  LoadedScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
-              std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
-              const v1::JobSpec::Samples& samples)
+  BuiltScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
+             std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
+             const v1::JobSpec::Samples& samples)
       : kernel_(kernel),
         traits_(traits),
         algorithm_(algorithm),
@@ -221,7 +221,7 @@ class LoadedScene final : public RenderScene {
 
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options) {
-  return LoadedScene::load(scene, job, blobs, options);
+  return BuiltScene::load(scene, job, blobs, options);
 }
 
 }  // namespace tessera::render
