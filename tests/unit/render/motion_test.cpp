@@ -44,11 +44,10 @@ double deviation(const Motion& m) {
   constexpr int kTimes = 4096;
   for (int i = 0; i < kTimes; ++i) {
     const double place = (i + 0.5) / kTimes * m.segments(), before = std::floor(place), part = place - before;
-    const Point a = m.at(before / m.segments()).apply({1, 0, 0}),
-                b = m.at((before + 1) / m.segments()).apply({1, 0, 0});
-    const Point c = m.at(place / m.segments()).apply({1, 0, 0});
-    most = std::max(most, length({a.x + part * (b.x - a.x) - c.x, a.y + part * (b.y - a.y) - c.y,
-                                  a.z + part * (b.z - a.z) - c.z}));
+    const Imath::V3d a = m.at(before / m.segments()).apply({1, 0, 0}),
+                     b = m.at((before + 1) / m.segments()).apply({1, 0, 0});
+    const Imath::V3d c = m.at(place / m.segments()).apply({1, 0, 0});
+    most = std::max(most, (a + part * (b - a) - c).length());
   }
   return most;
 }

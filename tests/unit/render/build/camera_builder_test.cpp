@@ -113,15 +113,17 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   tables.camera.medium = 3;
   const auto job = message<v1::JobSpec>("view { width: 8 height: 4 seed: 5 max_depth: 2 }");
   const auto scene = message<v1::Scene>("camera { orthographic {} } film { exposure: 2 }");
-  ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({}), tables), absl::OkStatus());
+  ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({0, 0, 0}), tables),
+            absl::OkStatus());
   EXPECT_EQ(tables.camera.medium, 3);
   EXPECT_EQ(tables.camera.width, 8);
   EXPECT_EQ(tables.exposure, 2);
   EXPECT_EQ(tables.sampler.seed, 5u);
   EXPECT_EQ(tables.max_depth, 2);
   const auto dark = message<v1::Scene>("camera { orthographic {} } film { exposure: nan }");
-  EXPECT_THAT(std::string(set_view(dark, job, read_settings(job), render_space_about({}), tables).message()),
-              HasSubstr("film: the exposure is not finite"));
+  EXPECT_THAT(
+      std::string(set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), tables).message()),
+      HasSubstr("film: the exposure is not finite"));
 }
 
 }  // namespace

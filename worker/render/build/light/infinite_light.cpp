@@ -18,13 +18,13 @@ absl::Status LightBuilder::set_portal(const v1::InfiniteLight& light, Environmen
         absl::StrCat("integrator '", inputs_.algorithm.name, "' cannot begin at a portal"));
   }
   if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
-  const Point p0 = point_of(light.portal(0));
-  const Point u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
-  const double area = length(cross(u, v));
+  const Imath::V3d p0 = point_of(light.portal(0));
+  const Imath::V3d u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
+  const double area = u.cross(v).length();
   if (!(area > 0) || !std::isfinite(area)) return absl::InvalidArgumentError("its portal has no area");
-  const Point corner = p0 - inputs_.space.origin;
+  const Imath::V3d corner = p0 - inputs_.space.origin;
   int i = 0;
-  for (const Point row : {corner, u, v}) {
+  for (const Imath::V3d& row : {corner, u, v}) {
     for (const double x : {row.x, row.y, row.z}) environment.portal[i++] = static_cast<float>(x);
   }
   environment.portal_area = static_cast<float>(area);

@@ -13,31 +13,28 @@ namespace tessera::render {
 
 namespace {
 
-void put(Point p, float (&to)[3]) {
+void put(Imath::V3d p, float (&to)[3]) {
   to[0] = static_cast<float>(p.x), to[1] = static_cast<float>(p.y), to[2] = static_cast<float>(p.z);
 }
 
-absl::Status put_unit(Point direction, float (&to)[3]) {
-  const double l = length(direction);
+absl::Status put_unit(Imath::V3d direction, float (&to)[3]) {
+  const double l = direction.length();
   if (!(l > 0) || !std::isfinite(l)) return absl::InvalidArgumentError("it has no direction");
-  put({direction.x / l, direction.y / l, direction.z / l}, to);
+  put(direction / l, to);
   return absl::OkStatus();
 }
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-Point unit(Point v) {
-  const double l = length(v);
-  return {v.x / l, v.y / l, v.z / l};
-}
+Imath::V3d unit(const Imath::V3d& v) { return v / v.length(); }
 
 /// Rows of the rotation into a frame with its z axis along `axis` and its x axis along `side`.
-absl::Status put_rotation(Point side, Point axis, float (&rows)[9]) {
-  if (!(length(side) > 0) || !(length(axis) > 0))
+absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
+  if (!(side.length() > 0) || !(axis.length() > 0))
     return absl::InvalidArgumentError("its orientation is not defined");
-  const Point x = unit(side), z = unit(axis), y = cross(z, x);
+  const Imath::V3d x = unit(side), z = unit(axis), y = z.cross(x);
   int i = 0;
-  for (const Point row : {x, y, z}) {
+  for (const Imath::V3d& row : {x, y, z}) {
     for (const double v : {row.x, row.y, row.z}) rows[i++] = static_cast<float>(v);
   }
   return absl::OkStatus();
@@ -123,7 +120,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
 absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
   record.kind = LightKind::kSpot;
   put(point_of(spot.position()) - inputs_.space.origin, record.position);
-  const Point axis = point_of(spot.target()) - point_of(spot.position());
+  const Imath::V3d axis = point_of(spot.target()) - point_of(spot.position());
   if (auto s = put_unit(axis, record.direction); !s.ok()) return s;
   const double cone = std::clamp(double{spot.cone_angle_degrees()}, 0.0, 180.0);
   const double inner = std::clamp(cone - spot.cone_delta_degrees(), 0.0, cone);
@@ -135,7 +132,7 @@ absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& reco
     return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
   }
   record.tan_x = record.tan_y = static_cast<float>(std::tan(cone * kDegree));
-  if (auto s = put_rotation(cross(point_of(spot.up()), axis), axis, record.vertices); !s.ok()) return s;
+  if (auto s = put_rotation(point_of(spot.up()).cross(axis), axis, record.vertices); !s.ok()) return s;
   return set_texture(spot.texture(), record);
 }
 

@@ -11,6 +11,6 @@ inline void put(const Rgb& rgb, float scale, float (&to)[3]) {
   to[0] = rgb.r * scale, to[1] = rgb.g * scale, to[2] = rgb.b * scale;
 }
 
-inline Point point_of(const v1::Point3& p) { return {p.x(), p.y(), p.z()}; }
+inline Imath::V3d point_of(const v1::Point3& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace tessera::render

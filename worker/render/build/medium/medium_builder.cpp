@@ -26,9 +26,9 @@ double largest_optical_depth(const MediumRecord& medium) {
   Transform bounds_from_render, render_from_bounds;
   std::copy_n(medium.bounds_from_render.m, 12, bounds_from_render.m.begin());
   if (!bounds_from_render.invert(render_from_bounds)) return HUGE_VAL;
-  const double edges = length(render_from_bounds.apply_vector({1, 0, 0})) +
-                       length(render_from_bounds.apply_vector({0, 1, 0})) +
-                       length(render_from_bounds.apply_vector({0, 0, 1}));
+  const double edges = render_from_bounds.apply_vector({1, 0, 0}).length() +
+                       render_from_bounds.apply_vector({0, 1, 0}).length() +
+                       render_from_bounds.apply_vector({0, 0, 1}).length();
   return edges * *std::max_element(medium.majorants.begin(), medium.majorants.end());
 }
 

@@ -8,14 +8,14 @@
 namespace tessera::render {
 
 struct RenderSpace {
-  Point origin;          // world space
+  Imath::V3d origin;     // world space
   Transform from_world;  // a translation
 };
 
-RenderSpace render_space_about(Point origin);
+RenderSpace render_space_about(Imath::V3d origin);
 
 /// Where the scene wants the origin of render space, else where its camera stands. InvalidArgument where
 /// that is not finite, and for a camera without a usable transform.
-absl::StatusOr<Point> render_origin(const v1::Scene& scene);
+absl::StatusOr<Imath::V3d> render_origin(const v1::Scene& scene);
 
 }  // namespace tessera::render

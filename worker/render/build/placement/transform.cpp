@@ -8,19 +8,12 @@
 
 namespace tessera::render {
 
-Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point cross(Point a, Point b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(Point a) { return std::sqrt(dot(a, a)); }
-
-Point Transform::apply(Point p) const {
-  const Point v = apply_vector(p);
+Imath::V3d Transform::apply(Imath::V3d p) const {
+  const Imath::V3d v = apply_vector(p);
   return {v.x + m[3], v.y + m[7], v.z + m[11]};
 }
 
-Point Transform::apply_vector(Point v) const {
+Imath::V3d Transform::apply_vector(Imath::V3d v) const {
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
           m[8] * v.x + m[9] * v.y + m[10] * v.z};
 }
@@ -43,7 +36,7 @@ bool Transform::invert(Transform& out) const {
   r.m[8] = (m[4] * m[9] - m[5] * m[8]) / d;
   r.m[9] = (m[1] * m[8] - m[0] * m[9]) / d;
   r.m[10] = (m[0] * m[5] - m[1] * m[4]) / d;
-  const Point t = r.apply_vector({m[3], m[7], m[11]});
+  const Imath::V3d t = r.apply_vector({m[3], m[7], m[11]});
   r.m[3] = -t.x, r.m[7] = -t.y, r.m[11] = -t.z;
   if (!std::all_of(r.m.begin(), r.m.end(), [](double x) { return std::isfinite(x); })) return false;
   out = r;
@@ -78,7 +71,7 @@ Affine Transform::to_affine() const {
   return a;
 }
 
-Transform Transform::translation(Point by) {
+Transform Transform::translation(Imath::V3d by) {
   Transform t;
   t.m[3] = by.x, t.m[7] = by.y, t.m[11] = by.z;
   return t;

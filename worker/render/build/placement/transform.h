@@ -1,6 +1,8 @@
 // 4x4 affine maps in double precision, for loading scenes.
 #pragma once
 
+#include <ImathVec.h>
+
 #include <array>
 
 #include "absl/status/statusor.h"
@@ -12,23 +14,19 @@ class Matrix;
 
 namespace tessera::render {
 
-struct Point {
-  double x = 0, y = 0, z = 0;
-};
-
 /// Rows; acts on column vectors. The last row is (0, 0, 0, 1).
 struct Transform {
   std::array<double, 12> m = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-  Point apply(Point p) const;         // to a point
-  Point apply_vector(Point v) const;  // without the translation
+  Imath::V3d apply(Imath::V3d p) const;         // to a point
+  Imath::V3d apply_vector(Imath::V3d v) const;  // without the translation
   double determinant() const;
   /// False when the map is singular (or not finite); `out` is then unchanged.
   bool invert(Transform& out) const;
   Transform operator*(const Transform& right) const;
   Affine to_affine() const;
 
-  static Transform translation(Point by);
+  static Transform translation(Imath::V3d by);
   /// Identity for an empty matrix. InvalidArgument for one that has not 16 finite elements or is not affine.
   static absl::StatusOr<Transform> from_proto(const v1::Matrix& matrix);
 };
@@ -39,10 +37,5 @@ bool fits_floats(const Transform& map, const Transform& inverse);
 /// The error where they cannot.
 inline constexpr const char* kBeyondFloats =
     "its transform scales by more, or by less, than 32-bit floats hold";
-
-Point operator-(Point a, Point b);
-Point cross(Point a, Point b);
-double dot(Point a, Point b);
-double length(Point a);
 
 }  // namespace tessera::render

@@ -58,7 +58,7 @@ bool place_points(const std::vector<float>& values, const Transform& placed_from
   curves.points.resize(values.size() / 4);
   for (std::size_t i = 0; i < curves.points.size(); ++i) {
     const float* v = &values[4 * i];
-    const Point p = placed_from_object.apply({v[0], v[1], v[2]});
+    const Imath::V3d p = placed_from_object.apply({v[0], v[1], v[2]});
     CurvePoint& point = curves.points[i];
     point = {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)},
              static_cast<float>(v[3] * scale)};
@@ -74,9 +74,9 @@ bool place_normals(const std::vector<float>& values, const Transform& object_fro
   curves.normals.reserve(values.size() + 1);
   for (std::size_t i = 0; i < values.size(); i += 3) {
     const double x = values[i], y = values[i + 1], z = values[i + 2];
-    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
-                  m[2] * x + m[6] * y + m[10] * z};
-    const double l = length(n);
+    const Imath::V3d n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
+                       m[2] * x + m[6] * y + m[10] * z};
+    const double l = n.length();
     if (!(l > 0) || !std::isfinite(l)) return false;
     for (const double c : {n.x, n.y, n.z}) curves.normals.push_back(static_cast<float>(c / l));
   }

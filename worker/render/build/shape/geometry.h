@@ -14,8 +14,9 @@ namespace tessera::render {
 absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
                       ShapeTable& table, ShapeRecord& record);
 /// Placed by `transform`, low and high corner; at the origin without vertices. Errors as of add_mesh().
-absl::StatusOr<std::pair<Point, Point>> bounds_of_mesh(const v1::TriangleMesh& mesh,
-                                                       const Transform& transform, const BlobSource& blobs);
+absl::StatusOr<std::pair<Imath::V3d, Imath::V3d>> bounds_of_mesh(const v1::TriangleMesh& mesh,
+                                                                 const Transform& transform,
+                                                                 const BlobSource& blobs);
 
 // quadrics.cpp
 absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,

@@ -123,24 +123,24 @@ absl::Status InstanceBuilder::add_moving(const Shapes& shapes, const std::vector
   return absl::OkStatus();
 }
 
-absl::StatusOr<Point> InstanceBuilder::anchor_of(const v1::Object& object) const {
-  if (object.shapes().empty()) return Point{};
+absl::StatusOr<Imath::V3d> InstanceBuilder::anchor_of(const v1::Object& object) const {
+  if (object.shapes().empty()) return Imath::V3d(0, 0, 0);
   const v1::Shape& first = object.shapes(0);
   const auto instance_from_object = Transform::from_proto(first.world_from_object());
   if (!instance_from_object.ok()) return instance_from_object.status();
-  Point low, high;
+  Imath::V3d low(0, 0, 0), high(0, 0, 0);
   if (first.has_mesh()) {
     const auto bounds = bounds_of_mesh(first.mesh(), *instance_from_object, blobs_);
     if (!bounds.ok()) return bounds.status();
     std::tie(low, high) = *bounds;
   } else {
-    const Point reach = instance_from_object->apply_vector({1, 1, 1});
+    const Imath::V3d reach = instance_from_object->apply_vector({1, 1, 1});
     low = instance_from_object->apply({0, 0, 0}) - reach;
-    high = instance_from_object->apply({0, 0, 0}) - Point{-reach.x, -reach.y, -reach.z};
+    high = instance_from_object->apply({0, 0, 0}) + reach;
   }
   constexpr double kFar = 16;  // sizes of the first shape
-  const Point middle{(low.x + high.x) / 2, (low.y + high.y) / 2, (low.z + high.z) / 2};
-  return length(middle) > kFar * length(high - low) ? middle : Point{};
+  const Imath::V3d middle = (low + high) / 2;
+  return middle.length() > kFar * (high - low).length() ? middle : Imath::V3d(0, 0, 0);
 }
 
 absl::StatusOr<InstanceBuilder::ObjectParts> InstanceBuilder::build_object(const v1::Object& object) {

@@ -45,7 +45,7 @@ class InstanceBuilder {
     int still =
         -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
     std::vector<MovingShape> moving;
-    Point anchor;  // instance space; `still` is relative to it
+    Imath::V3d anchor{0, 0, 0};  // instance space; `still` is relative to it
   };
 
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
@@ -59,7 +59,7 @@ class InstanceBuilder {
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
   /// A point among the shapes where they are all far from the origin of instance space, else that origin:
   /// floats hold coordinates about the one as well as those about the other if the author had put it there.
-  absl::StatusOr<Point> anchor_of(const v1::Object& object) const;
+  absl::StatusOr<Imath::V3d> anchor_of(const v1::Object& object) const;
   absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts,
                               const std::string& where);
   absl::Status add_instance(int object, int segments,

@@ -29,7 +29,7 @@ bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_ob
   bool sound = true;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const float* xyz = mesh.positions.data() + 3 * i;
-    const Point p = placed_from_object.apply({xyz[0], xyz[1], xyz[2]});
+    const Imath::V3d p = placed_from_object.apply({xyz[0], xyz[1], xyz[2]});
     Vertex& v = out.emplace_back();
     v.position[0] = static_cast<float>(p.x), v.position[1] = static_cast<float>(p.y),
     v.position[2] = static_cast<float>(p.z);
@@ -45,9 +45,9 @@ void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed
   const auto& m = object_from_placed.m;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const double x = mesh.normals[3 * i], y = mesh.normals[3 * i + 1], z = mesh.normals[3 * i + 2];
-    const Point n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
-                  m[2] * x + m[6] * y + m[10] * z};
-    const double l = length(n);
+    const Imath::V3d n{m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z,
+                       m[2] * x + m[6] * y + m[10] * z};
+    const double l = n.length();
     const double scale = l > 0 && std::isfinite(l) ? (turn ? -1 : 1) / l : 0;
     vertices[i].normal[0] = static_cast<float>(n.x * scale);
     vertices[i].normal[1] = static_cast<float>(n.y * scale);
@@ -55,7 +55,7 @@ void set_normals(const wire::MeshView& mesh, const Transform& object_from_placed
   }
 }
 
-Point point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
+Imath::V3d point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
 
 /// Winds triangles so that cross(p1 - p0, p2 - p0) is the geometric normal: on the side of the shading
 /// normals where there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when
@@ -66,10 +66,10 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
     const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
     bool swap = turn;
     if (with_normals) {
-      const Point p = point(vertices[a].position);
-      const Point n = cross(point(vertices[b].position) - p, point(vertices[c].position) - p);
-      const double side = dot(n, point(vertices[a].normal)) + dot(n, point(vertices[b].normal)) +
-                          dot(n, point(vertices[c].normal));
+      const Imath::V3d p = point(vertices[a].position);
+      const Imath::V3d n = (point(vertices[b].position) - p).cross(point(vertices[c].position) - p);
+      const double side = n.dot(point(vertices[a].normal)) + n.dot(point(vertices[b].normal)) +
+                          n.dot(point(vertices[c].normal));
       if (side != 0) swap = side < 0;
     }
     out.insert(out.end(), {a, swap ? c : b, swap ? b : c});
@@ -114,16 +114,17 @@ absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_objec
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::pair<Point, Point>> bounds_of_mesh(const v1::TriangleMesh& mesh,
-                                                       const Transform& transform, const BlobSource& blobs) {
+absl::StatusOr<std::pair<Imath::V3d, Imath::V3d>> bounds_of_mesh(const v1::TriangleMesh& mesh,
+                                                                 const Transform& transform,
+                                                                 const BlobSource& blobs) {
   const auto blob = blob_of(mesh, blobs);
   if (!blob.ok()) return blob.status();
   const auto view = view_of(mesh, *blob);
   if (!view.ok()) return view.status();
-  Point low, high;
+  Imath::V3d low(0, 0, 0), high(0, 0, 0);
   for (std::size_t i = 0; i < view->vertex_count(); ++i) {
     const float* v = view->positions.data() + 3 * i;
-    const Point p = transform.apply({v[0], v[1], v[2]});
+    const Imath::V3d p = transform.apply({v[0], v[1], v[2]});
     if (i == 0) low = high = p;
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};

@@ -83,8 +83,8 @@ absl::Status set_noise(const v1::NoiseTexture& noise, const RenderSpace& space, 
 }
 
 absl::Status set_direction(const v1::Point3& world, const RenderSpace& space, TextureNode& node) {
-  const Point d = space.from_world.apply_vector({world.x(), world.y(), world.z()});
-  const double l = length(d);
+  const Imath::V3d d = space.from_world.apply_vector({world.x(), world.y(), world.z()});
+  const double l = d.length();
   if (!(l > 0) || !std::isfinite(l)) return absl::InvalidArgumentError("its direction is zero or not finite");
   const double components[] = {d.x / l, d.y / l, d.z / l};
   for (int i = 0; i < 3; ++i) node.direction[i] = static_cast<float>(components[i]);
