@@ -1,8 +1,10 @@
-// State of a job and of a worker in the scheduler. For the scheduler's own sources.
+// State of the farm: jobs, workers, leases, and the events to be journaled. Policies (policy/) work on it;
+// the scheduler alone makes one.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -10,8 +12,12 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "scheduler/audit_table.h"
+#include "scheduler/class_census.h"
 #include "scheduler/class_history.h"
+#include "scheduler/farm_event.h"
+#include "scheduler/lease_table.h"
 #include "scheduler/scheduler_types.h"
+#include "scheduler/turn_order.h"
 #include "scheduler/unit_ledger.h"
 #include "scheduler/worker_pace.h"
 
@@ -60,8 +66,7 @@ struct FarmJob {
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   // Units of runs that failed or were lost: the longest run that they may be part of.
   absl::flat_hash_map<std::uint32_t, std::uint32_t> shorter_runs;
-  std::set<std::uint32_t>
-      dangerous;  // units that are not done and were lost with Scheduler::kLossesToIsolate workers
+  std::set<std::uint32_t> dangerous;  // units that are not done and were lost with kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
   std::map<std::string, std::string>
       scene_faults;                 // host that says that the scene is at fault -> its message
@@ -86,6 +91,43 @@ struct FarmWorker {
   std::uint64_t units = 0;   // in hand
   bool isolated = false;     // holds a dangerous unit, and so nothing else
   bool counted = false;      // in the census
+};
+
+struct FarmState {
+  static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
+
+  explicit FarmState(const SchedulerOptions& scheduler_options)
+      : options(scheduler_options), turns(options.order) {}
+
+  /// A new event, for the caller to fill in.
+  FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
+  /// Something that people are to know of the job.
+  void note(FarmJob& job, std::string text);
+  /// The same for the same host as long as the state lives.
+  HostNumber number_of_host(const std::string& host);
+
+  const SchedulerOptions options;
+  std::uint64_t jobs_added = 0;
+  std::map<std::uint64_t, std::unique_ptr<FarmJob>> jobs;  // by number
+  absl::flat_hash_map<std::string, FarmJob*> jobs_by_id;
+  TurnOrder turns;                                                          // open jobs that are not paused
+  absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;  // the same, by digest
+  std::set<std::uint64_t> auditing;                                         // open jobs with audits to make
+  std::set<std::uint64_t> endangered;                                       // open jobs with dangerous units
+  std::set<std::string> freeing;  // workers that get nothing until they can take a dangerous unit alone
+  absl::flat_hash_map<std::string, FarmWorker> workers;
+  std::uint64_t workers_added = 0;
+  std::uint64_t threads = 0;  // of all workers
+  UsualPace usual_pace;
+  std::size_t results_since_comparison = 0;       // of workers' paces
+  std::map<std::string, std::size_t> identities;  // that answer for the workers, and for how many
+  ClassCensus census;
+  Time settled_at{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
+  LeaseTable leases;
+  std::vector<std::string> hosts;  // by number
+  absl::flat_hash_map<std::string, HostNumber> host_numbers;
+  std::map<std::string, std::string> distrusted;  // host or identity -> why
+  std::vector<FarmEvent> events;
 };
 
 }  // namespace tessera::server

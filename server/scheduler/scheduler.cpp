@@ -1,12 +1,13 @@
-// Workers and results. Jobs are in scheduler_jobs.cpp, who gets which unit in scheduler_leasing.cpp, what
-// follows from failures in scheduler_faults.cpp, second opinions in scheduler_audit.cpp.
+// Workers and results. Jobs are in scheduler_jobs.cpp, what a restart brings back in scheduler_restore.cpp;
+// decisions are those of the policies.
 #include "scheduler/scheduler.h"
 
 #include <algorithm>
-#include <cmath>
+#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
+#include "wire/arithmetic_class.h"
 
 namespace tessera::server {
 namespace {
@@ -17,21 +18,6 @@ absl::Status no_such_worker(std::string_view id) {
 
 }  // namespace
 
-Scheduler::Scheduler(const SchedulerOptions& options) : options_(options), turns_(options.order) {}
-
-FarmEvent& Scheduler::record(FarmEvent::Kind kind, const std::string& job) {
-  FarmEvent& event = events_.emplace_back();
-  event.kind = kind;
-  event.job = job;
-  return event;
-}
-
-void Scheduler::note(Job& job, std::string text) {
-  if (job.notes.size() >= kMaxListed) return;
-  record(FarmEvent::Kind::kNote, job.request.id).text = text;
-  job.notes.push_back(std::move(text));
-}
-
 // ---------------------------------------------------------------- workers
 
 absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
@@ -41,29 +27,29 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   const std::string identity = identity_of(info.host);
   const std::uint32_t threads = info.threads;
   // Until results show otherwise, it is as fast as the others.
-  const WorkerPace pace{.worker = ++workers_added_, .log_time = usual_pace_.log_time};
+  const WorkerPace pace{.worker = ++state_.workers_added, .log_time = state_.usual_pace.log_time};
   const bool added =
-      workers_.emplace(id, Worker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
+      state_.workers.emplace(id, FarmWorker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
-  threads_ += threads;
-  ++identities_[identity];
-  Worker& worker = workers_.at(id);
-  if (!census_.has(worker.info.classes)) settled_at_ = now + options_.settle;
-  count(worker);
+  state_.threads += threads;
+  ++state_.identities[identity];
+  FarmWorker& worker = state_.workers.at(id);
+  if (!state_.census.has(worker.info.classes)) state_.settled_at = now + state_.options.settle;
+  classes_.count(worker);
   return absl::OkStatus();
 }
 
 absl::Status Scheduler::deregister_worker(std::string_view worker) {
-  if (!workers_.contains(std::string(worker))) return no_such_worker(worker);
+  if (!state_.workers.contains(std::string(worker))) return no_such_worker(worker);
   drop_worker(worker);
   return absl::OkStatus();
 }
 
 absl::Status Scheduler::drain_worker(std::string_view worker) {
-  const auto found = workers_.find(std::string(worker));
-  if (found == workers_.end()) return no_such_worker(worker);
+  const auto found = state_.workers.find(std::string(worker));
+  if (found == state_.workers.end()) return no_such_worker(worker);
   found->second.draining = true;
-  count(found->second);
+  classes_.count(found->second);
   return absl::OkStatus();
 }
 
@@ -71,15 +57,15 @@ std::vector<WorkerView> Scheduler::workers() const {
   std::vector<WorkerView> views;
   // Machines of one kind may work on the same jobs.
   std::map<std::pair<std::vector<std::string>, std::vector<std::string>>, std::vector<std::string>> closed;
-  for (const auto& [id, worker] : workers_) {
+  for (const auto& [id, worker] : state_.workers) {
     const auto [kind, is_new] = closed.try_emplace({worker.info.classes, worker.info.tags});
-    if (is_new) kind->second = closed_jobs(worker);
+    if (is_new) kind->second = classes_.closed_jobs(worker);
     views.push_back({.info = worker.info,
-                     .leases = static_cast<std::uint32_t>(leases_.count_of_worker(id)),
+                     .leases = static_cast<std::uint32_t>(state_.leases.count_of_worker(id)),
                      .units_done = worker.units_done,
                      .draining = worker.draining,
                      .last_seen = worker.last_seen,
-                     .quarantine = why_distrusted(worker.info.host).value_or(""),
+                     .quarantine = trust_.why_distrusted(worker.info.host).value_or(""),
                      .slowness = worker.slowness,
                      .closed_jobs = kind->second});
   }
@@ -91,7 +77,7 @@ std::vector<WorkerView> Scheduler::workers() const {
 
 std::vector<Assignment> Scheduler::assignments() const {
   std::vector<Assignment> assignments;
-  for (const auto& [number, job] : jobs_) {
+  for (const auto& [number, job] : state_.jobs) {
     for (const auto& [worker, leases] : job->holders)
       assignments.push_back({job->request.id, worker, leases});
   }
@@ -100,47 +86,130 @@ std::vector<Assignment> Scheduler::assignments() const {
 
 void Scheduler::drop_worker(std::string_view id) {
   const std::string worker(id);
-  for (const LeaseId lease : leases_.of_worker(worker)) drop_lease(lease);
-  const auto found = workers_.find(worker);
-  threads_ -= found->second.info.threads;
-  const auto identity = identities_.find(identity_of(found->second.info.host));
-  if (--identity->second == 0) identities_.erase(identity);
-  freeing_.erase(worker);
-  if (found->second.counted) census_.remove(found->second.info);
-  workers_.erase(found);
-  results_since_comparison_ = workers_.size();  // the next one is compared with those that are left
+  for (const LeaseId lease : state_.leases.of_worker(worker)) book_.drop(lease);
+  const auto found = state_.workers.find(worker);
+  state_.threads -= found->second.info.threads;
+  const auto identity = state_.identities.find(identity_of(found->second.info.host));
+  if (--identity->second == 0) state_.identities.erase(identity);
+  state_.freeing.erase(worker);
+  if (found->second.counted) state_.census.remove(found->second.info);
+  state_.workers.erase(found);
+  state_.results_since_comparison =
+      state_.workers.size();  // the next one is compared with those that are left
 }
 
 std::string Scheduler::host_of(const std::string& worker) const {
-  const auto found = workers_.find(worker);
-  return found == workers_.end() ? "" : found->second.info.host;
+  const auto found = state_.workers.find(worker);
+  return found == state_.workers.end() ? "" : found->second.info.host;
 }
 
 std::string Scheduler::name_of(const std::string& worker) const {
-  const auto found = workers_.find(worker);
-  return found == workers_.end() ? "" : found->second.info.name;
+  const auto found = state_.workers.find(worker);
+  return found == state_.workers.end() ? "" : found->second.info.name;
+}
+
+std::string Scheduler::isa_for(const std::string& worker, std::string_view job) const {
+  const auto found = state_.workers.find(worker);
+  const absl::StatusOr<const FarmJob*> known = find_job(job);
+  if (found == state_.workers.end() || !known.ok()) return "";
+  const std::string* const name = classes_.class_for(found->second, **known);
+  return name == nullptr ? "" : std::string(wire::isa_of(*name));
 }
 
 bool Scheduler::holds(std::string_view worker, const v1::LeaseToken& token) const {
-  const absl::StatusOr<const Job*> job = find_job(token.job_id());
+  const absl::StatusOr<const FarmJob*> job = find_job(token.job_id());
   return job.ok() && (*job)->request.generation == token.generation() &&
-         find_lease(**job, token, worker).has_value();
+         book_.find(**job, token, worker).has_value();
 }
 
-HostNumber Scheduler::number_of_host(const std::string& host) {
-  const auto [found, added] = host_numbers_.emplace(host, static_cast<HostNumber>(hosts_.size()));
-  if (added) hosts_.push_back(host);
-  return found->second;
+// ---------------------------------------------------------------- leases
+
+absl::StatusOr<LeaseDecision> Scheduler::lease(const LeaseRequest& request, Time now) {
+  const absl::StatusOr<FarmWorker*> worker = find_worker(request.worker, now);
+  if (!worker.ok()) return worker.status();
+  state_.turns.advance(now);
+  return leasing_.lease(**worker, request, now);
+}
+
+absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_id,
+                                                       const std::vector<v1::LeaseToken>& leases, Time now) {
+  const absl::StatusOr<FarmWorker*> worker = find_worker(worker_id, now);
+  if (!worker.ok()) return worker.status();
+  HeartbeatDecision decision{.revoked = {}, .drain = (*worker)->draining};
+  for (const v1::LeaseToken& token : leases) {
+    const absl::StatusOr<FarmJob*> job = find_open_job(token);
+    if (job.ok()) faults_.absolve(**job, token, (*worker)->info.host);
+    const std::optional<UnitRun> units = job.ok() ? units_of(**job, token) : std::nullopt;
+    const bool current = units && steps_.check_inputs(**job, token).ok();
+    const std::optional<LeaseId> lease = current ? book_.find_own(**job, *units, worker_id) : std::nullopt;
+    if (lease) {
+      state_.leases.refresh(*lease, now + book_.lease_time());
+    } else if (!current || !leasing_.take_up(**worker, **job, *units, token, now)) {
+      decision.revoked.push_back(token);
+    }
+  }
+  return decision;
+}
+
+absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& token,
+                             const std::string& message, bool scene_fault, Time now) {
+  const absl::StatusOr<FarmWorker*> worker = find_worker(worker_id, now);
+  if (!worker.ok()) return worker.status();
+  const absl::StatusOr<FarmJob*> job = find_open_job(token);
+  if (!job.ok()) return job.status();
+  const std::optional<LeaseId> lease = book_.find(**job, token, worker_id);
+  if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
+  faults_.fail(**job, *lease, message, scene_fault, now);
+  settle(**job);
+  return absl::OkStatus();
+}
+
+/// Blames every unit that a lost worker held: it may have died of any.
+void Scheduler::blame_losses(const std::vector<WorkerInfo>& lost, Time now) {
+  if (faults_.is_mass_loss(lost.size())) return;
+  for (const WorkerInfo& worker : lost) {
+    for (const LeaseId id : state_.leases.of_worker(worker.id)) {
+      if (!state_.leases.contains(id)) continue;  // its job ended over another of these units
+      FarmJob& job = *state_.jobs.at(state_.leases.get(id).job);
+      if (faults_.blame_loss(id, worker, now)) settle(job);
+    }
+  }
+}
+
+Expiry Scheduler::advance(Time now) {
+  state_.turns.advance(now);
+  Expiry expiry;
+  const std::size_t before = state_.leases.size();
+  const Time patience = book_.lease_time();
+  for (const auto& [id, worker] : state_.workers) {
+    if (now - worker.last_seen >= patience) expiry.lost_workers.push_back(worker.info);
+  }
+  // The same order in every run.
+  std::sort(expiry.lost_workers.begin(), expiry.lost_workers.end(),
+            [](const WorkerInfo& a, const WorkerInfo& b) { return a.id < b.id; });
+  blame_losses(expiry.lost_workers, now);
+  for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);
+  while (const std::optional<LeaseId> lease = state_.leases.expired(now)) book_.drop(*lease);
+  expiry.lost_leases = static_cast<std::uint32_t>(before - state_.leases.size());
+  // Those who could have given second opinions may be gone.
+  const std::set<std::uint64_t> auditing = state_.auditing;
+  for (const std::uint64_t number : auditing) {
+    FarmJob& job = *state_.jobs.at(number);
+    job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.is_over(); });
+    settle(job);
+    if (job.audits.empty()) state_.auditing.erase(number);
+  }
+  return expiry;
 }
 
 // ---------------------------------------------------------------- results
 
-absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job) const {
-  if (const std::optional<std::string> why = why_distrusted(worker.info.host)) {
+absl::Status Scheduler::check_may_complete(const FarmWorker& worker, const FarmJob& job) const {
+  if (const std::optional<std::string> why = trust_.why_distrusted(worker.info.host)) {
     return absl::FailedPreconditionError(
         absl::StrCat("host ", short_name(worker.info.host), " is in quarantine: ", *why));
   }
-  if (class_for(worker, job) == nullptr) {
+  if (classes_.class_for(worker, job) == nullptr) {
     const std::string& bound = job.classes.bound();
     return absl::FailedPreconditionError(absl::StrCat("job ", job.request.id, " is bound to ",
                                                       bound.empty() ? job.request.isa : bound,
@@ -151,61 +220,58 @@ absl::Status Scheduler::check_may_complete(const Worker& worker, const Job& job)
 
 absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id, const v1::LeaseToken& token,
                                                      const DeliveredResult& result, Time now) {
-  const absl::StatusOr<Worker*> found = find_worker(worker_id, now);
+  const absl::StatusOr<FarmWorker*> found = find_worker(worker_id, now);
   if (!found.ok()) return found.status();
-  Worker& worker = **found;
+  FarmWorker& worker = **found;
 
   // The result of units that are done is compared, also after the end of the job.
-  const absl::StatusOr<Job*> known = find_job(token.job_id());
+  const absl::StatusOr<FarmJob*> known = find_job(token.job_id());
   if (!known.ok()) return known.status();
   const std::optional<UnitRun> units = units_of(**known, token);
   if (units) {
-    if (absl::Status status = check_inputs(**known, token); !status.ok()) return status;
+    if (absl::Status status = steps_.check_inputs(**known, token); !status.ok()) return status;
   }
   if (units && token.generation() == (*known)->request.generation && any_done(**known, *units)) {
     return late_result(**known, worker, *units, token, result, now);
   }
 
-  const absl::StatusOr<Job*> open = find_open_job(token);
+  const absl::StatusOr<FarmJob*> open = find_open_job(token);
   if (!open.ok()) return open.status();
-  Job& job = **open;
+  FarmJob& job = **open;
   if (absl::Status status = check_may_complete(worker, job); !status.ok()) return status;
 
   // A lease of an earlier coordinator, whose choice of a class may be lost: what is accepted binds.
-  bind(job, *class_for(worker, job));
+  classes_.bind(job, *classes_.class_for(worker, job));
 
   // Every lease of the units is over; this one's duration counts for the averages.
-  if (const std::optional<LeaseId> lease = find_lease(job, token, worker_id)) {
-    measure(job, worker, leases_.get(*lease), result, now);
+  if (const std::optional<LeaseId> lease = book_.find(job, token, worker_id)) {
+    paces_.measure(job, worker, state_.leases.get(*lease), result, now);
   }
   const AcceptedResult accepted{.fingerprint = result.fingerprint,
                                 .sequence = ++job.results,
-                                .host = number_of_host(worker.info.host),
+                                .host = state_.number_of_host(worker.info.host),
                                 .units = *units};
   job.units.finish(accepted);
-  note_class(job, worker.info.host, job.results, *class_for(worker, job));
+  classes_.note(job, worker.info.host, job.results, *classes_.class_for(worker, job));
   for (const std::uint32_t unit : *units) {
-    for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
+    for (const LeaseId lease : state_.leases.of_unit(job.number, unit)) book_.drop(lease);
     job.failures.erase(unit);
     job.shorter_runs.erase(unit);
-    forgive(job, unit);
+    faults_.forgive(job, unit);
   }
   job.hosts.erase(worker.info.host);
   job.renderers.insert(accepted.host);
   job.state = v1::RUNNING;
   worker.units_done += units->count;
-  if (audit_wanted(job, accepted)) {
-    job.audits.put(units->first, first_opinion(job, accepted));
-    auditing_.insert(job.number);
-  }
+  audits_.ask(job, accepted);
   const std::uint32_t was_open = job.units.open_end();
-  open_steps(job);
+  steps_.open(job);
   const CompleteDecision decision{.sequence = job.results, .opened = job.units.open_end() > was_open};
   settle(job);
   return decision;
 }
 
-bool Scheduler::any_done(const Job& job, const UnitRun& units) {
+bool Scheduler::any_done(const FarmJob& job, const UnitRun& units) {
   for (const std::uint32_t unit : units) {
     if (job.units.state(unit) == UnitState::kDone) return true;
   }
@@ -213,70 +279,36 @@ bool Scheduler::any_done(const Job& job, const UnitRun& units) {
 }
 
 /// A result of units some of which are done: compared where they came as one, too.
-absl::StatusOr<CompleteDecision> Scheduler::late_result(Job& job, Worker& worker, const UnitRun& units,
-                                                        const v1::LeaseToken& token,
+absl::StatusOr<CompleteDecision> Scheduler::late_result(FarmJob& job, FarmWorker& worker,
+                                                        const UnitRun& units, const v1::LeaseToken& token,
                                                         const DeliveredResult& result, Time now) {
   const bool same_units =
       job.units.state(units.first) == UnitState::kDone && job.units.result(units.first).units == units;
   // Cut in another way, sums of the same samples can be neither merged nor compared.
   if (!same_units) return CompleteDecision{.duplicate = true};
-  const std::optional<LeaseId> lease = find_lease(job, token, worker.info.id);
-  if (lease) measure(job, worker, leases_.get(*lease), result, now);
-  absl::StatusOr<CompleteDecision> decision =
-      second_result(job, worker, job.units.result(units.first), result.fingerprint);
-  if (lease && leases_.contains(*lease)) drop_lease(*lease);
-  return decision;
-}
-
-/// Takes one finished lease into the averages of its job and the pace of its worker.
-void Scheduler::measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result,
-                        Time now) {
-  const Time duration = std::max(Time{1}, now - lease.granted_at);
-  const bool told = result.cost.count() > 0 && result.cost <= duration + Time{1};
-  const std::chrono::nanoseconds cost = told ? result.cost : duration;
-  const WorkPlan& plan = *job.request.plan;
-  const bool of_picture = plan.is_of_picture(lease.units.first);
-  // Units of other steps do work of another kind.
-  if (told && of_picture) {
-    // Without a measure of the work, all units count alike.
-    const auto work = static_cast<double>(result.work > 0 ? result.work : lease.units.count);
-    job.pace.compare(worker.pace, usual_pace_, std::log(static_cast<double>(cost.count()) / work));
-    worker.slowness = slowness_of(worker.pace, usual_pace_);
-    if (++results_since_comparison_ > workers_.size() / 4) compare_workers();
-  }
-  // What a slow worker needs says little of the unit.
-  const double usual_ms =
-      std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
-  job.mean_cost_ms = job.mean_cost_ms == 0 ? usual_ms : (7 * job.mean_cost_ms + usual_ms) / 8;
-  if (of_picture && plan.unit_count() - plan.phases().unit_count() > plan.tile_count()) {
-    job.tile_cost_ms.resize(plan.tile_count());
-    job.tile_cost_ms[plan.tile_of(lease.units.first)] = static_cast<float>(usual_ms);
-  }
-  turns_.remember(job.number, lease.charge_ms, now);
-  job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
-}
-
-/// Finds the usual pace anew, and each worker's relative to it.
-void Scheduler::compare_workers() {
-  results_since_comparison_ = 0;
-  std::vector<const WorkerPace*> paces;
-  paces.reserve(workers_.size());
-  for (const auto& [id, worker] : workers_) paces.push_back(&worker.pace);
-  usual_pace_ = usual_pace(paces);
-  for (auto& [id, worker] : workers_) worker.slowness = slowness_of(worker.pace, usual_pace_);
+  const std::optional<LeaseId> lease = book_.find(job, token, worker.info.id);
+  if (lease) paces_.measure(job, worker, state_.leases.get(*lease), result, now);
+  const Audits::Comparison found =
+      audits_.compare(job, worker, job.units.result(units.first), result.fingerprint);
+  if (found.heard) settle(job);
+  if (lease && state_.leases.contains(*lease)) book_.drop(*lease);
+  if (!found.comparable || found.equal) return CompleteDecision{.duplicate = true};
+  return absl::AlreadyExistsError(
+      absl::StrCat("unit ", units.first, " of job ", job.request.id,
+                   " is done, with a different result: one of two workers is at fault"));
 }
 
 // ---------------------------------------------------------------- finding
 
-absl::StatusOr<Scheduler::Worker*> Scheduler::find_worker(std::string_view id, Time now) {
-  const auto found = workers_.find(std::string(id));
-  if (found == workers_.end()) return no_such_worker(id);
+absl::StatusOr<FarmWorker*> Scheduler::find_worker(std::string_view id, Time now) {
+  const auto found = state_.workers.find(std::string(id));
+  if (found == state_.workers.end()) return no_such_worker(id);
   found->second.last_seen = now;
   return &found->second;
 }
 
-absl::StatusOr<Scheduler::Job*> Scheduler::find_open_job(const v1::LeaseToken& token) {
-  absl::StatusOr<Job*> job = find_open_job(token.job_id());
+absl::StatusOr<FarmJob*> Scheduler::find_open_job(const v1::LeaseToken& token) {
+  absl::StatusOr<FarmJob*> job = find_open_job(token.job_id());
   if (!job.ok()) return job;
   if (token.generation() != (*job)->request.generation) {
     return absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is in generation ",
@@ -291,21 +323,8 @@ absl::StatusOr<Scheduler::Job*> Scheduler::find_open_job(const v1::LeaseToken& t
   return job;
 }
 
-std::optional<UnitRun> Scheduler::units_of(const Job& job, const v1::LeaseToken& token) {
+std::optional<UnitRun> Scheduler::units_of(const FarmJob& job, const v1::LeaseToken& token) {
   return job.request.plan->run(token.unit_index(), std::max(token.ranges(), 1u));
-}
-
-std::optional<LeaseId> Scheduler::find_lease(const Job& job, const v1::LeaseToken& token,
-                                             std::string_view worker) const {
-  for (const LeaseId id : leases_.of_unit(job.number, token.unit_index())) {
-    const Lease& lease = leases_.get(id);
-    const bool same_units =
-        lease.units.first == token.unit_index() && lease.units.count == std::max(token.ranges(), 1u);
-    if (same_units && lease.attempt == token.attempt() && lease.epoch == token.epoch() &&
-        lease.worker == worker)
-      return id;
-  }
-  return std::nullopt;
 }
 
 }  // namespace tessera::server

@@ -3,29 +3,33 @@
 // at the call before.
 #pragma once
 
-#include <map>
-#include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
-#include "scheduler/class_census.h"
-#include "scheduler/farm_event.h"
 #include "scheduler/farm_state.h"
-#include "scheduler/lease_table.h"
+#include "scheduler/policy/audits.h"
+#include "scheduler/policy/classes.h"
+#include "scheduler/policy/eligibility.h"
+#include "scheduler/policy/faults.h"
+#include "scheduler/policy/job_course.h"
+#include "scheduler/policy/lease_book.h"
+#include "scheduler/policy/leasing.h"
+#include "scheduler/policy/paces.h"
+#include "scheduler/policy/runs.h"
+#include "scheduler/policy/steps.h"
+#include "scheduler/policy/trust.h"
 #include "scheduler/scheduler_types.h"
-#include "scheduler/turn_order.h"
 
 namespace tessera::server {
 
 /// Policy in short; figures and reasons are in docs/decisions/0009-scheduling.md.
 /// - Turns: priority, then the user who has had least of the farm lately, then that user's oldest job, or the
 ///   one that has had least (TurnOrder). A worker goes on with a scene that it holds while that is at most
-///   kAffinitySlackMs ahead of its fair turn, and until work of kAffinitySlackMs was given out instead of the
+///   Leasing::kAffinitySlackMs ahead of its fair turn, and until work of as much was given out instead of the
 ///   job whose turn it was.
 /// - Runs: units of one tile are leased as one, as many as take SchedulerOptions::longest_run; short ones at
 ///   first, that a first picture appears, and towards the end of a job [docs/decisions/0020-unit-size.md].
@@ -34,7 +38,8 @@ namespace tessera::server {
 ///   wins.
 /// - Phases: the units of a step are given out when all before it is done; what was made of a result that
 ///   counts no more is made anew [docs/decisions/0026-phases.md].
-/// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures;
+/// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures
+/// (unit_failures.h);
 ///   a host on which that many units fail that fail nowhere else is taken out of that job for a while.
 /// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first
 ///   units are given out, or to none (JobRequest::any_class). Results are compared within a class only.
@@ -44,25 +49,13 @@ namespace tessera::server {
 ///   asked.
 class Scheduler {
  public:
-  static constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
-  static constexpr std::uint32_t kMaxLosses = 6;        // failures of any kind on any number of hosts
-  static constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is a worker's only one
-  static constexpr std::size_t kMaxCopies = 2;          // leases of one unit at a time, second opinions apart
-  static constexpr std::int64_t kAffinitySlackMs = 4000;
-  static constexpr std::int64_t kUnknownCostMs = 1000;       // of a unit, before any is done
-  static constexpr std::uint32_t kRunPieces = 16;            // into which a run is cut that was not rendered
-  static constexpr std::size_t kHeartbeatsPerSecond = 2000;  // that are bearable
-  static constexpr Time kLongestHeartbeat{5000};
-  static constexpr Time kFirstBar{60'000};  // doubled each time
-  static constexpr Time kLongestBar{3'600'000};
-  static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
-  static constexpr std::size_t kMaxClosedJobs = 8;
-
-  explicit Scheduler(const SchedulerOptions& options);
+  explicit Scheduler(const SchedulerOptions& options) : state_(options) {}
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
 
   /// Returns what has to be journaled, in order, since the call before.
-  std::vector<FarmEvent> take_events() { return std::exchange(events_, {}); }
-  bool has_events() const { return !events_.empty(); }
+  std::vector<FarmEvent> take_events() { return std::exchange(state_.events, {}); }
+  bool has_events() const { return !state_.events.empty(); }
 
   // ---- jobs. NotFound when there is no such job.
 
@@ -115,7 +108,7 @@ class Scheduler {
   std::vector<WorkerView> workers() const;
   /// Who works on what.
   std::vector<Assignment> assignments() const;
-  std::size_t worker_count() const { return workers_.size(); }
+  std::size_t worker_count() const { return state_.workers.size(); }
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;
   std::string name_of(const std::string& worker) const;
@@ -123,16 +116,16 @@ class Scheduler {
   /// known.
   std::string isa_for(const std::string& worker, std::string_view job) const;
   /// Whether a worker that may be given units computes in this arithmetic class.
-  bool has_class(const std::string& name) const;
+  bool has_class(const std::string& name) const { return classes_.has_class(name); }
   /// Whether neither the host nor its identity is in quarantine.
-  bool trusts(const std::string& host) const { return !why_distrusted(host); }
+  bool trusts(const std::string& host) const { return trust_.trusts(host); }
   /// The results of the host, or identity, that a person calls `text` (identity.h) count again. NotFound when
   /// no such host is known, FailedPrecondition when several are meant.
-  absl::Status trust_host(const std::string& text);
+  absl::Status trust_host(const std::string& text) { return audits_.trust(text); }
   /// Whether the worker has this very lease at this moment.
   bool holds(std::string_view worker, const v1::LeaseToken& token) const;
   /// Number by which results name a host. The same for the same name as long as the scheduler lives.
-  HostNumber number_of_host(const std::string& host);
+  HostNumber number_of_host(const std::string& host) { return state_.number_of_host(host); }
 
   /// Up to `max_units` units; none when there is nothing for this worker now.
   absl::StatusOr<LeaseDecision> lease(const LeaseRequest& request, Time now);
@@ -144,7 +137,7 @@ class Scheduler {
 
   /// How often each worker is to be heard of: of thousands, heartbeats would be most of what a coordinator
   /// does. Leases of such farms live longer for it.
-  Time heartbeat_interval() const;
+  Time heartbeat_interval() const { return book_.heartbeat_interval(); }
 
   /// A result, of the units that the token names. Valid from any lease of the job's generation, expired or
   /// not. NotFound (job), FailedPrecondition (the job was cancelled, failed, or is of another generation; the
@@ -162,10 +155,10 @@ class Scheduler {
   /// Gives up leases and workers whose time is over.
   Expiry advance(Time now);
 
-  std::size_t leases_out() const { return leases_.size(); }
+  std::size_t leases_out() const { return state_.leases.size(); }
   /// Whether workers are kept waiting until their hands are empty: each result may be what such a worker
   /// waits for.
-  bool frees_workers() const { return !freeing_.empty(); }
+  bool frees_workers() const { return !state_.freeing.empty(); }
 
  private:
   using Job = FarmJob;
@@ -177,137 +170,35 @@ class Scheduler {
   absl::StatusOr<Job*> find_open_job(const v1::LeaseToken& token);
   /// The units that a token names; none when the job has no such run.
   static std::optional<UnitRun> units_of(const Job& job, const v1::LeaseToken& token);
-  std::optional<LeaseId> find_lease(const Job& job, const v1::LeaseToken& token,
-                                    std::string_view worker) const;
   absl::Status check_may_complete(const Worker& worker, const Job& job) const;
   static bool any_done(const Job& job, const UnitRun& units);
   absl::StatusOr<CompleteDecision> late_result(Job& job, Worker& worker, const UnitRun& units,
                                                const v1::LeaseToken& token, const DeliveredResult& result,
                                                Time now);
-  void measure(Job& job, Worker& worker, const Lease& lease, const DeliveredResult& result, Time now);
-  void compare_workers();
-  /// A new event, for the caller to fill in.
-  FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
-  void note(Job& job, std::string text);
+  void blame_losses(const std::vector<WorkerInfo>& lost, Time now);
+  void drop_worker(std::string_view id);
 
   // ---- scheduler_jobs.cpp
   absl::StatusOr<Job*> find_job(std::string_view id);
   absl::StatusOr<const Job*> find_job(std::string_view id) const;
   /// kFailedPrecondition where the job is over.
   absl::StatusOr<Job*> find_open_job(std::string_view id);
-  void take_turns(Job& job);
-  void leave_turns(const Job& job);
   /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
   void settle(Job& job);
-  void end_job(Job& job, v1::JobState state, std::string error);
 
-  // ---- scheduler_leasing.cpp
-  struct Batch;  // one call of lease()
-  bool has_units_for(const Batch& batch, const Job& job) const;
-  Job* choose_job(Batch& batch);
-  bool lease_pending(Batch& batch);
-  bool lease_copy(Batch& batch);
-  bool lease_audit(Batch& batch);
-  bool lease_dangerous(Batch& batch);
-  bool has_room(const Batch& batch, const Job& job) const;
-  bool is_left(const Batch& batch, std::int32_t priority, std::uint64_t wanted) const;
-  bool would_come_late(const Batch& batch, const Job& job) const;
-  bool may_work_on(const Worker& worker, const Job& job, Time now) const;
-  bool avoids(const Worker& worker, const Job& job, std::uint32_t unit) const;
-  void grant(Batch& batch, Job& job, const UnitRun& units, bool audit);
-  std::optional<LeaseId> find_own_lease(const Job& job, const UnitRun& units, std::string_view worker) const;
-  bool take_up(Worker& worker, Job& job, const UnitRun& units, const v1::LeaseToken& token, Time now);
-  Time lease_time() const;
-  void add_lease(Job& job, Worker& worker, Lease lease);
-  /// Its units go back to pending when they are leased and this was their last lease.
-  void drop_lease(LeaseId id);
-  void index_only_lease(Job& job, const UnitRun& units, bool add);
-  void drop_worker(std::string_view id);
-
-  // ---- scheduler_phases.cpp
-  static void open_steps(Job& job);
-  static std::optional<std::uint64_t> inputs_of(const Job& job, std::uint32_t unit);
-  /// FailedPrecondition where the lease was of units that read other results than those that count now.
-  static absl::Status check_inputs(const Job& job, const v1::LeaseToken& token);
-  void revoke_dependents(Job& job, std::uint32_t source);
-  void begin_anew(Job& job, std::uint32_t unit);
-  void revoke_orphans(Job& job);
-
-  // ---- scheduler_runs.cpp
-  double unit_cost_ms(const Job& job, const UnitRun& units) const;
-  std::int64_t charge_for(const Job& job, const UnitRun& units) const;
-  Time expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const;
-  UnitRun run_from(const Worker& worker, const Job& job, std::uint32_t unit) const;
-  bool fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const;
-  double longest_run(const Worker& worker, const Job& job, const UnitRun& units) const;
-
-  // ---- scheduler_classes.cpp
-  /// Takes the worker into the census while it may be given units, and out of it otherwise.
-  void count(Worker& worker);
-  const std::string& class_of(const Job& job) const;
-  const std::string* class_for(const Worker& worker, const Job& job) const;
-  const std::string& class_of_result(const Job& job, const AcceptedResult& result) const;
-  bool settling(const Job& job, Time now) const;
-  void bind(Job& job, const std::string& name);
-  void note_class(Job& job, const std::string& host, std::uint32_t sequence, const std::string& name);
-  std::vector<std::string> closed_jobs(const Worker& worker) const;
-
-  // ---- scheduler_faults.cpp
-  void record_failure(const Job& job, std::uint32_t unit, const UnitFailure& failure);
-  void add_failure(Job& job, std::uint32_t unit, UnitFailure failure, Time now);
-  void blame_loss(const std::vector<WorkerInfo>& lost, Time now);
-  void absolve(Job& job, const v1::LeaseToken& token, const std::string& host);
-  void judge_unit(Job& job, std::uint32_t unit);
-  bool awaits_another(const Job& job, const std::vector<UnitFailure>& failures) const;
-  void judge_scene(Job& job, const std::string& message, Time now);
-  Time bar(Job& job, const std::string& host, Time now);
-  void cut_run(Job& job, const UnitRun& units, const UnitFailure& failure);
-  static void shorten_runs(Job& job, const UnitRun& units);
-  void forgive(Job& job, std::uint32_t unit);
-  void judge_host(Job& job, std::uint32_t unit, const std::string& host, Time now);
-  void reopen(Job& job);
-  std::string what_is_missing(const Job& job) const;
-
-  // ---- scheduler_audit.cpp
-  void restore_audits(Job& job);
-  void restore_audit(Job& job, const FarmEvent& event);
-  Audit first_opinion(const Job& job, const AcceptedResult& accepted) const;
-  bool audit_wanted(const Job& job, const AcceptedResult& accepted) const;
-  bool is_of_one_identity() const;
-  std::optional<std::string> why_distrusted(const std::string& host) const;
-  bool may_speak(const Audit& audit, const std::string& host) const;
-  bool can_audit(const Worker& worker, const Job& job, const Audit& audit) const;
-  bool anyone_can_audit(const Job& job, const Audit& audit) const;
-  absl::StatusOr<CompleteDecision> second_result(Job& job, const Worker& worker,
-                                                 const AcceptedResult& accepted, ResultFingerprint result);
-  void adjudicate(Job& job, std::uint32_t unit);
-  void distrust(const std::string& subject, const std::string& why);
-  void revoke_results(Job& job, const std::string& subject);
-  void revoke(Job& job, const AcceptedResult& result);
-  void revoke_alone(Job& job, const AcceptedResult& result);
-
-  SchedulerOptions options_;
-  std::uint64_t jobs_added_ = 0;
-  std::map<std::uint64_t, std::unique_ptr<Job>> jobs_;  // by number
-  absl::flat_hash_map<std::string, Job*> jobs_by_id_;
-  TurnOrder turns_;                                                          // open jobs that are not paused
-  absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene_;  // the same, by digest
-  std::set<std::uint64_t> auditing_;                                         // open jobs with audits to make
-  std::set<std::uint64_t> endangered_;                                       // open jobs with dangerous units
-  std::set<std::string> freeing_;  // workers that get nothing until they can take a dangerous unit alone
-  absl::flat_hash_map<std::string, Worker> workers_;
-  std::uint64_t workers_added_ = 0;
-  std::uint64_t threads_ = 0;  // of all workers
-  UsualPace usual_pace_;
-  std::size_t results_since_comparison_ = 0;       // of workers' paces
-  std::map<std::string, std::size_t> identities_;  // that answer for the workers, and for how many
-  ClassCensus census_;
-  Time settled_at_{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
-  LeaseTable leases_;
-  std::vector<std::string> hosts_;  // by number
-  absl::flat_hash_map<std::string, HostNumber> host_numbers_;
-  std::map<std::string, std::string> distrusted_;  // host or identity -> why
-  std::vector<FarmEvent> events_;
+  FarmState state_;
+  // Each leans on those before it.
+  Trust trust_{state_};
+  Classes classes_{state_, trust_};
+  Eligibility eligibility_{state_, trust_, classes_};
+  Runs runs_{state_};
+  LeaseBook book_{state_, runs_};
+  JobCourse course_{state_, book_};
+  Faults faults_{state_, trust_, eligibility_, book_, course_};
+  Steps steps_{state_, book_, faults_};
+  Audits audits_{state_, trust_, classes_, eligibility_, book_, steps_};
+  Paces paces_{state_};
+  Leasing leasing_{state_, trust_, classes_, eligibility_, runs_, book_, audits_};
 };
 
 }  // namespace tessera::server

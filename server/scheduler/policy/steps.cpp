@@ -1,12 +1,12 @@
-// Steps of jobs: which units may be given out, and what follows for those that read a result that counts no
-// more [docs/decisions/0026-phases.md].
+#include "scheduler/policy/steps.h"
+
+#include <vector>
+
 #include "absl/strings/str_cat.h"
-#include "scheduler/scheduler.h"
 
 namespace tessera::server {
 
-/// Opens the steps whose units have all that they read.
-void Scheduler::open_steps(Job& job) {
+void Steps::open(FarmJob& job) {
   const WorkPlan& plan = *job.request.plan;
   UnitLedger& units = job.units;
   while (units.open_end() < units.count() && units.settled() && units.set_aside() == 0) {
@@ -17,8 +17,7 @@ void Scheduler::open_steps(Job& job) {
   }
 }
 
-/// LeaseToken.inputs of the unit; none where something that it reads is not there.
-std::optional<std::uint64_t> Scheduler::inputs_of(const Job& job, std::uint32_t unit) {
+std::optional<std::uint64_t> Steps::inputs_of(const FarmJob& job, std::uint32_t unit) {
   std::vector<ResultFingerprint> inputs;
   for (const std::uint32_t input : job.request.plan->phases().inputs(unit)) {
     if (job.units.state(input) != UnitState::kDone) return std::nullopt;
@@ -27,15 +26,32 @@ std::optional<std::uint64_t> Scheduler::inputs_of(const Job& job, std::uint32_t 
   return inputs_key(inputs);
 }
 
-absl::Status Scheduler::check_inputs(const Job& job, const v1::LeaseToken& token) {
+absl::Status Steps::check_inputs(const FarmJob& job, const v1::LeaseToken& token) {
   if (inputs_of(job, token.unit_index()) == token.inputs()) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat("unit ", token.unit_index(), " of job ", token.job_id(),
                                                     " was made of results that count no more"));
 }
 
+void Steps::revoke(FarmJob& job, const AcceptedResult& result) {
+  revoke_dependents(job, result.units.first);
+  revoke_alone(job, result);
+}
+
+void Steps::revoke_alone(FarmJob& job, const AcceptedResult& result) {
+  job.audits.erase(result.units.first);
+  job.audited.erase(result.units.first);
+  for (const LeaseId lease : state_.leases.of_unit(job.number, result.units.first)) book_.drop(lease);
+  FarmEvent& event = state_.record(FarmEvent::Kind::kRevoked, job.request.id);
+  event.unit = result.units.first;
+  event.value = result.sequence;
+  if (result.host < state_.hosts.size()) event.host = state_.hosts[result.host];
+  for (const std::uint32_t unit : result.units) job.units.put_back(unit);
+  ++job.revision;
+}
+
 /// What was made of a unit's result, which counts no more, is made anew; the last first, so that a crash in
 /// between leaves nothing that is made of what is not there.
-void Scheduler::revoke_dependents(Job& job, std::uint32_t source) {
+void Steps::revoke_dependents(FarmJob& job, std::uint32_t source) {
   if (job.request.plan->is_of_picture(source)) return;
   const PhasePlan& phases = job.request.plan->phases();
   const std::uint32_t step_end = phases.step_end(phases.step_begin(source));
@@ -55,17 +71,15 @@ void Scheduler::revoke_dependents(Job& job, std::uint32_t source) {
 }
 
 /// Nobody is at the unit, and what happened to it is forgotten: perhaps it was for what it read.
-void Scheduler::begin_anew(Job& job, std::uint32_t unit) {
-  for (const LeaseId lease : leases_.of_unit(job.number, unit)) drop_lease(lease);
+void Steps::begin_anew(FarmJob& job, std::uint32_t unit) {
+  for (const LeaseId lease : state_.leases.of_unit(job.number, unit)) book_.drop(lease);
   job.failures.erase(unit);
   job.shorter_runs.erase(unit);
-  forgive(job, unit);
+  faults_.forgive(job, unit);
   if (job.units.state(unit) == UnitState::kSetAside) job.units.put_back(unit);
 }
 
-/// After a restart: results of steps that come after one that is not done, as a damaged journal may have
-/// them.
-void Scheduler::revoke_orphans(Job& job) {
+void Steps::revoke_orphans(FarmJob& job) {
   if (!job.open() || job.units.open_end() == job.units.count()) return;
   for (std::uint32_t unit = job.units.count(); unit-- > job.units.open_end();) {
     if (job.units.state(unit) == UnitState::kDone && !inputs_of(job, unit))

@@ -1,15 +1,14 @@
-// How many units are leased as one, and what they are expected to take [docs/decisions/0020-unit-size.md].
+#include "scheduler/policy/runs.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include "scheduler/scheduler.h"
 
 namespace tessera::server {
 
 /// Expected time of each of these units on a thread of a usual worker, in ms: that of those of the same tile
 /// that came last, whose pixels are the same.
-double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
+double Runs::unit_cost_ms(const FarmJob& job, const UnitRun& units) const {
   const WorkPlan& plan = *job.request.plan;
   const bool of_tiles = !job.tile_cost_ms.empty() && plan.is_of_picture(units.first);
   const double of_tile = of_tiles ? job.tile_cost_ms[plan.tile_of(units.first)] : 0;
@@ -17,18 +16,16 @@ double Scheduler::unit_cost_ms(const Job& job, const UnitRun& units) const {
   return job.mean_cost_ms > 0 ? job.mean_cost_ms : kUnknownCostMs;
 }
 
-std::int64_t Scheduler::charge_for(const Job& job, const UnitRun& units) const {
+std::int64_t Runs::charge_for(const FarmJob& job, const UnitRun& units) const {
   return std::max<std::int64_t>(1, std::llround(units.count * unit_cost_ms(job, units)));
 }
 
-/// Expected time of these units on a thread of this worker.
-Time Scheduler::expected_cost(const Worker& worker, const Job& job, const UnitRun& units) const {
+Time Runs::expected_cost(const FarmWorker& worker, const FarmJob& job, const UnitRun& units) const {
   const auto charge_ms = static_cast<double>(charge_for(job, units));
   return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(charge_ms * worker.slowness)));
 }
 
-/// Units from a pending one on that this worker had better do as one.
-UnitRun Scheduler::run_from(const Worker& worker, const Job& job, std::uint32_t unit) const {
+UnitRun Runs::run_from(const FarmWorker& worker, const FarmJob& job, std::uint32_t unit) const {
   UnitRun run = job.request.plan->longest_run(unit);
   const std::uint32_t possible = std::exchange(run.count, 1);
   const double wanted = longest_run(worker, job, run);
@@ -47,9 +44,7 @@ UnitRun Scheduler::run_from(const Worker& worker, const Job& job, std::uint32_t 
   return run;
 }
 
-/// Whether nothing is known of the unit for which it should go alone, or in a shorter run than one of
-/// `count`.
-bool Scheduler::fits_run(const Job& job, std::uint32_t unit, std::uint32_t count) const {
+bool Runs::fits_run(const FarmJob& job, std::uint32_t unit, std::uint32_t count) const {
   if (job.failures.contains(unit) || job.dangerous.contains(unit)) return false;
   const auto shorter = job.shorter_runs.find(unit);
   return shorter == job.shorter_runs.end() || count <= shorter->second;
@@ -58,15 +53,15 @@ bool Scheduler::fits_run(const Job& job, std::uint32_t unit, std::uint32_t count
 /// How many units of the tile may be leased to this worker as one, at most. The first of each tile are to be
 /// there soon; towards the end of the job no more than half of a thread's part of what is left
 /// [Polychronopoulos1987], but not so few that the lease would be most of the work.
-double Scheduler::longest_run(const Worker& worker, const Job& job, const UnitRun& units) const {
+double Runs::longest_run(const FarmWorker& worker, const FarmJob& job, const UnitRun& units) const {
   if (job.mean_cost_ms == 0) return 1;
   const double unit_ms = unit_cost_ms(job, units) * worker.slowness;
-  const auto longest = static_cast<double>(options_.longest_run.count());
-  const double worthwhile = std::min(longest, static_cast<double>(options_.short_run.count()));
+  const auto longest = static_cast<double>(state_.options.longest_run.count());
+  const double worthwhile = std::min(longest, static_cast<double>(state_.options.short_run.count()));
   if (job.request.plan->begins_tile(units.first)) return worthwhile / unit_ms;
   // A slow thread's part has fewer units, and takes it as long.
-  const double part =
-      static_cast<double>(job.units.pending()) * job.mean_cost_ms / (2.0 * static_cast<double>(threads_));
+  const double part = static_cast<double>(job.units.pending()) * job.mean_cost_ms /
+                      (2.0 * static_cast<double>(state_.threads));
   return std::clamp(part, worthwhile, longest) / unit_ms;
 }
 

@@ -1,0 +1,71 @@
+// Second opinions: whether the pixels that a host returns are right. Results of one arithmetic class have the
+// same bits wherever they are rendered, so two of one unit that differ prove that one of two hosts is at
+// fault. Results of two classes say nothing of each other.
+#pragma once
+
+#include <string>
+
+#include "scheduler/farm_state.h"
+#include "scheduler/policy/classes.h"
+#include "scheduler/policy/eligibility.h"
+#include "scheduler/policy/lease_book.h"
+#include "scheduler/policy/steps.h"
+#include "scheduler/policy/trust.h"
+
+namespace tessera::server {
+
+class Audits {
+ public:
+  Audits(FarmState& state, const Trust& trust, Classes& classes, const Eligibility& eligibility,
+         LeaseBook& book, Steps& steps)
+      : state_(state),
+        trust_(trust),
+        classes_(classes),
+        eligibility_(eligibility),
+        book_(book),
+        steps_(steps) {}
+
+  /// Asks for a second opinion on an accepted result, if it was chosen for one and somebody can give it.
+  void ask(FarmJob& job, const AcceptedResult& accepted);
+  bool can_make(const FarmWorker& worker, const FarmJob& job, const Audit& audit) const;
+  /// Gives up those that wait and that nobody can make.
+  void give_up(FarmJob& job);
+
+  /// A result of the units of an accepted one, beside it.
+  struct Comparison {
+    bool comparable = false;  // of the same class
+    bool equal = false;
+    bool heard = false;  // as an opinion: the job may be over with it
+  };
+  /// What it says counts as an opinion where one is wanted; who is in the minority goes into quarantine.
+  Comparison compare(FarmJob& job, const FarmWorker& worker, const AcceptedResult& accepted,
+                     ResultFingerprint result);
+
+  /// Scheduler::trust_host.
+  absl::Status trust(const std::string& text);
+
+  /// An audit as it was journaled. Of a result that was revoked since, nothing is to be known any more.
+  void restore(FarmJob& job, const FarmEvent& event);
+  /// After the last of these. Which audits were waiting is not journaled, but which were asked for, and what
+  /// came of it where hosts disagree. They are asked for first of all, so those that were waiting are among
+  /// those of the latest results.
+  void restored(FarmJob& job);
+
+ private:
+  Audit first_opinion(const FarmJob& job, const AcceptedResult& accepted) const;
+  bool wanted(const FarmJob& job, const AcceptedResult& accepted) const;
+  bool may_speak(const Audit& audit, const std::string& host) const;
+  bool anyone_can_make(const FarmJob& job, const Audit& audit) const;
+  void adjudicate(FarmJob& job, std::uint32_t unit);
+  void distrust(const std::string& subject, const std::string& why);
+  void revoke_results(FarmJob& job, const std::string& subject);
+
+  FarmState& state_;
+  const Trust& trust_;
+  Classes& classes_;
+  const Eligibility& eligibility_;
+  LeaseBook& book_;
+  Steps& steps_;
+};
+
+}  // namespace tessera::server
