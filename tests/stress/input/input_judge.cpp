@@ -20,6 +20,7 @@
 #include "tessera/v1/job.pb.h"
 #include "wire/algorithm.h"
 #include "wire/job_check.h"
+#include "wire/limits.h"
 #include "wire/resolve_settings.h"
 
 namespace tessera::stress {
@@ -48,7 +49,10 @@ absl::StatusOr<render::BlobBytes> bytes_of(const client::SceneBlob& blob) {
 v1::JobSpec job_of(const v1::Scene& scene) {
   v1::JobSpec job;
   wire::resolve_settings(scene.settings(), job);
-  job.mutable_samples()->set_spp(2);
+  // With noise, the least that goes with it.
+  const std::uint32_t spp = job.samples().noise() != 0 ? wire::kMinAdaptiveSamples : 2;
+  job.mutable_samples()->set_spp(spp);
+  job.mutable_cut()->set_samples_per_unit(spp);
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_width(8);
   view.set_height(8);
