@@ -11,7 +11,7 @@ set(CMAKE_BUILD_RPATH "\$ORIGIN/../lib")
 set(CMAKE_INSTALL_RPATH "\$ORIGIN/../lib")
 
 option(TESSERA_TESTS "Build the tests" ON)
-option(TESSERA_WERROR "Warnings are errors; .ci/run asks for it" OFF)
+option(TESSERA_WERROR "Warnings are errors: for a build that is to have none" OFF)
 set(TESSERA_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
 
 if(NOT CMAKE_BUILD_TYPE)

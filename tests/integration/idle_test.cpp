@@ -14,12 +14,12 @@
 namespace tessera::integration {
 namespace {
 
-constexpr std::size_t kWorkers = 6;
+constexpr std::size_t kIdleWorkers = 6;
 // In use, up to five of six had held nothing from the first job on.
 constexpr double kMostIdle = 0.02;
 constexpr double kPaceTolerance = 0.2;
 // Enough to tell 2 % from none.
-constexpr std::uint64_t kLooks = 50 * kWorkers;
+constexpr std::uint64_t kLooks = 50 * kIdleWorkers;
 constexpr int kMostJobs = 100;
 
 /// How often workers were looked at while units of the job waited, and how often one of them held none.
@@ -61,7 +61,7 @@ void expect_nobody_idle(const std::string& scene, const Arguments& options) {
   SCOPED_TRACE(scene);
   // Units of a tenth of a second: every worker returns dozens, however short the job.
   FarmUnderTest farm({}, {}, "127.0.0.1", {"--unit-seconds", "0.1"});
-  for (std::size_t i = 0; i < kWorkers; ++i) farm.add_worker(1);
+  for (std::size_t i = 0; i < kIdleWorkers; ++i) farm.add_worker(1);
   Watched watched;
   for (int seed = 1; seed <= 3 || (watched.looks <= kLooks && seed <= kMostJobs); ++seed) {
     const std::string job = farm.submit_detached(Arguments{scene, "--seed", std::to_string(seed)} + options);
@@ -74,7 +74,7 @@ void expect_nobody_idle(const std::string& scene, const Arguments& options) {
   EXPECT_LT(idle, kMostIdle) << watched.idle << " of " << watched.looks;
   const auto workers = farm.client().workers({});
   ASSERT_TRUE(workers.ok()) << workers.status();
-  ASSERT_EQ(workers->size(), kWorkers);
+  ASSERT_EQ(workers->size(), kIdleWorkers);
   for (const v1::WorkerStatus& worker : *workers) {
     std::printf("%s: %s has done %llu units, slowness %.3f; idle %.4f\n", scene.c_str(),
                 worker.name().c_str(), static_cast<unsigned long long>(worker.units_done()),

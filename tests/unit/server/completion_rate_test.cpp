@@ -5,7 +5,7 @@
 namespace tessera::server {
 namespace {
 
-constexpr Time at(int seconds) { return Time{seconds * 1000}; }
+constexpr Time at(int second) { return Time{second * 1000}; }
 
 TEST(CompletionRate, IsNotKnownBeforeTheSecondResult) {
   CompletionRate rate;

@@ -31,7 +31,7 @@ void add(HostShares& shares, const std::string& host, Seconds taken) {
 /// So many rounds, in each of which every host returns a unit that takes it so many seconds.
 void add_rounds(HostShares& shares, int rounds, const std::vector<std::pair<std::string, double>>& hosts) {
   for (int i = 0; i < rounds; ++i) {
-    for (const auto& [host, seconds] : hosts) add(shares, host, Seconds(seconds));
+    for (const auto& [host, unit_seconds] : hosts) add(shares, host, Seconds(unit_seconds));
   }
 }
 

@@ -24,13 +24,14 @@ class Hosts : public CoordinatorTest {
     EXPECT_TRUE(work_->Register(&context, request, &response).ok());
     return response.worker_id();
   }
-  grpc::StatusCode bring(const std::string& worker, const v1::Lease& lease, int seed, std::int64_t seconds) {
+  grpc::StatusCode bring(const std::string& worker, const v1::Lease& lease, int seed,
+                         std::int64_t wall_seconds) {
     grpc::ClientContext context;
     v1::CompleteRequest request;
     request.set_worker_id(worker);
     *request.mutable_token() = lease.token();
     request.set_payload(payload_for(lease.unit(), seed));
-    request.mutable_stats()->mutable_wall_time()->set_seconds(seconds);
+    request.mutable_stats()->mutable_wall_time()->set_seconds(wall_seconds);
     v1::CompleteResponse response;
     return work_->Complete(&context, request, &response).error_code();
   }
