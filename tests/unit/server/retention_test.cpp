@@ -14,7 +14,6 @@ namespace {
 
 using std::chrono::hours;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 constexpr hours kYears{24 * 365 * 10};
 
@@ -44,7 +43,7 @@ class Retention : public CoordinatorTest {
   }
   /// Lives on until the job is deleted: for some seconds, as a rule, and never for years.
   void wait_until_gone(const std::string& id) {
-    while (has(id)) clock_.live_through(seconds{1});
+    while (has(id)) clock_.live_through(std::chrono::seconds{1});
   }
 
   /// Whatever is submitted is done after this.
@@ -86,7 +85,7 @@ class Retention : public CoordinatorTest {
 
 TEST_F(Retention, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
   CoordinatorOptions short_lived = options();
-  short_lived.keep_fetched = seconds{0};
+  short_lived.keep_fetched = std::chrono::seconds{0};
   start(short_lived);
   const std::string fetched = submit(spec_with_seed(1)), unfetched = submit(spec_with_seed(2));
   render();
@@ -107,7 +106,7 @@ TEST_F(Retention, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
 
 TEST_F(Retention, WhatNobodyFetchesHasItsTimeToo) {
   CoordinatorOptions short_lived = options();
-  short_lived.keep_unfetched = seconds{0};
+  short_lived.keep_unfetched = std::chrono::seconds{0};
   start(short_lived);
   const std::string id = submit(job_spec());
   render();
@@ -139,7 +138,7 @@ TEST_F(Retention, TooManyBytesTakeFetchedJobsOnlyAndTheOldestFirst) {
 
 TEST_F(Retention, ResultsThatWereTakenOverOutliveTheirFirstJob) {
   CoordinatorOptions short_lived = options();
-  short_lived.keep_fetched = seconds{0};
+  short_lived.keep_fetched = std::chrono::seconds{0};
   start(short_lived);
   const std::string first = submit(job_spec());
   render();
@@ -162,8 +161,8 @@ TEST_F(Retention, ResultsThatWereTakenOverOutliveTheirFirstJob) {
 
 TEST_F(Retention, BlobsGoWithTheLastJobThatNeedsThem) {
   CoordinatorOptions short_lived = options();
-  short_lived.keep_fetched = seconds{0};
-  short_lived.keep_blobs = seconds{0};
+  short_lived.keep_fetched = std::chrono::seconds{0};
+  short_lived.keep_blobs = std::chrono::seconds{0};
   start(short_lived);
   v1::JobSpec both = spec_with_seed(1);
   ASSERT_TRUE(upload("only of the first").ok());
