@@ -33,7 +33,7 @@ struct LocalFarm::Parts {
 std::vector<std::string> local_isas() { return render::supported_isas(); }
 
 absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions options) {
-  // Whatever happens reaches the user as the job's status; coordinator and worker have nobody to write a log
+  // All events reach the user as the job's status; coordinator and worker have nobody to write a log
   // for.
   spdlog::set_level(spdlog::level::off);
   if (options.isa.empty() && render::supported_isas().empty()) {
@@ -45,7 +45,7 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   server::CoordinatorOptions coordinator_options;
   coordinator_options.blobs = parts->blobs;
   coordinator_options.data_dir = options.checkpoint;
-  // What a checkpoint has lost is rendered again, and it is deleted by whoever made it.
+  // Results that a checkpoint has lost are rendered again, and it is deleted by whoever made it.
   coordinator_options.accept_loss = true;
   // Somebody watches, and Ctrl-C keeps what is done.
   coordinator_options.longest_run = std::chrono::seconds{1};

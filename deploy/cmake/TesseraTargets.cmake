@@ -216,7 +216,7 @@ foreach(isa ${TESSERA_ISAS})
 
   if(TESSERA_TESTS)
     # The same with GoogleTest, and main().
-    add_library(tessera_kernel_test_main_${isa} OBJECT ${CMAKE_SOURCE_DIR}/tests/support/kernel_main.cpp)
+    add_library(tessera_kernel_test_main_${isa} OBJECT ${CMAKE_SOURCE_DIR}/tests/support/kernel/kernel_main.cpp)
     target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} tessera_processor GTest::gmock GTest::gtest)
     target_include_directories(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
     target_precompile_headers(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h
@@ -255,7 +255,7 @@ function(tessera_kernel_test_program name)
 endfunction()
 
 # tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] | IN program [LABELS ...] [TIMEOUT s] [LONG s]): one ctest entry an
-# ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit code 77, see tests/support/kernel_main.cpp). The long form is for the first.
+# ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit code 77, see tests/support/kernel/kernel_main.cpp). The long form is for the first.
 function(tessera_kernel_test name)
   cmake_parse_arguments(arg "" "IN;TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)

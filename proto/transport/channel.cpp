@@ -29,7 +29,7 @@ grpc::ChannelArguments channel_arguments() {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  // What gRPC calls so is the time that a connection has to be made, handshakes included. They take long over
+  // gRPC means by it the time that a connection has to be made, handshakes included. They take long over
   // slow links, on busy machines, and when ten thousand workers come back at once; packets that were lost on
   // the way are sent again 1, 3 and 7 s later.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);

@@ -24,7 +24,8 @@ enum class Bias : std::uint8_t {
   kBiased       // another, by design
 };
 
-/// What an algorithm makes once a job, before the picture, and how much of it unless the job says otherwise.
+/// A phase of an algorithm: made once a job, before the picture; how much of it unless the job says
+/// otherwise.
 struct PhaseTraits {
   const char* name;
   std::uint32_t parts = 1;

@@ -1,4 +1,4 @@
-// What the renderer counts: declared here once, and as a field of the same name of UnitStats (job.proto).
+// Counts of the renderer: declared here once, and as a field of the same name of UnitStats (job.proto).
 // Sums, messages, the journal and the tables of statistics follow.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What a restart brings back, from the journal.
+// Restoring the scheduler from the journal.
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"

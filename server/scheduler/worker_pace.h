@@ -59,7 +59,7 @@ class JobPace {
   std::uint64_t job_;
   std::vector<Result> latest_;  // the oldest first
 
-  // What units of this job cost on workers of one pace: mean, variance, and half the mean square difference
+  // Costs of this job's units on workers of one pace: mean, variance, and half the mean square difference
   // of a worker's successive ones [vonNeumann1941]. Neighbours cost much the same, so ten of them say less
   // than ten from all over the picture.
   static constexpr double kFirstSpread =

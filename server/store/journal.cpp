@@ -139,7 +139,7 @@ void SqliteJournal::put_in_effect(const JournalEntry& entry, std::uint64_t end) 
       const std::lock_guard lock(results_mutex_);
       results_.erase(pruned->id);
     }
-    // What stays behind after a crash or an error is deleted by the next start.
+    // Files that stay behind after a crash or an error are deleted by the next start.
     if (!data_dir_.empty()) static_cast<void>(disk_.remove(path_of(pruned->id)));
     if (logs_) logs_->remove(pruned->id);
   }

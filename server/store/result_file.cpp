@@ -92,7 +92,7 @@ absl::StatusOr<std::optional<ResultFile::Extent>> ResultFile::extent(std::uint64
 absl::StatusOr<std::string> ResultFile::read(const Extent& extent) const {
   const std::lock_guard lock(mutex_);
   const auto read_from = [&](const auto& file) -> absl::StatusOr<std::string> {
-    // What is journaled is not believed before the file is seen to be as long.
+    // The journal is not believed before the file is seen to be as long.
     const absl::StatusOr<std::uint64_t> size = file.size();
     if (!size.ok()) return size.status();
     if (*size < extent.end) return absl::DataLossError(absl::StrCat(path_.string(), " was cut"));

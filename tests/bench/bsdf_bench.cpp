@@ -2,7 +2,7 @@
 // lane.
 #include <benchmark/benchmark.h>
 
-#include "support/bsdf_cases.h"
+#include "support/kernel/bsdf_cases.h"
 
 namespace tessera::test {
 namespace {

@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "image/image.h"
-#include "support/render_image.h"
-#include "support/scene_file.h"
+#include "support/picture/render_image.h"
+#include "support/picture/scene_file.h"
 #include "wire/digest.h"
 
 namespace tessera::test {

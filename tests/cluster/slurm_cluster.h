@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "support/process.h"
-#include "support/temp_dir.h"
+#include "support/process/process.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::cluster {
 

@@ -7,7 +7,7 @@
 
 #include "integration/farm_under_test.h"
 #include "support/needs.h"
-#include "support/unpacked_corpus.h"
+#include "support/picture/unpacked_corpus.h"
 
 namespace tessera::integration {
 namespace {

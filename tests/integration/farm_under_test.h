@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "farm/farm_client.h"
-#include "support/process.h"
-#include "support/temp_dir.h"
+#include "support/process/process.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::integration {
 

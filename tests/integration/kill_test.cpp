@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "integration/farm_under_test.h"
-#include "support/file_watch.h"
 #include "support/long_form.h"
+#include "support/process/file_watch.h"
 
 namespace tessera::integration {
 namespace {

@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "integration/farm_under_test.h"
-#include "support/idle_connections.h"
-#include "support/temp_dir.h"
+#include "support/process/idle_connections.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::integration {
 namespace {

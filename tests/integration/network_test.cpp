@@ -11,8 +11,8 @@
 
 #include "integration/farm_under_test.h"
 #include "support/long_form.h"
-#include "support/network_namespace.h"
-#include "support/tcp_proxy.h"
+#include "support/process/network_namespace.h"
+#include "support/process/tcp_proxy.h"
 
 namespace tessera::integration {
 namespace {
@@ -54,7 +54,7 @@ class Network : public testing::Test {
     farm_.add_worker(WorkerSetup{.server = proxy_.address()});
   }
 
-  /// Whatever the network does, nobody starts the coordinator again.
+  /// Nobody starts the coordinator again, whatever the network does.
   void TearDown() override {
     const std::optional<support::ExitStatus> end = farm_.coordinator().wait(std::chrono::milliseconds{0});
     EXPECT_FALSE(end) << "the coordinator ended: exit code " << end->code << ", signal " << end->signal

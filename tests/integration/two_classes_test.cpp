@@ -12,7 +12,7 @@
 #include "image/exr.h"
 #include "integration/farm_under_test.h"
 #include "render/renderer.h"
-#include "support/tcp_proxy.h"
+#include "support/process/tcp_proxy.h"
 
 namespace tessera::integration {
 namespace {

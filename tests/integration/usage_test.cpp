@@ -1,4 +1,4 @@
-// What users are told who call the programs wrongly, or ask for help; and the documentation against the
+// Messages for users who call the programs wrongly, or ask for help; and the documentation against the
 // programs' own option lists.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,8 +14,8 @@
 
 #include "farm/farm_client.h"
 #include "load/stub_fleet.h"
-#include "support/process.h"
-#include "support/temp_dir.h"
+#include "support/process/process.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::load {
 

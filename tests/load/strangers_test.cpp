@@ -13,9 +13,9 @@
 #include "base/address.h"
 #include "load/farm_under_load.h"
 #include "load/wait_for.h"
-#include "support/idle_connections.h"
 #include "support/long_form.h"
-#include "support/tcp_proxy.h"
+#include "support/process/idle_connections.h"
+#include "support/process/tcp_proxy.h"
 #include "transport/channel.h"
 
 namespace tessera::load {
@@ -29,7 +29,7 @@ constexpr seconds kKeepalive{15};  // then the coordinator closes a connection o
 constexpr std::size_t kAtOnce = 1000;
 constexpr rlim_t kByHand = 1024;  // descriptors of a program that is started from a shell
 
-/// What is started meanwhile has this soft limit.
+/// Gives processes that are started meanwhile this soft limit.
 class SoftLimit {
  public:
   explicit SoftLimit(rlim_t descriptors) {

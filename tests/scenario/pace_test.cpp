@@ -62,7 +62,7 @@ Pace run_job(const std::vector<double>& slowness, std::uint32_t units, Time unit
     for (std::size_t i = 0; i < workers.size(); ++i) {
       Worker& worker = workers[i];
       const auto needs = Time(static_cast<std::int64_t>(static_cast<double>(unit.count()) * slowness[i]));
-      // What was revoked is dropped at once; what was spent on it was spent in vain.
+      // Revoked units are dropped at once; the time spent on them was spent in vain.
       const auto beat = scheduler.heartbeat(name(i), worker.held, now);
       for (const v1::LeaseToken& revoked : beat->revoked) {
         if (worker.held.front().attempt() == revoked.attempt()) {
@@ -125,7 +125,7 @@ std::unique_ptr<const SteadyFarm> farm_with(SteadyFarmOptions::Machine first, st
   return farm;
 }
 
-/// What is not proven is not said, so the pace that is known lies between the usual and the true one, closer
+/// Only proven paces are said, so the pace that is known lies between the usual and the true one, closer
 /// to the latter: at 4.5 standard deviations of 0.1, a logarithm of 2.3 becomes 2.2. A third of a decade is
 /// left for noise.
 constexpr double kLeast = 5, kMost = 15;

@@ -84,8 +84,8 @@ TEST(Shares, ShortUnitsAndLongOnesGetTheSame) {
   farm.run([&] { return farm.now() >= Time{120'000}; });
   const double anns = farm.done()[0] * 100.0, bobs = farm.done()[1] * 5000.0;
   std::printf("short units %.1f s, long ones %.1f s\n", anns / 1000, bobs / 1000);
-  // Of 360 s each: what a worker may be ahead (4 s), what it holds (two units of 5 s a thread, 6 threads)
-  // are 64.
+  // Out of 360 s each, a worker's lead (4 s) and the units that it holds (two units of 5 s a thread, 6
+  // threads) are 64.
   EXPECT_NEAR(anns / bobs, 1, 64.0 / 360);
 }
 

@@ -44,7 +44,7 @@ class SimulatedFile final : public DiskFile {
 
 // ---------------------------------------------------------------- SQLite's side [sqlite.org/vfs.html]
 
-/// What SQLite allocates for an open file; `contents` is made and destroyed by hand.
+/// Memory that SQLite allocates for an open file; `contents` is made and destroyed by hand.
 struct VfsFile {
   sqlite3_file base;
   std::shared_ptr<SimulatedDisk::Contents>* contents;

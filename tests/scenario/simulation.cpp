@@ -75,7 +75,7 @@ std::string Simulation::run() {
     if (chaos_ || !all_ended()) continue;
     if (retried) break;
     if (!coordinator_) continue;  // it is about to start again
-    // What was set aside is tried again, on a farm where nothing is wrong any more.
+    // Units that were set aside are tried again, on a farm where nothing is wrong any more.
     retried = true;
     poison_ = false;
     for (auto& [id, promise] : promises_) {
@@ -265,7 +265,7 @@ void Simulation::learn(const UnitDone& done) {
   ++counts_.results;
 }
 
-/// What the unit reads, as it is journaled: LeaseToken.inputs. None where some of it does not count.
+/// Hash of the unit's inputs, as it is journaled: LeaseToken.inputs. None where one of them does not count.
 std::optional<std::uint64_t> Simulation::inputs_of(const Promise& promise, std::uint32_t unit) const {
   std::vector<ResultFingerprint> inputs;
   for (const std::uint32_t input : promise.request.plan->phases().inputs(unit)) {
@@ -276,7 +276,7 @@ std::optional<std::uint64_t> Simulation::inputs_of(const Promise& promise, std::
   return inputs_key(inputs);
 }
 
-/// Whatever counts was made of what counts.
+/// Checks that results which count were made of results which count.
 void Simulation::check_inputs() {
   for (const auto& [id, promise] : promises_) {
     if (promise.parts.empty()) continue;

@@ -1,4 +1,4 @@
-// What equal machines get done when units differ by two decades: nobody idles, nobody is called slow, two
+// Throughput of equal machines when units differ by two decades: nobody idles, nobody is called slow, two
 // machines do twice the work of one. Random farms and jobs; TESSERA_SCHEDULES=N and TESSERA_FIRST_SEED as in
 // simulation_test.cpp.
 #include <gtest/gtest.h>

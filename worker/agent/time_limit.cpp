@@ -41,7 +41,7 @@ void TimeLimit::run(std::stop_token stop) {
     }
     Watched& overdue = next()->second;
     overdue.expired = true;
-    // What is called there may end the watch.
+    // The callbacks may end the watch.
     std::stop_source source = overdue.stop;
     lock.unlock();
     source.request_stop();

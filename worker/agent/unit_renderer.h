@@ -34,7 +34,7 @@ class UnitRenderer {
  private:
   absl::StatusOr<LoadedScene> load(const v1::JobSpec& spec, std::stop_token stop);
   absl::Status render_unit(const HeldUnit& unit, Outcome& outcome);
-  /// What the unit is: pixels or a blob, into the outcome.
+  /// Makes the unit's pixels or blob, into the outcome.
   absl::Status make(const HeldUnit& held, const std::shared_ptr<const LoadedScene>& scene,
                     std::stop_token stop, Outcome& outcome, render::RenderStats& counts);
 

@@ -36,7 +36,7 @@ class RenderScene {
   virtual absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
                                                        RenderStats& stats) const = 0;
 
-  /// What the blobs of the first phases of the job's algorithm hold, for units that read it; null where there
+  /// Reads the blobs of the first phases of the job's algorithm, for units that need them; null where there
   /// are none. InvalidArgument where they are not the phases'. It does not outlive the scene.
   virtual absl::StatusOr<std::shared_ptr<const Prepared>> prepare(
       std::span<const std::string_view> blobs) const = 0;

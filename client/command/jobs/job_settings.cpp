@@ -42,7 +42,7 @@ std::optional<std::array<std::uint32_t, N>> parse_numbers(std::string_view text,
   return numbers;
 }
 
-/// What the command line asks for over what the scene does.
+/// Wishes of the command line over those of the scene.
 v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene) {
   v1::RenderSettings asked;
   asked.set_integrator(request.integrator);

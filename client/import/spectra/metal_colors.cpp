@@ -53,7 +53,7 @@ constexpr Entry kEntries[] = {
 };
 
 std::array<double, 3> color_of(const float (&rgb)[3]) {
-  // What lies outside of the gamut is below 0 in a component.
+  // Colours outside of the gamut are below 0 in a component.
   return {std::max(0.0, double{rgb[0]}), std::max(0.0, double{rgb[1]}), std::max(0.0, double{rgb[2]})};
 }
 

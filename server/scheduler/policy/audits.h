@@ -37,7 +37,7 @@ class Audits {
     bool equal = false;
     bool heard = false;  // as an opinion: the job may be over with it
   };
-  /// What it says counts as an opinion where one is wanted; who is in the minority goes into quarantine.
+  /// Takes it as an opinion where one is wanted; who is in the minority goes into quarantine.
   Comparison compare(FarmJob& job, const FarmWorker& worker, const AcceptedResult& accepted,
                      ResultFingerprint result);
 

@@ -21,7 +21,7 @@ void Paces::measure(FarmJob& job, FarmWorker& worker, const Lease& lease, const 
     worker.slowness = slowness_of(worker.pace, state_.usual_pace);
     if (++state_.results_since_comparison > state_.workers.size() / 4) compare_workers();
   }
-  // What a slow worker needs says little of the unit.
+  // The time that a slow worker needs says little of the unit.
   const double usual_ms =
       std::chrono::duration<double, std::milli>(cost).count() / lease.units.count / worker.slowness;
   job.mean_cost_ms = job.mean_cost_ms == 0 ? usual_ms : (7 * job.mean_cost_ms + usual_ms) / 8;

@@ -1,4 +1,4 @@
-// What units cost, and how workers compare.
+// Costs of units, and paces of workers by comparison.
 #pragma once
 
 #include "scheduler/farm_state.h"

@@ -49,7 +49,7 @@ void Steps::revoke_alone(FarmJob& job, const AcceptedResult& result) {
   ++job.revision;
 }
 
-/// What was made of a unit's result, which counts no more, is made anew; the last first, so that a crash in
+/// Makes anew all that was made of a unit's result, which counts no more; the last first, so that a crash in
 /// between leaves nothing that is made of what is not there.
 void Steps::revoke_dependents(FarmJob& job, std::uint32_t source) {
   if (job.request.plan->is_of_picture(source)) return;

@@ -397,7 +397,7 @@ void Farm::prune() {
 void Farm::collect_blobs() {
   if (collecting_.exchange(true)) return;
   next_collection_ = now() + kLongestBetweenCollections;
-  // What a job needs that is submitted meanwhile was asked for a moment ago.
+  // Blobs of a job that is submitted meanwhile were asked for a moment ago.
   absl::flat_hash_set<std::string> needed;
   for (const auto& entry : jobs_.all()) {
     for (const v1::BlobRef& blob : entry->shape->spec.farm().blobs()) needed.insert(blob.digest());

@@ -54,7 +54,7 @@ struct JobEntry {
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
   std::vector<std::uint64_t>
       past_revoked;  // where `past` is set: numbers of results that do not count, ascending
-  /// What units of phases made, while the scheduler knows the job; then the phases' own alone.
+  /// Blobs of the phases' units, while the scheduler knows the job; then the phases' own alone.
   PhaseBlobs phase_blobs = {};
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results

@@ -31,7 +31,7 @@ bool is_allowed(Role role, std::string_view method) {
   if (is_of("/grpc.health.v1.Health/")) return true;
   if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
   if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
-  // What units of phases make is for the workers that come after.
+  // Blobs of phases are for the workers that come after.
   if (is_of("/tessera.v1.BlobService/Upload") || is_of("/tessera.v1.BlobService/QueryUpload"))
     return role != Role::kServer;
   // Clients have what they uploaded; what others did is not theirs to read.

@@ -37,7 +37,7 @@ SqliteJournal::SqliteJournal(const std::filesystem::path& data_dir, Disk& disk)
       disk_(disk),
       database_(data_dir.empty() ? ":memory:" : (data_dir / kTables).string(),
                 SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, /*busyTimeoutMs=*/0, disk.sqlite_vfs()) {
-  // What SQLite makes beside it gets the same rights. On a simulated disk there is no such file.
+  // Files that SQLite makes beside it get the same rights. On a simulated disk there is no such file.
   std::error_code none;
   if (!data_dir.empty()) {
     std::filesystem::permissions(

@@ -1,5 +1,5 @@
-// What a coordinator finds when it starts: the parts are the database, the file of every job's results, and
-// changes of single rows, each a byte for the column and its new value.
+// The state that a coordinator finds when it starts: the parts are the database, the file of every job's
+// results, and changes of single rows, each a byte for the column and its new value.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,4 @@
-// What a worker is sent: the parts are a JobSpec that a coordinator lets through, a Scene, and the blobs "0",
+// A worker's input: the parts are a JobSpec that a coordinator lets through, a Scene, and the blobs "0",
 // "1", ... that it may refer to. The scene is built, and a corner of it is rendered where this machine has
 // kernels.
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace tessera::fuzz {
 namespace {
 
-// What would only cost time, and is the user's to choose.
+// Choices of the user that would only cost time.
 constexpr std::uint32_t kMaxSide = 64;
 constexpr std::uint32_t kMaxDepth = 6;
 

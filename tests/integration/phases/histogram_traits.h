@@ -1,4 +1,4 @@
-// What an algorithm that is not Tessera's own can do (histogram.cpp); a program that this is linked into
+// Traits of an algorithm that is not Tessera's own (histogram.cpp); a program that this is linked into
 // knows it.
 #pragma once
 

@@ -36,7 +36,7 @@ std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samp
 double even_error(int samples, double deviation) {
   return 1.25 * std::pow(samples, -2.0 / 3) * std::max(deviation, 1.0);
 }
-// Of weights between 0 and about 1.
+// For weights between 0 and about 1.
 const double kEvenTolerance = even_error(1 << 14, 1);
 
 constexpr int kManySamples = 1 << 18;  // for weights that are far from 1, as those of balanced models are

@@ -2,7 +2,7 @@
 // forms where there are some.
 #include <gtest/gtest.h>
 
-#include "support/bsdf_cases.h"
+#include "support/kernel/bsdf_cases.h"
 
 namespace tessera::test {
 namespace {

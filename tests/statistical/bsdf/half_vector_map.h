@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "support/bsdf_cases.h"
+#include "support/kernel/bsdf_cases.h"
 
 namespace tessera::test {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "support/bsdf_cases.h"
-#include "support/chi2.h"
+#include "support/kernel/bsdf_cases.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::test {
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-#include "support/bsdf_cases.h"
+#include "support/kernel/bsdf_cases.h"
 
 namespace tessera::test {
 

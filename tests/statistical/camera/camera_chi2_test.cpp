@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "render/camera/camera.h"
-#include "support/chi2.h"
-#include "support/random_lanes.h"
+#include "support/kernel/chi2.h"
+#include "support/kernel/random_lanes.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "render/film/filter_sample.h"
 #include "render/film/filter_value.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -127,7 +127,7 @@ TEST(PixelFilterChi2, ValuesIntegrateToOneAndAreTheFormula) {
   }
 }
 
-/// What light tracing splats (the value) and what camera samples weigh (weight times density) are the same
+/// The value that light tracing splats and the weight of camera samples times their density are the same
 /// function: between two numbers u lies the integral of value over weight.
 TEST(PixelFilterChi2, WeightTimesDensityIsTheValue) {
   for (const Filter& filter : filters()) {

@@ -13,7 +13,7 @@
 #include "render/light/environment.h"
 #include "render/light/light.h"
 #include "render/light/light_build.h"
-#include "support/double_point.h"
+#include "support/kernel/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -67,7 +67,7 @@ struct Rays {
   }
 };
 
-/// What is seen of light 0 along a ray of its own: of a surface times the cosine there, of a point from
+/// Radiance of light 0 along a ray of its own: of a surface times the cosine there, of a point from
 /// distance 1.
 Float seen_along(const Lamp& lamp, const Emission& ray, Vec3 normal, Vec2 u) {
   const LightRecord& record = lamp.table.lights[0];

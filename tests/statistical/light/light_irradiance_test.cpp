@@ -241,7 +241,7 @@ TEST(LightIrradiance, ThroughAPortal) {
   const Lamp down = environment_lamp("window", through_portal(sky, {0, 0, h}, {0, b, 0}, {a, 0, 0}));
   expect_irradiance(irradiance(down, {0, 0, 0}, {0, 0, 1}), kPi64 * factor);
   expect_irradiance(irradiance(down, {0, 0, 2 * h}, {0, 0, -1}), 0);
-  // What a direction sees agrees with what is sampled.
+  // Radiance along a direction agrees with samples.
   const auto seen = [&](Point from, Point w) {
     return environment_radiance(down.table, 0, wide(from), wide(unit(w)), Mask::all()).c[1].lane(0);
   };

@@ -6,7 +6,7 @@
 #include "render/light/selection/light_tree_build.h"
 #include "render/light/selection/pick.h"
 #include "statistical/light/lamps.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -85,7 +85,7 @@ TEST(LightTree, PicksAsOftenAsItSays) {
       expected[light] = pmf * kPicks;
       total += pmf;
     }
-    // What is left goes to branches that turn out to reach nothing once they are looked at from nearer by.
+    // The rest goes to branches that turn out to reach nothing once they are looked at from nearer by.
     EXPECT_LT(total, 1 + 1e-5);
     EXPECT_GT(total, 0.6);
     expected[lights] = std::max(0.0, 1 - total) * kPicks;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "statistical/medium/test_media.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

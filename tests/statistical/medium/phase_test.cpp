@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "statistical/medium/test_media.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/medium/medium.h"
-#include "support/double_point.h"
+#include "support/kernel/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -1,4 +1,4 @@
-#include "support/image_agreement.h"
+#include "support/picture/image_agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "support/p_values.h"
+#include "support/picture/p_values.h"
 
 namespace tessera::test {
 namespace {

@@ -1,9 +1,9 @@
 // Mitsuba 3's own render tests: every scene, rendered with several seeds, held against its reference. The
 // corpus lies beside the project; without it the tests are skipped by name.
 //
-// Each image gives a p-value (support/image_agreement.h); those of one scene are combined by Fisher's method,
-// and Holm's is over the scenes, so that a renderer that is right fails with probability kLevel, whatever its
-// seeds. docs/decisions/0008-agreement-with-mitsuba.md has the rates at which it rejects.
+// Each image gives a p-value (support/picture/image_agreement.h); those of one scene are combined by Fisher's
+// method, and Holm's is over the scenes, so that a renderer that is right fails with probability kLevel,
+// whatever its seeds. docs/decisions/0008-agreement-with-mitsuba.md has the rates at which it rejects.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@
 #include <vector>
 
 #include "image/exr.h"
-#include "support/image_agreement.h"
 #include "support/long_form.h"
 #include "support/needs.h"
-#include "support/p_values.h"
-#include "support/render_image.h"
-#include "support/unpacked_corpus.h"
+#include "support/picture/image_agreement.h"
+#include "support/picture/p_values.h"
+#include "support/picture/render_image.h"
+#include "support/picture/unpacked_corpus.h"
 
 namespace tessera::test {
 namespace {

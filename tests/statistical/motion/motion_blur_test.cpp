@@ -12,7 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "render/build/load_scene.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 namespace {

@@ -199,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(
                      "constant: 0.2 } }")),
     name_of_case);
 
-// What lies behind a partly opaque surface is not seen by light tracing, so the veil is between the lamp and
+// Light tracing does not see things behind a partly opaque surface, so the veil is between the lamp and
 // the things.
 INSTANTIATE_TEST_SUITE_P(Veil, LightTracing,
                          testing::Values(Case{

@@ -10,8 +10,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "image/png.h"
-#include "support/render_image.h"
-#include "support/temp_dir.h"
+#include "support/picture/render_image.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::test::orientation {  // apart from tests that are compiled with these
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 

@@ -9,7 +9,7 @@
 #include "image/exr.h"
 #include "image/metrics.h"
 #include "support/needs.h"
-#include "support/render_image.h"
+#include "support/picture/render_image.h"
 
 namespace tessera::test {
 namespace {

@@ -234,7 +234,7 @@ TEST(VertexNormalsOfALamp, DoNotCountBeforeTheSceneSaysSo) {
 }
 
 TEST(VertexNormalsOfALamp, CountAsInMitsuba) {
-  // What Mitsuba's two estimators bring in together, each weighed by its own power heuristic: light samples
+  // Mitsuba's two estimators together, each weighed by its own power heuristic: light samples
   // scaled by the wrong cosine, and rays that meet the lamp.
   const double expected = floor_radiance([](double cos_s, double cos_g, double ratio) {
     if (cos_s <= 0) return 0.0;

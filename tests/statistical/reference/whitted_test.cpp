@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "statistical/reference/picture.h"
-#include "support/render_image.h"
+#include "support/picture/render_image.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::test::whitted {  // apart from tests that are compiled with these

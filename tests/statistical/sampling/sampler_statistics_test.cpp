@@ -9,7 +9,7 @@
 
 #include "render/integrator/vertex/dimensions.h"
 #include "render/sampling/sampler.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

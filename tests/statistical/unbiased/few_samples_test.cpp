@@ -12,7 +12,7 @@
 
 #include "support/long_form.h"
 #include "support/needs.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 namespace {

@@ -38,7 +38,7 @@ std::uint32_t hashed(std::uint64_t x) {
   return static_cast<std::uint32_t>((x ^ (x >> 33)) >> 16);
 }
 
-/// What a pixel's samples may look like; a function of the sample's number.
+/// Values that a pixel's samples may have; a function of the sample's number.
 struct Stream {
   const char* name;
   float (*value)(std::uint64_t i);

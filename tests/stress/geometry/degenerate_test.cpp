@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/load_scene.h"
-#include "support/render_image.h"
-#include "support/scene_file.h"
+#include "support/picture/render_image.h"
+#include "support/picture/scene_file.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::test {

@@ -12,8 +12,8 @@
 #include "stress/geometry/closed_mesh.h"
 #include "stress/geometry/moved_scene.h"
 #include "support/needs.h"
-#include "support/render_image.h"
-#include "support/scene_file.h"
+#include "support/picture/render_image.h"
+#include "support/picture/scene_file.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::test {

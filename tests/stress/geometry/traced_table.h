@@ -13,7 +13,7 @@
 #include "render/accel/embree/trace.h"
 #include "render/color/texture_table.h"
 #include "render/shape/surface.h"
-#include "support/double_point.h"
+#include "support/kernel/double_point.h"
 #include "support/long_form.h"
 
 #define TESSERA_STRESS_STRING2(x) #x

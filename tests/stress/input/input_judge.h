@@ -1,4 +1,4 @@
-// What becomes of a file with a bad number in it: an error that says where, or a picture of finite pixels;
+// Judge of a file with a bad number in it: an error that says where, or a picture of finite pixels;
 // and soon.
 #pragma once
 

@@ -14,8 +14,8 @@
 #include "stress/input/sample_files.h"
 #include "support/long_form.h"
 #include "support/needs.h"
-#include "support/temp_dir.h"
-#include "support/unpacked_corpus.h"
+#include "support/picture/unpacked_corpus.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::stress {
 namespace {

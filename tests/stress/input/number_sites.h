@@ -25,8 +25,8 @@ std::vector<NumberSite> number_sites(std::string_view text, TextKind kind);
 /// `text` with the number at `site` replaced.
 std::string with_number(std::string_view text, NumberSite site, std::string_view replacement);
 
-/// What no reader expects: not a number, infinite, beyond float and double, denormal, zero, negative, beyond
-/// integers.
+/// Numbers that no reader expects: not a number, infinite, beyond float and double, denormal, zero, negative,
+/// beyond integers.
 inline constexpr std::string_view kBadNumbers[] = {
     "nan", "inf", "-inf", "1e38",  "-1e38",      "1e300",       "1e-45",
     "0",   "-1",  "1e12", "1e-12", "2147483648", "-2147483649", "99999999999999999999"};

@@ -15,7 +15,7 @@
 #include "stress/input/input_judge.h"
 #include "stress/input/sample_files.h"
 #include "support/long_form.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::stress {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "support/long_form.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::test {
@@ -113,7 +113,7 @@ std::vector<Emitter> emitters() {
 }
 
 // 2^18 Sobol' samples of a bounded integrand: a part in 10^4 (the worst of the table in docs/numerics.md).
-// What is left of the tenth of a per cent is for the renderer.
+// The rest of the tenth of a per cent is for the renderer.
 constexpr double kScaleTolerance = 1e-3;
 
 TEST(LightScale, EmittersOfAnySizeInScenesOfAnySize) {

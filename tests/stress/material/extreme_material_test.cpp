@@ -9,7 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 namespace {

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/boundary_scatter.h"
 #include "render/bsdf/tables/boundary_energy.h"
-#include "support/render_image.h"
+#include "support/picture/render_image.h"
 
 namespace tessera::test {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "agent/agent.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "tessera/v1/scene.pb.h"
 #include "unit/agent/fake_coordinator.h"
 #include "wire/aov_channels.h"

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <thread>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "wire/digest.h"
 
 namespace tessera::agent {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::client {
 

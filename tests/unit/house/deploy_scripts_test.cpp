@@ -1,4 +1,4 @@
-// What the scripts of deploy/ print while they build: one line a phase with its time, and all of what went
+// Output of the scripts of deploy/ while they build: one line a phase with its time, and all of what went
 // wrong.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "support/process.h"
-#include "support/temp_dir.h"
+#include "support/process/process.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera {
 namespace {

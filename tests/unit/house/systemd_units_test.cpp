@@ -7,8 +7,8 @@
 #include <string>
 
 #include "support/needs.h"
-#include "support/process.h"
-#include "support/temp_dir.h"
+#include "support/process/process.h"
+#include "support/process/temp_dir.h"
 
 namespace {
 

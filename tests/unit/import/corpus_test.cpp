@@ -3,7 +3,7 @@
 #include <set>
 
 #include "support/needs.h"
-#include "support/unpacked_corpus.h"
+#include "support/picture/unpacked_corpus.h"
 #include "unit/import/import_fixture.h"
 
 namespace tessera::client {

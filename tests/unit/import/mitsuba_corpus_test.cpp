@@ -2,8 +2,8 @@
 #include <filesystem>
 
 #include "support/needs.h"
-#include "support/temp_dir.h"
-#include "support/unpacked_corpus.h"
+#include "support/picture/unpacked_corpus.h"
+#include "support/process/temp_dir.h"
 #include "unit/import/mitsuba_fixture.h"
 
 namespace tessera::client {

@@ -1,4 +1,4 @@
-// What pbrt directives mean: transformations, attributes, objects, camera, film, settings.
+// Meaning of pbrt directives: transformations, attributes, objects, camera, film, settings.
 #include <cmath>
 
 #include "unit/import/import_fixture.h"

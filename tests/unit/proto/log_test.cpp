@@ -81,7 +81,7 @@ TEST_F(Log, EveryLineOfAWorkerNamesIt) {
   EXPECT_THAT(line(), EndsWith("begun job=4f0c worker=render7:12\n"));
 }
 
-// What a worker reports ends up in the coordinator's log: it must not be able to write lines of its own
+// A worker's reports end up in the coordinator's log: it must not be able to write lines of its own
 // there.
 TEST_F(Log, WhatIsQuotedCannotForgeLines) {
   const std::string evil = "broken\n[2026-01-01] [info] all is well\x1b[2J\r\x7f";

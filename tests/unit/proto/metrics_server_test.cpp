@@ -9,8 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "prometheus/counter.h"
-#include "support/http_get.h"
-#include "support/idle_connections.h"
+#include "support/process/http_get.h"
+#include "support/process/idle_connections.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::telemetry {

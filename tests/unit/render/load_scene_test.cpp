@@ -8,7 +8,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 namespace {

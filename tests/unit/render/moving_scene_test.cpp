@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/load_scene.h"
-#include "support/scene_file.h"
+#include "support/picture/scene_file.h"
 
 namespace tessera::test {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "render/sampling/discrete.h"
 #include "render/sampling/piecewise2d_sample.h"
-#include "support/chi2.h"
+#include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

@@ -45,7 +45,7 @@ TEST(Wide, CompressStoreKeepsOrderAndWritesNothingElse) {
       if (!(bits >> i & 1)) continue;
       EXPECT_EQ(out[static_cast<std::size_t>(expected++)], static_cast<float>(i));
     }
-    // What the wavefront relies on: entries behind the last one written are still to be read.
+    // The wavefront relies on it that entries behind the last one written are still to be read.
     for (int i = n; i <= kWidth; ++i) EXPECT_EQ(out[static_cast<std::size_t>(i)], -1.0f);
   }
 }

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {

@@ -5,7 +5,7 @@
 
 #include "service/rpc/blob_upload.h"
 #include "store/data_dir.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
@@ -158,7 +158,7 @@ TEST(BlobUpload, StopsWhereTheRoomEndsAndGoesOnWhenThereIsMore) {
     EXPECT_TRUE(upload.take(first).ok());
     EXPECT_TRUE(upload.finish().ok());
   }
-  // What is there takes no room.
+  // A blob that is there takes no room.
   space.free_bytes = 0;
   first.set_offset(0);
   BlobUpload again{*blobs};

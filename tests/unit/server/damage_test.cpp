@@ -5,7 +5,7 @@
 #include <map>
 #include <thread>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
@@ -75,7 +75,7 @@ TEST_F(DamageTest, AFlippedBitInAResultIsNoticedAndTheUnitDoneAgain) {
   const std::string id = finished_job();
   v1::WorkUnit unit;
   const std::uint64_t size = std::filesystem::file_size(results(id)) / 4;
-  // What was done again is the last in the file: that is damaged next. The rest of the bytes is for
+  // The result that was done again is the last in the file: it is damaged next. The rest of the bytes is for
   // TileResult.EveryFlippedByteIsNoticedOrMeansNothing.
   for (std::uint64_t byte = 0; byte < size; byte += 7) {
     flip_a_bit(results(id), std::filesystem::file_size(results(id)) - 1 - byte);

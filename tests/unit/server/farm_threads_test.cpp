@@ -103,7 +103,7 @@ class FarmThreads : public testing::Test {
     static_cast<void>(farm_->deregister(worker->worker_id()));
   }
 
-  /// What a job that was cancelled meanwhile answers does not matter.
+  /// The answer of a job that was cancelled meanwhile does not matter.
   void complete(const std::string& worker, const v1::Lease& lease) {
     v1::CompleteRequest request;
     request.set_worker_id(worker);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "service/farm/host_shares.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
 

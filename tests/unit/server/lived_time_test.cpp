@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::server {
 namespace {

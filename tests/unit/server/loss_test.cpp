@@ -12,7 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "support/long_form.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {

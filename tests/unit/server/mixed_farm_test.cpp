@@ -2,7 +2,7 @@
 // over.
 #include <gmock/gmock.h>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "service/in_process.h"
-#include "support/http_get.h"
+#include "support/process/http_get.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {

@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "support/phased_job.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 

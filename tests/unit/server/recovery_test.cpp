@@ -4,7 +4,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "store/blobs/blob_store.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 
@@ -46,7 +46,7 @@ class Retention : public CoordinatorTest {
     while (has(id)) clock_.live_through(std::chrono::seconds{1});
   }
 
-  /// Whatever is submitted is done after this.
+  /// Renders all units of the jobs submitted so far.
   void render() {
     const std::string worker = register_worker();
     while (true) {

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 

@@ -67,7 +67,7 @@ absl::Status join_farm(const JoinRequest& request) {
   const absl::StatusOr<std::string> authority = fetch_authority(address, *token);
   if (!authority.ok()) return authority.status();
 
-  // What can fail here fails before the token is used.
+  // All that can fail here fails before the token is used.
   const transport::Key key = transport::make_key();
   const transport::CertificateRequest certificate_request =
       key == nullptr ? nullptr : transport::make_request(key.get(), request.name);

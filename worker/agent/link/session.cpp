@@ -68,7 +68,7 @@ absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool register
     absl::StatusOr<v1::RegisterResponse> response = link_.register_worker(request_, stop);
     if (response.ok()) return response;
     if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
-    // What once took this worker is a coordinator, whatever else may be answered since.
+    // Whoever once took this worker is a coordinator, whatever else may be answered since.
     const bool final = registered_before ? transport::is_refusal(response.status())
                                          : !transport::is_transient(response.status());
     if (final) return response.status();

@@ -1,4 +1,4 @@
-// What units of a job read that its phases have made: fetched and read once, however many units need it.
+// Results of a job's phases, for units that read them: fetched and read once, however many units need them.
 #pragma once
 
 #include <condition_variable>

@@ -61,7 +61,7 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   }
   slot->loading = true;
   lock.unlock();
-  // Whatever happens, those who wait here too must hear of it.
+  // Those who wait here too must hear of it, whatever happens.
   absl::StatusOr<LoadedScene> loaded = [&]() -> absl::StatusOr<LoadedScene> {
     try {
       return loader_(spec, slot->abandoned.get_token());

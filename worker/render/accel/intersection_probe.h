@@ -8,8 +8,8 @@ namespace tessera::render {
 
 struct ShapeTable;
 
-/// What a sample of the scene's surfaces shows; the same wherever it is taken. Shares are of the solid angles
-/// that surfaces would fill seen from the camera, each for itself.
+/// Findings in a sample of the scene's surfaces; the same wherever it is taken. Shares are of the solid
+/// angles that surfaces would fill seen from the camera, each for itself.
 struct IntersectionProbe {
   /// Part of the rays to a surface that fast tests are expected to let through, by rounding, at edges and
   /// where boxes are missed.

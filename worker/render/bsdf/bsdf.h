@@ -31,8 +31,8 @@ struct BsdfParams {
   TESSERA_INLINE Mask with(std::int32_t flag) const { return (flags & flag) != 0; }
 };
 
-/// What a path carries: radiance if it comes from the eye, importance (the flux of light particles) if it
-/// comes from a light. They differ where light is refracted [Veach 1997, section 5.2].
+/// Quantity that a path carries: radiance if it comes from the eye, importance (the flux of light particles)
+/// if it comes from a light. They differ where light is refracted [Veach 1997, section 5.2].
 enum class Transport { kRadiance, kImportance };
 
 /// `f`, given for radiance, as it is for `transport`: refraction to a side of relative index `eta` scales
@@ -67,7 +67,7 @@ class Bsdf {
   explicit constexpr Bsdf(std::int32_t model_traits = 0) : traits(model_traits) {}
   virtual ~Bsdf() = default;
 
-  /// Of MaterialFlags, those that hold whatever the parameters are.
+  /// Those MaterialFlags that hold whatever the parameters are.
   const std::int32_t traits;
 
   /// Value and density. Lanes that are not active may hold anything, and give anything.

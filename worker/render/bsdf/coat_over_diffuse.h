@@ -20,8 +20,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What depends on wo only: radiance that leaves along wo per irradiance that enters, and how to choose a
-/// lobe.
+/// Terms that depend on wo only: radiance that leaves along wo per irradiance that enters, and how to choose
+/// a lobe.
 struct CoatLobes {
   Float fresnel_o;  // of the smooth coat; only meaningful there
   Spectrum base;    // T(wo) rho / (eta^2 (1 - rho R))

@@ -63,7 +63,7 @@ enum MaterialFlags : std::int32_t {
   kBlinn = 1 << 26,       // kPhong: the lobe is of the half vector
   kMirrorLobe = 1 << 27,  // kPhong: the lobe is a mirror
   kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
-  // What holds for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
+  // Flags that hold for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
   // loaded.
   kReflectsOnly = 1 << 24,      // light is scattered back to the side of wo alone
   kEstimatedDensity = 1 << 25,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
@@ -84,7 +84,7 @@ struct ScalarSlot {
   std::int32_t texture = -1;
 };
 
-/// What the slots mean is in bsdf/slots.h and at the head of the model's file (bsdf/diffuse.cpp and so on).
+/// Slots are named in bsdf/slots.h and at the head of the model's file (bsdf/model/diffuse.cpp and so on).
 struct MaterialRecord {
   BsdfKind kind = BsdfKind::kDiffuse;
   std::int32_t flags = 0;

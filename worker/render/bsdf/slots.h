@@ -31,7 +31,7 @@ inline constexpr int kTilt = 0, kFibreOffset = 1;                       // hair
 inline constexpr int kMetallic = 0, kSpecTrans = 1, kSpecTint = 2, kSheen = 3, kSheenTint = 4, kFlatness = 5,
                      kClearcoat = 6, kClearcoatGloss = 7, kDiffTrans = 8;  // principled
 
-/// Of Phong's and Blinn's lobes: sharper ones have no digits left in single precision.
+/// Largest exponent of Phong's and Blinn's lobes: sharper ones have no digits left in single precision.
 inline constexpr float kMostPhongExponent = 1e4f;
 
 }  // namespace tessera::render::slot

@@ -171,7 +171,7 @@ class BuiltScene final : public RenderScene {
                                                    algorithm_.phases.size(), " phases, not ", phase + 1));
   }
 
-  /// What `work` says; what it counts is added to `stats`, with ticks made into CPU time.
+  /// Returns the result of `work`, and adds its counts to `stats`, with ticks made into CPU time.
   template <class Work>
   bool timed(RenderStats& stats, Work work) const {
     RenderStats own;

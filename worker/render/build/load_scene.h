@@ -19,7 +19,7 @@ class JobSpec;
 
 namespace tessera::render {
 
-/// What the scenes that are loaded at a time have in common, for load_scene(): it finds there what it need
+/// Contents that scenes loaded at a time share, for load_scene(): it finds there what it need
 /// not build again. Holds nothing alive. Thread-safe.
 class SharedContents {
  public:

@@ -33,7 +33,7 @@ struct ArrayBuilders {
   SceneArrays& arrays;
   std::vector<std::string>& warnings;
 
-  // Whatever asks for a texture says that its images are needed; they are decoded when nothing more asks.
+  // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
   TextureImages images{};
   TextureBuilder textures{space, images, arrays.textures};
   MediumBuilder media{space, blobs, arrays.media};
@@ -57,7 +57,7 @@ struct ArrayBuilders {
 
 namespace {
 
-/// What is asked of all materials, and of the media, before a path begins.
+/// Sets the flags that paths look at before they begin, from all materials and media.
 void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
   for (const MaterialRecord& material : arrays.materials.materials) {
     tables.any_textures = tables.any_textures || (material.flags & kHasTextures);

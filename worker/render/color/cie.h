@@ -2,7 +2,7 @@
 //
 // All integrals run over 360..830 nm with the CIE 1931 2-degree matching functions in steps of 5 nm.
 //
-// What "white" means differs between light and matter, as it does in pbrt-v4:
+// "White" differs between light and matter, as it does in pbrt-v4:
 //  - Emission is what an observer sees: XYZ of the spectrum, with luminance Y = 1 for a spectrum that is 1
 //    everywhere, then to Rec.709 without adaptation. An equal-energy spectrum is therefore slightly pink,
 //    (1.205, 0.948, 0.909), and D65 is (1, 1, 1) times its luminance.

@@ -1,4 +1,4 @@
-// What this machine's processor can run. Compiled for every processor, unlike the kernels and their tests.
+// Abilities of this machine's processor. Compiled for every processor, unlike the kernels and their tests.
 #pragma once
 
 #include <string_view>

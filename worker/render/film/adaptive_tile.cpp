@@ -56,7 +56,7 @@ AdaptiveTile::~AdaptiveTile() = default;
 std::size_t AdaptiveTile::next(std::span<SampleName> names) {
   given_.clear();
   while (given_.size() < names.size()) {
-    // What blocks that are open want goes first, so that few are.
+    // Wishes of open blocks go first, so that few blocks are open.
     if (runs_.empty()) {
       if (next_y_ * kNoiseBlock >= result_.y1) break;
       open_block();

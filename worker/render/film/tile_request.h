@@ -17,7 +17,7 @@ struct TileRequest {
   std::uint32_t sample_begin = 0, sample_end = 0;
   /// Added to the job's seed: independent images of one scene, for measuring.
   std::uint64_t seed_offset = 0;
-  /// What the algorithm's phases have made (RenderScene::prepare); null where it has none.
+  /// Results of the algorithm's phases (RenderScene::prepare); null where it has none.
   const Prepared* prepared = nullptr;
 };
 

@@ -20,8 +20,8 @@ struct MaterialPart {
   Float bump_alpha2;  // squared roughness of a surface that is tilted as much as the bent normal
 };
 
-/// What scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed the
-/// first part counts 1 - amount, and `second` the rest.
+/// Matter that scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed
+/// the first part counts 1 - amount, and `second` the rest.
 struct Interaction : MaterialPart {
   Float amount;
   MaterialPart second;

@@ -105,7 +105,7 @@ std::string why_no_kernels() {
     if (!processor_has(isa)) continue;
     const std::string module = module_of(isa);
     modules += (modules.empty() ? "" : ", ") + module;
-    // What is there, and cannot be opened all the same, lacks a library.
+    // A module that is there, and cannot be opened all the same, lacks a library.
     if (dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL) != nullptr) continue;
     if (const char* const error = dlerror(); error != nullptr) reasons += std::string("\n  ") + error;
   }

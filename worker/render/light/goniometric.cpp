@@ -19,7 +19,7 @@ class GoniometricLight final : public PositionalLight {
     return s;
   }
 
-  /// As if the picture were white.
+  /// Power as if the picture were white.
   double power(const LightTable&, const LightRecord& light) const override {
     return 4 * std::numbers::pi * mean_radiance(light);
   }

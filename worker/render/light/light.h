@@ -75,7 +75,7 @@ class LightModel : public LightSource {
 /// The model of a kind.
 const LightModel& light_model(LightKind kind);
 
-/// What they are for those that build: LightTable::sources of tables for these kernels.
+/// Models for those that build: LightTable::sources of tables for these kernels.
 LightSources light_sources();
 
 /// Adds a model that is not among those of light.cpp; records of the kind returned have it. Before anything

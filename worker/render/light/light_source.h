@@ -1,4 +1,4 @@
-// What has to be known of lights to choose among them: the part of a light's model that is asked when a scene
+// Properties of lights by which one is chosen: the part of a light's model that is asked when a scene
 // is built. The models (light.h) have it too.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace tessera::render {
 
-/// What holds for a model whatever its parameters are.
+/// Properties of a model that hold whatever its parameters are.
 struct LightTraits {
   bool at_infinity = false;               // it has no bounds, and its power is what falls on the scene
   bool uses_normals = false;              // sampling and its density look at Receiver::normal

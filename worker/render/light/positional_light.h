@@ -34,7 +34,7 @@ class PositionalLight : public LightModel {
     return {Float(1.0f), direction_density({table, light, active}, direction)};
   }
 
-  /// What has no normal counts four times.
+  /// Bounds in which a light without a normal counts four times.
   LightBounds bounds(const LightTable&, const LightRecord& light) const override {
     LightBounds b;
     b.intensity = 4 * mean_radiance(light);

@@ -23,7 +23,7 @@ class ProjectionLight final : public PositionalLight {
     return s;
   }
 
-  /// As if the solid angle were that of a white picture seen from afar.
+  /// Power as if the solid angle were that of a white picture seen from afar.
   double power(const LightTable&, const LightRecord& light) const override {
     return 4 * double{light.tan_x} * light.tan_y * mean_radiance(light);
   }

@@ -42,7 +42,7 @@ AliasTable AliasTable::build(std::span<const double> weights) {
       small.push_back(over);
     }
   }
-  // What is left differs from 1 by rounding only, and keeps its threshold of 1.
+  // The remaining weights differ from 1 by rounding only, and keep their threshold of 1.
   return table;
 }
 

@@ -1,4 +1,5 @@
-// What spheres, disks and cylinders share: rays in object space, roots, and the surface in render space.
+// Functions that spheres, disks and cylinders share: rays in object space, roots, and the surface in render
+// space.
 #pragma once
 
 #include "render/core/affine.h"

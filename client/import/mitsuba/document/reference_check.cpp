@@ -96,7 +96,7 @@ void resolve_references(const std::vector<Reference>& references, const std::map
     }
   }
   if (document.root != nullptr) CycleCheck(diagnostics).run(*document.root);
-  // What could not be resolved must not be looked at.
+  // Objects that could not be resolved must not be looked at.
   for (Object& object : document.objects) {
     std::erase_if(object.properties, [](const Property& p) {
       const Object* const* child = std::get_if<Object*>(&p.value);

@@ -138,7 +138,7 @@ void write_rough_plastic(PropertyReader& reader, TextureTable& textures, v1::Mat
   roughness.mutable_v()->set_constant(alpha);
 }
 
-/// Of Mitsuba 0.6; names and defaults are that version's.
+/// Writes "phong", which Mitsuba 0.6 has; names and defaults are that version's.
 void write_phong(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
   v1::PhongMaterial& phong = *material.mutable_phong();
   *phong.mutable_diffuse() = textures.color(reader, "diffuse_reflectance", 0.5, ColorUse::kReflectance);

@@ -149,7 +149,7 @@ TEST_F(Expelling, AWorkerIsOutAtOnceAndANewCertificateLetsItIn) {
   EXPECT_EQ(response_.workers(), 1u);
   EXPECT_EQ(workers().workers_size(), 0);
   EXPECT_EQ(job(id).units_leased(), 0u) << "others may have it at once";
-  // What it has rendered meanwhile is not taken, over the connection that it had, or a new one.
+  // Results that it has rendered meanwhile are not taken, over the connection that it had, or a new one.
   grpc::ClientContext late;
   v1::CompleteRequest result;
   result.set_worker_id(worker);

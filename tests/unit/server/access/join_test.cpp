@@ -10,7 +10,7 @@
 
 #include "base/private_file.h"
 #include "service/coordinator.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/join.grpc.pb.h"
@@ -77,7 +77,7 @@ class Joining : public testing::Test {
     return transport::make_channel(main_address(), {.certificates = certificates.string()}).value();
   }
 
-  /// What somebody with the token's authority, and nothing else, has.
+  /// Channel of somebody who has the token's authority, and nothing else.
   std::shared_ptr<grpc::Channel> stranger() const {
     const auto authority = Authority::open(farm() / "authority");
     return grpc::CreateChannel(join_address(), transport::trusting_credentials(authority->certificate_pem()));
@@ -184,7 +184,7 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
   EXPECT_EQ(parsed->authority_digest, Authority::open(farm() / "authority")->digest());
 }
 
-// Whatever is added to the services later on is walked over here too.
+// Methods that are added to the services later on are walked over here too.
 TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
   const auto authority = Authority::open(farm() / "authority");
   const auto at_main =

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "service/coordinator.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"

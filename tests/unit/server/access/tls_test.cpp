@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "base/freer.h"
-#include "support/tcp_proxy.h"
+#include "support/process/tcp_proxy.h"
 #include "transport/tls.h"
 #include "unit/server/access/tls_fixture.h"
 

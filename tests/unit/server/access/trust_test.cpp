@@ -1,4 +1,4 @@
-// What the holder of one worker's certificate can do to the jobs of a farm: nothing beyond the units that it
+// Powers of the holder of one worker's certificate over the jobs of a farm: nothing beyond the units that it
 // was given.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

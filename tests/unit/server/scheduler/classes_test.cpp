@@ -73,7 +73,7 @@ TEST(Classes, AJobOfAnOldJournalGoesOnInOneClassOfItsIsa) {
   EXPECT_THAT(scheduler.job("job")->classes, ElementsAre("avx2/e/b", "avx2"));
   EXPECT_EQ(scheduler.isa_for("two", "job"), "avx2");
 
-  // What the old result is called is journaled with the new bound.
+  // The old result's class is journaled with the new bound.
   Scheduler next({.audit_one_in = 1, .epoch = 2});
   restore_old_job(next, "avx2/e/b");
   EXPECT_THAT(next.job("job")->classes, ElementsAre("avx2/e/b"));

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "store/data_dir.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "wire/digest.h"
 
 namespace tessera::server {

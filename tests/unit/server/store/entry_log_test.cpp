@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "store/log/manifest.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 
 namespace tessera::server {
 namespace {

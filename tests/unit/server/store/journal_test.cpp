@@ -12,7 +12,7 @@
 #include "store/data_dir.h"
 #include "store/sqlite/checked_pages.h"
 #include "support/long_form.h"
-#include "support/temp_dir.h"
+#include "support/process/temp_dir.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/digest.h"
 
@@ -434,7 +434,7 @@ TEST_F(JournalTest, WhatWasAcknowledgedSurvivesKill9) {
     if (child == 0) {
       auto journal = open_journal(directory_.path()).value();
       if (recover(*journal).empty() && !journal->commit({job_added("a")}).ok()) _exit(1);
-      // What the last child had committed without having said so counts as well.
+      // Entries that the last child had committed without having said so count as well.
       std::uint64_t sequence = 0;
       while (journal->read_result("a", sequence + 1).ok()) ++sequence;
       while (true) {

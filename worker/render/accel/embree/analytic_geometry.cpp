@@ -36,7 +36,7 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
   }
 }
 
-/// What a geometry's user pointer leads to.
+/// Target of a geometry's user pointer.
 struct Primitive {
   const ShapeTable& table;
   const ShapeRecord& shape;

@@ -18,7 +18,7 @@ void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal trave
 void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
                   float* distance_in_blocked_out);
 
-/// What these kernels are to Embree.
+/// These kernels' callbacks for Embree.
 const EmbreeKernel& embree_kernel();
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -69,7 +69,7 @@ Gloss gloss_of(const Lobes& lobes, Vec3 wo, Vec3 wi) {
   const Vec3 up{Float(0.0f), Float(0.0f), Float(1.0f)};
   const Float power = cosine_power(select(lobes.blinn, h, wi),
                                    select(lobes.blinn, up, Vec3{-wo.x, -wo.y, wo.z}), lobes.exponent);
-  // Of the vector that is drawn; Blinn's is reflected about it.
+  // Density of the vector that is drawn; Blinn's is reflected about it.
   const Float density = (lobes.exponent + 1.0f) * kInv2Pi * power;
   return {lobes.norm() * power, select(lobes.blinn, density / max(4.0f * dot(wo, h), 1e-30f), density)};
 }

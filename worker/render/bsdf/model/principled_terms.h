@@ -1,4 +1,4 @@
-// What the two principled models have in common: the terms of Disney's model [Burley 2012,
+// Terms that the two principled models share: those of Disney's model [Burley 2012,
 // 2015] as Mitsuba 3 renders it.
 #pragma once
 

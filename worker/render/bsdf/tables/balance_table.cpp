@@ -90,10 +90,10 @@ class Acceleration {
   std::vector<Change> changes_;
 };
 
-/// What single scattering gives of the light from each node (side, row, column) of a table to the nodes
-/// around where it goes, by their shares in interpolation. What s is at a node follows from the integral
-/// there, and from no average over its surroundings: those would have to be undone again, which has no stable
-/// solution.
+/// Shares of the light from each node (side, row, column) of a table that single scattering gives to the
+/// nodes around where it goes, by their shares in interpolation. What s is at a node follows from the
+/// integral there, and from no average over its surroundings: those would have to be undone again, which has
+/// no stable solution.
 class Transport {
  public:
   /// Rows lie between the smaller and the larger roughness, evenly in their square roots; one if these are

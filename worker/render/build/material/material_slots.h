@@ -15,7 +15,7 @@
 
 namespace tessera::render {
 
-/// What the materials of a scene share while they are made.
+/// Tables that the materials of a scene share while they are made.
 struct MaterialInputs {
   TextureNodes& textures;
   EnergyTables& energies;

@@ -94,7 +94,7 @@ absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape
                                                                                  const std::string& where) {
   auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
-  // What mirrors is reflected within its object: which side is the front is decided there.
+  // A mirrored shape is reflected within its object: which side is the front is decided there.
   const bool mirrors = motion->at(0).determinant() < 0;
   const Transform placed_from_object = mirrors ? point_reflection() : Transform{};
   if (mirrors) {

@@ -18,7 +18,7 @@
 
 namespace tessera::render {
 
-/// What shapes refer to.
+/// Names and blobs that shapes refer to.
 struct ShapeInputs {
   const BlobSource& blobs;  // of meshes, curves and grids
   const NameTable& materials;

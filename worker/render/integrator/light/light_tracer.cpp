@@ -144,7 +144,7 @@ void LightTracer::join_to_camera(const Event& e, Mask hit, const FilmRect& rect)
   for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(value.c[c]);
 
   WideConnection ray = connect(scene_, v, w, eye.lens, shines);
-  // What stands before the near plane is not seen, and blocks nothing.
+  // Things before the near plane are not seen, and block nothing.
   const float near_clip = scene_.camera.near_clip;
   if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(eye.depth, 1e-30f));
   ray.contribution = value;

@@ -1,4 +1,4 @@
-// What happens to light between two scattering events in volumetric scenes: media that it flies through,
+// Light between two scattering events in volumetric scenes: media that it flies through,
 // surfaces that it passes without being scattered.
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/vertex/dimensions.h"

@@ -15,7 +15,7 @@ Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const
                0.0f, 1.0f);
 }
 
-/// What the model of material `index` lets straight through.
+/// Light that the model of material `index` lets straight through.
 Passing passing_of(const SceneTables& scene, std::int32_t index, const Surface& surface, Float cosine,
                    Mask lanes) {
   const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(index)];

@@ -13,7 +13,7 @@ struct AreaPoint {
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // triangles
 };
 
-/// What is the same for all of them, by points that a model chooses on its surface.
+/// The part that is the same for all of them, by points that a model chooses on its surface.
 class AreaLight : public LightModel {
  public:
   explicit AreaLight(LightTraits model_traits = {}) : LightModel(model_traits) {}

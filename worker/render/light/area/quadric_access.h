@@ -1,4 +1,4 @@
-// What lights on quadrics share: reading them, densities, bounds.
+// Functions that lights on quadrics share: reading them, densities, bounds.
 #pragma once
 
 #include "render/core/affine.h"

@@ -190,7 +190,7 @@ class Builder {
   }
 
   static double cost_of(const Bounds& b) {
-    // What is flat, or a point, has some area all the same: it is there.
+    // Flat bounds, and points, have some area all the same: they are there.
     return b.intensity * directions(b) * (area(b) + 1e-300);
   }
 

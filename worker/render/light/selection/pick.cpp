@@ -23,7 +23,7 @@ Float mean_cosine(Float cosine, Float mean) {
   return 0.5f * (c + safe_sqrt(fma(c, c, 0.25f * fnma(mean, mean, Float(1.0f)))));
 }
 
-/// What each of a node's sixteen children may bring to the receiver, but for what is in between: intensity
+/// Light that each of a node's sixteen children may bring to the receiver, were nothing in between: intensity
 /// over distance squared, times the cosines at either end, as means over the child's directions and extent.
 /// Zero for what turns its back on the receiver.
 Float importance(const LightTreeNode& node, const OneReceiver& at) {
@@ -51,7 +51,7 @@ Float importance(const LightTreeNode& node, const OneReceiver& at) {
   return select_or_zero(reaches, Float::load(node.intensity) * part / spread);
 }
 
-/// What a node's children count, one by one and in fours: sums of four do not wait for each other.
+/// Weights of a node's children, one by one and in fours: sums of four do not wait for each other.
 struct Weights {
   alignas(64) float each[kWidth];
   float quads[4];
