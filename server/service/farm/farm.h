@@ -10,7 +10,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -19,8 +18,9 @@
 #include "service/farm/accounts.h"
 #include "service/farm/dispatcher.h"
 #include "service/farm/farm_clock.h"
+#include "service/farm/job_keeper.h"
 #include "service/farm/lease_seal.h"
-#include "service/farm/lived_time.h"
+#include "service/farm/unclaimed_uploads.h"
 #include "service/job/adoption.h"
 #include "service/job/job_table.h"
 #include "service/metrics.h"
@@ -31,16 +31,6 @@
 #include "tessera/v1/work.pb.h"
 
 namespace tessera::server {
-
-/// How long jobs that are over are kept.
-struct Retention {
-  std::chrono::seconds fetched;    // after its end, when a client has the image
-  std::chrono::seconds unfetched;  // when none has, or something is missing
-  /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
-  std::uint64_t max_bytes;
-  std::chrono::seconds blobs;          // that no job refers to, after their last use
-  std::chrono::milliseconds interval;  // between lookings after all this
-};
 
 struct FarmOptions {
   std::chrono::milliseconds heartbeat_interval;
@@ -151,7 +141,6 @@ class Farm {
   absl::Status recover(JobRecord record);
   absl::StatusOr<JobEntry*> find_job(const std::string& id);
   JobView view_of(const JobEntry& entry) const;
-  std::uint64_t claim_uploads(const v1::JobSpec& spec);
   v1::JobStatus describe(const JobEntry& entry) const;
   /// The same, for a list: without what takes long to find or to read.
   v1::JobStatus outline(const JobEntry& entry) const;
@@ -174,11 +163,6 @@ class Farm {
   void prune();
   /// The job, which is over, and its results are deleted.
   void forget(const std::string& id, DoneEmpty done);
-  /// Deletes blobs that no job refers to, on a thread of its own. With mutex_ held.
-  void collect_blobs();
-  // Uploads that no job came of leave blobs behind even when no job is deleted.
-  static constexpr Time kLongestBetweenCollections{std::chrono::hours{1}};
-  void live_on();
   void retire_jobs();
   /// A result that was journaled cannot be read any more. With mutex_ held.
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
@@ -222,14 +206,9 @@ class Farm {
   mutable std::mutex mutex_;
   Scheduler scheduler_;
   JobTable jobs_;
-  absl::flat_hash_map<std::string, std::uint64_t> unclaimed_uploads_;
+  UnclaimedUploads uploads_;
   absl::flat_hash_map<std::string, std::shared_ptr<const Accounts::Hold>> registrations_;  // by worker
-  LivedTime lived_;
-  Time next_prune_{}, next_collection_{}, next_saving_{};
-  Time no_collection_before_{};
-
-  std::atomic<bool> collecting_ = false, saving_ = false;
-  std::jthread collector_, saver_;
+  JobKeeper keeper_;
 
   FarmMetrics metrics_;
   // Goes first: what it commits may still notify the dispatcher, whose thread has ended by then.

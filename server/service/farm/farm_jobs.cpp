@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
-#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
 #include "service/farm/farm.h"
@@ -19,10 +18,6 @@ namespace {
 // thousand slow readers.
 constexpr std::size_t kWatchBatchBytes = std::size_t{1} << 20;
 constexpr std::size_t kWatchBatchResults = 256;
-// A clock that is set by less is one that is kept right.
-constexpr Time kStep{std::chrono::minutes{1}};
-// A coordinator that is killed loses the time lived through since, and keeps its jobs for so much longer.
-constexpr Time kBetweenSavings{std::chrono::minutes{1}};
 // Upper bound of the workers in one answer. Twenty thousand with the longest names that are taken go into it.
 constexpr std::size_t kMostWorkerBytes = wire::kMaxMessageBytes / 2;
 
@@ -155,7 +150,7 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
 void Farm::forget(const std::string& id, DoneEmpty done) {
   if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
   jobs_.erase(id);
-  lived_.forget(id);
+  keeper_.forget(id);
   commit({JobPruned{.id = id}}, {}, /*wait=*/true, std::move(done));
 }
 
@@ -336,10 +331,10 @@ absl::Status Farm::do_again(JobEntry& entry, std::uint64_t sequence, const absl:
 /// Drops what is kept of the units of jobs that ended a while ago. An incomplete job may go on. With mutex_
 /// held.
 void Farm::retire_jobs() {
-  live_on();
+  keeper_.live_on();
   for (const auto& entry : jobs_.all()) {
     if (entry->past || !entry->durable_end || entry->durable_results < entry->units_by_sequence.size() ||
-        lived_.since_end_of(entry->id) < options_.late_results) {
+        keeper_.since_end_of(entry->id) < options_.late_results) {
       continue;
     }
     JobView view = view_of(*entry);
@@ -348,69 +343,15 @@ void Farm::retire_jobs() {
   }
 }
 
-/// Lets a moment of the retention's clock pass. With mutex_ held.
-void Farm::live_on() {
-  const Time set = lived_.advance(now(), clock_.wall());
-  if (set < -kStep || set > kStep) {
-    spdlog::warn("the machine's clock was set by {} s; jobs and blobs are kept for as long as without that",
-                 std::chrono::duration_cast<std::chrono::seconds>(set).count());
-    // When a blob was used last is the file system's word, by the clock on the wall.
-    no_collection_before_ = now() + std::chrono::duration_cast<Time>(options_.retention.blobs);
-  }
-}
-
 /// Deletes jobs whose time is over. With mutex_ held.
 void Farm::prune() {
-  std::uint64_t bytes = 0;
-  for (const auto& entry : jobs_.all()) bytes += entry->result_bytes;
-  std::vector<std::string> old;
-  for (const auto& entry : jobs_.all()) {
-    if (!entry->durable_end) {
-      lived_.forget(entry->id);
-      continue;
-    }
-    const Time age = lived_.since_end_of(entry->id);
-    const v1::JobState state = view_of(*entry).state;
-    const bool kept_for_nobody =
-        (entry->fetched && state == v1::DONE) || state == v1::FAILED || state == v1::CANCELLED;
-    const bool too_much = kept_for_nobody && bytes > options_.retention.max_bytes;
-    if (!too_much && age < (kept_for_nobody ? options_.retention.fetched : options_.retention.unfetched))
-      continue;
-    bytes -= entry->result_bytes;
-    old.push_back(entry->id);
-  }
+  const std::vector<std::string> old =
+      keeper_.old_jobs(jobs_, [this](const JobEntry& entry) { return view_of(entry).state; });
   for (const std::string& id : old) {
     telemetry::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
     forget(id, [](const absl::Status&) {});
   }
-  if (now() >= no_collection_before_ && (!old.empty() || now() >= next_collection_)) collect_blobs();
-  if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;
-  next_saving_ = now() + kBetweenSavings;
-  saver_ = std::jthread([this, text = lived_.to_text()] {
-    if (absl::Status status = LivedTime::save(lived_.file(), text); !status.ok()) {
-      spdlog::error("{}", std::string(status.message()));
-    }
-    saving_ = false;
-  });
-}
-
-void Farm::collect_blobs() {
-  if (collecting_.exchange(true)) return;
-  next_collection_ = now() + kLongestBetweenCollections;
-  // Blobs of a job that is submitted meanwhile were asked for a moment ago.
-  absl::flat_hash_set<std::string> needed;
-  for (const auto& entry : jobs_.all()) {
-    for (const v1::BlobRef& blob : entry->shape->spec.farm().blobs()) needed.insert(blob.digest());
-    entry->phase_blobs.for_each_digest([&](std::string digest) { needed.insert(std::move(digest)); });
-  }
-  collector_ = std::jthread([this, needed = std::move(needed)] {
-    const BlobStore::Collected collected = blobs_.collect(
-        [&](const std::string& digest) { return needed.contains(digest); }, options_.retention.blobs);
-    if (collected.blobs > 0) {
-      spdlog::info("{} blobs ({} bytes) are deleted: no job needs them", collected.blobs, collected.bytes);
-    }
-    collecting_ = false;
-  });
+  keeper_.clean_up(jobs_, !old.empty());
 }
 
 }  // namespace tessera::server

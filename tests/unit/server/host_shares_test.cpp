@@ -123,8 +123,8 @@ TEST(HostShares, PacesAreSaved) {
 TEST(HostShares, UnitsOfPhasesCountAndAreNotTimed) {
   v1::JobSpec spec = square_spec("scene", 32);
   test::add_test_phases(spec, {2, 1});
-  JobEntry entry{.id = {},
-                 .request_id = {},
+  JobEntry entry{.id = "job",
+                 .request_id = "",
                  .shape = JobShape::make(std::move(spec)).value(),
                  .past = std::nullopt,
                  .stats = {},

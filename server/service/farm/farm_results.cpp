@@ -1,0 +1,189 @@
+// Results of units, and failures.
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/farm/farm.h"
+#include "service/farm/worker_calls.h"
+#include "service/job/result_check.h"
+#include "telemetry/log.h"
+#include "wire/limits.h"
+
+namespace tessera::server {
+namespace {
+
+// Results that wait for the disk; more are sent back to be tried again.
+constexpr std::uint64_t kMaxWaitingBytes = std::uint64_t{512} << 20;
+// After so many results of a job, their cost is journaled as a sum: a restart adds up the rest only.
+constexpr std::uint64_t kResultsBetweenStats = 4096;
+
+/// A line about what a worker did with a unit.
+void log_lease(spdlog::level::level_enum level, const std::string& worker, const v1::LeaseToken& token,
+               absl::string_view text) {
+  const std::string run = token.ranges() > 1 ? absl::StrCat("x", token.ranges()) : "";
+  telemetry::log(
+      level,
+      {.job = token.job_id(), .unit = token.unit_index(), .attempt = token.attempt(), .worker = worker},
+      "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(),
+      std::string(text));
+}
+
+std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
+
+}  // namespace
+
+void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
+                    Done<v1::CompleteResponse> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  if (commits_.waiting_bytes() > kMaxWaitingBytes) {
+    return done(absl::ResourceExhaustedError("the coordinator's disk is behind; try again in a second"));
+  }
+  const v1::LeaseToken& token = request.token();
+  std::shared_ptr<const JobShape> shape;
+  {
+    const std::lock_guard lock(mutex_);
+    if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+      return done(std::move(status));
+    const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+    if (!entry.ok()) return done(entry.status());
+    if (absl::Status status = check_granted(request.worker_id(), token); !status.ok()) {
+      metrics_.refused();
+      log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, status.message());
+      return done(std::move(status));
+    }
+    if ((*entry)->past) {
+      // All of its results are there; that this is one of them is all that can be said without reading them.
+      if ((*entry)->past->state == v1::DONE) return done(v1::CompleteResponse());
+      return done(
+          absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " was cancelled or failed")));
+    }
+    shape = (*entry)->shape;
+  }
+  const std::optional<UnitRun> units = shape->plan->run(token.unit_index(), std::max(token.ranges(), 1u));
+  if (!units) {
+    return done(
+        absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
+                                                " of ", std::max(token.ranges(), 1u), " ranges")));
+  }
+  const absl::StatusOr<std::string> digest =
+      shape->plan->is_of_picture(units->first)
+          ? check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels)
+          : check_blob_result(request.payload(), units->first, blobs_);
+  if (!digest.ok()) {
+    metrics_.refused();
+    const std::lock_guard lock(mutex_);
+    log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, digest.status().message());
+    return done(digest.status());
+  }
+  accept_result(request, *digest, std::move(done));
+}
+
+void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest,
+                         Done<v1::CompleteResponse> done) {
+  const v1::LeaseToken& token = request.token();
+  const v1::UnitStats stats = bounded(request.stats());
+  const Served served(metrics_, FarmMetrics::Call::kComplete);
+  std::unique_lock lock(mutex_);
+  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(
+      request.worker_id(), token,
+      {.fingerprint = fingerprint_of(digest), .cost = time_of(stats), .work = wire::counts_of(stats).rays()},
+      now());
+  if (!decision.ok()) {
+    metrics_.refused();
+    // A result that is refused may still decide who is at fault.
+    commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+    if (absl::IsAlreadyExists(decision.status())) {
+      log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), token,
+                decision.status().message());
+    }
+    return done(decision.status());
+  }
+  // The first one may still be on its way to the disk: both are answered when it is there.
+  if (decision->duplicate) {
+    metrics_.repeated();
+    return commit({}, {}, /*wait=*/true, [done = std::move(done)](const absl::Status& status) {
+      status.ok() ? done(v1::CompleteResponse()) : done(status);
+    });
+  }
+  metrics_.completed(time_of(stats), request.payload().size());
+
+  JobEntry& entry = *jobs_.find(token.job_id());
+  const std::string host = scheduler_.host_of(request.worker_id());
+  const CoveredUnits units{.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
+  add_result(entry, units, host, stats);
+  if (!entry.shape->plan->is_of_picture(units.first)) {
+    entry.phase_blobs.note(units.first, digest, decision->sequence);
+    uploads_.forget(digest);
+  }
+  entry.rate.note(entry.units, now());
+  std::vector<JournalEntry> entries;
+  entries.push_back(UnitDone{.job = entry.id,
+                             .sequence = decision->sequence,
+                             .units = units,
+                             .digest = digest,
+                             .payload = request.payload(),
+                             .stats = stats.SerializeAsString(),
+                             .host = host});
+  if (decision->sequence % kResultsBetweenStats == 0) entries.push_back(stats_of(entry));
+  entry.result_bytes += request.payload().size();
+  if (spdlog::should_log(spdlog::level::debug)) {
+    log_lease(spdlog::level::debug, scheduler_.name_of(request.worker_id()), token, "result accepted");
+  }
+  const bool news_for_others = scheduler_.frees_workers() || decision->opened;
+  v1::CompleteResponse response;
+  if (request.has_beat()) {
+    if (auto beaten = beat(request.worker_id(), request.beat()); beaten.ok())
+      *response.mutable_beat() = *std::move(beaten);
+  }
+  if (request.has_more() && names_few(request.more())) {
+    if (auto more = grant(request.worker_id(), request.more()); more.ok())
+      *response.mutable_more() = *std::move(more);
+  }
+  commit(std::move(entries), {{.job = entry.id, .results = decision->sequence, .end = false}}, /*wait=*/true,
+         [response = std::move(response), done = std::move(done)](const absl::Status& status) {
+           status.ok() ? done(response) : done(status);
+         });
+  lock.unlock();
+  dispatcher_.notify_worker(request.worker_id());
+  if (news_for_others) dispatcher_.notify_work();
+}
+
+void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  const v1::LeaseToken& token = request.token();
+  const Served served(metrics_, FarmMetrics::Call::kFail);
+  std::unique_lock lock(mutex_);
+  if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
+    return done(std::move(status));
+  const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+  if (!entry.ok()) return done(entry.status());
+  if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
+    return done(std::move(status));
+  if ((*entry)->past)
+    return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over")));
+  // A unit that reads what is gone is not to blame: the source is made anew, and the lease is over.
+  const PhasePlan& phases = (*entry)->shape->plan->phases();
+  if (std::vector<PhaseBlobs::Made> inputs = (*entry)->phase_blobs.inputs(phases, token.unit_index());
+      !inputs.empty()) {
+    lock.unlock();
+    inputs = lost(std::move(inputs));
+    lock.lock();
+    for (const PhaseBlobs::Made& made : inputs) {
+      static_cast<void>(scheduler_.revoke_result(token.job_id(), made.unit, made.sequence,
+                                                 absl::StrCat("its blob ", made.digest, " is gone")));
+    }
+  }
+  const std::string message = shortened(request.message());
+  const absl::Status failed =
+      scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  if (!failed.ok()) return done(failed);
+  metrics_.failed();
+  log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
+            absl::StrCat("failed: ", message));
+  commit({}, {}, /*wait=*/true, std::move(done));
+  lock.unlock();
+  dispatcher_.notify_work();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,213 @@
+// How a job comes to the farm, and what it takes over from others.
+#include "service/farm/farm.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/identifier.h"
+#include "telemetry/log.h"
+#include "wire/arithmetic_class.h"
+#include "wire/limits.h"
+#include "wire/version.h"
+
+namespace tessera::server {
+namespace {
+
+// Specs stay in memory for as long as their jobs are kept.
+constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30,
+                        kMaxSpecBytesOfUser = std::uint64_t{512} << 20;
+
+}  // namespace
+
+absl::Status Farm::check_blobs(const v1::JobSpec& spec) const {
+  std::size_t missing = 0;
+  const v1::BlobRef* first = nullptr;
+  const auto look_for = [&](const v1::BlobRef& blob) {
+    if (blobs_.query(blob.digest()).complete) return;
+    if (missing++ == 0) first = &blob;
+  };
+  for (const v1::BlobRef& blob : spec.farm().blobs()) look_for(blob);
+  if (missing == 0) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(missing, " blobs are missing; upload them first. One is ",
+                                                    first->digest(), " (", first->path(), ")"));
+}
+
+absl::Status Farm::check_capacity(const JobShape& shape) const {
+  std::uint64_t units = shape.plan->unit_count();
+  std::uint64_t bytes = shape.spec_bytes, bytes_of_user = bytes;
+  for (const auto& entry : jobs_.all()) {
+    units += entry->past ? 0 : entry->shape->plan->unit_count();
+    bytes += entry->shape->spec_bytes;
+    if (entry->shape->spec.farm().user() == shape.spec.farm().user())
+      bytes_of_user += entry->shape->spec_bytes;
+  }
+  if (bytes > kMaxSpecBytes || bytes_of_user > kMaxSpecBytesOfUser) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "with this job's, the specs of the jobs that are kept would have ", bytes, " bytes, and those of '",
+        shape.spec.farm().user(), "' ", bytes_of_user, "; at most ", kMaxSpecBytes, " and ",
+        kMaxSpecBytesOfUser, " are taken; try again when old jobs are deleted"));
+  }
+  if (units <= options_.max_open_units) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("with this job's, the jobs that are not over would have ", units, " units, more than the ",
+                   options_.max_open_units, " that the coordinator keeps; try again when some are done"));
+}
+
+void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
+  metrics_.uploaded(bytes);
+  const std::lock_guard lock(mutex_);
+  uploads_.note(digest, bytes);
+}
+
+absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request,
+                                                 const v1::JobSpec& spec) {
+  // Whether it has results of the kernels asked for.
+  const auto has_isa = [&](const JobEntry& entry) {
+    const std::vector<std::string> classes = view_of(entry).classes;
+    return spec.farm().isa().empty() ||
+           std::any_of(classes.begin(), classes.end(),
+                       [&](const std::string& name) { return wire::isa_of(name) == spec.farm().isa(); });
+  };
+  if (const std::string& id = request.continued(); !id.empty()) {
+    const absl::StatusOr<JobEntry*> named = find_job(id);
+    if (!named.ok()) return named.status();
+    std::string difference = difference_in_content((*named)->shape->spec, spec);
+    if (const JobView view = view_of(**named);
+        difference.empty() && !view.classes.empty() && !has_isa(**named)) {
+      difference = absl::StrCat("modified: isa: \"", view.isa, "\" -> \"", spec.farm().isa(), "\"");
+    }
+    if (difference.empty()) return *named;
+    return absl::FailedPreconditionError(
+        absl::StrCat("job ", id, " cannot be continued by this one; ", difference));
+  }
+  const JobEntry* best = nullptr;
+  const std::string key = result_key(spec);
+  for (const auto& entry : jobs_.all()) {
+    const v1::JobSpec& other = entry->shape->spec;
+    if (!options_.share_results && other.farm().user() != spec.farm().user()) continue;
+    if (entry->durable_results == 0 || entry->shape->key != key ||
+        (best != nullptr && best->durable_units >= entry->durable_units)) {
+      continue;
+    }
+    if (has_isa(*entry)) best = entry.get();
+  }
+  return best;
+}
+
+absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest& request,
+                                                      const JobShape& shape) {
+  if (request.fresh()) return std::nullopt;
+  Donor donor;
+  std::string id;
+  {
+    const std::lock_guard lock(mutex_);
+    if (jobs_.find_request(request_key(shape.spec.farm().user(), request.request_id())) != nullptr)
+      return std::nullopt;
+    const absl::StatusOr<const JobEntry*> best = best_donor(request, shape.spec);
+    if (!best.ok()) return best.status();
+    if (*best == nullptr) return std::nullopt;
+    id = (*best)->id;
+    donor.plan = (*best)->shape->plan;
+    donor.named = !request.continued().empty();
+  }
+  // Thousands of rows, maybe: not under the lock. What was deleted meanwhile is no donor.
+  absl::StatusOr<JobRecord> record = journal_.read_job(id);
+  if (absl::IsNotFound(record.status())) return std::nullopt;
+  if (!record.ok()) return record.status();
+  donor.record = *std::move(record);
+  return donor;
+}
+
+absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const std::optional<Donor>& donor) {
+  const v1::JobSpec& spec = entry.shape->spec;
+  std::vector<JournalEntry> entries;
+  entries.push_back(JobAdded{.id = entry.id,
+                             .request_id = entry.request_id,
+                             .spec = spec.SerializeAsString(),
+                             .generation = entry.generation,
+                             .submitted_unix_ms = entry.submitted_unix_ms,
+                             .uploaded_bytes = entry.uploaded_bytes});
+  if (absl::Status status = scheduler_.add_job(request_of(entry)); !status.ok()) return status;
+  telemetry::log(spdlog::level::info, {.job = entry.id, .user = spec.farm().user()},
+                 "job {} \"{}\": {} x {} pixels, {} samples, {} units", entry.id, spec.farm().name(),
+                 spec.view().width(), spec.view().height(), spec.samples().spp(),
+                 entry.shape->plan->unit_count());
+  // The donor may have been deleted since it was read, and with it what would be copied.
+  if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
+  const auto has_blob = [this](const std::string& digest) { return blobs_.query(digest).complete; };
+  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, has_blob, entries);
+      !status.ok()) {
+    return status;
+  }
+  for (const JournalEntry& journaled : entries) {
+    const auto* const done = std::get_if<UnitDone>(&journaled);
+    if (done == nullptr) continue;
+    v1::UnitStats stats;
+    static_cast<void>(stats.ParseFromString(done->stats));
+    add_result(entry, done->units, done->host, stats);
+    if (!entry.shape->plan->is_of_picture(done->units.first))
+      entry.phase_blobs.note(done->units.first, done->digest, done->sequence);
+    entry.result_bytes += donor->record.results[done->from_sequence - 1].bytes;
+  }
+  if (entry.units > 0) {
+    telemetry::log(spdlog::level::info, {.job = entry.id, .user = spec.farm().user()},
+                   "job {}: {} units are taken over from job {}", entry.id, entry.units,
+                   donor->record.added.id);
+  }
+  return entries;
+}
+
+void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
+  if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
+  if (request.request_id().empty() || request.request_id().size() > wire::kMaxTextBytes) {
+    return done(absl::InvalidArgumentError("request_id is empty or too long"));
+  }
+  v1::JobSpec spec = request.spec();
+  spec.mutable_content()->set_build(wire::build_version());
+  if (spec.farm().bits() == v1::BITS_UNSPECIFIED) spec.mutable_farm()->set_bits(options_.bits);
+  if (spec.farm().isa().empty()) spec.mutable_farm()->set_isa(options_.isa);
+  auto shape = JobShape::make(std::move(spec));
+  if (!shape.ok()) return done(shape.status());
+  if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));
+  const absl::StatusOr<std::optional<Donor>> donor = find_donor(request, **shape);
+  if (!donor.ok()) return done(donor.status());
+
+  // The journal keeps the spec, and results follow.
+  const absl::Status room = blobs_.check_room(request.ByteSizeLong());
+  const std::string key = request_key((*shape)->spec.farm().user(), request.request_id());
+
+  std::unique_lock lock(mutex_);
+  if (const JobEntry* const known = jobs_.find_request(key)) {
+    // Sent a second time: the answer is the same, once the first is durable.
+    return commit({}, {}, /*wait=*/true,
+                  [id = known->id, done = std::move(done)](const absl::Status& status) {
+                    status.ok() ? done(id) : done(status);
+                  });
+  }
+  if (!room.ok()) return done(room);
+  if (absl::Status status = check_capacity(**shape); !status.ok()) return done(std::move(status));
+  std::string id = random_identifier(8);
+  while (jobs_.find(id) != nullptr) id = random_identifier(8);
+  JobEntry& entry = jobs_.add({.id = id,
+                               .request_id = key,
+                               .shape = *shape,
+                               .submitted_unix_ms = unix_now(),
+                               .uploaded_bytes = uploads_.claim((*shape)->spec),
+                               .past = std::nullopt,
+                               .stats = {},
+                               .hosts = {},
+                               .units_by_sequence = {},
+                               .past_revoked = {}});
+  absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
+  if (!entries.ok()) return done(entries.status());
+  // Workers may begin at once: their results are journaled after the job.
+  commit(*std::move(entries), {{.job = id, .results = entry.units_by_sequence.size(), .end = false}},
+         /*wait=*/true, [id, done = std::move(done)](const absl::Status& committed) {
+           committed.ok() ? done(id) : done(committed);
+         });
+  lock.unlock();
+  dispatcher_.notify_work();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,70 @@
+// How long jobs that are over, and the blobs that they named, are kept.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "service/farm/farm_clock.h"
+#include "service/farm/lived_time.h"
+#include "service/job/job_table.h"
+#include "store/blobs/blob_store.h"
+
+namespace tessera::server {
+
+/// How long jobs that are over are kept.
+struct Retention {
+  std::chrono::seconds fetched;    // after its end, when a client has the image
+  std::chrono::seconds unfetched;  // when none has, or something is missing
+  /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
+  std::uint64_t max_bytes;
+  std::chrono::seconds blobs;          // that no job refers to, after their last use
+  std::chrono::milliseconds interval;  // between lookings after all this
+};
+
+/// Says which jobs are old, and deletes blobs that no job needs. Not thread-safe: the farm's lock is held
+/// with every call. What takes its time runs on threads of its own.
+class JobKeeper {
+ public:
+  using StateOf = std::function<v1::JobState(const JobEntry&)>;
+
+  /// Store and clock must outlive the keeper. `lived_time`: the file of LivedTime; empty: none.
+  JobKeeper(const Retention& retention, BlobStore& blobs, const FarmClock& clock,
+            std::filesystem::path lived_time);
+
+  /// Lets a moment of the retention's clock pass.
+  void live_on();
+  /// How long ago the job ended; the first call is the moment of its end.
+  Time since_end_of(const std::string& job) { return lived_.since_end_of(job); }
+  /// The job is deleted.
+  void forget(const std::string& job) { lived_.forget(job); }
+
+  /// Whether Retention::interval is over since this was true the last time.
+  bool is_due();
+  /// Jobs whose time is over.
+  std::vector<std::string> old_jobs(const JobTable& jobs, const StateOf& state_of);
+  /// Deletes blobs that no job refers to, if `jobs_went` or it was long ago; and notes how long it lived.
+  void clean_up(const JobTable& jobs, bool jobs_went);
+  /// Notes how long it lived, before it returns.
+  void stop();
+
+ private:
+  Time now() const;
+  void collect_blobs(const JobTable& jobs);
+
+  const Retention retention_;
+  BlobStore& blobs_;
+  const FarmClock& clock_;
+  LivedTime lived_;
+  Time next_look_{}, next_collection_, next_saving_{};
+  Time no_collection_before_{};
+  std::atomic<bool> collecting_ = false, saving_ = false;
+  std::jthread collector_, saver_;
+};
+
+}  // namespace tessera::server
