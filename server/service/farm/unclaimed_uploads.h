@@ -1,4 +1,4 @@
-// What uploads cost, until a job names their blobs.
+// Cost of uploads, until a job names their blobs.
 #pragma once
 
 #include <cstdint>

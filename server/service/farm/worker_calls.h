@@ -1,4 +1,4 @@
-// What the calls of workers have in common. For farm_workers.cpp and farm_results.cpp.
+// Limits, times and checks that calls of workers share. For farm_workers.cpp and farm_results.cpp.
 #pragma once
 
 #include <algorithm>

@@ -33,8 +33,9 @@ std::set<std::string> names_of_files() {
 }
 
 TEST(Documents, FilesThatTheyNameAreThere) {
-  // `path/name.extension` in backquotes. Names without a folder may be of users' files, NAME stands for any.
-  static const std::regex pattern("`([A-Za-z0-9_.-]+/[A-Za-z0-9_./-]+\\.(h|cpp|proto|sh|cmake|py))`");
+  // `path/name.extension` in backquotes, or `path/name.*`. Names without a folder may be of users' files,
+  // NAME stands for any.
+  static const std::regex pattern("`([A-Za-z0-9_.-]+/[A-Za-z0-9_./-]+\\.(h|cpp|proto|sh|cmake|py|\\*))`");
   const std::set<std::string> names = names_of_files();
   std::set<fs::path> documents{"README.md", "CONTRIBUTING.md"};
   for (const auto& entry : fs::recursive_directory_iterator("docs")) {
@@ -51,7 +52,11 @@ TEST(Documents, FilesThatTheyNameAreThere) {
         const std::string name = (*found)[1];
         if (name.find("NAME") != std::string::npos) continue;
         ++seen;
-        EXPECT_TRUE(names.contains(name)) << document << ":" << number << ": there is no " << name;
+        const bool any = name.ends_with(".*");
+        const std::string stem = name.substr(0, name.size() - (any ? 1 : 0));
+        const auto known = any ? names.lower_bound(stem) : names.find(name);
+        EXPECT_TRUE(known != names.end() && known->starts_with(stem))
+            << document << ":" << number << ": there is no " << name;
       }
     }
   }
