@@ -9,6 +9,7 @@
 #include "service/job/result_check.h"
 #include "telemetry/log.h"
 #include "wire/limits.h"
+#include "wire/unit_counts.h"
 
 namespace tessera::server {
 namespace {

@@ -13,7 +13,6 @@
 #include "telemetry/log.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
-#include "wire/unit_counts.h"
 #include "wire/version.h"
 
 namespace tessera::server {
