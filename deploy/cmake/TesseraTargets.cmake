@@ -1,12 +1,15 @@
 # One target a folder.
 
-# Headers that most sources include cost more than the sources: they are precompiled, in three sets, once for all libraries and once for
-# all tests. Sources still include what they use, and say with PRECOMPILED which set that is: nothing for the common headers,
-# `messages` for these, jobs and scenes, `rpc` for jobs and the services.
-set(TESSERA_HEADERS_common <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string> <unordered_map> <vector>
+# Headers that most sources include cost more than the sources: they are precompiled, in three sets, once for
+# all libraries and once for all tests. Sources still include what they use, and say with PRECOMPILED which
+# set that is: nothing for the common headers, `messages` for these, jobs and scenes, `rpc` for jobs and the
+# services.
+set(TESSERA_HEADERS_common <algorithm> <chrono> <cmath> <functional> <memory> <optional> <string>
+  <unordered_map> <vector>
     <absl/status/statusor.h> <absl/strings/str_cat.h>)
 set(TESSERA_HEADERS_messages ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h> <tessera/v1/scene.pb.h>)
-set(TESSERA_HEADERS_rpc ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h> <grpcpp/grpcpp.h> <tessera/v1/blob.grpc.pb.h>
+set(TESSERA_HEADERS_rpc ${TESSERA_HEADERS_common} <tessera/v1/job.pb.h> <grpcpp/grpcpp.h>
+  <tessera/v1/blob.grpc.pb.h>
     <tessera/v1/farm.grpc.pb.h> <tessera/v1/work.grpc.pb.h>)
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/headers.cpp CONTENT "")
 
@@ -23,7 +26,8 @@ foreach(set common messages rpc)
     add_library(tessera_${set}_test_headers OBJECT ${CMAKE_BINARY_DIR}/headers.cpp)
     set_target_properties(tessera_${set}_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(tessera_${set}_test_headers PRIVATE -fPIE ${TESSERA_TEST_FLAGS})
-    target_link_libraries(tessera_${set}_test_headers PRIVATE absl::statusor absl::strings GTest::gtest tessera_options)
+    target_link_libraries(tessera_${set}_test_headers PRIVATE absl::statusor absl::strings GTest::gtest
+      tessera_options)
     target_precompile_headers(tessera_${set}_test_headers PRIVATE ${TESSERA_HEADERS_${set}} <gtest/gtest.h>)
     list(APPEND targets tessera_${set}_test_headers)
   endif()
@@ -36,7 +40,8 @@ foreach(set common messages rpc)
   endforeach()
 endforeach()
 
-# tessera_precompiled(TARGET SET KIND): lets the target use the headers above; KIND is "" for libraries, "test" for tests.
+# tessera_precompiled(TARGET SET KIND): lets the target use the headers above; KIND is "" for libraries,
+# "test" for tests.
 function(tessera_precompiled target set kind)
   if(NOT set)
     set(set common)
@@ -47,9 +52,10 @@ function(tessera_precompiled target set kind)
   target_precompile_headers(${target} REUSE_FROM tessera_${set}${kind}_headers)
 endfunction()
 
-# tessera_in_batches(TARGET): compiles sources several at a time, as one: what their headers bring is then compiled once a batch, and
-# that is more than half of the time of a source that uses messages, services or GoogleTest (docs/decisions/0025). The sources share one
-# scope: a name that two of them mean differently has to be told apart. Kernels are not: it would decide what is inlined in them.
+# tessera_in_batches(TARGET): compiles sources several at a time, as one: what their headers bring is then
+# compiled once a batch, and that is more than half of the time of a source that uses messages, services or
+# GoogleTest (docs/decisions/0025). The sources share one scope: a name that two of them mean differently has
+# to be told apart. Kernels are not: it would decide what is inlined in them.
 set(TESSERA_BATCH 16 CACHE STRING "Sources that are compiled as one; 1: each by itself")
 function(tessera_in_batches target)
   if(TESSERA_BATCH GREATER 1)
@@ -57,8 +63,8 @@ function(tessera_in_batches target)
   endif()
 endfunction()
 
-# tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILED set]): a static library of this folder. The include root is
-# the top-level folder that it lies in (proto/, server/, worker/, client/).
+# tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILED set]): a static library of this folder.
+# The include root is the top-level folder that it lies in (proto/, server/, worker/, client/).
 function(tessera_library name)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
@@ -69,7 +75,8 @@ function(tessera_library name)
   tessera_in_batches(${name})
 endfunction()
 
-# tessera_program(NAME main.cpp DEPENDS targets... [PRECOMPILED set]): a program; its main() is NAME-main, for programs that add to it.
+# tessera_program(NAME main.cpp DEPENDS targets... [PRECOMPILED set]): a program; its main() is NAME-main, for
+# programs that add to it.
 function(tessera_program name main)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name}-main OBJECT ${main})
@@ -94,8 +101,9 @@ if(TESSERA_SANITIZE MATCHES "thread")
     "TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=${CMAKE_SOURCE_DIR}/tests/support/tsan.supp")
 endif()
 
-# tessera_test_entry(NAME COMMAND command... TIMEOUT seconds [LONG seconds] [LABELS labels...]): what CTest runs; with LONG, and that timeout,
-# also the long form (tests/support/long_form.h), the entry NAME_long, labelled `long`. The working directory is the source tree's root.
+# tessera_test_entry(NAME COMMAND command... TIMEOUT seconds [LONG seconds] [LABELS labels...]): what CTest
+# runs; with LONG, and that timeout, also the long form (tests/support/long_form.h), the entry NAME_long,
+# labelled `long`. The working directory is the source tree's root.
 function(tessera_test_entry name)
   cmake_parse_arguments(arg "" "TIMEOUT;LONG" "COMMAND;LABELS" ${ARGN})
   add_test(NAME ${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
@@ -103,7 +111,8 @@ function(tessera_test_entry name)
     ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
   if(arg_LONG)
     add_test(NAME ${name}_long COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
-    set_tests_properties(${name}_long PROPERTIES TIMEOUT ${arg_LONG} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS};long"
+    set_tests_properties(${name}_long PROPERTIES TIMEOUT ${arg_LONG} SKIP_RETURN_CODE 77 LABELS
+      "${arg_LABELS};long"
       ENVIRONMENT "TESSERA_TEST_FORM=long;${TESSERA_TEST_ENVIRONMENT}")
   endif()
 endfunction()
@@ -127,7 +136,8 @@ function(tessera_compiled_as_test target)
   tessera_in_batches(${target})
 endfunction()
 
-# tessera_test_library(NAME SOURCES... DEPENDS targets... [PRECOMPILED set]): what several test programs share.
+# tessera_test_library(NAME SOURCES... DEPENDS targets... [PRECOMPILED set]): what several test programs
+# share.
 function(tessera_test_library name)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
@@ -135,7 +145,8 @@ function(tessera_test_library name)
   tessera_compiled_as_test(${name} PRECOMPILED "${arg_PRECOMPILED}")
 endfunction()
 
-# tessera_test_program(NAME [SOURCES...] DEPENDS targets... [PRECOMPILED set]): a GoogleTest program, without any entry.
+# tessera_test_program(NAME [SOURCES...] DEPENDS targets... [PRECOMPILED set]): a GoogleTest program, without
+# any entry.
 function(tessera_test_program name)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
@@ -144,8 +155,9 @@ function(tessera_test_program name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 endfunction()
 
-# tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set | IN program] [LABELS labels...] [TIMEOUT seconds] [LONG seconds]): a
-# ctest entry and the program that it runs; or, with IN, tests in the program of several entries, which costs less to build.
+# tessera_test(NAME SOURCES... DEPENDS targets... [PRECOMPILED set | IN program] [LABELS labels...] [TIMEOUT
+# seconds] [LONG seconds]): a ctest entry and the program that it runs; or, with IN, tests in the program of
+# several entries, which costs less to build.
 function(tessera_test name)
   cmake_parse_arguments(arg "" "IN;PRECOMPILED;TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
@@ -157,15 +169,18 @@ function(tessera_test name)
     tessera_tests_of("${arg_UNPARSED_ARGUMENTS}" sources)
     set(command ${arg_IN} ${sources})
   else()
-    tessera_test_program(${name} ${arg_UNPARSED_ARGUMENTS} DEPENDS ${arg_DEPENDS} PRECOMPILED "${arg_PRECOMPILED}")
+    tessera_test_program(${name} ${arg_UNPARSED_ARGUMENTS} DEPENDS ${arg_DEPENDS} PRECOMPILED
+      "${arg_PRECOMPILED}")
     set(command ${name})
   endif()
-  tessera_test_entry(${name} COMMAND ${command} TIMEOUT ${arg_TIMEOUT} LONG "${arg_LONG}" LABELS ${arg_LABELS})
+  tessera_test_entry(${name} COMMAND ${command} TIMEOUT ${arg_TIMEOUT} LONG "${arg_LONG}" LABELS
+    ${arg_LABELS})
 endfunction()
 
-# Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor family has.
-# Each ISA's objects are linked into one module that exports a single function (worker/render/integrator/kernel.h), so that no
-# inline function compiled for a newer ISA can be picked up by code that must run everywhere.
+# Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor
+# family has. Each ISA's objects are linked into one module that exports a single function
+# (worker/render/integrator/kernel.h), so that no inline function compiled for a newer ISA can be picked up by
+# code that must run everywhere.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(known_isas avx2 avx512)
   set(TESSERA_ISA_FLAGS_avx2 -mavx2 -mfma -mf16c -mbmi -mbmi2 -mlzcnt -mpopcnt -maes -mpclmul)
@@ -181,15 +196,16 @@ else()
 endif()
 # Fewer for builds that are slow (sanitizers); with none, tests that need kernels are not built.
 set(TESSERA_ISAS ${known_isas} CACHE STRING "Instruction sets that kernels are built for")
-# GCC copies structs of vectors in 16-byte pieces otherwise, and stalls on forwarding them (measured on AVX2: 1.3 to 6
-# times the time of a BSDF).
+# GCC copies structs of vectors in 16-byte pieces otherwise, and stalls on forwarding them (measured on AVX2:
+# 1.3 to 6 times the time of a BSDF).
 include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag("-mmove-max=256 -mstore-max=256" TESSERA_HAS_MOVE_MAX)
 if(TESSERA_HAS_MOVE_MAX AND TESSERA_ISA_FLAGS_avx2)
   list(APPEND TESSERA_ISA_FLAGS_avx2 -mmove-max=256 -mstore-max=256)
 endif()
-# Products and sums are fused where the source says fma(), and nowhere else: what a compiler fuses by itself depends on its
-# version and on how functions are cut, and with it the bits of every picture (docs/decisions/0024).
+# Products and sums are fused where the source says fma(), and nowhere else: what a compiler fuses by itself
+# depends on its version and on how functions are cut, and with it the bits of every picture
+# (docs/decisions/0024).
 set(TESSERA_KERNEL_FLAGS -O3 -fno-math-errno -fno-trapping-math -ffp-contract=off)
 # GCC 12 forgets, once they are precompiled, that its own intrinsics leave a value undefined on purpose.
 list(APPEND TESSERA_KERNEL_FLAGS -Wno-uninitialized)
@@ -198,12 +214,13 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 
 if(TESSERA_SANITIZE)
-  # Checks that additions to pointers do not overflow make a kernel take ten times as long to compile (Clang 14: 53 s instead of 5 s).
+  # Checks that additions to pointers do not overflow make a kernel take ten times as long to compile (Clang
+  # 14: 53 s instead of 5 s).
   list(APPEND TESSERA_KERNEL_FLAGS -O1 -fno-sanitize=pointer-overflow)
 endif()
 
-# Highway's headers are half of the compiler's work on a kernel: precompiled once an ISA, by tessera_wide_kernel_<isa>. Whoever uses them
-# must have the very same flags, -fPIC among them.
+# Highway's headers are half of the compiler's work on a kernel: precompiled once an ISA, by
+# tessera_wide_kernel_<isa>. Whoever uses them must have the very same flags, -fPIC among them.
 foreach(isa ${TESSERA_ISAS})
   set(name tessera_wide_kernel_${isa})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wide_kernel.cpp CONTENT "")
@@ -216,10 +233,13 @@ foreach(isa ${TESSERA_ISAS})
 
   if(TESSERA_TESTS)
     # The same with GoogleTest, and main().
-    add_library(tessera_kernel_test_main_${isa} OBJECT ${CMAKE_SOURCE_DIR}/tests/support/kernel/kernel_main.cpp)
-    target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} tessera_processor GTest::gmock GTest::gtest)
+    add_library(tessera_kernel_test_main_${isa} OBJECT
+      ${CMAKE_SOURCE_DIR}/tests/support/kernel/kernel_main.cpp)
+    target_link_libraries(tessera_kernel_test_main_${isa} PUBLIC ${name} tessera_processor GTest::gmock
+      GTest::gtest)
     target_include_directories(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
-    target_precompile_headers(tessera_kernel_test_main_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h
+    target_precompile_headers(tessera_kernel_test_main_${isa} PRIVATE
+      ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h
       <gtest/gtest.h>)
   endif()
 endforeach()
@@ -234,14 +254,16 @@ function(tessera_kernel_objects folder)
   endforeach()
 endfunction()
 
-# tessera_kernel_test_program(NAME [SOURCES...] KERNELS folders... [DEPENDS targets...]): one program an ISA, NAME_<isa>, without any entry.
+# tessera_kernel_test_program(NAME [SOURCES...] KERNELS folders... [DEPENDS targets...]): one program an ISA,
+# NAME_<isa>, without any entry.
 function(tessera_kernel_test_program name)
   cmake_parse_arguments(arg "" "" "KERNELS;DEPENDS" ${ARGN})
   foreach(isa ${TESSERA_ISAS})
     set(program ${name}_${isa})
     add_executable(${program} ${arg_UNPARSED_ARGUMENTS})
     target_include_directories(${program} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
-    set_target_properties(${program} PROPERTIES POSITION_INDEPENDENT_CODE OFF)  # -fPIC, as the precompiled header, not -fPIE
+    # -fPIC, as the precompiled header, not -fPIE
+    set_target_properties(${program} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${program} PRIVATE -fPIC)
     target_link_libraries(${program} PRIVATE tessera_kernel_test_main_${isa})
     target_precompile_headers(${program} REUSE_FROM tessera_kernel_test_main_${isa})
@@ -254,8 +276,9 @@ function(tessera_kernel_test_program name)
   endforeach()
 endfunction()
 
-# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] | IN program [LABELS ...] [TIMEOUT s] [LONG s]): one ctest entry an
-# ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit code 77, see tests/support/kernel/kernel_main.cpp). The long form is for the first.
+# tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] | IN program [LABELS ...]
+# [TIMEOUT s] [LONG s]): one ctest entry an ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit
+# code 77, see tests/support/kernel/kernel_main.cpp). The long form is for the first.
 function(tessera_kernel_test name)
   cmake_parse_arguments(arg "" "IN;TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
@@ -264,7 +287,8 @@ function(tessera_kernel_test name)
   if(arg_IN)
     tessera_tests_of("${arg_UNPARSED_ARGUMENTS}" sources)
   else()
-    tessera_kernel_test_program(${name} ${arg_UNPARSED_ARGUMENTS} KERNELS ${arg_KERNELS} DEPENDS ${arg_DEPENDS})
+    tessera_kernel_test_program(${name} ${arg_UNPARSED_ARGUMENTS} KERNELS ${arg_KERNELS} DEPENDS
+      ${arg_DEPENDS})
     set(arg_IN ${name})
     set(sources)
   endif()
@@ -273,7 +297,8 @@ function(tessera_kernel_test name)
     if(sources)
       target_sources(${arg_IN}_${isa} PRIVATE ${arg_UNPARSED_ARGUMENTS})
     endif()
-    tessera_test_entry(${name}_${isa} COMMAND ${arg_IN}_${isa} ${sources} TIMEOUT ${arg_TIMEOUT} LONG "${long}" LABELS ${arg_LABELS})
+    tessera_test_entry(${name}_${isa} COMMAND ${arg_IN}_${isa} ${sources} TIMEOUT ${arg_TIMEOUT} LONG
+      "${long}" LABELS ${arg_LABELS})
     set(long)
   endforeach()
 endfunction()
