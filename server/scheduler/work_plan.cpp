@@ -37,7 +37,7 @@ absl::Status check_film(const v1::JobSpec& spec) {
     return unsound(absl::StrCat("crop [", crop.x0(), ",", crop.x1(), ") x [", crop.y0(), ",", crop.y1(),
                                 ") is empty or not within the film"));
   }
-  // So that jobs with the same AOVs have the same view.
+  // Jobs with the same AOVs have the same view.
   if (!std::is_sorted(view.aovs().begin(), view.aovs().end(), std::less_equal<int>())) {
     return unsound("its AOVs are not in ascending order, each once");
   }

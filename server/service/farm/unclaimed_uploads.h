@@ -12,7 +12,7 @@ namespace tessera::server {
 /// Not thread-safe.
 class UnclaimedUploads {
  public:
-  /// So many bytes of a blob were sent.
+  /// Adds bytes that were sent of a blob.
   void note(const std::string& digest, std::uint64_t bytes) { bytes_[digest] += bytes; }
   /// No job will be told what this one cost.
   void forget(const std::string& digest) { bytes_.erase(digest); }

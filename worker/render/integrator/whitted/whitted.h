@@ -2,6 +2,7 @@
 // perfect reflection and refraction [Whitted 1980]. Light between surfaces that are neither is left out.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <stop_token>
 #include <vector>
@@ -16,12 +17,13 @@ namespace tessera::render::TESSERA_ISA {
 class Whitted final : public Integrator {
  public:
   explicit Whitted(const IntegratorContext& context) : Whitted(context, context.scene.max_depth) {}
-  /// `max_depth`: hits on a path that are lit; with 1, the rays of the camera alone (ray casting).
+  /// `max_depth`: hits on a path that are lit, kDeepest at most; with 1, the rays of the camera alone (ray
+  /// casting).
   Whitted(const IntegratorContext& context, std::int32_t max_depth)
       : scene_(context.scene),
         rays_(context.rays),
         stats_(context.stats),
-        max_depth_(max_depth),
+        max_depth_(std::min(max_depth, kDeepest)),
         batch_(context),
         points_(kBatch / kWidth) {}
 
@@ -34,6 +36,8 @@ class Whitted final : public Integrator {
     Vertex vertex;
     Mask hit = Mask::none();
   };
+  /// Between mirrors that lose nothing only this ends the recursion, each level of which keeps 170 KB.
+  static constexpr std::int32_t kDeepest = 100;
   /// The rays that one level of the recursion sends to the next.
   struct Level {
     PathState reflected, refracted;
