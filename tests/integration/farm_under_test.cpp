@@ -147,6 +147,13 @@ void FarmUnderTest::kill_and_restart_coordinator() {
   restart_coordinator();
 }
 
+void FarmUnderTest::kill_somebody(std::mt19937_64& random) {
+  const auto victim = random() % (workers_.size() + 1);
+  if (victim == workers_.size()) return kill_and_restart_coordinator();
+  kill_worker(victim);
+  restart_worker(victim);
+}
+
 std::vector<std::string> FarmUnderTest::on_farm(std::vector<std::string> arguments) const {
   arguments.insert(arguments.end(), {"--server", address_, "--allow-insecure"});
   return arguments;
@@ -202,6 +209,18 @@ v1::JobStatus FarmUnderTest::watch_until(const std::string& job_id,
   if (status.ok()) return *status;
   EXPECT_TRUE(absl::IsCancelled(status.status())) << status.status();
   return reached;
+}
+
+v1::JobStatus FarmUnderTest::watch_to_the_end(const std::string& job_id, int* retries) {
+  for (;;) {
+    v1::JobStatus end = watch_until(job_id, [](const v1::JobStatus&) { return false; });
+    if (end.state() != v1::INCOMPLETE) return end;
+    if (retries != nullptr) ++*retries;
+    const auto retried = client_->retry(job_id, {});
+    if (retried.ok()) continue;
+    ADD_FAILURE() << "job " << job_id << " is not tried again";
+    return end;
+  }
 }
 
 }  // namespace tessera::integration

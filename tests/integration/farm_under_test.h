@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -82,6 +83,8 @@ class FarmUnderTest {
   /// After its end: the same data directory and port again.
   void restart_coordinator() { start_coordinator(address_); }
   void kill_and_restart_coordinator();
+  /// One of the workers, or the coordinator, is killed at whatever it is at, and started again.
+  void kill_somebody(std::mt19937_64& random);
 
   /// Arguments of `tessera` that run on this farm.
   std::vector<std::string> on_farm(std::vector<std::string> arguments) const;
@@ -98,6 +101,10 @@ class FarmUnderTest {
   v1::JobStatus watch_until(const std::string& job_id,
                             const std::function<bool(const v1::JobStatus&)>& enough,
                             std::set<std::uint32_t>* acknowledged = nullptr);
+
+  /// Watches until the job's end; units that were set aside for too many deaths are tried again, how often
+  /// is added to `retries`.
+  v1::JobStatus watch_to_the_end(const std::string& job_id, int* retries = nullptr);
 
   /// Client for the thread that holds this object.
   client::FarmClient& client() { return *client_; }

@@ -39,14 +39,8 @@ class Chance {
 
 std::uint64_t seed() { return test::how_often("TESSERA_SEED", 1, 2); }
 
-/// Waits for the job's end; where too many deaths set units aside, they are tried again.
 void expect_whole(FarmUnderTest& farm, const std::string& job_id, int& retries) {
-  v1::JobStatus end = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
-  while (end.state() == v1::INCOMPLETE) {
-    ++retries;
-    ASSERT_TRUE(farm.client().retry(job_id, {}).ok());
-    end = farm.watch_until(job_id, [](const v1::JobStatus&) { return false; });
-  }
+  const v1::JobStatus end = farm.watch_to_the_end(job_id, &retries);
   ASSERT_EQ(end.state(), v1::DONE) << end.error();
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kManyUnits));
 }

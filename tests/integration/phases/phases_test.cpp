@@ -84,14 +84,6 @@ TEST_F(Phases, TheFarmGivesTheBitsOfOneProcess) {
   EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
 }
 
-/// Kills a worker or the coordinator, at whatever the farm is at.
-void kill_somebody(FarmUnderTest& farm, std::size_t workers, std::mt19937_64& random) {
-  const auto victim = random() % (workers + 1);
-  if (victim == workers) return farm.kill_and_restart_coordinator();
-  farm.kill_worker(victim);
-  farm.restart_worker(victim);
-}
-
 TEST_F(Phases, KillsAtAnyMomentChangeNothing) {
   constexpr std::size_t kWorkers = 2;
   const auto kills = static_cast<std::uint32_t>(test::how_often("TESSERA_KILLS", 12, 60));
@@ -110,15 +102,11 @@ TEST_F(Phases, KillsAtAnyMomentChangeNothing) {
       const v1::JobStatus status = farm.watch_until(
           job, [&](const v1::JobStatus& s) { return s.units_done() + s.units_leased() >= begun; });
       if (client::has_ended(status.state())) break;
-      kill_somebody(farm, kWorkers, random);
+      farm.kill_somebody(random);
       ++within[status.units_done() < kPhaseUnits];
       ++done;
     }
-    v1::JobStatus end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
-    while (end.state() == v1::INCOMPLETE) {  // too many deaths with one unit: tried again
-      ASSERT_TRUE(farm.client().retry(job, {}).ok());
-      end = farm.watch_until(job, [](const v1::JobStatus&) { return false; });
-    }
+    const v1::JobStatus end = farm.watch_to_the_end(job);
     ASSERT_EQ(end.state(), v1::DONE) << end.error();
     EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
   }
