@@ -158,6 +158,22 @@ TEST_F(MitsubaLanguage, AppliesTransformationsInTheOrderOfTheFile) {
               ElementsAre(0, 2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1));
 }
 
+TEST_F(MitsubaLanguage, MatricesAndViewsActAfterWhatStandsBeforeThem) {
+  const ImportedScene result = scene(
+      "<shape type='rectangle'><transform name='to_world'><translate x='1'/>"
+      "<matrix value='0 -1 0 0 1 0 0 0 0 0 1 0 0 0 0 1'/></transform></shape>"
+      "<shape type='rectangle'><transform name='to_world'><translate z='2'/>"
+      "<lookat origin='0 0 5' target='1 0 5' up='0 0 1'/></transform></shape>");
+  // A quarter turn about z takes the place (1, 0, 0) to (0, 1, 0).
+  const std::vector<double> turned = elements_of(result.scene.shapes(0).world_from_object());
+  EXPECT_THAT(std::vector<double>({turned[3], turned[7], turned[11]}), ElementsAre(0, 1, 0));
+  // What lies 2 before the eye is 2 along its view, which is x.
+  const std::vector<double> viewed = elements_of(result.scene.shapes(1).world_from_object());
+  EXPECT_NEAR(viewed[3], 2, 1e-12);
+  EXPECT_NEAR(viewed[7], 0, 1e-12);
+  EXPECT_NEAR(viewed[11], 5, 1e-12);
+}
+
 TEST_F(MitsubaLanguage, RefusesTransformationsThatAreNone) {
   const std::string message = error_of(import_xml(with_sensor(
       "<shape type='sphere'><transform name='to_world'>\n<rotate angle='3'/>\n<matrix value='1 "

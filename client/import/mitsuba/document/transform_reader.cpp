@@ -84,7 +84,7 @@ std::string lookat(const pugi::xml_node& node, Imath::M44d& transform) {
   const std::optional<Imath::M44d> parent_from_local =
       local_from_parent ? inverse(*local_from_parent) : std::nullopt;
   if (!parent_from_local) return "lookat: \"up\" is parallel to the view";
-  transform = *parent_from_local * transform;
+  transform = transform * *parent_from_local;
   return "";
 }
 
@@ -100,7 +100,7 @@ std::string matrix(const pugi::xml_node& node, Imath::M44d& transform) {
   for (int r = 0; r < size; ++r) {
     for (int c = 0; c < size; ++c) m[c][r] = (*numbers)[r * size + c];
   }
-  transform = m * transform;
+  transform = transform * m;
   return "";
 }
 
