@@ -309,7 +309,7 @@ inline BsdfCase phong(float exponent, std::int32_t lobe, BsdfCase::Color base = 
   const char* const name = lobe == render::kBlinn        ? "blinn "
                            : lobe == render::kMirrorLobe ? "mirror "
                                                          : "phong ";
-  return {name + number(exponent), render::BsdfKind::kPhong, base, gloss, {exponent}, lobe};
+  return {name + number(exponent), render::BsdfKind::kPhong, base, gloss, {0, 0, exponent}, lobe};
 }
 
 /// Every model with parameters from one end of their range to the other.

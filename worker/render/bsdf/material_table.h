@@ -62,7 +62,7 @@ enum MaterialFlags : std::int32_t {
   // Further variants of the models.
   kBlinn = 1 << 26,       // kPhong: the lobe is of the half vector
   kMirrorLobe = 1 << 27,  // kPhong: the lobe is a mirror
-  kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/balance_table.h
+  kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/tables/balance_table.h
   // Flags that hold for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
   // loaded.
   kReflectsOnly = 1 << 24,      // light is scattered back to the side of wo alone
@@ -112,10 +112,9 @@ struct ExtendedRecord {
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
   std::vector<ExtendedRecord> extended;
-  // Energies of rough boundaries; layouts in bsdf/coat_table.h, bsdf/plastic_table.h and
-  // bsdf/balance_table.h.
+  // Energies of rough boundaries; layouts in bsdf/tables: coat_table.h, plastic_table.h, balance_table.h.
   std::vector<float> coat_tables;
-  std::vector<std::int32_t> coat_offsets;  // of those of bsdf/coat_table.h
+  std::vector<std::int32_t> coat_offsets;  // of those of bsdf/tables/coat_table.h
 };
 
 }  // namespace tessera::render

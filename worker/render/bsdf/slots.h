@@ -19,7 +19,7 @@ inline constexpr int kAlphaX = 0, kAlphaY = 1;          // roughness of the (out
 inline constexpr int kEta = 2;                          // index of refraction
 inline constexpr int kBetaM = 0, kBetaN = 1;            // hair
 inline constexpr int kRoughness = 0, kAnisotropic = 1;  // principled
-inline constexpr int kExponent = 0;                     // Phong
+inline constexpr int kExponent = 2;                     // Phong
 inline constexpr int kMixAmount = 0;                    // mixes
 
 // ExtendedRecord::spectra

@@ -3,7 +3,7 @@
 //
 // spectra[0]  reflectance of the base
 // spectra[1]  reflectance of the lobe along the normal; both are scaled down where they add up to more than 1
-// scalars[0]  exponent, clamped to [0, slot::kMostPhongExponent]
+// scalars[2]  exponent, clamped to [0, slot::kMostPhongExponent]
 // flags       kBlinn: the lobe is of the half vector; kMirrorLobe: it is a mirror; else it is Phong's
 #include "render/bsdf/models.h"
 

@@ -279,7 +279,7 @@ absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialSl
 absl::Status set_phong(const v1::PhongMaterial& phong, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kPhong;
-  record.flags |= kUsesSecondSpectrum | kUsesAlphas;
+  record.flags |= kUsesSecondSpectrum | kUsesEta;
   if (phong.lobe() == v1::PhongMaterial::BLINN) record.flags |= kBlinn;
   if (phong.lobe() == v1::PhongMaterial::MIRROR) record.flags |= kMirrorLobe;
   if (auto s = slots.set_spectrum(phong.diffuse(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
