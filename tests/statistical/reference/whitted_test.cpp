@@ -233,6 +233,69 @@ TEST(Whitted, ARoomOfMirrorsTakesLittleMemory) {
   EXPECT_LT(most_megabytes() - before, 100 + 20 * static_cast<long>(std::thread::hardware_concurrency()));
 }
 
+TEST(Whitted, RayCastingFollowsNoMirror) {
+  const auto whole = [](const std::string& integrator) {
+    PictureRequest request;
+    request.scene = absl::StrCat(
+        "camera { perspective { fov_degrees: 30 } world_from_camera { elements: [1,0,0,0, 0,1,0,0,"
+        " 0,0,1,-2, 0,0,0,1] } }",
+        kSky,
+        "materials { name: 'mirror' phong { diffuse { constant { constant: 0 } }"
+        " specular { constant { constant: 0.5 } } lobe: MIRROR } }"
+        " shapes { disk { radius: 5 } material: 'mirror' }");
+    request.integrator = integrator;
+    return measure_picture(request);
+  };
+  expect_value(whole("whitted"), 0.5);
+  expect_value(whole("raycast"), 0);
+}
+
+TEST(Whitted, GlassThatMakesLightDoublesNoRays) {
+  // Shells of glass within a mirror: every ray splits, both halves meet the next, and each hit doubles what
+  // they bring. By what they bring alone, 2^24 rays would follow each sample.
+  const auto file = load_scene_text(
+      "camera { perspective { fov_degrees: 90 } } film { width: 16 height: 16 }"
+      " settings { integrator: 'whitted' max_depth: 24 spp: 1 }"
+      " materials { name: 'mirror' phong { diffuse { constant { constant: 0 } }"
+      "                                    specular { constant { constant: 1 } } lobe: MIRROR } }"
+      " materials { name: 'glass' dielectric { eta { constant: 1.5 } reflection_tint { constant { constant: "
+      "2 } }"
+      "                                        transmission_tint { constant { constant: 2 } } } }"
+      " shapes { sphere { radius: 2 } material: 'mirror' }"
+      " shapes { sphere { radius: 1 } material: 'glass' } shapes { sphere { radius: 0.5 } material: 'glass' "
+      "}",
+      {}, render::supported_isas().front());
+  ASSERT_TRUE(file.ok()) << file.status();
+  render::RenderStats stats;
+  const auto tile = file->scene->render_tile({.x1 = 16, .y1 = 16, .sample_end = 1}, std::stop_token{}, stats);
+  ASSERT_TRUE(tile.ok()) << tile.status();
+  EXPECT_GT(stats.bounce_rays, 24u * 256) << "rays split";
+  EXPECT_LT(stats.bounce_rays, 24u * 1000 * 256);
+}
+
+TEST(Whitted, AnExponentFromATextureIsThatOfAConstant) {
+  const auto picture = [](const std::string& exponent) {
+    const auto file = load_scene_text(
+        absl::StrCat(
+            "camera { perspective { fov_degrees: 30 } world_from_camera { elements: [1,0,0,0, 0,1,0,0,"
+            " 0,0,1,-4, 0,0,0,1] } } film { width: 16 height: 16 }"
+            " settings { integrator: 'raycast' spp: 1 }"
+            " textures { name: 'even' checkerboard { even { constant { constant: 200 } } odd { constant { "
+            "constant: 200 } } } }"
+            " materials { name: 'gloss' phong { exponent { ",
+            exponent,
+            " } } }"
+            " shapes { sphere { radius: 1 } material: 'gloss' }"
+            " lights { point { intensity { constant: 9 } position { x: 1 y: 2 z: -4 } } }"),
+        {}, render::supported_isas().front());
+    EXPECT_TRUE(file.ok()) << file.status();
+    return file.ok() ? render_image(*file).find("G")->values : std::vector<float>{};
+  };
+  const std::vector<float> constant = picture("constant: 200");
+  EXPECT_GT(*std::max_element(constant.begin(), constant.end()), 0.1f);
+  EXPECT_EQ(picture("texture: 'even'"), constant);
+}
+
 TEST(Whitted, GlassInAWhiteRoomLosesOnlyWhatIsNotFollowed) {
   // Glass takes no light, and a radiance of 1 is all around, so the shares of all ways of a ray add up to 1;
   // left out are those below 1e-3. A ray within a ball meets it under one angle again and again and splits

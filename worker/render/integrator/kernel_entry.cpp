@@ -25,17 +25,17 @@ std::unique_ptr<Integrator> make(const IntegratorContext& context) {
 }
 
 /// The same, with one event on a path at most.
-template <class T>
+template <class T, auto... kHow>
 std::unique_ptr<Integrator> make_for_one_event(const IntegratorContext& context) {
   const StageTimer timer(context.stats.times, Stage::kCamera);
-  return std::make_unique<T>(context, std::min(context.scene.max_depth, 1));
+  return std::make_unique<T>(context, std::min(context.scene.max_depth, 1), kHow...);
 }
 
 // The list of algorithms.
 constexpr Algorithm kAlgorithms[] = {
     {"path", &make<Wavefront>},    {"volpath", &make<Wavefront>},
     {"light", &make<LightTracer>}, {"direct", &make_for_one_event<Wavefront>},
-    {"whitted", &make<Whitted>},   {"raycast", &make_for_one_event<Whitted>},
+    {"whitted", &make<Whitted>},   {"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

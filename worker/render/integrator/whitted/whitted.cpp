@@ -8,8 +8,9 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Rays that bring less of the light to the eye than this are not followed [Hall & Greenberg 1983]. As light
-/// is not made on the way, it bounds the rays of a level by its inverse, however deep the recursion goes.
+/// Rays that bring less of the light to the eye than this are not followed [Hall & Greenberg 1983], nor those
+/// of a smaller share: the product of their lobes' probabilities, which materials that make light cannot
+/// raise. So a level has at most 1000 rays a sample, however deep the recursion goes.
 constexpr float kLeastImportance = 1e-3f;
 
 int first_pair(int depth) { return dimension::kFirstEvent + depth * dimension::kPairsPerEvent; }
@@ -18,27 +19,28 @@ int first_pair(int depth) { return dimension::kFirstEvent + depth * dimension::k
 
 bool Whitted::render(SampleSource& work, Film& film, std::stop_token stop) {
   while (batch_.start(work, camera_rays_)) {
-    if (stop.stop_requested()) return false;
-    trace(camera_rays_, batch_.size(), 0);
+    if (!trace(camera_rays_, batch_.size(), 0, stop)) return false;
     batch_.finish(film, max_depth_ > 0);
   }
   return true;
 }
 
-void Whitted::trace(const PathState& rays, int n, int depth) {
-  if (n == 0) return;
+bool Whitted::trace(const PathState& rays, int n, int depth, const std::stop_token& stop) {
+  if (n == 0) return true;
   find_points(rays, n, depth);
-  if (depth == max_depth_) return;
+  if (depth == max_depth_) return !stop.stop_requested();
   for (std::size_t light = 0; light < scene_.lights.lights.size(); ++light) {
+    if (stop.stop_requested()) return false;
     if (scene_.lights.lights[light].same_as < 0) add_light(static_cast<std::int32_t>(light), depth);
   }
 
+  if (!follows_) return true;
   if (levels_.size() <= static_cast<std::size_t>(depth)) levels_.push_back(std::make_unique<Level>());
   Level& next = *levels_[static_cast<std::size_t>(depth)];
   int reflected = 0, refracted = 0;
   follow(depth, next, reflected, refracted);
-  trace(next.reflected, reflected, depth + 1);
-  trace(next.refracted, refracted, depth + 1);
+  return trace(next.reflected, reflected, depth + 1, stop) &&
+         trace(next.refracted, refracted, depth + 1, stop);
 }
 
 void Whitted::find_points(const PathState& rays, int n, int depth) {
@@ -56,6 +58,7 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
     Hit found = load_hit(hits_, i * kWidth);
     Point& point = points_[static_cast<std::size_t>(i)];
     point.path = load(scene_, rays, i * kWidth);
+    if (depth == 0) point.path.pdf = Float(1.0f);  // here, a ray's share
     point.hit = active & (found.shape >= 0);
     if (scene_.any_motion) found.time = point.path.time;
     Vertex& v = point.vertex;
@@ -126,10 +129,12 @@ void Whitted::follow(int depth, Level& next, int& reflected, int& refracted) con
       ray.origin = ray.reference = offset_origin(v.surface, lobe.wi);
       ray.direction = lobe.wi;
       ray.beta = point.path.beta * lobe.weight * share;
+      ray.pdf = point.path.pdf * share;
       // Without the 1 / eta^2 of refraction, which the way out takes back.
       ray.roulette_scale =
           select(lobe.transmission, point.path.roulette_scale * sqr(lobe.eta), point.path.roulette_scale);
-      const Mask matters = (ray.beta * ray.roulette_scale).max_component() >= kLeastImportance;
+      const Float importance = (ray.beta * ray.roulette_scale).max_component();
+      const Mask matters = min(importance, ray.pdf) >= kLeastImportance;
       size += append(scene_, ray, lanes & lobe.valid & lobe.specular & matters, to, size);
     };
     // The first and the last of a model's lobes, if these are perfect; `pdf` is a perfect lobe's share. Of

@@ -16,14 +16,17 @@ namespace tessera::render::TESSERA_ISA {
 
 class Whitted final : public Integrator {
  public:
-  explicit Whitted(const IntegratorContext& context) : Whitted(context, context.scene.max_depth) {}
-  /// `max_depth`: hits on a path that are lit, kDeepest at most; with 1, the rays of the camera alone (ray
-  /// casting).
-  Whitted(const IntegratorContext& context, std::int32_t max_depth)
+  enum class Mirrors { kFollowed, kBlack };
+
+  explicit Whitted(const IntegratorContext& context)
+      : Whitted(context, context.scene.max_depth, Mirrors::kFollowed) {}
+  /// `max_depth`: hits on a path that are lit, kDeepest at most. Ray casting is one, with black mirrors.
+  Whitted(const IntegratorContext& context, std::int32_t max_depth, Mirrors mirrors)
       : scene_(context.scene),
         rays_(context.rays),
         stats_(context.stats),
         max_depth_(std::min(max_depth, kDeepest)),
+        follows_(mirrors == Mirrors::kFollowed),
         batch_(context),
         points_(kBatch / kWidth) {}
 
@@ -48,8 +51,8 @@ class Whitted final : public Integrator {
     return batch_.sampler(point.path.slot, point.hit).get_2d(pair);
   }
 
-  /// Adds the radiance along the first `n` rays to their samples.
-  void trace(const PathState& rays, int n, int depth);
+  /// Adds the radiance along the first `n` rays to their samples. False when it was stopped before the end.
+  bool trace(const PathState& rays, int n, int depth, const std::stop_token& stop);
   void find_points(const PathState& rays, int n, int depth);
   void add_emission(const Point& point, Mask active);
   void add_light(std::int32_t light, int depth);
@@ -59,6 +62,7 @@ class Whitted final : public Integrator {
   const RayQuery& rays_;
   RenderStats& stats_;
   const std::int32_t max_depth_;
+  const bool follows_;  // reflected and refracted rays
   SampleBatch batch_;
   PathState camera_rays_;
   HitState hits_;
