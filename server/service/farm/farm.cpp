@@ -48,6 +48,7 @@ Farm::Farm(Journal& journal, BlobStore& blobs, const FarmOptions& options,
                   .epoch = journal.epoch(),
                   .audit_key = seal_->derive_key("audits"),
                   .settle = options.settle}),
+      uploads_(options.retention.blobs),
       keeper_(options.retention, blobs, clock_, options.lived_time),
       dispatcher_(clock_, [this] { tick(); }),
       commits_(journal) {}

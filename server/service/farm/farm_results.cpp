@@ -157,12 +157,17 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
   std::unique_lock lock(mutex_);
   if (absl::Status status = check_worker(request.worker_id(), origin); !status.ok())
     return done(std::move(status));
-  const absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+  const auto open_job = [&]() -> absl::StatusOr<JobEntry*> {
+    absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
+    if (entry.ok() && (*entry)->past)
+      return absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over"));
+    return entry;
+  };
+  absl::StatusOr<JobEntry*> entry = find_job(token.job_id());
   if (!entry.ok()) return done(entry.status());
   if (absl::Status status = check_granted(request.worker_id(), token); !status.ok())
     return done(std::move(status));
-  if ((*entry)->past)
-    return done(absl::FailedPreconditionError(absl::StrCat("job ", token.job_id(), " is over")));
+  if (entry = open_job(); !entry.ok()) return done(entry.status());
   // A unit that reads what is gone is not to blame: the source is made anew, and the lease is over.
   const PhasePlan& phases = (*entry)->shape->plan->phases();
   if (std::vector<PhaseBlobs::Made> inputs = (*entry)->phase_blobs.inputs(phases, token.unit_index());
@@ -170,6 +175,7 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
     lock.unlock();
     inputs = lost(std::move(inputs));
     lock.lock();
+    if (entry = open_job(); !entry.ok()) return done(entry.status());
     for (const PhaseBlobs::Made& made : inputs) {
       static_cast<void>(scheduler_.revoke_result(token.job_id(), made.unit, made.sequence,
                                                  absl::StrCat("its blob ", made.digest, " is gone")));

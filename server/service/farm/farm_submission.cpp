@@ -57,7 +57,7 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
 void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
   metrics_.uploaded(bytes);
   const std::lock_guard lock(mutex_);
-  uploads_.note(digest, bytes);
+  uploads_.note(digest, bytes, clock_.now());
 }
 
 absl::StatusOr<const JobEntry*> Farm::best_donor(const v1::SubmitJobRequest& request,
@@ -116,6 +116,12 @@ absl::StatusOr<std::optional<Donor>> Farm::find_donor(const v1::SubmitJobRequest
   if (absl::IsNotFound(record.status())) return std::nullopt;
   if (!record.ok()) return record.status();
   donor.record = *std::move(record);
+  const std::vector<std::uint32_t>& roots = donor.plan->phases().roots();
+  for (const JobRecord::Result& result : donor.record.results) {
+    if (std::binary_search(roots.begin(), roots.end(), result.units.first) &&
+        blobs_.query(result.digest).complete)
+      donor.blobs.insert(result.digest);
+  }
   return donor;
 }
 
@@ -135,11 +141,8 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
                  entry.shape->plan->unit_count());
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || jobs_.find(donor->record.added.id) == nullptr) return entries;
-  const auto has_blob = [this](const std::string& digest) { return blobs_.query(digest).complete; };
-  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, has_blob, entries);
-      !status.ok()) {
+  if (absl::Status status = adopt_results(scheduler_, request_of(entry), *donor, entries); !status.ok())
     return status;
-  }
   for (const JournalEntry& journaled : entries) {
     const auto* const done = std::get_if<UnitDone>(&journaled);
     if (done == nullptr) continue;

@@ -77,14 +77,14 @@ std::string most_common_class(const std::vector<Fitting>& fitting) {
 
 /// Whether all units of the phases are among the results, and what the picture is made of is there.
 bool has_phases(const WorkPlan& plan, const std::vector<JournalEntry>& results,
-                const std::function<bool(const std::string& digest)>& has_blob) {
+                const absl::flat_hash_set<std::string>& blobs) {
   const std::vector<std::uint32_t>& roots = plan.phases().roots();
   std::uint32_t units = 0;
   for (const JournalEntry& entry : results) {
     const auto& result = std::get<UnitDone>(entry);
     if (plan.is_of_picture(result.units.first)) continue;
     ++units;
-    if (std::binary_search(roots.begin(), roots.end(), result.units.first) && !has_blob(result.digest))
+    if (std::binary_search(roots.begin(), roots.end(), result.units.first) && !blobs.contains(result.digest))
       return false;
   }
   return units == plan.phases().unit_count();
@@ -107,7 +107,6 @@ std::string difference_in_content(const v1::JobSpec& a, const v1::JobSpec& b) {
 }
 
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
-                           const std::function<bool(const std::string& digest)>& has_blob,
                            std::vector<JournalEntry>& entries) {
   const std::vector<Fitting> fitting = fitting_results(scheduler, job, donor);
   std::optional<std::string> chosen;
@@ -133,7 +132,7 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
                             .from_sequence = index + 1});
     adopted_units += units.count;
   }
-  if (!has_phases(*job.plan, done, has_blob)) return absl::OkStatus();
+  if (!has_phases(*job.plan, done, donor.blobs)) return absl::OkStatus();
   if (chosen && adopted_units < job.plan->unit_count()) {
     // Results from before classes were told of do not say whose arithmetic the rest should have.
     if (!wire::is_whole_class(*chosen)) return absl::OkStatus();

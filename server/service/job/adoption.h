@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/status.h"
 #include "scheduler/scheduler.h"
 #include "store/journal.h"
@@ -23,16 +24,16 @@ std::string result_key(const v1::JobSpec& spec);
 struct Donor {
   JobRecord record;
   std::shared_ptr<const WorkPlan> plan;
-  bool named = false;  // whoever submits the job wants it to go on from this one
+  bool named = false;                           // whoever submits the job wants it to go on from this one
+  absl::flat_hash_set<std::string> blobs = {};  // what its phases gave in the end, as far as it is there
 };
 
 /// Gives the new job all results of the donor that are of its own units and whose hosts are trusted, and of
 /// one arithmetic class if the job is to be: of which there are most. Where nobody could go on in that class,
-/// and the donor was not named, none. Where the donor's phases were not all made, or `has_blob` says that a
-/// phase's blob is gone, none either. Both have equal content. Appends what is to be journaled behind the job
+/// and the donor was not named, none. Where the donor's phases were not all made, or a phase's blob is
+/// gone, none either. Both have equal content. Appends what is to be journaled behind the job
 /// itself, besides the scheduler's events: UnitDone entries, numbered from 1.
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
-                           const std::function<bool(const std::string& digest)>& has_blob,
                            std::vector<JournalEntry>& entries);
 
 }  // namespace tessera::server

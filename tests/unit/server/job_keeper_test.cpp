@@ -75,15 +75,34 @@ TEST_F(JobKeeperTest, LooksAfterEachInterval) {
 }
 
 TEST_F(JobKeeperTest, AnUploadIsToldToOneJob) {
-  UnclaimedUploads uploads;
+  const UnclaimedUploads::TimePoint start{};
+  UnclaimedUploads uploads(std::chrono::hours{1});
   const v1::JobSpec spec = square_spec("scene", 16);
-  uploads.note(spec.content().scene(), 5);
-  uploads.note(spec.content().scene(), 7);
+  uploads.note(spec.content().scene(), 5, start);
+  uploads.note(spec.content().scene(), 7, start);
   EXPECT_EQ(uploads.claim(spec), 12u);
   EXPECT_EQ(uploads.claim(spec), 0u);
-  uploads.note(spec.content().scene(), 5);
+  uploads.note(spec.content().scene(), 5, start);
   uploads.forget(spec.content().scene());
   EXPECT_EQ(uploads.claim(spec), 0u);
+}
+
+TEST_F(JobKeeperTest, AnUploadThatNobodyNamesIsForgotten) {
+  using std::chrono::minutes;
+  const UnclaimedUploads::TimePoint start{};
+  UnclaimedUploads uploads(minutes{60});
+  const v1::JobSpec spec = square_spec("scene", 16);
+  uploads.note(spec.content().scene(), 5, start + minutes{90});
+  uploads.note("another", 1, start + minutes{151});
+  uploads.note(spec.content().scene(), 7, start + minutes{151});
+  EXPECT_EQ(uploads.claim(spec), 12u) << "it is an hour old";
+  uploads.note(spec.content().scene(), 5, start + minutes{160});
+  uploads.note("another", 1, start + minutes{220});
+  uploads.note("another", 1, start + minutes{281});
+  EXPECT_EQ(uploads.claim(spec), 0u) << "it is two hours old";
+  uploads.note(spec.content().scene(), 5, start + minutes{290});
+  uploads.note("another", 1, start + minutes{900});
+  EXPECT_EQ(uploads.claim(spec), 0u) << "nothing came for ten hours";
 }
 
 }  // namespace
