@@ -1,5 +1,7 @@
 #include "service/job/old_spec.h"
 
+#include <spdlog/spdlog.h>
+
 #include <set>
 
 #include "tessera/v1/old_job.pb.h"
@@ -8,59 +10,46 @@
 namespace tessera::server {
 namespace {
 
-/// The value with this word; UNSPECIFIED, which is the default, for an empty one.
+/// The value with this word; UNSPECIFIED, which is the default, for an empty one. Coordinators took words
+/// that nobody knows, and workers failed such jobs, so that they are over; they must not keep a farm from
+/// starting.
 template <class Enum>
-absl::Status read_word(const std::string& word, Enum& value) {
-  if (word.empty()) return absl::OkStatus();
+Enum read_word(const std::string& word) {
+  if (word.empty()) return {};
   const absl::StatusOr<Enum> known = wire::value_of<Enum>(word);
-  if (known.ok()) value = *known;
-  return known.status();
+  if (!known.ok())
+    spdlog::warn("a job of an older version: {}; the default takes its place", known.status().ToString());
+  return known.value_or(Enum{});
 }
 
-absl::Status convert_settings(const v1::OldJobSpec& old, v1::JobSpec& spec) {
+void convert_settings(const v1::OldJobSpec& old, v1::JobSpec& spec) {
   const v1::OldJobSpec::Settings& settings = old.settings();
-  v1::Intersection intersection{};
-  v1::DirectLight direct_light{};
-  v1::LightSelection light_selection{};
-  v1::Traversal traversal{};
-  v1::Sampler sampler{};
-  for (const absl::Status& status :
-       {read_word(settings.intersection(), intersection), read_word(settings.direct_light(), direct_light),
-        read_word(settings.light_selection(), light_selection), read_word(settings.traversal(), traversal),
-        read_word(settings.sampler(), sampler)}) {
-    if (!status.ok()) return status;
-  }
   v1::Algorithms& algorithms = *spec.mutable_content()->mutable_algorithms();
   algorithms.set_integrator(settings.integrator());
-  algorithms.set_intersection(intersection);
-  algorithms.set_direct_light(direct_light);
-  algorithms.set_light_selection(light_selection);
-  algorithms.set_traversal(traversal);
-  spec.mutable_view()->set_sampler(sampler);
+  algorithms.set_intersection(read_word<v1::Intersection>(settings.intersection()));
+  algorithms.set_direct_light(read_word<v1::DirectLight>(settings.direct_light()));
+  algorithms.set_light_selection(read_word<v1::LightSelection>(settings.light_selection()));
+  algorithms.set_traversal(read_word<v1::Traversal>(settings.traversal()));
+  spec.mutable_view()->set_sampler(read_word<v1::Sampler>(settings.sampler()));
   spec.mutable_view()->set_seed(settings.seed());
   spec.mutable_view()->set_max_depth(settings.max_depth());
   spec.mutable_samples()->set_spp(settings.spp());
   spec.mutable_samples()->set_noise(settings.noise());
-  return absl::OkStatus();
 }
 
-absl::Status convert_aovs(const v1::OldJobSpec& old, v1::JobSpec& spec) {
+void convert_aovs(const v1::OldJobSpec& old, v1::JobSpec& spec) {
   std::set<v1::AOV> aovs;  // ascending, each once
-  for (const std::string& word : old.aovs()) {
-    v1::AOV aov{};
-    if (absl::Status status = read_word(word, aov); !status.ok()) return status;
-    aovs.insert(aov);
-  }
+  for (const std::string& word : old.aovs()) aovs.insert(read_word<v1::AOV>(word));
+  aovs.erase(v1::AOV_UNSPECIFIED);
   for (const v1::AOV aov : aovs) spec.mutable_view()->add_aovs(aov);
-  return absl::OkStatus();
 }
 
-absl::StatusOr<v1::JobSpec> convert(v1::OldJobSpec old) {
+v1::JobSpec convert(v1::OldJobSpec old) {
   v1::JobSpec spec;
   spec.mutable_content()->set_scene(old.scene().digest());
   spec.mutable_content()->set_build(old.build());
-  if (auto s = convert_settings(old, spec); !s.ok()) return s;
-  if (auto s = convert_aovs(old, spec); !s.ok()) return s;
+  convert_settings(old, spec);
+  convert_aovs(old, spec);
   spec.mutable_view()->set_width(old.width());
   spec.mutable_view()->set_height(old.height());
   v1::JobSpec::Cut& cut = *spec.mutable_cut();
