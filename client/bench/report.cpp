@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bench/analysis.h"
+#include "wire/algorithm.h"
 #include "wire/enum_words.h"
 
 namespace tessera::client {
@@ -17,6 +18,8 @@ namespace {
 std::string ends_of(const Interval& interval) {
   return interval.has_ends() ? absl::StrFormat("%.4g to %.4g", interval.low, interval.high) : "-";
 }
+
+const std::string& integrator_of(const v1::JobSpec& spec) { return spec.content().algorithms().integrator(); }
 
 std::vector<std::uint32_t> sample_counts(const BenchVariantResult& variant) {
   std::vector<std::uint32_t> counts;
@@ -63,7 +66,8 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   BenchCost all;
   for (const BenchRun& run : variant.runs) all += run.cost;
   std::string text;
-  if (!variant.name.empty()) absl::StrAppend(&text, variant.name, "\n");
+  if (!variant.name.empty())
+    absl::StrAppend(&text, variant.name, ", ", wire::kind_of(integrator_of(variant.spec)), "\n");
   absl::StrAppend(&text, runs_table(variant, noise));
   if (const std::optional<Slope> slope = slope_of(variant, noise)) {
     absl::StrAppendFormat(&text, "  slope of MSE over time  %.3f", slope->value);
@@ -117,8 +121,8 @@ std::string to_text(const BenchSceneResult& scene) {
   const v1::JobSpec& spec = scene.variants.front().spec;
   const v1::PixelRect& crop = spec.cut().crop();
   std::string text = absl::StrFormat(
-      "%s  %dx%d pixels, %s, depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
-      crop.y1() - crop.y0(), spec.content().algorithms().integrator(), spec.view().max_depth(),
+      "%s  %dx%d pixels, %s (%s), depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
+      crop.y1() - crop.y0(), integrator_of(spec), wire::kind_of(integrator_of(spec)), spec.view().max_depth(),
       wire::word_of(spec.view().sampler()), spec.farm().isa(), scene.reference);
   if (scene.noise.mse > 0) {
     absl::StrAppendFormat(&text, "; its own MSE %.3g, relMSE %.3g taken off MSE and relMSE", scene.noise.mse,

@@ -58,6 +58,13 @@ std::string check_integrator(const std::string& name) {
   return std::string{wire::check_algorithm_name(name).message()};
 }
 
+std::vector<options::Choice> integrators() {
+  std::vector<options::Choice> choices;
+  for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
+    choices.push_back({algorithm.name, wire::description_of(algorithm)});
+  return choices;
+}
+
 std::string check_define(const std::string& text) {
   const std::size_t equals = text.find('=');
   return equals == std::string::npos || equals == 0 ? "expected NAME=VALUE" : "";
@@ -108,9 +115,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .in_range(0, wire::kMaxDepth);
   command
       .add("--integrator", job.integrator,
-           "path (surfaces), volpath (media too), light (light tracing), direct (light of one bounce), "
-           "whitted (mirrors and glass; biased) or raycast (no bounce; biased)")
+           "how light is found; more samples lead to the right picture with what is unbiased or consistent")
       .type_name("NAME")
+      .listing(integrators())
       .checked_by(check_integrator);
   add_word(command, "--sampler", job.sampler, "sobol or independent");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
@@ -164,6 +171,7 @@ void LoadedJob::free_meshes() {
 std::vector<std::string> LoadedJob::warning_lines() const {
   std::vector<std::string> lines;
   for (const Diagnostic& warning : imported.warnings) lines.push_back(to_string(warning));
+  if (job != nullptr) lines.insert(lines.end(), job->warnings.begin(), job->warnings.end());
   return lines;
 }
 
@@ -184,9 +192,11 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->imported = *std::move(imported);
-  if (!options.quiet) {
-    for (const std::string& line : loaded->warning_lines()) std::cerr << "warning: " << line << '\n';
-  }
+  const auto print_warnings = [&](const std::vector<std::string>& lines) {
+    if (options.quiet) return;
+    for (const std::string& line : lines) std::cerr << "warning: " << line << '\n';
+  };
+  print_warnings(loaded->warning_lines());
   absl::StatusOr<std::unique_ptr<PreparedJob>> job =
       prepare_job(options.job, loaded->imported, name_of(options.scene, loaded->imported));
   if (!job.ok()) {
@@ -195,6 +205,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->job = *std::move(job);
+  print_warnings(loaded->job->warnings);
   loaded->import_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   loaded->import_cpu_seconds = base::in_seconds(base::process_cpu_time() - cpu_start);
   return loaded;

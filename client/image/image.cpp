@@ -38,6 +38,7 @@ void set_render_info(const RenderInfo& info, Image& image) {
   image.metadata["tessera.spp"] = static_cast<std::int32_t>(std::min(info.spp, kMax));
   image.metadata["tessera.seed"] = absl::StrCat(info.seed);
   image.metadata["tessera.integrator"] = info.integrator;
+  image.metadata["tessera.integrator_kind"] = info.integrator_kind;
   image.metadata["tessera.sampler"] = info.sampler;
   image.metadata["tessera.isa"] = info.isa;
   image.metadata["tessera.arithmetic"] = absl::StrJoin(info.arithmetic, ", ");

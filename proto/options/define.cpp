@@ -113,6 +113,11 @@ Option Option::one_of(std::vector<std::string> names) {
   return *this;
 }
 
+Option Option::listing(std::vector<Choice> choices) {
+  spec_->listed = std::move(choices);
+  return *this;
+}
+
 Option Option::separated_by_commas() {
   spec_->commas = true;
   return *this;

@@ -39,6 +39,15 @@ std::string right_of(const OptionSpec& option) {
                       absl::StrJoin(remarks, "; "), ")");
 }
 
+/// An option in two columns, and its choices with their meanings.
+std::string lines_of(const OptionSpec& option) {
+  std::string lines = help_line(left_of(option), right_of(option), kRight);
+  for (const Choice& choice : option.listed) {
+    absl::StrAppend(&lines, help_line(absl::StrCat("        ", choice.name), choice.meaning, kRight));
+  }
+  return lines;
+}
+
 }  // namespace
 
 std::string wrapped(std::string_view text, std::size_t indent) {
@@ -91,7 +100,7 @@ std::string help_of(const CommandSpec& command) {
   std::string arguments;
   for (const auto& option : command.options) {
     if (option->is_argument() && !option->description.empty()) {
-      absl::StrAppend(&arguments, help_line(left_of(*option), right_of(*option), kRight));
+      absl::StrAppend(&arguments, lines_of(*option));
     }
     if (!option->is_argument() && std::ranges::find(groups, option->group) == groups.end()) {
       groups.push_back(option->group);
@@ -102,7 +111,7 @@ std::string help_of(const CommandSpec& command) {
     absl::StrAppend(&help, "\n", group, "\n");
     for (const auto& option : command.options) {
       if (option->is_argument() || option->group != group) continue;
-      absl::StrAppend(&help, help_line(left_of(*option), right_of(*option), kRight));
+      absl::StrAppend(&help, lines_of(*option));
     }
   }
   absl::StrAppend(&help, "\n", help_line("-h, --help", "show this help", kRight));

@@ -19,6 +19,11 @@ struct CommandSpec;
 /// Exit code of a program whose command line makes no sense.
 inline constexpr int kWrongUsage = 2;
 
+/// A value that an option may have.
+struct Choice {
+  std::string name, meaning;
+};
+
 /// An option or an argument while it is being defined; every function says one thing more about it.
 class Option {
  public:
@@ -33,6 +38,8 @@ class Option {
   Option in_range(double least, double most);
   /// Names that --help lists, unless the description does.
   Option one_of(std::vector<std::string> names);
+  /// Values with their meanings, for --help to list; they are not checked.
+  Option listing(std::vector<Choice> choices);
   /// The value is a list: "a,b,c".
   Option separated_by_commas();
   /// Takes the value from this variable where the option is not given.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "options/program.h"
 
 namespace tessera::options {
 
@@ -25,6 +26,7 @@ struct OptionSpec {
   bool commas = false;
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> choices;
+  std::vector<Choice> listed;  // by --help, below the description
   std::vector<const OptionSpec*> excludes, needs;
   std::vector<std::function<std::string(const std::string&)>> checks;
   std::function<absl::Status(const std::string&)> take;  // one value

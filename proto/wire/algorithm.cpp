@@ -12,21 +12,36 @@ namespace tessera::wire {
 namespace {
 
 constexpr std::array kAlgorithms{
-    AlgorithmTraits{.name = "path", .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
-    AlgorithmTraits{
-        .name = "volpath", .media = true, .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
+    AlgorithmTraits{.name = "path",
+                    .summary = "paths from the camera, over surfaces",
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .bsdf_lighting = true},
+    AlgorithmTraits{.name = "volpath",
+                    .summary = "paths from the camera, through media too",
+                    .media = true,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .bsdf_lighting = true},
     AlgorithmTraits{.name = "light",
+                    .summary = "paths from the lights, over surfaces: caustics",
                     .work = WorkKind::kPasses,
                     .samples_all_light = true,
                     .starts_at_lights = true,
                     .joins_camera = true},
-    AlgorithmTraits{.name = "direct", .noise = true, .first_hit_aovs = true, .bsdf_lighting = true},
+    AlgorithmTraits{.name = "direct",
+                    .summary = "lights and what they light, without light between surfaces",
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .bsdf_lighting = true},
     AlgorithmTraits{.name = "whitted",
+                    .summary = "direct light, seen in perfect mirrors and through glass too",
                     .bias = Bias::kBiased,
                     .noise = true,
                     .first_hit_aovs = true,
                     .samples_all_light = true},
     AlgorithmTraits{.name = "raycast",
+                    .summary = "whitted without mirrors and glass",
                     .bias = Bias::kBiased,
                     .noise = true,
                     .first_hit_aovs = true,
@@ -40,9 +55,25 @@ std::vector<AlgorithmTraits>& table() {
 
 }  // namespace
 
+const char* word_of(Bias bias) {
+  switch (bias) {
+    case Bias::kUnbiased:
+      return "unbiased";
+    case Bias::kConsistent:
+      return "consistent";
+    case Bias::kBiased:
+      return "biased";
+  }
+  return "";
+}
+
 std::span<const AlgorithmTraits> algorithms() { return table(); }
 
 void add_algorithm(const AlgorithmTraits& algorithm) { table().push_back(algorithm); }
+
+std::string description_of(const AlgorithmTraits& algorithm) {
+  return absl::StrCat(algorithm.summary, "; ", word_of(algorithm.bias));
+}
 
 const AlgorithmTraits* find_algorithm(std::string_view name) {
   const std::vector<AlgorithmTraits>& all = table();
@@ -50,6 +81,11 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
   const auto it = std::find_if(all.begin(), all.end(),
                                [&](const AlgorithmTraits& algorithm) { return name == algorithm.name; });
   return it == all.end() ? nullptr : &*it;
+}
+
+std::string kind_of(std::string_view name) {
+  const AlgorithmTraits* const algorithm = find_algorithm(name);
+  return algorithm == nullptr ? "" : word_of(algorithm->bias);
 }
 
 absl::Status check_algorithm_name(const std::string& name) {

@@ -17,12 +17,15 @@ enum class WorkKind : std::uint8_t {
   kPasses  // samples of all pixels, and light that lands anywhere on the film
 };
 
-/// How the mean of many pictures is related to the right one.
+/// Kinds of algorithms: how the mean of many pictures is related to the right one.
 enum class Bias : std::uint8_t {
   kUnbiased,    // equal, at any number of samples
   kConsistent,  // equal in the limit of many samples
   kBiased       // another, by design
 };
+
+/// "unbiased", "consistent" or "biased".
+const char* word_of(Bias bias);
 
 /// A phase of an algorithm: made once a job, before the picture; how much of it unless the job says
 /// otherwise.
@@ -34,6 +37,7 @@ struct PhaseTraits {
 
 struct AlgorithmTraits {
   const char* name;
+  const char* summary = "";  // for people, in one line
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning
@@ -53,8 +57,14 @@ std::span<const AlgorithmTraits> algorithms();
 /// Adds one that does not come with the kernels, at the start of a program, before anything else is called.
 void add_algorithm(const AlgorithmTraits& algorithm);
 
+/// Returns "SUMMARY; KIND", for people.
+std::string description_of(const AlgorithmTraits& algorithm);
+
 /// The algorithm with this name, the default where it is empty; null where there is none.
 const AlgorithmTraits* find_algorithm(std::string_view name);
+
+/// The word for its bias; empty where there is no algorithm with this name.
+std::string kind_of(std::string_view name);
 
 /// InvalidArgument, naming all that there are, where there is none with this name.
 absl::Status check_algorithm_name(const std::string& name);

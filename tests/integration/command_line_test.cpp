@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "image/exr.h"
 #include "integration/farm_under_test.h"
 
 namespace tessera::integration {
@@ -18,6 +19,21 @@ TEST(CommandLine, AnUnknownIntegratorIsAUsageErrorThatNamesTheKnownOnes) {
   const support::Finished done = tessera({"render", kScene, "-o", "x.exr", "--integrator", "magic"});
   EXPECT_EQ(done.status.code, 2);
   EXPECT_THAT(done.err, HasSubstr("there is no integrator 'magic'; there is: path"));
+}
+
+TEST(CommandLine, ABiasedPictureSaysSo) {
+  const support::TempDir directory;
+  const std::string file = (directory.path() / "a.exr").string();
+  const support::Finished done = tessera({"render", "scenes/first-light/scene.textproto", "-o", file, "--spp",
+                                          "1", "--resolution", "32x18", "--integrator", "whitted"});
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  const std::string warning = "warning: integrator 'whitted' is biased";
+  const std::size_t first = done.err.find(warning);
+  ASSERT_NE(first, std::string::npos) << done.err;
+  EXPECT_EQ(done.err.find(warning, first + 1), std::string::npos) << done.err;
+  const auto image = client::read_exr(file);
+  ASSERT_TRUE(image.ok()) << image.status();
+  EXPECT_EQ(std::get<std::string>(image->metadata.at("tessera.integrator_kind")), "biased");
 }
 
 TEST(CommandLine, ValuesThatMakeNoSenseAreUsageErrors) {

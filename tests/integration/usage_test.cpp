@@ -167,6 +167,21 @@ TEST(Documentation, HasEveryAov) {
   }
 }
 
+TEST(Documentation, ListsTheIntegratorsThatHelpLists) {
+  const std::string help = tessera({"render", "--help"}).out;
+  static const std::regex row{"\\| `([a-z-]+)` \\| .* \\| ([a-z]+) \\|"};
+  int rows = 0;
+  for (const std::string& line : lines_of(section("### Integrators"))) {
+    std::smatch match;
+    if (!std::regex_match(line, match, row)) continue;
+    ++rows;
+    // The kind is the last word of what is said of it, after line breaks in the help's right column.
+    const std::regex said{absl::StrCat("\n +", match[1].str(), " [^;]*;\\s+", match[2].str(), "\n")};
+    EXPECT_TRUE(std::regex_search(help, said)) << line << "\n" << help;
+  }
+  EXPECT_GE(rows, 6);
+}
+
 TEST(Usage, ASceneThatIsNotThereIsAUsageError) {
   const support::Finished done = tessera({"render", "no-such-scene.pbrt", "-o", "x.exr"});
   EXPECT_EQ(done.status.code, 2) << "as docs/command-line.md says of a file that does not exist";

@@ -15,6 +15,7 @@
 #include "command/report/output.h"
 #include "command/report/progress.h"
 #include "image/assemble.h"
+#include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/version.h"
@@ -118,6 +119,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   info.spp = spec.samples().spp();
   info.seed = spec.view().seed();
   info.integrator = spec.content().algorithms().integrator();
+  info.integrator_kind = wire::kind_of(info.integrator);
   info.sampler = wire::word_of(spec.view().sampler());
   info.isa = status.isa();
   info.arithmetic = {status.arithmetic_classes().begin(), status.arithmetic_classes().end()};

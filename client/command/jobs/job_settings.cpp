@@ -139,6 +139,13 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   return samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
 }
 
+void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
+  const wire::AlgorithmTraits& algorithm = *wire::find_algorithm(spec.content().algorithms().integrator());
+  if (algorithm.bias != wire::Bias::kBiased) return;
+  warnings.push_back(absl::StrCat("integrator '", algorithm.name,
+                                  "' is biased: no number of samples makes its picture the right one"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,
@@ -177,6 +184,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
         request.noise || !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty();
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
+  warn_of_bias(spec, job->warnings);
   v1::JobSpec::Farm& farm = *spec.mutable_farm();
   farm.set_name(name);
   farm.set_isa(request.isa);

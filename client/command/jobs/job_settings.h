@@ -51,6 +51,7 @@ struct PreparedJob {
   SceneBlob scene;  // the Scene message
   std::vector<const SceneBlob*>
       blobs;  // all, `scene` included; they point into this object and the imported scene
+  std::vector<std::string> warnings;
 };
 
 /// "640x480". InvalidArgument, with what was expected, otherwise.

@@ -14,6 +14,7 @@
 #include "command/report/table.h"
 #include "command/report/time_spent.h"
 #include "farm/farm_client.h"
+#include "wire/algorithm.h"
 #include "wire/enum_words.h"
 
 namespace tessera::client {
@@ -232,7 +233,8 @@ std::string job_text(const v1::GetJobResponse& job) {
   add_progress(job, lines);
   lines.add("film", absl::StrCat(spec.view().width(), "x", spec.view().height(), ", ", spec.samples().spp(),
                                  " samples a pixel", noise_text(spec.samples().noise())));
-  lines.add("integrator", absl::StrCat(spec.content().algorithms().integrator(), ", depth ",
+  const std::string& integrator = spec.content().algorithms().integrator();
+  lines.add("integrator", absl::StrCat(integrator, " (", wire::kind_of(integrator), "), depth ",
                                        spec.view().max_depth(), ", seed ", spec.view().seed()));
   lines.add("scene", spec.content().scene());
   if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "image/atomic_file.h"
+#include "wire/algorithm.h"
 #include "wire/unit_counts.h"
 
 namespace tessera::client {
@@ -68,6 +69,9 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["noise"] = statistics.spec.samples().noise();
   json["width"] = statistics.spec.view().width();
   json["height"] = statistics.spec.view().height();
+  const std::string& integrator = statistics.spec.content().algorithms().integrator();
+  json["integrator"] = integrator;
+  json["integrator_kind"] = wire::kind_of(integrator);
   json["isa"] = statistics.status.isa();
   json["scene_digest"] = statistics.spec.content().scene();
   json["uploaded_bytes"] = statistics.uploaded_bytes;

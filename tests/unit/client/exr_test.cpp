@@ -45,9 +45,17 @@ TEST(Exr, RoundTripIsExactInFloat) {
                    {"R", "G", "B", "A", "variance.R", "albedo.G", "normal.X", "depth.Z", "samples"});
   image.channels[0].values[4] = std::numeric_limits<float>::denorm_min();
   image.channels[0].values[5] = -std::numeric_limits<float>::max();
-  set_render_info(
-      {"ab12", 64, ~std::uint64_t{0}, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
-      image);
+  set_render_info({"ab12",
+                   64,
+                   ~std::uint64_t{0},
+                   "path",
+                   "unbiased",
+                   "sobol",
+                   "avx2",
+                   {"avx2/embree-3.13.5/d44a0401"},
+                   "0.1.0",
+                   1.5},
+                  image);
   ASSERT_TRUE(write_exr(image, directory / "a.exr").ok());
   const absl::StatusOr<Image> read = read_exr(directory / "a.exr");
   ASSERT_TRUE(read.ok()) << read.status();
@@ -219,8 +227,9 @@ TEST(Exr, RefusesMorePixelsThanTheLimit) {
 TEST(Exr, SurvivesDamagedFiles) {
   const support::TempDir directory;
   Image image = small_image();
-  set_render_info({"ab12", 64, 7, "path", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
-                  image);
+  set_render_info(
+      {"ab12", 64, 7, "path", "unbiased", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
+      image);
   ASSERT_TRUE(write_exr(image, directory / "good.exr").ok());
   const std::string good = read_bytes(directory / "good.exr");
   const std::string path = directory / "bad.exr";

@@ -5,13 +5,16 @@
 
 #include <cmath>
 
+#include "wire/algorithm.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 ImportedScene scene_of(std::uint32_t width, std::uint32_t height) {
   ImportedScene imported;
@@ -35,6 +38,21 @@ TEST(JobSettings, EverythingHasADefault) {
   EXPECT_EQ(spec.view().sampler(), v1::SAMPLER_SOBOL);
   EXPECT_EQ(spec.samples().spp(), 16U);
   EXPECT_EQ(spec.view().max_depth(), 5U);
+}
+
+TEST(JobSettings, ABiasedPictureIsWarnedOf) {
+  const ImportedScene scene = scene_of(64, 48);
+  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) {
+    JobSettings request;
+    request.integrator = algorithm.name;
+    const auto job = prepare_job(request, scene, "");
+    ASSERT_TRUE(job.ok()) << job.status();
+    if (algorithm.bias == wire::Bias::kBiased) {
+      EXPECT_THAT((*job)->warnings, ElementsAre(HasSubstr("' is biased")));
+    } else {
+      EXPECT_THAT((*job)->warnings, IsEmpty());
+    }
+  }
 }
 
 TEST(JobSettings, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {

@@ -1,4 +1,4 @@
-// Files that the documents name are there.
+// What the documents say is so: the files that they name are there, and the lists of integrators are whole.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -6,6 +6,9 @@
 #include <regex>
 #include <set>
 #include <string>
+
+#include "absl/strings/str_cat.h"
+#include "wire/algorithm.h"
 
 namespace {
 
@@ -61,6 +64,21 @@ TEST(Documents, FilesThatTheyNameAreThere) {
     }
   }
   EXPECT_GT(seen, 50u);  // the test reads what it believes it reads
+}
+
+TEST(Documents, IntegratorsAreThoseOfTheTable) {
+  std::ifstream in("docs/command-line.md");
+  std::string heading, documented, expected;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("#")) heading = line;
+    if (heading == "### Integrators" && line.starts_with("| `")) absl::StrAppend(&documented, line, "\n");
+  }
+  for (const tessera::wire::AlgorithmTraits& algorithm : tessera::wire::algorithms()) {
+    EXPECT_STRNE(algorithm.summary, "") << algorithm.name;
+    absl::StrAppend(&expected, "| `", algorithm.name, "` | ", algorithm.summary, " | ",
+                    tessera::wire::word_of(algorithm.bias), " |\n");
+  }
+  EXPECT_EQ(documented, expected);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ using ::testing::StartsWith;
 
 struct Values {
   std::string scene, output, kind = "plain", tls, join;
+  std::string way;
   std::vector<std::string> tags;
   std::vector<std::uint32_t> counts{4, 16};
   std::int32_t priority = 0;
@@ -32,6 +33,7 @@ void define(Command& command, Values& values) {
   command.add("--spp", values.spp, "samples a pixel").in_range(1, 65536);
   command.add("--noise", values.noise, "relative error");
   command.add("--kind", values.kind, "how it is done").one_of({"plain", "fancy"}).with_default();
+  command.add("--way", values.way, "how it goes").listing({{"up", "to the left"}, {"down", "to the right"}});
   command.add("--counts", values.counts, "several").separated_by_commas().in_range(1, 100).with_default();
   command.add("--tag", values.tags, "names").separated_by_commas();
   command.add("--priority", values.priority, "higher goes first").with_default();
@@ -205,6 +207,9 @@ TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
   EXPECT_THAT(outcome.out,
               HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
   EXPECT_THAT(outcome.out, HasSubstr("how it is done (plain, fancy; default: plain)"));
+  EXPECT_THAT(outcome.out, HasSubstr("      --way TEXT            how it goes\n"
+                                     "          up                to the left\n"
+                                     "          down              to the right\n"));
   EXPECT_THAT(outcome.out, EndsWith("for example\n  draw render box.pbrt -o box.exr\n"));
   for (const std::string& line : std::vector<std::string>(absl::StrSplit(outcome.out, '\n'))) {
     EXPECT_LE(line.size(), 80u) << line;
