@@ -103,9 +103,10 @@ void SimulatedCoordinator::submit(const JobRequest& job, const JobRequest* donor
   if (donor != nullptr) {
     const absl::StatusOr<JobRecord> record = journal_.read_job(donor->id);
     if (record.ok()) {
-      const absl::Status status = adopt_results(
-          scheduler_, job, {*record, donor->plan}, [](const std::string&) { return true; }, entries);
-      if (!status.ok()) return reply(status);
+      Donor giver{*record, donor->plan};
+      for (const JobRecord::Result& result : record->results) giver.blobs.insert(result.digest);
+      if (const absl::Status status = adopt_results(scheduler_, job, giver, entries); !status.ok())
+        return reply(status);
     }
   }
   push(std::move(entries), std::move(reply));
