@@ -78,6 +78,20 @@ std::string name_of(const std::string& file, const ImportedScene& imported) {
   return (path.stem().string().starts_with("scene") ? path.parent_path().filename() : path.stem()).string();
 }
 
+void define_cache_options(options::Command& command, CacheWishes& cache) {
+  command.group("Irradiance cache");
+  command
+      .add("--cache-error", cache.error,
+           "largest error of a record where it is used, as Ward estimates it (0.2 unless given)")
+      .in_range(wire::kLeastCacheError, wire::kMostCacheError);
+  command.add("--cache-samples", cache.samples, "rays of a record (1024 unless given)")
+      .in_range(wire::kLeastCacheSamples, wire::kMostCacheSamples);
+  add_parsed(command, "--cache-reach", cache.reach, parse_reach,
+             "how far records reach, in widths of a pixel (3,32 unless given)")
+      .type_name("MIN,MAX");
+  command.add_flag("--cache-view", cache.view, "show a red point at each record");
+}
+
 ImportOptions import_options(const RenderOptions& options) {
   ImportOptions result;
   result.threads = options.threads;
@@ -153,6 +167,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME=VALUE")
       .checked_by(check_define);
   command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
+  define_cache_options(command, job.cache);
 }
 
 absl::Status check_stats(const RenderOptions& options) {

@@ -11,6 +11,10 @@ namespace tessera::wire {
 
 namespace {
 
+// The second fills what the first, of few points of the picture, has left.
+constexpr std::array kCachePhases{PhaseTraits{.name = "first records", .parts = 64},
+                                  PhaseTraits{.name = "records", .parts = 64}};
+
 constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path",
                     .summary = "paths from the camera, over surfaces",
@@ -46,6 +50,15 @@ constexpr std::array kAlgorithms{
                     .noise = true,
                     .first_hit_aovs = true,
                     .samples_all_light = true},
+    AlgorithmTraits{.name = "irradiance-cache",
+                    .summary = "paths that end at paint, whose light is interpolated",
+                    .bias = Bias::kBiased,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true,
+                    .motion = false,
+                    .irradiance_cache = true,
+                    .phases = kCachePhases},
 };
 
 std::vector<AlgorithmTraits>& table() {

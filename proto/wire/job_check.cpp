@@ -44,6 +44,26 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   return absl::OkStatus();
 }
 
+absl::Status check_irradiance_cache(const v1::Algorithms& asked) {
+  if (find_algorithm(asked.integrator())->irradiance_cache != asked.has_irradiance_cache()) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", asked.integrator(), "' keeps ",
+                                                   asked.has_irradiance_cache() ? "no" : "an",
+                                                   " irradiance cache: the job says otherwise"));
+  }
+  if (!asked.has_irradiance_cache()) return absl::OkStatus();
+  const v1::IrradianceCache& cache = asked.irradiance_cache();
+  const auto check = [](const char* name, double value, double least, double most) {
+    if (value >= least && value <= most) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("irradiance_cache.", name, " is ", value, "; ", least, " to ", most, " was expected"));
+  };
+  if (auto s = check("error", cache.error(), kLeastCacheError, kMostCacheError); !s.ok()) return s;
+  if (auto s = check("samples", cache.samples(), kLeastCacheSamples, kMostCacheSamples); !s.ok()) return s;
+  if (auto s = check("least_reach", cache.least_reach(), kLeastCacheReach, kMostCacheReach); !s.ok())
+    return s;
+  return check("most_reach", cache.most_reach(), cache.least_reach(), kMostCacheReach);
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -74,6 +94,7 @@ absl::Status check_noise(const v1::JobSpec& spec) {
 absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_enums(spec); !s.ok()) return s;
   if (auto s = check_algorithm(spec); !s.ok()) return s;
+  if (auto s = check_irradiance_cache(spec.content().algorithms()); !s.ok()) return s;
   return check_noise(spec);
 }
 

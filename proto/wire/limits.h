@@ -42,6 +42,11 @@ inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;
 
+/// Settings of irradiance caches (RenderSettings.irradiance_cache).
+inline constexpr double kLeastCacheError = 0.01, kMostCacheError = 1;
+inline constexpr std::uint32_t kLeastCacheSamples = 16, kMostCacheSamples = 65536;
+inline constexpr double kLeastCacheReach = 0.5, kMostCacheReach = 10000;  // widths of a pixel
+
 /// Most phases of one job, parts of one phase, and blobs that are merged at a time.
 inline constexpr int kMaxPhases = 64;
 inline constexpr std::uint32_t kMaxPartsPerPhase = std::uint32_t{1} << 20;

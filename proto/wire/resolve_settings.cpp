@@ -17,6 +17,15 @@ Enum or_default(Enum value) {
   return value == Enum{} ? static_cast<Enum>(1) : value;
 }
 
+v1::IrradianceCache resolved(const v1::IrradianceCache& wishes) {
+  v1::IrradianceCache cache = wishes;
+  if (!cache.has_error()) cache.set_error(0.2);
+  if (!cache.has_samples()) cache.set_samples(1024);
+  if (!cache.has_least_reach()) cache.set_least_reach(3);
+  if (!cache.has_most_reach()) cache.set_most_reach(32);
+  return cache;
+}
+
 }  // namespace
 
 void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
@@ -27,6 +36,9 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   algorithms.set_direct_light(or_default(wishes.direct_light()));
   algorithms.set_light_selection(or_default(wishes.light_selection()));
   algorithms.set_traversal(or_default(wishes.traversal()));
+  const AlgorithmTraits* const algorithm = find_algorithm(algorithms.integrator());
+  if (algorithm != nullptr && algorithm->irradiance_cache)
+    *algorithms.mutable_irradiance_cache() = resolved(wishes.irradiance_cache());
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());

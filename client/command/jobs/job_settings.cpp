@@ -26,10 +26,10 @@ constexpr std::uint64_t kUsualUnits = std::uint64_t{1}
 // A pass returns the whole film, so that smaller ones would be more to send and to merge.
 constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
-/// Exactly `N` whole numbers, with `separator` between them.
-template <std::size_t N>
-std::optional<std::array<std::uint32_t, N>> parse_numbers(std::string_view text, char separator) {
-  std::array<std::uint32_t, N> numbers{};
+/// Exactly `N` numbers, with `separator` between them.
+template <std::size_t N, class Number = std::uint32_t>
+std::optional<std::array<Number, N>> parse_numbers(std::string_view text, char separator) {
+  std::array<Number, N> numbers{};
   const char* at = text.data();
   const char* const end = at + text.size();
   for (std::size_t i = 0; i < N; ++i) {
@@ -40,6 +40,16 @@ std::optional<std::array<std::uint32_t, N>> parse_numbers(std::string_view text,
   }
   if (at != end) return std::nullopt;
   return numbers;
+}
+
+v1::IrradianceCache message_of(const CacheWishes& wishes) {
+  v1::IrradianceCache cache;
+  if (wishes.error) cache.set_error(*wishes.error);
+  if (wishes.samples) cache.set_samples(*wishes.samples);
+  if (wishes.reach) cache.set_least_reach(wishes.reach->first);
+  if (wishes.reach) cache.set_most_reach(wishes.reach->second);
+  cache.set_view(wishes.view);
+  return cache;
 }
 
 /// Wishes of the command line over those of the scene.
@@ -55,6 +65,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_direct_light(request.direct_light);
   asked.set_light_selection(request.light_selection);
   asked.set_traversal(request.traversal);
+  if (request.cache.any()) *asked.mutable_irradiance_cache() = message_of(request.cache);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;
@@ -92,6 +103,16 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
         absl::StrCat("expected WIDTHxHEIGHT, each from 1 to ", wire::kMaxFilmSize, ", as in 640x480"));
   }
   return Resolution{(*numbers)[0], (*numbers)[1]};
+}
+
+absl::StatusOr<std::pair<double, double>> parse_reach(std::string_view text) {
+  const auto numbers = parse_numbers<2, double>(text, ',');
+  if (numbers && (*numbers)[0] >= wire::kLeastCacheReach && (*numbers)[0] <= (*numbers)[1] &&
+      (*numbers)[1] <= wire::kMostCacheReach)
+    return std::pair((*numbers)[0], (*numbers)[1]);
+  return absl::InvalidArgumentError(absl::StrCat("expected least,most with ", wire::kLeastCacheReach,
+                                                 " <= least <= most <= ", wire::kMostCacheReach,
+                                                 ", as in 3,32"));
 }
 
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text) {
@@ -169,6 +190,12 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       !status.ok())
     return status;
 
+  if (request.cache.any() && !spec.content().algorithms().has_irradiance_cache()) {
+    return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
+                                              "' keeps no irradiance cache: --cache-error, --cache-samples, "
+                                              "--cache-reach and --cache-view are not for it"));
+  }
+
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
   view.set_height(film.height);
@@ -180,8 +207,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked =
-        request.noise || !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty();
+    const bool asked = request.noise || request.cache.any() || !request.integrator.empty() ||
+                       request.direct_light != 0 || !request.aovs.empty();
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   warn_of_bias(spec, job->warnings);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -17,6 +18,16 @@ namespace tessera::client {
 
 struct Resolution {
   std::uint32_t width = 0, height = 0;  // pixels
+};
+
+/// v1::IrradianceCache, as far as the command line gives it.
+struct CacheWishes {
+  std::optional<double> error;
+  std::optional<std::uint32_t> samples;
+  std::optional<std::pair<double, double>> reach;  // least and most
+  bool view = false;
+
+  bool any() const { return error || samples || reach || view; }
 };
 
 /// Settings that the command line gives; absent, empty or UNSPECIFIED: as the scene has it, or the default.
@@ -34,6 +45,7 @@ struct JobSettings {
   v1::DirectLight direct_light{};
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
+  CacheWishes cache;
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
   std::string isa;
@@ -59,6 +71,10 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text);
 
 /// "x0,y0,x1,y1" in pixels. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
+
+/// "least,most" in widths of a pixel: the reach of a cache's records. InvalidArgument, with what was
+/// expected, otherwise.
+absl::StatusOr<std::pair<double, double>> parse_reach(std::string_view text);
 
 /// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "support/picture/phases.h"
 
 namespace tessera::test {
 
@@ -54,6 +55,7 @@ Picture measure_picture(const PictureRequest& request) {
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
   for (const std::string& warning : file->scene->warnings()) ADD_FAILURE() << warning;
+  const MadePhases phases = make_phases(*file);
 
   std::vector<double> sum(kValues, 0), sum_of_squares(kValues, 0);
   std::mutex mutex;
@@ -62,8 +64,8 @@ Picture measure_picture(const PictureRequest& request) {
   const auto work = [&] {
     for (std::uint32_t i; (i = next.fetch_add(1)) < kBatches;) {
       render::RenderStats stats;
-      const auto tile =
-          file->scene->render_tile({0, 0, kSide, kSide, i * samples, (i + 1) * samples}, {}, stats);
+      const auto tile = file->scene->render_tile(
+          {0, 0, kSide, kSide, i * samples, (i + 1) * samples, 0, phases.prepared.get()}, {}, stats);
       const std::lock_guard lock(mutex);
       EXPECT_TRUE(tile.ok()) << tile.status();
       EXPECT_EQ(stats.dropped_samples, 0u);

@@ -14,7 +14,8 @@
 
 namespace tessera::test {
 
-client::Image render_image(const LoadedFile& file, std::uint64_t seed_offset) {
+client::Image render_image(const LoadedFile& file, std::uint64_t seed_offset,
+                           const render::Prepared* prepared) {
   const std::uint32_t width = file.job.view().width(), height = file.job.view().height(),
                       spp = file.job.samples().spp();
   constexpr std::uint32_t kTile = 64;
@@ -40,7 +41,8 @@ client::Image render_image(const LoadedFile& file, std::uint64_t seed_offset) {
       const std::uint32_t x = i % columns * tile, y = i / columns * tile;
       render::RenderStats stats;
       auto result = file.scene->render_tile(
-          {x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp, seed_offset}, {}, stats);
+          {x, y, std::min(x + tile, width), std::min(y + tile, height), 0, spp, seed_offset, prepared}, {},
+          stats);
       const std::lock_guard lock(mutex);
       EXPECT_EQ(stats.dropped_samples, 0u);
       EXPECT_TRUE(result.ok()) << result.status();

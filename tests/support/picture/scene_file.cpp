@@ -8,6 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "import/import.h"
 #include "render/build/load_scene.h"
+#include "wire/algorithm.h"
+#include "wire/job_check.h"
 #include "wire/resolve_settings.h"
 
 namespace tessera::test {
@@ -21,6 +23,7 @@ v1::JobSpec resolve(const v1::Scene& scene, const SceneJob& job) {
   wire::resolve_settings(wishes, spec);
   spec.mutable_view()->set_width(job.width != 0 ? job.width : scene.film().width());
   spec.mutable_view()->set_height(job.height != 0 ? job.height : scene.film().height());
+  if (wire::find_algorithm(spec.content().algorithms().integrator()) != nullptr) wire::add_phases(spec);
   for (const v1::AOV aov : job.aovs) spec.mutable_view()->add_aovs(aov);
   return spec;
 }

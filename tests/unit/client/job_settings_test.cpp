@@ -213,6 +213,59 @@ TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
   EXPECT_THAT(refusal([](JobSettings& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
 }
 
+TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
+  ImportedScene scene = scene_of(64, 64);
+  scene.scene.mutable_settings()->set_integrator("irradiance-cache");
+  scene.scene.mutable_settings()->mutable_irradiance_cache()->set_samples(256);
+  JobSettings request;
+  request.cache.error = 0.5;
+  const auto job = prepare_job(request, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  const v1::IrradianceCache& cache = (*job)->spec.content().algorithms().irradiance_cache();
+  EXPECT_EQ(cache.error(), 0.5);
+  EXPECT_EQ(cache.samples(), 256u);
+  EXPECT_EQ(cache.most_reach(), 32);
+  EXPECT_EQ((*job)->spec.cut().phases_size(), 2);
+  // Another integrator has no use for the scene's wishes, and they change nothing for it.
+  request.cache = {};
+  request.integrator = "path";
+  const auto other = prepare_job(request, scene, "");
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_FALSE((*other)->spec.content().algorithms().has_irradiance_cache());
+}
+
+TEST(JobSettings, CachesThatMakeNoSenseAreRefused) {
+  const ImportedScene scene = scene_of(64, 64);
+  const auto refusal = [&](auto change) {
+    JobSettings request;
+    request.integrator = "irradiance-cache";
+    change(request);
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
+    return std::string{job.status().message()};
+  };
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = 0; }), HasSubstr("irradiance_cache.error is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = -1; }), HasSubstr("irradiance_cache.error is -1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = NAN; }),
+              HasSubstr("irradiance_cache.error is nan"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.samples = 15; }), HasSubstr("samples is 15; 16 to 65536"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.reach = {0, 3}; }), HasSubstr("least_reach is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.reach = {4, 3}; }), HasSubstr("most_reach is 3; 4 to"));
+  EXPECT_THAT(refusal([](JobSettings& r) {
+                r.integrator = "path";
+                r.cache.view = true;
+              }),
+              HasSubstr("integrator 'path' keeps no irradiance cache"));
+}
+
+TEST(JobSettings, ParsesReaches) {
+  ASSERT_TRUE(parse_reach("0.5,20").ok());
+  EXPECT_EQ(parse_reach("0.5,20")->second, 20);
+  for (const char* wrong :
+       {"", "1", "1,", "2,1", "0.4,1", "1,nan", "nan,1", "1,20000", "-1,2", "1,2,3", "1;2"})
+    EXPECT_FALSE(parse_reach(wrong).ok()) << wrong;
+}
+
 TEST(JobSettings, ParsesResolutions) {
   ASSERT_TRUE(parse_resolution("640x480").ok());
   EXPECT_EQ(parse_resolution("640x480")->width, 640U);

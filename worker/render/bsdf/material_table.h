@@ -65,7 +65,8 @@ enum MaterialFlags : std::int32_t {
   kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/tables/balance_table.h
   // Flags that hold for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
   // loaded.
-  kReflectsOnly = 1 << 24,      // light is scattered back to the side of wo alone
+  kReflectsOnly = 1 << 24,  // light is scattered back to the side of wo alone
+  kLambertian = 1 << 28,    // light is scattered back evenly: f is the same for all directions of that side
   kEstimatedDensity = 1 << 25,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
 };
 

@@ -51,7 +51,10 @@ struct ArrayBuilders {
     if (auto s = materials.build(scene.materials()); !s.ok()) return s;
     if (auto s = instances.build(scene.shapes(), scene.objects(), scene.instances()); !s.ok()) return s;
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
-    return lights.add_lights(scene.lights());
+    if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
+    if (algorithm.motion || arrays.shapes.motion_steps.empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", algorithm.name, "' wants a scene that stands still; shapes of this one move"));
   }
 };
 

@@ -1,8 +1,10 @@
 #include "render/camera/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "render/core/affine.h"
+#include "render/core/constants.h"
 #include "render/core/motion.h"
 #include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
@@ -156,6 +158,20 @@ CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 
   result.valid = in_front;
   if (camera.far_clip > 0) result.valid &= result.depth <= camera.far_clip;
   return result;
+}
+
+Float pixel_width(const CameraRecord& camera, Float distance) {
+  const float step = std::max(std::abs(camera.scale_x), std::abs(camera.scale_y));
+  switch (camera.kind) {
+    case CameraKind::kOrthographic:
+      return length(transform_vector(camera.render_from_camera, {Float(step), Float(0.0f), Float(0.0f)}));
+    case CameraKind::kEquirectangular:
+      return distance * (2 * kPi * step);
+    case CameraKind::kOctahedral:
+      return distance * (2 * std::sqrt(kPi) * step);  // the square is mapped evenly: 4 pi steradians
+    default:
+      return distance * step;
+  }
 }
 
 Float visible_distance(const CameraRecord& camera, Vec3 direction, Float time) {

@@ -30,6 +30,9 @@ struct CameraConnection {
 CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active);
 
+/// Width of what one pixel sees, `distance` along its ray, in the middle of the film.
+Float pixel_width(const CameraRecord& camera, Float distance);
+
 /// The distance along camera rays of unit `direction`, from their origins, up to which things are seen.
 Float visible_distance(const CameraRecord& camera, Vec3 direction, Float time);
 

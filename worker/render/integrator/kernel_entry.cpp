@@ -4,6 +4,8 @@
 
 #include "render/accel/arithmetic.h"
 #include "render/accel/embree/trace.h"
+#include "render/integrator/irradiance_cache/irradiance_cache.h"
+#include "render/integrator/irradiance_cache/phase.h"
 #include "render/integrator/kernel.h"
 #include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
@@ -31,11 +33,18 @@ std::unique_ptr<Integrator> make_for_one_event(const IntegratorContext& context)
   return std::make_unique<T>(context, std::min(context.scene.max_depth, 1), kHow...);
 }
 
+// Both phases do the same; the second reads what the first has made.
+constexpr AlgorithmPhase kCachePhases[] = {{&make_records, &merge_records}, {&make_records, &merge_records}};
+
 // The list of algorithms.
 constexpr Algorithm kAlgorithms[] = {
-    {"path", &make<Wavefront>},    {"volpath", &make<Wavefront>},
-    {"light", &make<LightTracer>}, {"direct", &make_for_one_event<Wavefront>},
-    {"whitted", &make<Whitted>},   {"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>},
+    {"path", &make<Wavefront>},
+    {"volpath", &make<Wavefront>},
+    {"light", &make<LightTracer>},
+    {"direct", &make_for_one_event<Wavefront>},
+    {"whitted", &make<Whitted>},
+    {"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>},
+    {"irradiance-cache", &make<IrradianceCached>, kCachePhases, &prepare_records},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

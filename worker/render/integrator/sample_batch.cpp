@@ -68,6 +68,15 @@ bool SampleBatch::start(SampleSource& source, PathState& paths) {
   return size_ > 0;
 }
 
+void SampleBatch::start(std::uint32_t key, std::uint32_t first, int n) {
+  size_ = n;
+  for (int slot = 0; slot < size_; slot += kWidth) {
+    UInt(key).store(pixel_hash_ + slot);
+    reverse_bits(UInt::iota(first + static_cast<std::uint32_t>(slot))).store(reversed_sample_ + slot);
+    store_lanes(Spectrum(0.0f), radiance_, slot);
+  }
+}
+
 void SampleBatch::name_next(SampleSource& source) {
   const StageTimer timer(stats_.times, Stage::kFilm);
   size_ = static_cast<int>(source.next(std::span(names_).first(kBatch)));

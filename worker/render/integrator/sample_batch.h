@@ -23,6 +23,9 @@ class SampleBatch {
   /// Asks for the next samples, and starts a path for each: entries 0 .. size() - 1 of `paths`, in slots of
   /// the same number. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths);
+  /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
+  /// it.
+  void start(std::uint32_t key, std::uint32_t first, int n);
   /// The paths have ended. Fireflies are counted where light was `scattered`: where not, what is bright is a
   /// lamp.
   void finish(Film& film, bool scattered);
@@ -38,6 +41,12 @@ class SampleBatch {
     return hash(gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active));
   }
 
+  /// The radiance of 16 samples from sample i on.
+  Spectrum radiance(int i) const {
+    Spectrum result;
+    load_lanes(radiance_, i, result);
+    return result;
+  }
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
   /// The same of one sample after the other, for those of the queue that nothing is in the way of.

@@ -32,6 +32,14 @@ struct SceneArrays {
   MediumTable media;
 };
 
+/// RenderSettings.irradiance_cache
+struct IrradianceCacheSettings {
+  float error = 0.2f;
+  std::int32_t samples = 1024;
+  float least_reach = 3, most_reach = 32;  // widths of a pixel
+  bool view = false;
+};
+
 /// Copies share the arrays, which must outlive them, and may be given another camera, film and sampler.
 struct SceneTables {
   explicit SceneTables(const SceneArrays& arrays)
@@ -52,6 +60,7 @@ struct SceneTables {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
+  IrradianceCacheSettings irradiance_cache;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

@@ -33,6 +33,14 @@ Settings read_settings(const v1::JobSpec& job) {
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);
+  if (asked.has_irradiance_cache()) {
+    const v1::IrradianceCache& cache = asked.irradiance_cache();
+    result.irradiance_cache = {.error = static_cast<float>(cache.error()),
+                               .samples = static_cast<std::int32_t>(cache.samples()),
+                               .least_reach = static_cast<float>(cache.least_reach()),
+                               .most_reach = static_cast<float>(cache.most_reach()),
+                               .view = cache.view()};
+  }
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
   result.sampler.seed = view.seed();

@@ -103,9 +103,10 @@ void Wavefront::shade(int depth) {
     if (last) continue;
 
     shading_timer_.lap(ShadingPart::kMaterials);
-    sample_one_light(e, events, depth);
+    const Mask settled = settle(e.path, v, e.hit.t, hit, depth);
+    sample_one_light(e, events, settled, depth);
     shading_timer_.lap(ShadingPart::kPaths);
-    scatter_path(e, events, depth, kept);
+    scatter_path(e, and_not(events, settled), depth, kept);
     shading_timer_.lap(ShadingPart::kPaths);
     shading_timer_.share(v.surface.material, hit);
   }
@@ -150,7 +151,7 @@ void Wavefront::add_emission(const Event& e, Mask hit) {
   batch_.add_radiance(radiance * e.path.beta, e.path.slot, lit);
 }
 
-void Wavefront::sample_one_light(const Event& e, Mask events, int depth) {
+void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int depth) {
   const Vertex& v = e.vertex;
   const Mask wanted = joinable(v, events);
   if (!samples_lights(scene_.lights) || none(wanted)) return;
@@ -172,7 +173,7 @@ void Wavefront::sample_one_light(const Event& e, Mask events, int depth) {
 
   shading_timer_.lap(ShadingPart::kMaterials);
   const Float pdf = light.pdf * choice.pmf;
-  const Float weight = select(light.delta, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
+  const Float weight = select(light.delta | settled, Float(1.0f), power_heuristic(pdf, bsdf.pdf));
   Spectrum contribution = e.path.beta * bsdf.f_cos * light.radiance * (weight / select(reachable, pdf, 1.0f));
   if (scene_.lights.any_interpolated) {
     contribution *=

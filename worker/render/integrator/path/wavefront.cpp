@@ -5,12 +5,15 @@ namespace tessera::render::TESSERA_ISA {
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
   while (batch_.start(work, paths_)) {
     if (stop.stop_requested()) return false;
-    shading_timer_.begin_batch(scene_.materials.materials.size());
-    alive_ = batch_.size();
-    for (int depth = 0; alive_ > 0; ++depth) advance(depth);
+    trace(0, batch_.size());
     batch_.finish(film, max_depth_ > 0);
   }
   return true;
+}
+
+void Wavefront::trace(int depth, int n) {
+  shading_timer_.begin_batch(scene_.materials.materials.size());
+  for (alive_ = n; alive_ > 0; ++depth) advance(depth);
 }
 
 void Wavefront::advance(int depth) {

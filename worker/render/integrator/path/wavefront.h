@@ -13,18 +13,30 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-class Wavefront final : public Integrator {
+/// Algorithms that end its paths sooner, or begin them elsewhere, are derived from it.
+class Wavefront : public Integrator {
  public:
   explicit Wavefront(const IntegratorContext& context) : Wavefront(context, context.scene.max_depth) {}
   /// `max_depth`: scattering events on a path; 0 finds what emits, seen from the eye.
   Wavefront(const IntegratorContext& context, std::int32_t max_depth)
       : scene_(context.scene),
+        batch_(context),
         rays_(context.rays),
         stats_(context.stats),
-        max_depth_(max_depth),
-        batch_(context) {}
+        max_depth_(max_depth) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
+
+ protected:
+  /// Adds the light of those lanes of `hit` that are known, but for what lamps bring to them directly, and
+  /// returns them: their paths end here. `t` is the length of the latest segment.
+  virtual Mask settle(WidePath&, const Vertex&, Float, Mask, int) { return Mask::none(); }
+  /// Follows the first `n` paths to their ends; their next event is that of `depth`.
+  void trace(int depth, int n);
+
+  const SceneTables& scene_;
+  SampleBatch batch_;
+  PathState paths_;
 
  private:
   void advance(int depth);
@@ -49,7 +61,7 @@ class Wavefront final : public Integrator {
   struct Event;
   void add_environment(const Event& e, Mask missed);
   void add_emission(const Event& e, Mask hit);
-  void sample_one_light(const Event& e, Mask events, int depth);
+  void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
 
   /// Paths and what they met in the order in which they are shaded.
@@ -67,14 +79,11 @@ class Wavefront final : public Integrator {
     HitState hits;
   };
 
-  const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
   ShadingTimer shading_timer_{stats_.times};
   const std::int32_t max_depth_;
-  SampleBatch batch_;
   int alive_ = 0;
-  PathState paths_;
   HitState hits_;
   SortedState sorted_;  // scenes with shading groups only
   ConnectionQueue shadows_;

@@ -1,0 +1,28 @@
+// The phases of a job's algorithm, made in this process instead of by a farm.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "support/picture/scene_file.h"
+
+namespace tessera::test {
+
+/// How the units of a phase are made: none of it may change the result.
+struct PhaseMaking {
+  int threads = 0;                // 0: one a core
+  bool from_the_last = false;     // parts in the opposite order
+  std::uint32_t merge_width = 0;  // 0: the phase's own
+};
+
+struct MadePhases {
+  std::vector<std::string> blobs;                    // one a phase
+  std::shared_ptr<const render::Prepared> prepared;  // of all; null where the algorithm has no phases
+  double cpu_seconds = 0;                            // that the parts took
+};
+
+/// Failures are those of the running test. `file` must outlive the result.
+MadePhases make_phases(const LoadedFile& file, const PhaseMaking& how = {});
+
+}  // namespace tessera::test

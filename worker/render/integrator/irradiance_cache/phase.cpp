@@ -1,0 +1,137 @@
+#include "render/integrator/irradiance_cache/phase.h"
+
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "render/camera/camera.h"
+#include "render/integrator/irradiance_cache/gather.h"
+#include "render/integrator/irradiance_cache/irradiance_cache.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// A record is made where none reaches with this part of the error that the picture allows: so most points of
+/// the picture are reached by several, and their weights fall to zero without a seam.
+constexpr float kOverlap = 0.7f;
+
+/// Pixels of a part, each with its first sample.
+class PixelsOfPart final : public SampleSource {
+ public:
+  /// Parts are the cells of a grid over the film; of their pixels every `step`th of every `step`th row.
+  PixelsOfPart(const CameraRecord& film, const PartRequest& part, std::uint32_t step) : step_(step) {
+    auto columns = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(part.parts)));
+    while (part.parts % columns != 0) --columns;
+    const std::uint32_t rows = part.parts / columns, row = part.part / columns, column = part.part % columns;
+    const auto border = [](std::int32_t size, std::uint32_t i, std::uint32_t cells) {
+      return static_cast<std::uint32_t>(std::uint64_t{static_cast<std::uint32_t>(size)} * i / cells);
+    };
+    x0_ = x_ = border(film.width, column, columns), x1_ = border(film.width, column + 1, columns);
+    y_ = border(film.height, row, rows), y1_ = border(film.height, row + 1, rows);
+  }
+
+  std::size_t next(std::span<SampleName> names) override {
+    std::size_t n = 0;
+    for (; y_ < y1_ && x0_ < x1_; y_ += step_, x_ = x0_) {
+      for (; x_ < x1_; x_ += step_) {
+        if (n == names.size()) return n;
+        names[n++] = {x_, y_, 0, 0};
+      }
+    }
+    return n;
+  }
+
+ private:
+  const std::uint32_t step_;
+  std::uint32_t x0_ = 0, x1_ = 0, y1_ = 0, x_ = 0, y_ = 0;
+};
+
+/// Follows paths from the eye as the picture does, and makes records where they would have none.
+class Recorder final : private Wavefront {
+ public:
+  Recorder(const IntegratorContext& context, const IrradianceCache* given)
+      : Wavefront(context), given_(given), gather_(context) {}
+
+  bool look_at(SampleSource& pixels, std::stop_token stop) {
+    stop_ = std::move(stop);
+    while (batch_.start(pixels, paths_) && !stop_.stop_requested()) {
+      std::fill_n(travelled_, kPadded, 0.0f);
+      trace(0, batch_.size());
+    }
+    return !stop_.stop_requested();
+  }
+  const std::vector<IrradianceRecord>& records() const { return records_; }
+
+ private:
+  Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override {
+    const Float way = gather(travelled_, path.slot, hit) + t;
+    scatter(way, travelled_, path.slot, hit);
+    const Mask wanted = is_cacheable(scene_, v, hit, depth);
+    if (none(wanted)) return wanted;
+    const float error = kOverlap * scene_.irradiance_cache.error;
+    const Vec3 n = cached_normal(v);
+    Mask bare = wanted;
+    if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error, bare));
+    for (const IrradianceRecord& record : records_) {
+      if (none(bare)) break;
+      bare = and_not(bare, split_sphere_error(record, v.surface.p, n) < error);
+    }
+    const Float pixel = pixel_width(scene_.camera, way);
+    const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(depth)));
+    while (any(bare) && !stop_.stop_requested()) {
+      const int lane = __builtin_ctz(bare.bits());
+      const Vec3 &p = v.surface.p, &ng = v.surface.ng;
+      records_.push_back(gather_.make_record({.p = {p.x.lane(lane), p.y.lane(lane), p.z.lane(lane)},
+                                              .ng = {ng.x.lane(lane), ng.y.lane(lane), ng.z.lane(lane)},
+                                              .error = v.surface.error.lane(lane),
+                                              .n = {n.x.lane(lane), n.y.lane(lane), n.z.lane(lane)},
+                                              .pixel = pixel.lane(lane),
+                                              .key = key.lane(lane)}));
+      bare = and_not(bare, Mask::from_bits(1u << lane) | (split_sphere_error(records_.back(), p, n) < error));
+    }
+    return wanted;
+  }
+
+  const IrradianceCache* const given_;  // made before; may be null
+  Gather gather_;
+  std::stop_token stop_;
+  std::vector<IrradianceRecord> records_;
+  alignas(64) Lanes<float> travelled_;  // by the path of each sample
+};
+
+}  // namespace
+
+bool make_records(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
+                  std::string& blob) {
+  constexpr std::uint32_t kFirstStep = 8;  // pixels
+  const std::uint64_t samples = context.stats.samples;
+  const auto recorder =
+      std::make_unique<Recorder>(context, static_cast<const IrradianceCache*>(part.prepared));
+  PixelsOfPart pixels(context.scene.camera, part, part.phase == 0 ? kFirstStep : 1);
+  const bool finished = recorder->look_at(pixels, std::move(stop));
+  context.stats.samples = samples;  // those of the pixels are none of the picture's
+  blob = blob_of(recorder->records());
+  return finished;
+}
+
+bool merge_records(std::span<const std::string_view> blobs, std::string& merged) {
+  std::vector<IrradianceRecord> all;
+  for (const std::string_view blob : blobs) {
+    if (!append_records(blob, all)) return false;
+  }
+  merged = blob_of(all);
+  return true;
+}
+
+std::unique_ptr<const Prepared> prepare_records(const SceneTables& scene,
+                                                std::span<const std::string_view> blobs) {
+  std::vector<IrradianceRecord> all;
+  for (const std::string_view blob : blobs) {
+    if (!append_records(blob, all)) return nullptr;
+  }
+  return std::make_unique<IrradianceCache>(std::move(all), scene.irradiance_cache.error);
+}
+
+}  // namespace tessera::render::TESSERA_ISA
