@@ -59,6 +59,12 @@ constexpr std::array kAlgorithms{
                     .motion = false,
                     .irradiance_cache = true,
                     .phases = kCachePhases},
+    AlgorithmTraits{.name = "ao",
+                    .summary = "ambient occlusion: the share of the sky that each point sees",
+                    .bias = Bias::kBiased,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .occlusion_distance = true},
 };
 
 std::vector<AlgorithmTraits>& table() {

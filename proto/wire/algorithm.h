@@ -45,11 +45,12 @@ struct AlgorithmTraits {
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
-  bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
-  bool starts_at_lights = false;   // light is sampled at its source, without a receiver: no portals
-  bool joins_camera = false;       // connects points to the camera: perspective and orthographic ones only
-  bool motion = true;              // shapes may move; where not, they are refused
-  bool irradiance_cache = false;   // keeps one: RenderSettings.irradiance_cache is for it
+  bool samples_all_light = false;   // light sampling must find all light: none is left to BSDF sampling
+  bool starts_at_lights = false;    // light is sampled at its source, without a receiver: no portals
+  bool joins_camera = false;        // connects points to the camera: perspective and orthographic ones only
+  bool motion = true;               // shapes may move; where not, they are refused
+  bool irradiance_cache = false;    // keeps one: RenderSettings.irradiance_cache is for it
+  bool occlusion_distance = false;  // RenderSettings.ambient_occlusion is for it
   std::span<const PhaseTraits> phases = {};
 };
 

@@ -9,6 +9,7 @@
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/limits.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::wire {
 
@@ -30,6 +31,11 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
     for (const int aov : spec.view().aovs()) {
       if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal or depth");
     }
+  }
+  if (const double distance = asked.ambient_occlusion().distance();
+      !(distance >= 0 && distance <= kLargestSceneNumber)) {
+    return absl::InvalidArgumentError(absl::StrCat("ambient_occlusion.distance is ", distance, "; 0 to ",
+                                                   kLargestSceneNumber, " was expected"));
   }
   const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {
     return phase.name() == own.name;

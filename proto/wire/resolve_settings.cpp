@@ -39,6 +39,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   const AlgorithmTraits* const algorithm = find_algorithm(algorithms.integrator());
   if (algorithm != nullptr && algorithm->irradiance_cache)
     *algorithms.mutable_irradiance_cache() = resolved(wishes.irradiance_cache());
+  if (algorithm != nullptr && algorithm->occlusion_distance)
+    *algorithms.mutable_ambient_occlusion() = wishes.ambient_occlusion();
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());

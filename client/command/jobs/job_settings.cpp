@@ -58,6 +58,8 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_integrator(request.integrator);
   if (request.spp) asked.set_spp(*request.spp);
   if (request.max_depth) asked.set_max_depth(*request.max_depth);
+  if (request.occlusion_distance)
+    asked.mutable_ambient_occlusion()->set_distance(*request.occlusion_distance);
   if (request.seed) asked.set_seed(*request.seed);
   if (request.noise) asked.set_noise(*request.noise);
   asked.set_sampler(request.sampler);

@@ -37,6 +37,7 @@ struct JobSettings {
   std::optional<std::uint32_t> spp;
   std::optional<double> noise;  // relative error at which sampling stops; 0: never
   std::optional<std::uint32_t> max_depth;
+  std::optional<double> occlusion_distance;  // of integrator "ao"
   std::optional<std::uint64_t> seed;
   std::string integrator;
   v1::Sampler sampler{};

@@ -19,7 +19,6 @@ void write_scene(Context& context) {
   ShapeWriter shapes(context, textures, materials, media);
   PropertyReader reader(context, *context.document.root);
 
-  write_integrator(context, reader.child("integrator"));
   const std::vector<Property*> sensors = reader.children("sensor");
   if (sensors.empty()) reader.error("the scene has no sensor");
   if (sensors.size() > 1) {
@@ -36,6 +35,7 @@ void write_scene(Context& context) {
   }
   shapes.finish();
   finish_area_lights(context);
+  write_integrator(context, reader.child("integrator"));
   // These only count where a shape refers to them.
   for (const char* tag : {"bsdf", "texture", "medium", "phase", "volume"}) reader.children(tag);
 }

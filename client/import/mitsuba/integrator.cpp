@@ -1,8 +1,12 @@
 #include "import/mitsuba/integrator.h"
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string_view>
 
 #include "import/input/concat.h"
+#include "import/input/integrator_choice.h"
 #include "import/mitsuba/document/property_reader.h"
 #include "wire/limits.h"
 
@@ -11,9 +15,38 @@ namespace {
 
 constexpr std::uint32_t kUnlimited = wire::kMaxDepth;
 
-/// The integrator inside of those that only make more images than one.
+// Of Mitsuba 3 and 0.6.
+constexpr IntegratorName kIntegrators[] = {
+    {"path", "path", "path"},
+    {"volpath", "volpath", "volpath"},
+    {"volpathmis", "volpath", "volpath"},
+    {"volpath_simple", "volpath", "volpath"},
+    {"direct", "direct", "direct"},
+    {"ptracer", "light", "path"},
+    {"bdpt", "bdpt", "volpath", true},
+    {"pssmlt", "mlt", "volpath", true},
+    {"mlt", "mlt", "volpath", true},
+    {"erpt", "mlt", "volpath", true},
+    {"photonmapper", "photon", "volpath", true},
+    {"ppm", "photon", "path"},
+    {"sppm", "photon", "path"},
+    {"irrcache", "irradiance-cache", "path"},
+    {"ao", "ao", "path"},
+    // These differentiate the pictures of others.
+    {"prb", "path", "path"},
+    {"prb_basic", "path", "path"},
+    {"prbvolpath", "volpath", "volpath"},
+};
+
+/// Integrators that only make more images of one inside of them, or spend its samples otherwise.
+constexpr std::string_view kWrappers[] = {"moment", "aov", "stokes", "adaptive"};
+
+/// The integrator inside of such ones.
 Object* innermost(Context& context, Object* integrator) {
-  while (integrator != nullptr && (integrator->type == "moment" || integrator->type == "aov")) {
+  const auto wraps = [](const Object& object) {
+    return std::ranges::find(kWrappers, object.type) != std::end(kWrappers);
+  };
+  while (integrator != nullptr && wraps(*integrator)) {
     PropertyReader reader(context, *integrator);
     Object* nested = reader.child("integrator");
     if (nested == nullptr) reader.error(concat(integrator->title(), ": expected an integrator inside"));
@@ -35,6 +68,48 @@ std::uint32_t read_max_depth(PropertyReader& reader) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(segments - 1, 0, kUnlimited));
 }
 
+/// Parameters that do not change what the picture shows, or that only algorithms have which others stand in
+/// for.
+void ignore_how_samples_are_spent(PropertyReader& reader) {
+  reader.ignore({"rr_depth",
+                 "samples_per_pass",
+                 "samples_per_wavefront",
+                 "block_size",
+                 "timeout",
+                 "use_spectral_mis",
+                 "shading_samples",
+                 "emitter_samples",
+                 "bsdf_samples",
+                 "light_image",
+                 "sample_direct",
+                 "direct_samples",
+                 "luminance_samples",
+                 "two_stage",
+                 "bidirectional",
+                 "p_large",
+                 "global_photons",
+                 "caustic_photons",
+                 "volume_photons",
+                 "lookup_size",
+                 "granularity",
+                 "photon_count",
+                 "max_passes",
+                 "resolution",
+                 "quality",
+                 "max_error",
+                 "p_value",
+                 "max_sample_factor",
+                 "bidirectional_mutation",
+                 "lens_perturbation",
+                 "multi_chain_perturbation",
+                 "caustic_perturbation",
+                 "manifold_perturbation",
+                 "global_lookup_radius",
+                 "caustic_lookup_radius",
+                 "initial_radius",
+                 "alpha"});
+}
+
 }  // namespace
 
 void write_integrator(Context& context, Object* integrator) {
@@ -45,24 +120,33 @@ void write_integrator(Context& context, Object* integrator) {
   if (integrator == nullptr) return;
   PropertyReader reader(context, *integrator);
   const std::string& type = integrator->type;
-  if (type == "direct") {
-    settings.set_integrator("direct");
-    settings.set_max_depth(1);
-    reader.ignore({"shading_samples", "emitter_samples", "bsdf_samples"});
-  } else if (type == "path" || type == "volpath" || type == "volpathmis" || type == "ptracer") {
-    settings.set_integrator(type == "path" ? "path" : type == "ptracer" ? "light" : "volpath");
-    settings.set_max_depth(read_max_depth(reader));
-  } else {
-    reader.error(
-        concat("integrator \"", type,
-               "\" is not supported: expected path, direct, volpath, volpathmis, ptracer, moment or aov"));
+  std::optional<IntegratorName> asked = find_integrator(kIntegrators, type);
+  if (type == "depth") {
+    reader.warn("integrator \"depth\" is a layer here: use --aov depth; 'path' renders the scene");
+    asked = find_integrator(kIntegrators, "path");
+  }
+  if (!asked) {
+    reader.error(concat("integrator \"", type, "\" is not supported: expected ", list_of(kIntegrators),
+                        ", moment, aov, stokes, adaptive or depth"));
     return;
+  }
+  const IntegratorChoice choice = choose_integrator(*asked, context.scene);
+  if (!choice.warning.empty()) reader.warn(choice.warning);
+  settings.set_integrator(choice.name);
+  if (const double length = reader.number("ray_length", -1); length > 0)
+    settings.mutable_ambient_occlusion()->set_distance(length);
+  if (type == "direct") {
+    settings.set_max_depth(1);
+  } else if (Object* const nested = reader.child("integrator"); nested != nullptr) {
+    PropertyReader inner(context, *nested);
+    settings.set_max_depth(read_max_depth(inner));
+    ignore_how_samples_are_spent(inner);
+  } else {
+    settings.set_max_depth(read_max_depth(reader));
   }
   if (reader.boolean("hide_emitters", false))
     reader.warn("hide_emitters is not supported: lights are seen directly");
-  // These steer how samples are spent.
-  reader.ignore(
-      {"rr_depth", "samples_per_pass", "samples_per_wavefront", "block_size", "timeout", "use_spectral_mis"});
+  ignore_how_samples_are_spent(reader);
 }
 
 }  // namespace tessera::client::mitsuba

@@ -1,10 +1,13 @@
 #include "import/pbrt/render_settings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include "import/input/concat.h"
+#include "import/input/integrator_choice.h"
 #include "import/pbrt/file/tokenizer.h"
 #include "wire/limits.h"
 
@@ -18,18 +21,18 @@ bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-struct IntegratorType {
-  std::string_view name;
-  const char* ours;
-  bool same_image;  // once converged
+// Of versions 3 and 4.
+constexpr IntegratorName kIntegrators[] = {
+    {"path", "path", "path"},           {"volpath", "volpath", "volpath"},
+    {"simplepath", "path", "path"},     {"simplevolpath", "volpath", "volpath"},
+    {"bdpt", "bdpt", "volpath", true},  {"mlt", "mlt", "volpath", true},
+    {"sppm", "photon", "path"},         {"lightpath", "light", "path"},
+    {"randomwalk", "path", "path"},     {"ao", "ao", "path"},
+    {"ambientocclusion", "ao", "path"}, {"directlighting", "direct", "direct"},
+    {"whitted", "whitted", "whitted"},
 };
-
-constexpr IntegratorType kIntegrators[] = {{"path", "path", true},        {"simplepath", "path", true},
-                                           {"volpath", "volpath", true},  {"simplevolpath", "volpath", true},
-                                           {"bdpt", "volpath", true},     {"mlt", "volpath", true},
-                                           {"sppm", "volpath", true},     {"lightpath", "light", true},
-                                           {"ao", "volpath", false},      {"randomwalk", "volpath", true},
-                                           {"function", "volpath", false}};
+/// Shows a function instead of the scene.
+constexpr std::string_view kFunction = "function";
 
 constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol", "zsobol",
                                           "halton",      "pmj02bn", "stratified"};
@@ -39,51 +42,40 @@ constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol
 void write_integrator(Context& context, Directive& integrator) {
   Diagnostics& diagnostics = context.diagnostics;
   ParameterList& parameters = integrator.parameters;
-  const auto known = std::find_if(std::begin(kIntegrators), std::end(kIntegrators),
-                                  [&](const IntegratorType& type) { return type.name == integrator.type; });
-  if (known == std::end(kIntegrators)) {
-    diagnostics.error(parameters.where(),
-                      concat("unknown integrator \"", integrator.type,
-                             "\": expected path, volpath, simplepath, simplevolpath, bdpt, mlt, "
-                             "sppm, lightpath, ao or randomwalk"));
+  std::optional<IntegratorName> asked = find_integrator(kIntegrators, integrator.type);
+  if (integrator.type == kFunction) {
+    diagnostics.warning(parameters.where(),
+                        "integrator \"function\" is not supported: 'path' shows the scene's light instead");
+    asked = find_integrator(kIntegrators, "path");
+  }
+  if (!asked) {
+    diagnostics.error(parameters.where(), concat("unknown integrator \"", integrator.type, "\": expected ",
+                                                 list_of(kIntegrators)));
     return;
   }
-  if (!known->same_image) {
-    diagnostics.warning(parameters.where(),
-                        concat("integrator \"", integrator.type,
-                               "\" is not supported: \"volpath\" shows the scene's light instead"));
-  }
+  const IntegratorChoice choice = choose_integrator(*asked, context.scene);
+  if (!choice.warning.empty()) diagnostics.warning(parameters.where(), choice.warning);
   v1::RenderSettings& settings = *context.scene.mutable_settings();
-  settings.set_integrator(known->ours);
+  settings.set_integrator(choice.name);
+  // Lights that are not sampled are found by chance, or never.
+  const bool samples_lights = parameters.get_bool("samplelights", true, diagnostics);
+  if (integrator.type == "randomwalk" || (integrator.type == "simplepath" && !samples_lights))
+    settings.set_direct_light(v1::DIRECT_LIGHT_BSDF);
+  if (const double distance = parameters.get_float("maxdistance", 0, diagnostics);
+      distance > 0 && std::isfinite(distance))
+    settings.mutable_ambient_occlusion()->set_distance(distance);
   const std::int64_t depth = parameters.get_integer("maxdepth", 5, diagnostics);
   settings.set_max_depth(static_cast<std::uint32_t>(std::clamp<std::int64_t>(depth, 0, wire::kMaxDepth)));
   if (parameters.get_bool("regularize", false, diagnostics)) {
     diagnostics.warning(parameters.where(),
                         "\"regularize\" of the integrator is not applied: the image stays unbiased");
   }
-  // How samples are spent, not what the image shows; and what belongs to the algorithms that "volpath" stands
-  // in for.
-  parameters.ignore({"lightsampler",
-                     "lightsampling",
-                     "bsdfsampling",
-                     "samplelights",
-                     "samplebsdf",
-                     "visualizestrategies",
-                     "visualizeweights",
-                     "photonsperiteration",
-                     "radius",
-                     "seed",
-                     "bootstrapsamples",
-                     "chains",
-                     "mutationsperpixel",
-                     "largestepprobability",
-                     "sigma",
-                     "cossample",
-                     "maxdistance",
-                     "function",
-                     "filename",
-                     "skipbad",
-                     "imagefilename"});
+  // How samples are spent, not what the image shows; and what belongs to algorithms that others
+  // stand in for.
+  parameters.ignore({"lightsampler", "lightsampling", "bsdfsampling", "samplebsdf", "visualizestrategies",
+                     "visualizeweights", "photonsperiteration", "radius", "seed", "bootstrapsamples",
+                     "chains", "mutationsperpixel", "largestepprobability", "sigma", "cossample", "function",
+                     "filename", "skipbad", "imagefilename"});
 }
 
 void write_sampler(Context& context, Directive& sampler) {

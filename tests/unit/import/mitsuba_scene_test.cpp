@@ -121,7 +121,7 @@ TEST_F(MitsubaScene, ThingsThatAreNotSupportedAreNamed) {
       HasSubstr("scene.xml:4:1: emitter \"directionalarea\" is not supported on a shape: expected area"));
   EXPECT_THAT(error("<emitter type='area'/>"), HasSubstr("must stand inside a shape"));
   EXPECT_THAT(error("<shape type='hair'/>"), HasSubstr("shape \"hair\" is not supported: expected obj, ply"));
-  EXPECT_THAT(error("<integrator type='bdpt'/>"), HasSubstr("integrator \"bdpt\" is not supported"));
+  EXPECT_THAT(error("<integrator type='vpl'/>"), HasSubstr("integrator \"vpl\" is not supported"));
   EXPECT_THAT(
       error(
           "<shape type='sphere'><medium name='interior' type='homogeneous'><phase type='rayleigh'/></medium>"

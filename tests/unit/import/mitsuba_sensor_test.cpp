@@ -2,7 +2,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "import/input/concat.h"
 #include "unit/import/mitsuba_fixture.h"
+#include "wire/algorithm.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -112,6 +114,20 @@ TEST_F(MitsubaSensor, IntegratorsCountSegments) {
   EXPECT_THAT(
       warnings_of(scene("<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>")),
       HasSubstr("hide_emitters is not supported"));
+}
+
+TEST_F(MitsubaSensor, IntegratorsOfVersion06HaveCounterparts) {
+  for (const char* name : {"bdpt", "pssmlt", "mlt", "erpt", "photonmapper", "ppm", "sppm", "irrcache", "ao",
+                           "volpath_simple", "prb", "depth", "whitted"}) {
+    const ImportedScene read =
+        scene(concat("<integrator type='", name, "'><integer name='max_depth' value='4'/></integrator>"));
+    EXPECT_NE(wire::find_algorithm(read.scene.settings().integrator()), nullptr) << name;
+    EXPECT_EQ(read.scene.settings().max_depth(), 3u) << name;
+  }
+  EXPECT_EQ(scene("<integrator type='irrcache'><integrator type='direct'/></integrator>")
+                .scene.settings()
+                .max_depth(),
+            wire::kMaxDepth);
 }
 
 TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {

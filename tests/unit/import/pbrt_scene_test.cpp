@@ -1,7 +1,9 @@
 // Meaning of pbrt directives: transformations, attributes, objects, camera, film, settings.
 #include <cmath>
 
+#include "import/input/concat.h"
 #include "unit/import/import_fixture.h"
+#include "wire/algorithm.h"
 
 namespace tessera::client {
 namespace {
@@ -265,6 +267,26 @@ TEST_F(PbrtScene, MotionIsCutToTheExposure) {
   EXPECT_EQ(warnings_of(*result), "");
 }
 
+TEST_F(PbrtScene, IntegratorsOfAllVersionsHaveCounterparts) {
+  for (const char* name :
+       {"path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk",
+        "ao", "ambientocclusion", "function", "directlighting", "whitted", "raycast"}) {
+    const auto result = import_text(concat("Integrator \"", name, "\" \"integer maxdepth\" 7\nWorldBegin\n"));
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_NE(wire::find_algorithm(result->scene.settings().integrator()), nullptr) << name;
+    EXPECT_EQ(result->scene.settings().max_depth(), 7u) << name;
+  }
+}
+
+TEST_F(PbrtScene, LightsThatAreNotSampledAreFoundByChance) {
+  const auto lighting = [&](const std::string& integrator) {
+    return import_text("Integrator " + integrator + "\nWorldBegin\n")->scene.settings().direct_light();
+  };
+  EXPECT_EQ(lighting("\"randomwalk\""), v1::DIRECT_LIGHT_BSDF);
+  EXPECT_EQ(lighting("\"simplepath\" \"bool samplelights\" false"), v1::DIRECT_LIGHT_BSDF);
+  EXPECT_EQ(lighting("\"simplepath\""), v1::DIRECT_LIGHT_UNSPECIFIED);
+}
+
 TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
   const auto result = import_text(
       "MakeNamedMedium \"air\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 "
@@ -272,7 +294,8 @@ TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
       "  \"float scale\" 2 \"float g\" .5 \"rgb Le\" [ 1 0 0 ] \"float Lescale\" 4\n"
       "MakeNamedMedium \"unused\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"air\"\nCamera "
       "\"orthographic\"\n"
-      "Integrator \"bdpt\"\nWorldBegin\nMediumInterface \"air\" \"\" Shape \"sphere\" MediumInterface "
+      "Integrator \"simplevolpath\"\nWorldBegin\nMediumInterface \"air\" \"\" Shape \"sphere\" "
+      "MediumInterface "
       "\"air\" Shape "
       "\"disk\"\n");
   ASSERT_TRUE(result.ok()) << result.status();

@@ -4,6 +4,7 @@
 
 #include "render/accel/arithmetic.h"
 #include "render/accel/embree/trace.h"
+#include "render/integrator/ambient_occlusion/ambient_occlusion.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
 #include "render/integrator/irradiance_cache/phase.h"
 #include "render/integrator/kernel.h"
@@ -45,6 +46,7 @@ constexpr Algorithm kAlgorithms[] = {
     {"whitted", &make<Whitted>},
     {"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>},
     {"irradiance-cache", &make<IrradianceCached>, kCachePhases, &prepare_records},
+    {"ao", &make<AmbientOcclusion>},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

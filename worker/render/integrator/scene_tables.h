@@ -61,6 +61,7 @@ struct SceneTables {
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
   IrradianceCacheSettings irradiance_cache;
+  float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

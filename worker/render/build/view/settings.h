@@ -16,6 +16,7 @@ struct Settings {
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
   IrradianceCacheSettings irradiance_cache;
+  float occlusion_distance = 0;  // 0: any
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;

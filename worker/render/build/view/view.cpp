@@ -52,6 +52,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   if (!std::isfinite(tables.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
   tables.sampler = settings.sampler;
   tables.max_depth = settings.max_depth;
+  tables.occlusion_distance = settings.occlusion_distance;
   tables.aovs = settings.aovs;
   tables.irradiance_cache = settings.irradiance_cache;
   return absl::OkStatus();

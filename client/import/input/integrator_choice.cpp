@@ -1,0 +1,44 @@
+#include "import/input/integrator_choice.h"
+
+#include <algorithm>
+
+#include "import/input/concat.h"
+#include "wire/algorithm.h"
+#include "wire/algorithm_fit.h"
+
+namespace tessera::client {
+namespace {
+
+/// Why our algorithm does not render the scene; empty: it does.
+std::string hindrance(const IntegratorName& asked, const v1::Scene& scene) {
+  const wire::AlgorithmTraits* const algorithm = wire::find_algorithm(asked.ours);
+  if (algorithm == nullptr) return "does not exist here";
+  return wire::obstacle_to(*algorithm, scene, asked.sees_media);
+}
+
+}  // namespace
+
+std::optional<IntegratorName> find_integrator(std::span<const IntegratorName> names,
+                                              std::string_view theirs) {
+  const auto known = std::ranges::find(names, theirs, &IntegratorName::theirs);
+  if (known != names.end()) return *known;
+  if (theirs.empty() || wire::find_algorithm(theirs) == nullptr) return std::nullopt;
+  return IntegratorName{theirs, theirs, theirs};
+}
+
+std::string list_of(std::span<const IntegratorName> names) {
+  std::string list;
+  for (const IntegratorName& name : names) list = concat(list, list.empty() ? "" : ", ", name.theirs);
+  return list;
+}
+
+IntegratorChoice choose_integrator(const IntegratorName& asked, const v1::Scene& scene) {
+  if (asked.ours == asked.stand_in) return {std::string(asked.ours), ""};
+  const std::string why = hindrance(asked, scene);
+  if (why.empty()) return {std::string(asked.ours), ""};
+  return {std::string(asked.stand_in),
+          concat("integrator \"", asked.theirs, "\" is '", asked.ours, "', which ", why, ": '",
+                 asked.stand_in, "' renders the scene")};
+}
+
+}  // namespace tessera::client
