@@ -15,42 +15,15 @@ namespace {
 
 constexpr const char* kChannelNames[] = {"R", "G", "B"};
 
-/// Sums images.
-class MeanImage {
- public:
-  void add(const Image& image) {
-    ++count_;
-    if (count_ == 1) {
-      sum_ = image;
-      return;
-    }
-    for (std::size_t c = 0; c < sum_.channels.size(); ++c) {
-      for (std::size_t i = 0; i < sum_.channels[c].values.size(); ++i) {
-        sum_.channels[c].values[i] += image.channels[c].values[i];
-      }
-    }
-  }
-  Image take() && {
-    for (Channel& channel : sum_.channels) {
-      for (float& value : channel.values) value /= static_cast<float>(count_);
-    }
-    return std::move(sum_);
-  }
-
- private:
-  Image sum_;
-  int count_ = 0;
-};
-
-absl::StatusOr<BenchBias> bias_of(const Image& reference, const Image& mean, std::uint32_t spp) {
-  const absl::StatusOr<Comparison> comparison = compare_images(reference, mean);
+absl::StatusOr<BenchBias> bias_of(const Image& reference, const BiasEstimator& images, std::uint32_t spp) {
+  const absl::StatusOr<Comparison> comparison = compare_images(reference, images.mean());
   if (!comparison.ok()) return comparison.status();
   std::size_t worst = 0;
   for (std::size_t c = 1; c < comparison->channels.size(); ++c) {
     if (std::abs(comparison->channels[c].t) > std::abs(comparison->channels[worst].t)) worst = c;
   }
   const ChannelBias& bias = comparison->channels[worst];
-  return BenchBias{spp, kChannelNames[worst], bias.bias_percent, bias.t};
+  return BenchBias{spp, kChannelNames[worst], bias.bias_percent, bias.t, images.result()};
 }
 
 absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const BenchCost& cost,
@@ -94,7 +67,8 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
                            std::vector<BenchVariantResult>& results) {
   std::vector<const BenchScene*> scenes;
   for (const BenchVariant& variant : variants) scenes.push_back(variant.scene.get());
-  std::vector<MeanImage> means(variants.size());
+  std::vector<BiasEstimator> sums(variants.size(),
+                                  BiasEstimator(reference.image, reference.noise.relmse, plan.seeds));
   for (std::uint32_t seed = 0; seed < plan.seeds; ++seed) {
     progress(absl::StrCat(spp, " samples a pixel, seed ", seed + 1, " of ", plan.seeds));
     absl::StatusOr<std::vector<BenchRender>> renders = render_in_turn(scenes, spp, seed, plan.threads, stop);
@@ -106,11 +80,11 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
       absl::StatusOr<BenchRun> run = judge(reference.image, *image, (*renders)[v].cost, spp, seed);
       if (!run.ok()) return run.status();
       results[v].runs.push_back(*std::move(run));
-      means[v].add(*image);
+      sums[v].add(*image);
     }
   }
   for (std::size_t v = 0; v < variants.size(); ++v) {
-    absl::StatusOr<BenchBias> bias = bias_of(reference.image, std::move(means[v]).take(), spp);
+    absl::StatusOr<BenchBias> bias = bias_of(reference.image, sums[v], spp);
     if (!bias.ok()) return bias.status();
     results[v].biases.push_back(*std::move(bias));
   }

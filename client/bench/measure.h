@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "bench/bias.h"
 #include "bench/reference.h"
 #include "image/metrics.h"
 #include "local/bench_scene.h"
@@ -36,11 +37,13 @@ struct BenchRun {
   double flip = 0;
 };
 
-/// The mean image over the seeds of one sample count against the reference: its channel of largest t.
+/// The images of all seeds of one sample count against the reference: the mean's channel of largest t, and
+/// the square of the bias apart from the variance.
 struct BenchBias {
   std::uint32_t spp = 0;
   std::string channel;
   double percent = 0, t = 0;
+  BiasAndVariance apart = {};
 };
 
 struct BenchVariantResult {
@@ -52,11 +55,17 @@ struct BenchVariantResult {
   BenchCeiling ceiling;  // the one of median share
 };
 
+/// A variant that was asked for and cannot be measured.
+struct BenchRefusal {
+  std::string name, reason;
+};
+
 struct BenchSceneResult {
   std::string name;
   std::string reference;  // where it comes from
   ReferenceNoise noise;
   std::vector<BenchVariantResult> variants;
+  std::vector<BenchRefusal> refusals = {};
 };
 
 struct BenchPlan {

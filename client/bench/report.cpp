@@ -50,6 +50,21 @@ std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& 
   return text;
 }
 
+/// The square of the bias apart from the variance, a line a sample count; nothing where one seed tells none.
+std::string bias_table(const BenchVariantResult& variant) {
+  if (variant.biases.empty() || std::isnan(variant.biases.front().apart.variance)) return "";
+  std::string text =
+      absl::StrFormat("  %6s %11s %11s %11s  relative, as relMSE\n", "spp", "variance", "bias^2", "+-");
+  for (const BenchBias& bias : variant.biases) {
+    absl::StrAppendFormat(&text, "  %6d %11.4g %11.4g %11.4g  %s\n", bias.spp, bias.apart.variance,
+                          bias.apart.bias2, bias.apart.bias2_error,
+                          std::isnan(bias.apart.bias2_error) ? "four seeds would tell"
+                          : bias.apart.is_biased()           ? "biased"
+                                                             : "no bias seen");
+  }
+  return text;
+}
+
 /// "camera 12 %, intersection 40 % ...", of the time that all runs took.
 std::string stages_line(const BenchCost& cost) {
   std::vector<std::string> parts;
@@ -68,7 +83,7 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   std::string text;
   if (!variant.name.empty())
     absl::StrAppend(&text, variant.name, ", ", wire::kind_of(integrator_of(variant.spec)), "\n");
-  absl::StrAppend(&text, runs_table(variant, noise));
+  absl::StrAppend(&text, runs_table(variant, noise), bias_table(variant));
   if (const std::optional<Slope> slope = slope_of(variant, noise)) {
     absl::StrAppendFormat(&text, "  slope of MSE over time  %.3f", slope->value);
     if (std::isfinite(slope->standard_error)) {
@@ -134,7 +149,50 @@ std::string to_text(const BenchSceneResult& scene) {
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
     absl::StrAppend(&text, comparison_text(scene.variants.front(), scene.variants[i], scene.noise));
   }
+  for (const BenchRefusal& refusal : scene.refusals)
+    absl::StrAppend(&text, "not measured: ", refusal.name, ": ", refusal.reason, "\n");
   return text;
+}
+
+namespace {
+
+/// "NAME of the scene's" for one scene, with the scene's for several.
+std::string series_name(const BenchSceneResult& scene, const BenchVariantResult& variant, bool one_scene) {
+  if (variant.name.empty()) return scene.name;
+  return one_scene ? variant.name : absl::StrCat(scene.name, ", ", variant.name);
+}
+
+double mean_time(const BenchVariantResult& variant, std::uint32_t spp) {
+  return interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; }).value;
+}
+
+}  // namespace
+
+LogLogPlot to_bias_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
+  LogLogPlot plot;
+  plot.title = absl::StrCat("Bias and variance", scenes.size() == 1 ? ": " + scenes.front().name : "");
+  plot.subtitle = absl::StrCat(plan.spp.front(), " to ", plan.spp.back(), " samples a pixel, ", plan.seeds,
+                               " seeds; dashed: square of the bias, where it stands out from the noise");
+  plot.x_label = "CPU time of rendering [s]";
+  plot.y_label = "relative squared error";
+  std::size_t color = 0;
+  for (const BenchSceneResult& scene : scenes) {
+    for (const BenchVariantResult& variant : scene.variants) {
+      PlotSeries variance{
+          .name = series_name(scene, variant, scenes.size() == 1), .points = {}, .color = color};
+      PlotSeries bias{.name = "", .points = {}, .color = color++, .dashed = true};
+      for (const BenchBias& one : variant.biases) {
+        const double time = mean_time(variant, one.spp);
+        variance.points.push_back({time, one.apart.variance});
+        const double half = 2 * one.apart.bias2_error;
+        if (one.apart.is_biased())
+          bias.points.push_back({time, one.apart.bias2, one.apart.bias2 - half, one.apart.bias2 + half});
+      }
+      plot.series.push_back(std::move(variance));
+      if (!bias.points.empty()) plot.series.push_back(std::move(bias));
+    }
+  }
+  return plot;
 }
 
 LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
@@ -150,18 +208,14 @@ LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan&
   for (const BenchSceneResult& scene : scenes) {
     for (const BenchVariantResult& variant : scene.variants) {
       PlotSeries series;
-      series.name = scenes.size() == 1 && !variant.name.empty() ? variant.name
-                    : variant.name.empty()                      ? scene.name
-                                           : absl::StrCat(scene.name, ", ", variant.name);
+      series.name = series_name(scene, variant, scenes.size() == 1);
       if (const auto slope = slope_of(variant, scene.noise))
         absl::StrAppendFormat(&series.name, "  (%.2f)", slope->value);
       for (const std::uint32_t spp : sample_counts(variant)) {
-        const Interval time =
-            interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; });
         const Interval error = interval_over(
             variant, spp, [&](const BenchRun& run) { return without_noise(run.relmse, scene.noise.relmse); });
-        series.points.push_back(
-            {time.value, error.value, error.has_ends() ? error.low : 0, error.has_ends() ? error.high : 0});
+        series.points.push_back({mean_time(variant, spp), error.value, error.has_ends() ? error.low : 0,
+                                 error.has_ends() ? error.high : 0});
       }
       plot.series.push_back(std::move(series));
     }

@@ -18,4 +18,7 @@ std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan
 /// relMSE over CPU time, one line a scene and variant.
 LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);
 
+/// The variance of an image and the square of its bias over CPU time, two lines a scene and variant.
+LogLogPlot to_bias_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);
+
 }  // namespace tessera::client

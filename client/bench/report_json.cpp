@@ -47,8 +47,13 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
     const Interval efficient =
         interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
     json["efficiency"].push_back({{"spp", bias.spp}, {"interval", json_of(efficient)}});
-    json["bias"].push_back(
-        {{"spp", bias.spp}, {"channel", bias.channel}, {"percent", bias.percent}, {"t", bias.t}});
+    json["bias"].push_back({{"spp", bias.spp},
+                            {"channel", bias.channel},
+                            {"percent", bias.percent},
+                            {"t", bias.t},
+                            {"squared", bias.apart.bias2},
+                            {"squared_error", bias.apart.bias2_error},
+                            {"variance", bias.apart.variance}});
   }
   if (const auto slope = slope_of(variant, noise)) {
     json["slope"] = {{"value", slope->value}, {"standard_error", slope->standard_error}};
@@ -80,6 +85,8 @@ Json json_of(const BenchSceneResult& scene) {
     }
     json["efficiency_ratios"].push_back(std::move(comparison));
   }
+  for (const BenchRefusal& refusal : scene.refusals)
+    json["not_measured"].push_back({{"name", refusal.name}, {"reason", refusal.reason}});
   return json;
 }
 

@@ -20,6 +20,8 @@
 #include "command/report/output.h"
 #include "image/atomic_file.h"
 #include "local/local_farm.h"
+#include "wire/algorithm.h"
+#include "wire/algorithm_fit.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -31,7 +33,7 @@ struct BenchOptions {
   std::vector<std::string> references;
   std::uint32_t reference_spp = 0;  // 0: none is made
   std::string compare;              // OPTION=A,B
-  std::string json, plot;
+  std::string json, plot, bias_plot;
   BenchPlan plan{.spp = {4, 16, 64, 256}, .seeds = 4, .threads = 1};
 };
 
@@ -55,12 +57,20 @@ struct VariantOption {
   std::string name() const { return option.empty() ? "" : absl::StrCat(option, "=", value); }
 };
 
+/// "integrator=all" is a comparison of what can render the scene.
+constexpr const char* kAllIntegrators = "integrator=all";
+
 absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
   if (text.empty()) return std::vector<VariantOption>(1);
   const std::vector<std::string> sides = absl::StrSplit(text, absl::MaxSplits('=', 1));
   if (sides.size() != 2 || sides[0].empty())
     return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
   std::vector<VariantOption> variants;
+  if (text == kAllIntegrators) {
+    for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
+      variants.push_back({"integrator", algorithm.name});
+    return variants;
+  }
   for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
     variants.push_back({sides[0], value});
   }
@@ -86,16 +96,27 @@ struct LoadedVariant {
   BenchVariant variant;
 };
 
+/// With `refusal`, it says why the variant cannot render the scene, and nothing is printed of that.
 std::optional<Failed> load_variant(const RenderOptions& options, const std::string& name,
-                                   LoadedVariant& loaded) {
+                                   absl::Status* refusal, LoadedVariant& loaded) {
   int exit_code = kDone;
-  loaded.job = load_job(options, exit_code);
+  loaded.job = load_job(options, exit_code, refusal);
   if (loaded.job == nullptr) return Failed{exit_code};
   v1::JobSpec& spec = loaded.job->job->spec;
+  if (refusal != nullptr) {
+    const std::string obstacle = wire::obstacle_to(
+        *wire::find_algorithm(spec.content().algorithms().integrator()), loaded.job->imported.scene);
+    if (!obstacle.empty()) *refusal = absl::InvalidArgumentError(obstacle);
+    if (!refusal->ok()) return Failed{kBadScene};
+  }
   if (spec.farm().isa().empty())
     spec.mutable_farm()->set_isa(local_isas().empty() ? "" : local_isas().front());
   absl::StatusOr<std::unique_ptr<BenchScene>> scene =
       BenchScene::load(spec, loaded.job->job->blobs, options.threads);
+  if (!scene.ok() && refusal != nullptr && absl::IsInvalidArgument(scene.status())) {
+    *refusal = scene.status();
+    return Failed{kBadScene};
+  }
   if (!scene.ok()) {
     return Failed{report(absl::IsInvalidArgument(scene.status()) ? kBadScene : kJobFailed,
                          std::string{scene.status().message()})};
@@ -174,17 +195,23 @@ absl::Status check(BenchOptions& options) {
                                                    options.references.size(),
                                                    " references; one for each is needed"));
   }
-  for (const std::string& file : {options.json, options.plot}) {
+  for (const std::string& file : {options.json, options.plot, options.bias_plot}) {
     if (file.empty()) continue;
     if (absl::Status status = check_writable(file); !status.ok()) return status;
   }
-  return options.plot.empty() ? absl::OkStatus() : check_plot_path(options.plot);
+  for (const std::string& file : {options.plot, options.bias_plot}) {
+    if (file.empty()) continue;
+    if (absl::Status status = check_plot_path(file); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results) {
   absl::Status status;
   if (!options.json.empty()) status = replace_file_with(options.json, to_json(results, options.plan));
   if (status.ok() && !options.plot.empty()) status = write_plot(to_plot(results, options.plan), options.plot);
+  if (status.ok() && !options.bias_plot.empty())
+    status = write_plot(to_bias_plot(results, options.plan), options.bias_plot);
   return status.ok() ? kDone : report(kIncomplete, std::string{status.message()});
 }
 
@@ -204,17 +231,29 @@ int run(BenchOptions options, Interrupt& interrupt) {
   std::vector<BenchSceneResult> results;
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     std::vector<LoadedVariant> loaded;
+    std::vector<BenchRefusal> refusals;
     for (const VariantOption& variant : *variants) {
       absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
       if (!render.ok()) return report(kUsage, std::string{render.status().message()});
       render->scene = options.scenes[i];
       render->threads = options.plan.threads;
       render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
-      const std::optional<Failed> failed = load_variant(*render, variant.name(), loaded.emplace_back());
-      if (failed) return failed->exit_code;
+      absl::Status refusal;
+      const std::optional<Failed> failed =
+          load_variant(*render, variant.name(), options.compare == kAllIntegrators ? &refusal : nullptr,
+                       loaded.emplace_back());
+      if (!refusal.ok()) {
+        refusals.push_back({variant.name(), std::string{refusal.message()}});
+        loaded.pop_back();
+      } else if (failed) {
+        return failed->exit_code;
+      }
     }
+    if (loaded.empty())
+      return report(kBadScene, absl::StrCat("no integrator can render ", options.scenes[i]));
     absl::StatusOr<BenchSceneResult> result = measure_scene(options, i, loaded, stop);
     if (!result.ok()) return report_measuring(result.status());
+    result->refusals = std::move(refusals);
     std::cout << (i > 0 ? "\n" : "") << to_text(*result) << std::flush;
     if (!options.render.quiet && reference_too_noisy(*result)) {
       std::cerr << "warning: " << result->name
@@ -248,12 +287,16 @@ void add_bench_command(CommandLine& line) {
       .in_range(1, 1000)
       .with_default();
   command
-      .add("--compare", options->compare, "render with each value of an option in turn, and say which wins")
+      .add("--compare", options->compare,
+           "render with each value of an option in turn, and say which wins; integrator=all: with all that "
+           "can render the scene")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.group("Output");
   command.add("--json", options->json, "write all figures").type_name("FILE.json");
   command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
+  command.add("--plot-bias", options->bias_plot, "draw bias and variance over time")
+      .type_name("FILE.png|svg");
   command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");
   define_job_options(command, options->render);
   command.option("--isa").one_of(local_isas());

@@ -20,6 +20,7 @@
 #include "wire/enum_words.h"
 #include "wire/limits.h"
 #include "wire/mesh_blob.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client {
 namespace {
@@ -133,6 +134,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME")
       .listing(integrators())
       .checked_by(check_integrator);
+  command
+      .add("--ao-distance", job.occlusion_distance,
+           "ao: how far things hide the sky, in units of the scene; 0: however far")
+      .in_range(0, wire::kLargestSceneNumber);
   add_word(command, "--sampler", job.sampler, "sobol or independent");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
   add_parsed(command, "--filter", job.filter, parse_filter,
@@ -190,7 +195,7 @@ std::vector<std::string> LoadedJob::warning_lines() const {
   return lines;
 }
 
-std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code) {
+std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code, absl::Status* refusal) {
   if (std::error_code error; !std::filesystem::exists(options.scene, error)) {
     exit_code = report(kUsage, absl::StrCat("there is no file ", options.scene));
     return nullptr;
@@ -214,6 +219,10 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   print_warnings(loaded->warning_lines());
   absl::StatusOr<std::unique_ptr<PreparedJob>> job =
       prepare_job(options.job, loaded->imported, name_of(options.scene, loaded->imported));
+  if (!job.ok() && refusal != nullptr) {
+    *refusal = job.status();
+    return nullptr;
+  }
   if (!job.ok()) {
     exit_code =
         report(absl::IsOutOfRange(job.status()) ? kUsage : kBadScene, std::string{job.status().message()});

@@ -46,7 +46,9 @@ struct LoadedJob {
 };
 
 /// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed
-/// and the exit code set, when that cannot be done.
-std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code);
+/// and the exit code set, when that cannot be done. With `refusal`, a job that the settings do not go with
+/// puts its message there instead.
+std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code,
+                                    absl::Status* refusal = nullptr);
 
 }  // namespace tessera::client

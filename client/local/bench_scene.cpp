@@ -37,6 +37,24 @@ std::vector<render::TileRequest> tiles_of(const v1::PixelRect& crop, std::uint32
   return tiles;
 }
 
+/// Merges blobs of a phase, `width` neighbours at a time, until one is left (scheduler/phase_plan.h).
+absl::StatusOr<std::string> merge_all(const render::RenderScene& scene, std::uint32_t phase,
+                                      std::vector<std::string> blobs, std::uint32_t width) {
+  while (blobs.size() > 1) {
+    std::vector<std::string> merged;
+    for (std::size_t first = 0; first < blobs.size(); first += width) {
+      const std::size_t end = std::min<std::size_t>(first + width, blobs.size());
+      const std::vector<std::string_view> group(blobs.begin() + static_cast<std::ptrdiff_t>(first),
+                                                blobs.begin() + static_cast<std::ptrdiff_t>(end));
+      absl::StatusOr<std::string> blob = scene.merge(phase, group);
+      if (!blob.ok()) return blob.status();
+      merged.push_back(*std::move(blob));
+    }
+    blobs = std::move(merged);
+  }
+  return std::move(blobs.front());
+}
+
 }  // namespace
 
 BenchCost& BenchCost::operator+=(const BenchCost& other) {
@@ -48,6 +66,7 @@ BenchCost& BenchCost::operator+=(const BenchCost& other) {
 
 struct BenchScene::Parts {
   std::unique_ptr<render::RenderScene> scene;
+  google::protobuf::RepeatedPtrField<v1::Phase> phases;
   std::vector<render::TileRequest> tiles;
 };
 
@@ -74,6 +93,7 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
 
   auto parts = std::make_unique<Parts>();
   parts->scene = *std::move(scene);
+  parts->phases = spec.cut().phases();
   // A pass goes over the whole film.
   parts->tiles = tiles_of(spec.cut().crop(), wire::works_in_passes(spec)
                                                  ? std::max(spec.view().width(), spec.view().height())
@@ -83,11 +103,41 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   return self;
 }
 
+absl::StatusOr<BenchPhases> BenchScene::make_phases(std::uint64_t seed_offset, std::stop_token stop) const {
+  const std::chrono::nanoseconds start = base::thread_cpu_time();
+  render::RenderStats stats;
+  BenchPhases made;
+  std::vector<std::string> results;  // a blob a phase
+  for (int phase = 0; phase < parts_->phases.size(); ++phase) {
+    const auto index = static_cast<std::uint32_t>(phase);
+    std::vector<std::string> blobs;
+    for (std::uint32_t part = 0; part < parts_->phases[phase].parts(); ++part) {
+      absl::StatusOr<std::string> blob = parts_->scene->make_part(
+          {index, part, parts_->phases[phase].parts(), made.prepared.get(), seed_offset}, stop, stats);
+      if (!blob.ok()) return blob.status();
+      blobs.push_back(*std::move(blob));
+    }
+    absl::StatusOr<std::string> merged =
+        merge_all(*parts_->scene, index, std::move(blobs), parts_->phases[phase].merge_width());
+    if (!merged.ok()) return merged.status();
+    results.push_back(*std::move(merged));
+    absl::StatusOr<std::shared_ptr<const render::Prepared>> prepared =
+        parts_->scene->prepare(std::vector<std::string_view>(results.begin(), results.end()));
+    if (!prepared.ok()) return prepared.status();
+    made.prepared = *std::move(prepared);
+  }
+  made.cost = cost_of(stats, base::in_seconds(base::thread_cpu_time() - start));
+  return made;
+}
+
 absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {
   BenchCeiling total;
+  const absl::StatusOr<BenchPhases> phases = make_phases(0, stop);
+  if (!phases.ok()) return phases.status();
   for (render::TileRequest tile : parts_->tiles) {
     if (stop.stop_requested()) return absl::CancelledError("interrupted");
     tile.sample_end = spp;
+    tile.prepared = phases->prepared.get();
     const render::RenderScene::Ceiling ceiling = parts_->scene->measure_ceiling(tile);
     total.render_cpu_seconds += ceiling.render_cpu_seconds;
     total.replay_cpu_seconds += ceiling.replay_cpu_seconds;
@@ -108,6 +158,12 @@ class BenchTurns {
         renders_(scenes.size()) {}
 
   absl::StatusOr<std::vector<BenchRender>> run(int threads) {
+    for (std::size_t i = 0; i < scenes_.size(); ++i) {
+      absl::StatusOr<BenchPhases> phases = scenes_[i]->make_phases(seed_offset_, stop_);
+      if (!phases.ok()) return phases.status();
+      renders_[i].cost += phases->cost;
+      prepared_.push_back(std::move(phases->prepared));
+    }
     {
       std::vector<std::jthread> helpers;
       for (int i = 1; i < threads; ++i) helpers.emplace_back([this] { work(); });
@@ -133,6 +189,7 @@ class BenchTurns {
     render::TileRequest tile = scenes_[scene]->parts_->tiles[index];
     tile.sample_end = spp_;
     tile.seed_offset = seed_offset_;
+    tile.prepared = prepared_[scene].get();
     render::RenderStats stats;
     const std::chrono::nanoseconds start = base::thread_cpu_time();
     absl::StatusOr<wire::TileResult> result = scenes_[scene]->parts_->scene->render_tile(tile, stop_, stats);
@@ -153,6 +210,7 @@ class BenchTurns {
   const std::uint32_t spp_;
   const std::uint64_t seed_offset_;
   const std::stop_token stop_;
+  std::vector<std::shared_ptr<const render::Prepared>> prepared_;  // of each scene
   std::atomic<std::size_t> next_ = 0;
   std::mutex mutex_;
   std::vector<BenchRender> renders_;

@@ -17,6 +17,10 @@
 #include "wire/render_counts.h"
 #include "wire/tile_result.h"
 
+namespace tessera::render {
+class Prepared;
+}
+
 namespace tessera::client {
 
 /// Cost of rendering; counts and times of tiles add up.
@@ -43,6 +47,12 @@ struct BenchCeiling {
   double share() const { return replay_cpu_seconds / render_cpu_seconds; }
 };
 
+/// The results of an algorithm's phases, and what they cost.
+struct BenchPhases {
+  std::shared_ptr<const render::Prepared> prepared;  // null where there are none
+  BenchCost cost;
+};
+
 class BenchScene {
  public:
   /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is
@@ -56,6 +66,10 @@ class BenchScene {
   /// Warnings of what the scene asked for and was approximated or left out.
   const std::vector<std::string>& warnings() const;
 
+  /// Makes all phases of the algorithm on this thread, with the job's seed plus `seed_offset`. Cancelled when
+  /// stopped.
+  absl::StatusOr<BenchPhases> make_phases(std::uint64_t seed_offset, std::stop_token stop) const;
+
   /// Cancelled when stopped.
   absl::StatusOr<BenchCeiling> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;
 
@@ -68,9 +82,9 @@ class BenchScene {
   double build_cpu_seconds_ = 0;
 };
 
-/// Renders one image of every scene, `spp` samples a pixel, with the job's seed plus `seed_offset`. The
-/// scenes take turns tile by tile (A B B A ...), so that a machine whose speed drifts slows all alike.
-/// Cancelled when stopped. One result a scene, in their order.
+/// Renders one image of every scene, `spp` samples a pixel, with the job's seed plus `seed_offset`, the
+/// phases of its algorithm included. The scenes take turns tile by tile (A B B A ...), so that a machine
+/// whose speed drifts slows all alike. Cancelled when stopped. One result a scene, in their order.
 absl::StatusOr<std::vector<BenchRender>> render_in_turn(std::span<const BenchScene* const> scenes,
                                                         std::uint32_t spp, std::uint64_t seed_offset,
                                                         int threads, std::stop_token stop);

@@ -170,16 +170,22 @@ class Drawing {
     line(x_.begin, y_.begin, x_.begin, y_.end);
   }
 
-  /// Colours first, then the same colours dashed.
+  std::size_t color_of(std::size_t index) const { return plot_.series[index].color.value_or(index); }
   void set_style(std::size_t index) {
-    set(kColors[index % kColors.size()]);
+    set(kColors[color_of(index) % kColors.size()]);
     constexpr double kDashes[] = {9, 5};
-    cairo_set_dash(cairo_, kDashes, index / kColors.size() % 2 == 1 ? 2 : 0, 0);
+    cairo_set_dash(cairo_, kDashes, plot_.series[index].dashed ? 2 : 0, 0);
     cairo_set_line_width(cairo_, 2.6);
   }
-  void draw_marker(double x, double y) {
+  /// Discs first, then squares of the same colours.
+  void draw_marker(std::size_t index, double x, double y) {
+    constexpr double kRadius = 5.2;
     cairo_set_dash(cairo_, nullptr, 0, 0);
-    cairo_arc(cairo_, x, y, 5.2, 0, 2 * M_PI);
+    if (color_of(index) / kColors.size() % 2 == 0) {
+      cairo_arc(cairo_, x, y, kRadius, 0, 2 * M_PI);
+    } else {
+      cairo_rectangle(cairo_, x - kRadius, y - kRadius, 2 * kRadius, 2 * kRadius);
+    }
     cairo_fill(cairo_);
   }
 
@@ -193,7 +199,7 @@ class Drawing {
     for (const PlotPoint& p : series.points) {
       if (!can_draw(p)) continue;
       const double x = x_.place(p.x);
-      draw_marker(x, y_.place(p.y));
+      draw_marker(index, x, y_.place(p.y));
       if (!has_bar(p)) continue;
       cairo_set_line_width(cairo_, 1.6);
       line(x, y_.place(p.low), x, y_.place(p.high));
@@ -202,16 +208,21 @@ class Drawing {
   }
 
   void draw_legend() {
+    const auto named =
+        std::ranges::count_if(plot_.series, [](const PlotSeries& s) { return !s.name.empty(); });
+    if (named == 0) return;
     const double x = kWidth - kLegendWidth,
-                 step = std::min(30.0, (kPlotBottom - kPlotTop) / double(plot_.series.size()));
+                 step = std::min(30.0, (kPlotBottom - kPlotTop) / static_cast<double>(named));
     double size = std::clamp(step * 0.55, 7.0, 15.5), widest = 1;
     for (const PlotSeries& series : plot_.series) widest = std::max(widest, width_of(series.name, size));
     size *= std::min(1.0, (kLegendWidth - 48 - 16) / widest);  // long names are written smaller
+    double y = kPlotTop + 8 - step;
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
-      const double y = kPlotTop + 8 + step * static_cast<double>(i);
+      if (plot_.series[i].name.empty()) continue;
+      y += step;
       set_style(i);
       line(x, y, x + 36, y);
-      draw_marker(x + 18, y);
+      draw_marker(i, x + 18, y);
       set(kInk);
       text(plot_.series[i].name, x + 48, y + size * 0.35, size, Align::kLeft);
     }

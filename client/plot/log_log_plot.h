@@ -1,6 +1,8 @@
 // Diagrams with two logarithmic axes, as PNG or SVG.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +16,11 @@ struct PlotPoint {
 };
 
 struct PlotSeries {
-  std::string name;  // in the legend
+  std::string name;  // in the legend; empty: not there
   std::vector<PlotPoint> points;
+  std::optional<std::size_t> color =
+      std::nullopt;  // series of one number look alike; absent: its place in the list
+  bool dashed = false;
 };
 
 struct LogLogPlot {

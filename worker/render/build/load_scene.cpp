@@ -87,7 +87,8 @@ class BuiltScene final : public RenderScene {
     std::string blob;
     const bool finished = timed(stats, [&](RenderStats& own) {
       return algorithm_.phases[part.phase].make(
-          {tables_, *content_->rays, tables_.sampler.seed, own, part.prepared}, part, stop, blob);
+          {tables_, *content_->rays, tables_.sampler.seed + part.seed_offset, own, part.prepared}, part, stop,
+          blob);
     });
     if (!finished) return absl::CancelledError("the part was stopped");
     return blob;

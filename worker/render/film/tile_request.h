@@ -25,6 +25,8 @@ struct TileRequest {
 struct PartRequest {
   std::uint32_t phase = 0, part = 0, parts = 1;
   const Prepared* prepared = nullptr;  // what the phases before have made; null for the first
+  /// Added to the job's seed, as in TileRequest.
+  std::uint64_t seed_offset = 0;
 };
 
 /// Counts and times of one or more tiles; all add up.
