@@ -1,4 +1,8 @@
 // Tessera's own scene files, and the scenes that come with the source.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include "unit/import/import_fixture.h"
@@ -115,6 +119,23 @@ TEST_F(SceneFiles, FirstLightParses) {
     EXPECT_TRUE(!shape.has_world_from_object() || shape.world_from_object().elements_size() == 16);
   }
   EXPECT_GE(scene->scene.shapes_size(), 6);
+}
+
+TEST_F(SceneFiles, ScenesOfOurOwnImportWithoutWarningsAndAreShort) {
+  int scenes = 0;
+  for (const auto& folder : std::filesystem::directory_iterator("scenes")) {
+    const std::filesystem::path file = folder.path() / "scene.textproto";
+    if (!std::filesystem::exists(file)) continue;
+    SCOPED_TRACE(file.string());
+    ++scenes;
+    const auto scene = import_scene(file.string());
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    EXPECT_EQ(warnings_of(*scene), "");
+    EXPECT_EQ(scene->scene.name(), folder.path().filename().string());
+    std::ifstream in(file);
+    EXPECT_LT(std::count(std::istreambuf_iterator<char>(in), {}, '\n'), 100);
+  }
+  EXPECT_GE(scenes, 6);
 }
 
 TEST_F(SceneFiles, CornellBoxImportsWithoutWarnings) {
