@@ -65,6 +65,22 @@ constexpr std::array kAlgorithms{
                     .noise = true,
                     .first_hit_aovs = true,
                     .occlusion_distance = true},
+    AlgorithmTraits{.name = "bdpt",
+                    .summary = "paths from camera and lights, through media too, joined in all ways",
+                    .work = WorkKind::kPasses,
+                    .media = true,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true,
+                    .starts_at_lights = true},
+    AlgorithmTraits{
+        .name = "vcm",
+        .summary = "bdpt, whose paths also take light from vertices close by: caustics in mirrors",
+        .work = WorkKind::kPasses,
+        .bias = Bias::kConsistent,
+        .media = true,
+        .first_hit_aovs = true,
+        .samples_all_light = true,
+        .starts_at_lights = true},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -86,12 +86,9 @@ Rays emit_rays(const Lamp& lamp, unsigned seed) {
   for (int i = 0; i < kRays; i += kWidth) {
     const Vec2 place = random.next_2d(), direction = random.next_2d();
     const Emission ray = sample_emission(lamp.table, Int(0), place, direction, Mask::all());
-    // Rays start off surfaces along their normals.
-    const Float size = length(ray.offset);
-    const Vec3 normal = ray.offset * (1.0f / max(size, 1e-30f));
-    const Float seen = seen_along(lamp, ray, normal, direction);
-    const EmissionDensity density =
-        emission_density(lamp.table, Int(0), ray.origin, normal, ray.direction, Mask::all());
+    const Float seen = seen_along(lamp, ray, ray.normal, direction);
+    const EmissionDensity density = emission_density(
+        lamp.table, Int(0), ray.origin, dot(ray.normal, ray.direction), ray.direction, Mask::all());
     for (int l = 0; l < kWidth; ++l) {
       ++rays.all;
       if (!(ray.valid.bits() >> l & 1)) continue;

@@ -48,7 +48,8 @@ Picture measure_picture(const PictureRequest& request) {
   job.settings.set_max_depth(request.max_depth);
   // Two estimators must not share their random numbers.
   const std::string isa = request.isa.empty() ? render::supported_isas().front() : request.isa;
-  job.settings.set_seed(std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff);
+  job.settings.set_seed((std::hash<std::string>()(request.integrator + request.settings + isa) & 0xffff) +
+                        (request.seed << 16));
   const std::string text = absl::StrCat(request.scene, " film { width: ", kSide, " height: ", kSide,
                                         " filter { ", request.filter, " } }");
   const auto file = load_scene_text(text, job, isa, request.blobs);

@@ -17,6 +17,7 @@ struct PictureRequest {
   std::string isa;       // empty: the best that there is
   std::uint32_t max_depth = 4;
   std::uint32_t spp = 1024;
+  std::uint32_t seed = 0;  // every request has others of its own, too
   TestBlobs blobs = {};
 };
 

@@ -27,12 +27,14 @@ namespace tessera::render::TESSERA_ISA {
 
 /// The content of a scene in protobuf's text form, of a film of `side` pixels squared; null, with a failure,
 /// where it cannot be built. `edit` may change the arrays that its messages became before anything is made of
-/// them: BVH, light selection, flags.
+/// them: BVH, light selection, flags. Lights are made for `integrator`; empty: the default.
 inline std::shared_ptr<const SceneContent> build_kernel_scene(
-    const std::string& text, std::uint32_t side, const std::function<void(SceneArrays&)>& edit = {}) {
+    const std::string& text, std::uint32_t side, const std::function<void(SceneArrays&)>& edit = {},
+    const std::string& integrator = "") {
   v1::Scene scene;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
   v1::JobSpec job;
+  job.mutable_content()->mutable_algorithms()->set_integrator(integrator);
   job.mutable_view()->set_width(side);
   job.mutable_view()->set_height(side);
   job.mutable_view()->set_max_depth(5);

@@ -26,7 +26,12 @@ struct CameraConnection {
   Mask valid;   // in front of the camera and within its clipping distances
 };
 
-/// For kPerspective and kOrthographic cameras.
+/// Whether points of the scene can be connected to the camera.
+inline bool sees_points(const CameraRecord& camera) {
+  return camera.kind == CameraKind::kPerspective || camera.kind == CameraKind::kOrthographic;
+}
+
+/// For cameras that see points.
 CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active);
 

@@ -5,12 +5,14 @@
 #include "render/accel/arithmetic.h"
 #include "render/accel/embree/trace.h"
 #include "render/integrator/ambient_occlusion/ambient_occlusion.h"
+#include "render/integrator/bdpt/bidirectional.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
 #include "render/integrator/irradiance_cache/phase.h"
 #include "render/integrator/kernel.h"
 #include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/vcm/merging.h"
 #include "render/integrator/whitted/whitted.h"
 #include "render/light/light.h"
 
@@ -37,6 +39,11 @@ std::unique_ptr<Integrator> make_for_one_event(const IntegratorContext& context)
 // Both phases do the same; the second reads what the first has made.
 constexpr AlgorithmPhase kCachePhases[] = {{&make_records, &merge_records}, {&make_records, &merge_records}};
 
+std::unique_ptr<Integrator> make_vcm(const IntegratorContext& context) {
+  const StageTimer timer(context.stats.times, Stage::kCamera);
+  return std::make_unique<Bidirectional>(context, StrategyFilter{}, std::make_unique<Merging>(context.scene));
+}
+
 // The list of algorithms.
 constexpr Algorithm kAlgorithms[] = {
     {"path", &make<Wavefront>},
@@ -47,6 +54,8 @@ constexpr Algorithm kAlgorithms[] = {
     {"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>},
     {"irradiance-cache", &make<IrradianceCached>, kCachePhases, &prepare_records},
     {"ao", &make<AmbientOcclusion>},
+    {"bdpt", &make<Bidirectional>},
+    {"vcm", &make_vcm},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

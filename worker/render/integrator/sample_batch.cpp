@@ -22,8 +22,8 @@ void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, Hit
   }
 }
 
-bool SampleBatch::start(SampleSource& source, PathState& paths) {
-  name_next(source);
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
+  name_next(source, most);
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
   for (int slot = 0; slot < size_; slot += kWidth) {
@@ -54,8 +54,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths) {
                         .reference = ray.origin,
                         .medium = Int(scene_.camera.medium)};
     store(scene_, path, paths, slot);
-    hash.store(pixel_hash_ + slot);
-    reversed.store(reversed_sample_ + slot);
+    hash.store(keys_.pixel_hash + slot);
+    reversed.store(keys_.reversed_sample + slot);
     filter.weight.store(filter_weight_ + slot);
     store_lanes(Spectrum(0.0f), radiance_, slot);
     Float(0.0f).store(coverage_ + slot);
@@ -71,21 +71,32 @@ bool SampleBatch::start(SampleSource& source, PathState& paths) {
 void SampleBatch::start(std::uint32_t key, std::uint32_t first, int n) {
   size_ = n;
   for (int slot = 0; slot < size_; slot += kWidth) {
-    UInt(key).store(pixel_hash_ + slot);
-    reverse_bits(UInt::iota(first + static_cast<std::uint32_t>(slot))).store(reversed_sample_ + slot);
+    UInt(key).store(keys_.pixel_hash + slot);
+    reverse_bits(UInt::iota(first + static_cast<std::uint32_t>(slot))).store(keys_.reversed_sample + slot);
     store_lanes(Spectrum(0.0f), radiance_, slot);
   }
 }
 
-void SampleBatch::name_next(SampleSource& source) {
+void SampleBatch::name_next(SampleSource& source, int most) {
   const StageTimer timer(stats_.times, Stage::kFilm);
-  size_ = static_cast<int>(source.next(std::span(names_).first(kBatch)));
+  size_ = static_cast<int>(source.next(std::span(names_).first(static_cast<std::size_t>(most))));
 }
 
 void SampleBatch::add_radiance(Spectrum more, Int slot, Mask lanes) {
   for (int c = 0; c < kSpectrumLanes; ++c) {
     float* sum = radiance_.c[c];
     scatter(gather(sum, slot, lanes) + more.c[c], sum, slot, lanes);
+  }
+}
+
+void SampleBatch::add_each(Spectrum more, Int slot, Mask lanes) {
+  alignas(64) std::int32_t slots[kWidth];
+  slot.store(slots);
+  for (int c = 0; c < kSpectrumLanes; ++c) {
+    alignas(64) float light[kWidth];
+    more.c[c].store(light);
+    for (std::uint32_t bits = lanes.bits(); bits != 0; bits &= bits - 1)
+      radiance_.c[c][slots[__builtin_ctz(bits)]] += light[__builtin_ctz(bits)];
   }
 }
 

@@ -7,6 +7,7 @@
 #include "render/film/film.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_keys.h"
 #include "render/integrator/vertex/vertex.h"
 #include "render/sampling/sampler.h"
 
@@ -20,9 +21,9 @@ class SampleBatch {
   explicit SampleBatch(const IntegratorContext& context)
       : scene_(context.scene), seed_(context.seed), stats_(context.stats) {}
 
-  /// Asks for the next samples, and starts a path for each: entries 0 .. size() - 1 of `paths`, in slots of
-  /// the same number. False when nothing more is wanted.
-  bool start(SampleSource& source, PathState& paths);
+  /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
+  /// `paths`, in slots of the same number. False when nothing more is wanted.
+  bool start(SampleSource& source, PathState& paths, int most = kBatch);
   /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
   /// it.
   void start(std::uint32_t key, std::uint32_t first, int n);
@@ -33,13 +34,10 @@ class SampleBatch {
   int size() const { return size_; }
 
   /// The random numbers of samples.
-  Sampler sampler(Int slot, Mask active) const {
-    return {scene_.sampler.kind, gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active)};
-  }
+  Sampler sampler(Int slot, Mask active) const { return keys_.sampler(scene_.sampler.kind, slot, active); }
   /// A key that all samples have for themselves.
-  UInt key(Int slot, Mask active) const {
-    return hash(gather(pixel_hash_, slot, active), gather(reversed_sample_, slot, active));
-  }
+  UInt key(Int slot, Mask active) const { return keys_.key(slot, active); }
+  const SampleKeys& keys() const { return keys_; }
 
   /// The radiance of 16 samples from sample i on.
   Spectrum radiance(int i) const {
@@ -49,14 +47,16 @@ class SampleBatch {
   }
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
-  /// The same of one sample after the other, for those of the queue that nothing is in the way of.
+  /// The same for samples of which several may be one.
+  void add_each(Spectrum more, Int slot, Mask lanes);
+  /// The same, for those of the queue that nothing is in the way of.
   void add_contributions(const ConnectionQueue& queue);
 
   /// Records the first hits of these samples' camera rays, at a distance of `t`.
   void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
 
  private:
-  void name_next(SampleSource& source);
+  void name_next(SampleSource& source, int most);
   void drop_bad_samples();
   std::size_t fill_planes();
 
@@ -65,8 +65,8 @@ class SampleBatch {
   RenderStats& stats_;
   int size_ = 0;
   SampleName names_[kPadded] = {};
+  SampleKeys keys_;
   // One entry a sample
-  alignas(64) Lanes<std::uint32_t> pixel_hash_, reversed_sample_;
   SpectrumLanes radiance_;
   alignas(64) Lanes<float> filter_weight_, coverage_, depth_;
   SpectrumLanes albedo_;

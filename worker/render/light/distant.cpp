@@ -9,7 +9,7 @@ namespace {
 /// Parallel light from infinitely far away.
 class DistantLight final : public LightModel {
  public:
-  DistantLight() : LightModel({.at_infinity = true}) {}
+  DistantLight() : LightModel({.at_infinity = true, .delta = true}) {}
 
   LightSample sample(const LightTable& table, Int light, const Receiver&, Vec2, Mask active) const override {
     const LightLanes lanes{table, light, active};
@@ -29,7 +29,7 @@ class DistantLight final : public LightModel {
                 Mask active) const override {
     return emit_from_infinity(*this, table, light, u_place, u_direction, active);
   }
-  EmissionDensity emission_density(const LightTable& table, Int, Vec3, Vec3, Vec3, Mask) const override {
+  EmissionDensity emission_density(const LightTable& table, Int, Vec3, Float, Vec3, Mask) const override {
     return {Float(kInvPi / (table.scene_radius * table.scene_radius)), Float(1.0f)};
   }
 

@@ -29,17 +29,18 @@ Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 
     result.offset = select(lanes, one.offset, result.offset);
     result.direction = select(lanes, one.direction, result.direction);
     result.flux = select(lanes, one.flux, result.flux);
+    result.normal = select(lanes, one.normal, result.normal);
     result.valid |= lanes & one.valid;
   });
   return result;
 }
 
-EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal, Vec3 direction,
+EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine, Vec3 direction,
                                  Mask active) {
   EmissionDensity result{Float(0.0f), Float(0.0f)};
   for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
     const EmissionDensity one = light_model(static_cast<LightKind>(kind))
-                                    .emission_density(table, light, point, normal, direction, lanes);
+                                    .emission_density(table, light, point, cosine, direction, lanes);
     result.place = select(lanes, one.place, result.place);
     result.direction = select(lanes, one.direction, result.direction);
   });

@@ -10,8 +10,8 @@ namespace tessera::render::TESSERA_ISA {
 Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active);
 
 /// The densities with which sample_emission() gives a ray along `direction` from `point`, where the light's
-/// unit geometric normal is `normal` (unused but by lights with a surface).
-EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal, Vec3 direction,
+/// geometric normal has this cosine with it (unused but by lights with a surface).
+EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine, Vec3 direction,
                                  Mask active);
 
 /// LightModel::emit of lights at infinity: parallel light through a disk that covers the scene, from where

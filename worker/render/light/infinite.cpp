@@ -196,10 +196,10 @@ class InfiniteLight final : public LightModel {
                 Mask active) const override {
     return emit_from_infinity(*this, table, light, u_place, u_direction, active);
   }
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
-                                   Vec3 direction, Mask active) const override {
+  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float, Vec3 direction,
+                                   Mask active) const override {
     return {Float(kInvPi / (table.scene_radius * table.scene_radius)),
-            pdf(table, light, point, -direction, point, normal, active)};
+            pdf(table, light, point, -direction, point, direction, active)};
   }
 
   double power(const LightTable& table, const LightRecord& light) const override {

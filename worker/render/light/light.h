@@ -34,6 +34,8 @@ struct LightSample {
   Mask valid;         // there is a direction with radiance > 0 and pdf > 0
   Mask delta;         // no other strategy can find this direction
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
+  Float cosine =
+      Float(1.0f);  // |cos| of wi with the light's geometric normal; 1 for lights without a surface
 };
 
 /// A ray that carries light.
@@ -44,6 +46,8 @@ struct Emission {
   Spectrum flux;  // that the ray stands for: emitted radiance (or intensity) times cosine over the density of
                   // the ray
   Mask valid;
+  Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};  // of the emitter, unit, geometric, on the ray's side;
+                                                       // zero for lights without a surface
 };
 
 /// The densities of such a ray.
@@ -66,9 +70,9 @@ class LightModel : public LightSource {
   /// A ray from the light; `u_place` and `u_direction` are uniform in the unit square.
   virtual Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
                         Mask active) const = 0;
-  /// The densities with which emit() gives a ray along `direction` from `point`, where the light's unit
-  /// geometric normal is `normal` (both unused by lights without a surface).
-  virtual EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
+  /// The densities with which emit() gives a ray along `direction` from `point`, where the light's geometric
+  /// normal has this cosine with it (both unused by lights without a surface).
+  virtual EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
                                            Vec3 direction, Mask active) const = 0;
 };
 

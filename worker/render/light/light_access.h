@@ -59,7 +59,8 @@ TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSampl
           select(m, a.pdf, b.pdf),
           (m & a.valid) | and_not(b.valid, m),
           (m & a.delta) | and_not(b.delta, m),
-          {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)}};
+          {select(m, a.barycentric.x, b.barycentric.x), select(m, a.barycentric.y, b.barycentric.y)},
+          select(m, a.cosine, b.cosine)};
 }
 
 TESSERA_INLINE Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
@@ -96,6 +97,7 @@ TESSERA_INLINE LightSample sample_from_point(const LightLanes& lanes, Vec3 refer
   const Float cos_light = abs(dot(normal, s.wi));
   s.distance = shortened(distance, ray_end_error(reference, point, extent, distance), cos_light);
   s.radiance = lanes.radiance();
+  s.cosine = cos_light;
   const Mask usable = lanes.shines_towards(normal, -s.wi) & (cos_light > 0.0f) & (distance > 0.0f);
   s.pdf = select_or_zero(usable, pdf_area * distance_squared / cos_light);
   s.valid = usable & (s.pdf > 0.0f) & is_finite(s.pdf);

@@ -17,7 +17,7 @@ struct Directions {
 /// sees it.
 class PositionalLight : public LightModel {
  public:
-  PositionalLight() : LightModel(LightTraits{}) {}
+  PositionalLight() : LightModel({.delta = true}) {}
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const final { return 0.0f; }
 
@@ -29,7 +29,7 @@ class PositionalLight : public LightModel {
     return {position, no_offset(), chosen.w, seen.radiance * chosen.inverse_density, active & seen.valid};
   }
 
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3, Vec3, Vec3 direction,
+  EmissionDensity emission_density(const LightTable& table, Int light, Vec3, Float, Vec3 direction,
                                    Mask active) const final {
     return {Float(1.0f), direction_density({table, light, active}, direction)};
   }

@@ -2,25 +2,11 @@
 
 #include <algorithm>
 
-#include "render/camera/camera.h"
-#include "render/film/summable.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/light_start.h"
 #include "render/integrator/vertex/roulette.h"
-#include "render/light/emission.h"
-#include "render/sampling/discrete.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-namespace {
-
-/// Cosines with shading and geometric normal do not cancel as they do on a path from the eye [Veach 1997,
-/// section 5.3].
-Float normal_ratio(const Surface& s, const Frame& frame, Vec3 from, Vec3 to) {
-  const Float in = abs(dot(from, frame.z)) / max(abs(dot(from, s.ng)), 1e-6f);
-  return in * abs(dot(to, s.ng)) / max(abs(dot(to, frame.z)), 1e-6f);
-}
-
-}  // namespace
 
 /// Sixteen paths at a surface.
 struct LightTracer::Event {
@@ -36,7 +22,7 @@ struct LightTracer::Event {
 
 bool LightTracer::render(SampleSource& work, Film& film, std::stop_token stop) {
   if (!eye_.render(work, film, stop)) return false;
-  if (scene_.lights.selection.threshold.empty() || scene_.max_depth == 0) return true;
+  if (!emits_paths(scene_) || scene_.max_depth == 0) return true;
   const std::int32_t paths = scene_.camera.width * scene_.camera.height;
   for (std::int32_t first = 0; first < paths; first += kBatch) {
     if (stop.stop_requested()) return false;
@@ -55,26 +41,12 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
     // A path belongs to a pixel, if only by its random numbers.
     const Int index = Int::iota(first + slot);
     const UInt hash = Sampler::pixel_hash(seed_, bit_cast<std::uint32_t>(index), UInt(0x4c696768u));
-    hash.store(pixel_hash_ + slot);
-    reversed.store(reversed_sample_ + slot);
+    hash.store(keys_.pixel_hash + slot);
+    reversed.store(keys_.reversed_sample + slot);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
-
-    const DiscreteSample choice =
-        sample_discrete(scene_.lights.selection, sampler.get_2d(dimension::kEmitter).x, active);
-    const Emission ray =
-        sample_emission(scene_.lights, choice.index, sampler.get_2d(dimension::kEmissionPlace),
-                        sampler.get_2d(dimension::kEmissionDirection), active);
-    const Mask alive = active & ray.valid & (choice.pmf > 0.0f);
-    const Float scale = 1.0f / (select(alive, choice.pmf, 1.0f) * static_cast<float>(scene_.camera.width) *
-                                static_cast<float>(scene_.camera.height));
-    WidePath path{};
-    path.origin = ray.origin + ray.offset;
-    path.direction = ray.direction;
-    path.beta = ray.flux * scale;
-    path.roulette_scale = 1.0f / max(path.beta.max_component(), 1e-30f);
-    path.slot = Int::iota(slot);
-    if (scene_.any_motion) path.time = sampler.get_2d(dimension::kTime).x;
-    alive_ += append(scene_, path, alive, paths_, alive_);
+    const float paths = static_cast<float>(scene_.camera.width) * static_cast<float>(scene_.camera.height);
+    const LightStart start = start_at_light(scene_, sampler, paths, Int::iota(slot), active);
+    alive_ += append(scene_, start.path, start.alive, paths_, alive_);
   }
   stats_.samples += static_cast<std::uint64_t>(count);
 }
@@ -82,7 +54,7 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
 void LightTracer::advance(int depth, Film& film) {
   intersect();
   shade(depth, film.rect());
-  trace_connections(film);
+  joins_.trace(film);
 }
 
 void LightTracer::intersect() {
@@ -97,26 +69,13 @@ void LightTracer::shade(int depth, const FilmRect& rect) {
   int kept = 0;
   for (int i = 0; i < alive_; i += kWidth) {
     const Mask active = Mask::first(alive_ - i);
-    Hit found = load_hit(hits_, i);
+    const Hit found = load_hit(hits_, i);
     const Mask hit = active & (found.shape >= 0);
     if (none(hit)) continue;
     const WidePath path = load(scene_, paths_, i);
-    if (scene_.any_motion) found.time = path.time;
-    Event e(path,
-            {scene_.sampler.kind, gather(pixel_hash_, path.slot, active),
-             gather(reversed_sample_, path.slot, active)},
+    Event e(path, keys_.sampler(scene_.sampler.kind, path.slot, active),
             dimension::kFirstLightEvent + depth * dimension::kPairsPerLightEvent);
-    Vertex& v = e.vertex;
-    v.wo = -path.direction;
-    v.time = found.time;
-    v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
-    interact(scene_, v.surface, v.wo, e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).y, hit,
-             v.at);
-    if (scene_.any_opacity) {
-      if (const Mask partly = partly_open(v, hit); any(partly)) {
-        open_surface(scene_, e.sampler.get_2d(e.first_pair + dimension::kLobe).y, partly, v);
-      }
-    }
+    meet_surface(scene_, path, found, e.sampler, e.first_pair, hit, e.vertex);
     join_to_camera(e, hit, rect);
     if (depth + 1 < scene_.max_depth) scatter_paths(e, hit, kept);
   }
@@ -124,41 +83,11 @@ void LightTracer::shade(int depth, const FilmRect& rect) {
 }
 
 void LightTracer::join_to_camera(const Event& e, Mask hit, const FilmRect& rect) {
-  const Vertex& v = e.vertex;
-  const Mask wanted = joinable(v, hit);
+  const Mask wanted = joinable(e.vertex, hit);
   if (none(wanted)) return;
-  const CameraConnection eye = connect_to_camera(
-      scene_.camera, v.surface.p, e.sampler.get_2d(e.first_pair + dimension::kJoinLens), v.time, wanted);
-  const Mask seen = wanted & eye.valid & lands(eye.film, rect);
-  if (none(seen)) return;
-  const Vec3 to_eye = eye.lens - v.surface.p;
-  const Float distance = length(to_eye);
-  const Vec3 w = to_eye * (1.0f / max(distance, 1e-30f));
-  // Radiance towards the eye of light that comes from where the path comes from; the cosine at the light's
-  // side is the shading normal's, so the geometric one takes its place.
-  const BsdfEval bsdf = eval_bsdf(v.at, w, v.wo, seen);
-  const Float geometry =
-      eye.importance * abs(dot(w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
-  const Spectrum value = e.path.beta * bsdf.f_cos * (geometry * scene_.exposure);
-  Mask shines = and_not(seen, is_black(value));
-  for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(value.c[c]);
-
-  WideConnection ray = connect(scene_, v, w, eye.lens, shines);
-  // Things before the near plane are not seen, and block nothing.
-  const float near_clip = scene_.camera.near_clip;
-  if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(eye.depth, 1e-30f));
-  ray.contribution = value;
-  ray.slot = e.path.slot;
-  const int at = connections_.size;
-  compress_store(eye.film.x, shines, film_x_ + at);
-  compress_store(eye.film.y, shines, film_y_ + at);
-  connections_.size += append(scene_, ray, shines, connections_, at);
-}
-
-Mask LightTracer::lands(Vec2 film, const FilmRect& rect) const {
-  const float rx = scene_.filter.x.radius, ry = scene_.filter.y.radius;
-  return (film.x > static_cast<float>(rect.x0) - rx) & (film.x < static_cast<float>(rect.x1) + rx) &
-         (film.y > static_cast<float>(rect.y0) - ry) & (film.y < static_cast<float>(rect.y1) + ry);
+  const Vec2 lens = e.sampler.get_2d(e.first_pair + dimension::kJoinLens);
+  const CameraJoin join = camera_join(scene_, e.vertex, e.path.beta, lens, rect, wanted);
+  if (any(join.seen)) joins_.add(e.vertex, join, UInt(0), join.seen);
 }
 
 void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
@@ -177,23 +106,6 @@ void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
 
   // Entries are read 16 at a time before they are overwritten, and never move up.
   kept += append(scene_, next, alive, paths_, kept);
-}
-
-void LightTracer::trace_connections(Film& film) {
-  const StageTimer timer(stats_.times, Stage::kShadow);
-  rays_.occluded(arrays_of(connections_.origin, connections_.direction, times_of(connections_.time)),
-                 connections_.size, connections_.distance);
-  stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
-  splats_.clear();
-  for (int i = 0; i < connections_.size; ++i) {
-    if (connections_.distance[i] < 0) continue;
-    const auto light = [&](int band) {
-      return band_mean(band, [&](int lane) { return connections_.contribution.c[lane][i]; });
-    };
-    splats_.push_back({film_x_[i], film_y_[i], {light(0), light(1), light(2)}});
-  }
-  connections_.size = 0;
-  film.splat(splats_);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

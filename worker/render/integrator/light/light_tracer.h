@@ -7,14 +7,13 @@
 #pragma once
 
 #include <stop_token>
-#include <vector>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/camera_joins.h"
 #include "render/integrator/vertex/path_state.h"
-#include "render/integrator/vertex/vertex.h"
-#include "render/sampling/sampler.h"
+#include "render/integrator/vertex/sample_keys.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -25,7 +24,8 @@ class LightTracer final : public Integrator {
         rays_(context.rays),
         seed_(context.seed),
         stats_(context.stats),
-        eye_(context, 0) {}
+        eye_(context, 0),
+        joins_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
@@ -37,11 +37,8 @@ class LightTracer final : public Integrator {
   void intersect();
   void shade(int depth, const FilmRect& rect);
   struct Event;
-  /// Lanes whose place on the film is seen by a pixel of the rectangle.
-  Mask lands(Vec2 film, const FilmRect& rect) const;
   void join_to_camera(const Event& e, Mask hit, const FilmRect& rect);
   void scatter_paths(const Event& e, Mask hit, int& kept);
-  void trace_connections(Film& film);
 
   const SceneTables& scene_;
   const RayQuery& rays_;
@@ -51,10 +48,8 @@ class LightTracer final : public Integrator {
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
-  alignas(64) Lanes<std::uint32_t> pixel_hash_, reversed_sample_;  // of the path in slot i
-  ConnectionQueue connections_;                                    // from surfaces to the lens
-  alignas(64) Lanes<float> film_x_, film_y_;                       // where they land
-  std::vector<Splat> splats_;
+  SampleKeys keys_;
+  CameraJoins joins_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

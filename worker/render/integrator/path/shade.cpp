@@ -2,10 +2,10 @@
 #include "render/core/constants.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/light_choice.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/integrator/vertex/roulette.h"
 #include "render/light/area/interpolated_normal.h"
-#include "render/light/selection/pick.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -158,14 +158,8 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
 
   Receiver here = receiver_at(scene_, v);
   here.roughly = depth >= kFirstRoughEvent && !scene_.volumetric;
-  // One pair for the light and the point on it stratifies the points over all lights together (measured:
-  // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
-  constexpr std::size_t kMostTogether = 256;
-  const bool together = scene_.lights.lights.size() <= kMostTogether;
-  Vec2 point = e.sampler.get_2d(e.first_pair + dimension::kLightPoint);
-  const LightPick choice = pick_light(scene_.lights, here, together ? point.x : e.choice.x, wanted);
-  if (together) point.x = choice.u;
-  const LightSample light = sample_light(scene_.lights, choice.light, here, point, choice.picked);
+  const Vec2 point = e.sampler.get_2d(e.first_pair + dimension::kLightPoint);
+  const auto [choice, light] = choose_light(scene_.lights, here, point, e.choice.x, wanted);
   shading_timer_.lap(ShadingPart::kLights);
   const Mask reachable = choice.picked & light.valid;
   if (none(reachable)) return;
@@ -186,6 +180,7 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
   WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
+  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(batch_.key(ray.slot, shines));
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
 }
 

@@ -1,5 +1,7 @@
 #include "render/integrator/path/wavefront.h"
 
+#include "render/integrator/vertex/dimensions.h"
+
 namespace tessera::render::TESSERA_ISA {
 
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
@@ -21,12 +23,15 @@ void Wavefront::advance(int depth) {
   intersect(depth);
   if (scene_.volumetric) {
     const StageTimer timer(stats_.times, Stage::kTransit);
-    transit(depth);
+    transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }
   shade(depth);
   const StageTimer timer(stats_.times, Stage::kShadow);
   if (scene_.volumetric) {
-    march_shadow_rays(depth);
+    // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
+    transit_.march(shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {
+      batch_.add_radiance(ray.contribution, ray.slot, arrived);
+    });
   } else {
     trace_shadow_rays();
   }

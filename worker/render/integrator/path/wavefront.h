@@ -8,6 +8,7 @@
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/transit.h"
 #include "render/integrator/vertex/vertex.h"
 #include "render/light/light.h"
 
@@ -23,7 +24,8 @@ class Wavefront : public Integrator {
         batch_(context),
         rays_(context.rays),
         stats_(context.stats),
-        max_depth_(max_depth) {}
+        max_depth_(max_depth),
+        transit_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
@@ -48,15 +50,6 @@ class Wavefront : public Integrator {
   /// Times of rays as a query wants them.
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
 
-  // Volumetric scenes, see transit.cpp. transit() moves every path on to its next scattering event,
-  // march_shadow_rays() shadow rays to their lights.
-  void transit(int depth);
-  Mask fly(Int path, int depth, int round, Mask active);
-  void retrace(int n);
-  void end_stuck_paths(int n);
-  void march_shadow_rays(int depth);
-  int march(int depth, int round, int i, Mask active, int kept);
-
   // The steps of shade(), for 16 paths; see shade.cpp.
   struct Event;
   void add_environment(const Event& e, Mask missed);
@@ -71,13 +64,6 @@ class Wavefront : public Integrator {
     alignas(64) Lanes<std::int32_t> order;  // entries of the unsorted state
     std::uint8_t group[kPadded];            // of each of those
   };
-  /// Paths that passed a surface and are traced on.
-  struct TransitState {
-    alignas(64) Lanes<std::int32_t> path;  // entry of PathState
-    Vec3Lanes origin, direction;
-    alignas(64) Lanes<float> time;  // scenes with motion only
-    HitState hits;
-  };
 
   const RayQuery& rays_;
   RenderStats& stats_;
@@ -87,7 +73,7 @@ class Wavefront : public Integrator {
   HitState hits_;
   SortedState sorted_;  // scenes with shading groups only
   ConnectionQueue shadows_;
-  TransitState transit_;  // volumetric scenes only
+  Transit transit_;  // volumetric scenes only
 };
 
 }  // namespace tessera::render::TESSERA_ISA

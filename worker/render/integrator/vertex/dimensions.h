@@ -35,13 +35,15 @@ inline constexpr int kLightBsdfDirection = 1;
 inline constexpr int kLobe = 2;           // BSDF lobe, opacity
 inline constexpr int kLightRoulette = 3;  // Russian roulette, mixed material
 inline constexpr int kPairsPerLightEvent = 4;
+// Beyond all events, one pair each
+inline constexpr int kLightFlight = 4 << 20;  // distance in a medium
 
 /// The deepest event.
 inline constexpr int kDeepest = static_cast<int>(wire::kMaxDepth);
 static_assert(kFirstEvent + (kDeepest + 1) * kPairsPerEvent <= kFlight);
 static_assert(kFlight + kDeepest < kOpacity);
 static_assert(kOpacity + kDeepest < kLightPath);
-static_assert(kFirstLightEvent < INT32_MAX - (kDeepest + 1) * kPairsPerLightEvent);
+static_assert(kFirstLightEvent + (kDeepest + 1) * kPairsPerLightEvent <= kLightFlight);
 
 // Number streams (medium.h), for decisions whose number is not known beforehand: one for each use, event and
 // round.

@@ -59,8 +59,10 @@ struct alignas(64) ConnectionFields {
   typename Form::Scalar distance;
   typename Form::Colour contribution;
   typename Form::Integer slot;
-  typename Form::Scalar time;     // with motion
-  typename Form::Integer medium;  // volumetric scenes only: around the origin
+  typename Form::Scalar time;  // with motion
+  // Volumetric scenes only
+  typename Form::Integer medium;  // around the origin
+  typename Form::Integer key;     // of its random numbers
 
   template <class F, class... Connections>
   static TESSERA_INLINE void for_each(const SceneTables& scene, F&& f, Connections&... connections) {
@@ -70,7 +72,10 @@ struct alignas(64) ConnectionFields {
     f(connections.contribution...);
     f(connections.slot...);
     if (scene.any_motion) f(connections.time...);
-    if (scene.volumetric) f(connections.medium...);
+    if (scene.volumetric) {
+      f(connections.medium...);
+      f(connections.key...);
+    }
   }
 };
 using WideConnection = ConnectionFields<Wide16>;

@@ -10,9 +10,9 @@ namespace tessera::render::TESSERA_ISA {
 inline constexpr float kRouletteCaution = 2;
 
 /// The lanes that go on, with more throughput. `scale` makes beta what the path can still bring, about 1 at
-/// its start.
-TESSERA_INLINE Mask survive_roulette(Spectrum& beta, Float scale, Float u) {
-  const Float survival = clamp((beta * scale).max_component() * kRouletteCaution, 0.05f, 1.0f);
+/// its start; `most` is the largest probability of going on.
+TESSERA_INLINE Mask survive_roulette(Spectrum& beta, Float scale, Float u, float most = 1) {
+  const Float survival = clamp((beta * scale).max_component() * kRouletteCaution, 0.05f, most);
   beta *= 1.0f / survival;
   return u < survival;
 }

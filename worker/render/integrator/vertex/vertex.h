@@ -33,28 +33,32 @@ TESSERA_INLINE Mask partly_open(const Vertex& v, Mask hit) { return hit & ((v.at
 /// Lets paths in these lanes through, as far as `u`, uniform in [0, 1), says so.
 void open_surface(const SceneTables& scene, Float u, Mask partly, Vertex& v);
 
-/// Value (with the cosine at surfaces) and density for `wi` of what scatters there, a BSDF or a phase
-/// function.
-TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& v, Vec3 wi, Mask active) {
-  BsdfEval result = eval_bsdf(v.at, v.wo, wi, and_not(active, v.in_medium));
+/// Value (with the cosine at surfaces) and density for `wi`, given `wo`, of what scatters there, a BSDF or a
+/// phase function; by default for paths that go on.
+TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& v, Vec3 wo, Vec3 wi,
+                                        Mask active, Transport transport = Transport::kRadiance) {
+  BsdfEval result = eval_bsdf(v.at, wo, wi, and_not(active, v.in_medium), transport);
   const Mask in_medium = active & v.in_medium;
   if (none(in_medium)) return result;
-  const Float phase = phase_value(scene.media, v.medium, v.wo, wi, in_medium);
+  const Float phase = phase_value(scene.media, v.medium, wo, wi, in_medium);
   result.f_cos = select(in_medium, Spectrum(phase), result.f_cos);
   result.pdf = select(in_medium, phase, result.pdf);
   return result;
 }
+TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& v, Vec3 wi, Mask active) {
+  return eval_scattering(scene, v, v.wo, wi, active);
+}
 
 /// A direction in which the path goes on.
 TESSERA_INLINE BsdfSample sample_scattering(const SceneTables& scene, const Vertex& v, Float u_lobe, Vec2 u,
-                                            Mask active) {
+                                            Mask active, Transport transport = Transport::kRadiance) {
   Mask hit = active;
   if (scene.volumetric) {
     hit = and_not(active, v.in_medium);
     // Light that passes has been let through before; a sheet reflects what is left: 0 chooses that lobe.
     u_lobe = select((v.at.flags & kPassesStraight) != 0, Float(0.0f), u_lobe);
   }
-  BsdfSample result = sample_bsdf(v.at, v.wo, u_lobe, u, hit);
+  BsdfSample result = sample_bsdf(v.at, v.wo, u_lobe, u, hit, transport);
   if (none(v.in_medium)) return result;
   const PhaseSample phase = sample_phase(scene.media, v.medium, v.wo, u, v.in_medium);
   result.wi = select(v.in_medium, phase.wi, result.wi);
@@ -78,6 +82,11 @@ TESSERA_INLINE Receiver receiver_at(const SceneTables& scene, const Vertex& v) {
   const Vec3 n = face_forward(v.at.frame.z, v.wo);
   return {v.surface.p,
           {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
+}
+
+/// |cos| between `w` and the true surface; 1 in media.
+TESSERA_INLINE Float cosine_at(const Vertex& v, Vec3 w) {
+  return select(v.in_medium, 1.0f, abs(dot(w, v.surface.ng)));
 }
 
 /// A ray from the vertex, offset to the side that `w` points to, up to `target`; what it carries is left

@@ -37,15 +37,15 @@ Emission AreaLight::emit(const LightTable& table, Int light, Vec2 u_place, Vec2 
     radiance = radiance * emission_texture(table, light, at.point, at.barycentric, active);
   const Float flux = select(two_sided, Float(2 * kPi), Float(kPi)) / at.density;
   const Float error = ray_end_error(at.point, at.point, at.extent, Float(0.0f));
-  return {at.point, normal * error, direction, radiance * flux, active & is_finite(flux)};
+  return {at.point, normal * error, direction, radiance * flux, active & is_finite(flux), normal};
 }
 
-EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
-                                            Vec3 direction, Mask active) const {
+EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
+                                            Vec3, Mask active) const {
   const LightLanes lanes{table, light, active};
   const Mask two_sided = lanes.field(&LightRecord::two_sided) != 0;
-  const Float cosine = abs(dot(normal, direction)) * select(two_sided, Float(kInv2Pi), Float(kInvPi));
-  return {density_at(lanes, point), select_or_zero(lanes.shines_towards(normal, direction), cosine)};
+  const Float density = abs(cosine) * select(two_sided, Float(kInv2Pi), Float(kInvPi));
+  return {density_at(lanes, point), select_or_zero(active & ((cosine > 0.0f) | two_sided), density)};
 }
 
 double AreaLight::power(const LightTable&, const LightRecord& light) const {

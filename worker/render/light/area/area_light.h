@@ -23,7 +23,7 @@ class AreaLight : public LightModel {
   Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
             Mask active) const override;
   Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active) const final;
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Vec3 normal,
+  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
                                    Vec3 direction, Mask active) const final;
   double power(const LightTable& table, const LightRecord& light) const final;
   LightBounds bounds(const LightTable& table, const LightRecord& light) const final;

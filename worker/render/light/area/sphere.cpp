@@ -51,6 +51,7 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
   const Float cos_light = max(half_chord, sqrt(0.5f * c.radius * error)) / c.radius;
   s.distance = shortened(distance, error, cos_light);
+  s.cosine = half_chord / c.radius;
   s.radiance = lanes.radiance();
   s.pdf = cone_pdf(c.one_minus_cos_max);
   // Outside is the front, unless the shape is flipped.

@@ -1,0 +1,183 @@
+// Weights of bidirectional paths, kept along subpaths, against their definition: the density of one way over
+// the sum of all, each squared, along random paths.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "render/integrator/vertex/light_end.h"
+#include "render/integrator/vertex/partial_weights.h"
+#include "support/kernel/random_lanes.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+/// A point of a path: 0 is on the light, the last the lens.
+struct Point {
+  Float to_light, to_eye;      // cosines
+  Float from_light, from_eye;  // densities by solid angle of going on, from that side
+  Float length_squared;        // of the edge towards the eye
+  bool specular = false;
+};
+
+struct RandomPath {
+  std::vector<Point> points;
+  Float sampled, emitted_place, emitted_direction;  // by solid angle, by area, by solid angle
+  Float camera;                                     // density by area of the vertex next to the lens
+  Float camera_samples;
+  bool delta_light;
+
+  RandomPath(int edges, unsigned seed, bool delta) : points(static_cast<std::size_t>(edges) + 1) {
+    RandomLanes random(seed);
+    for (Point& p : points) {
+      p = {random(0.1f), random(0.1f), random(0.1f, 3), random(0.1f, 3), random(0.2f, 4)};
+    }
+    sampled = random(0.1f, 5);
+    emitted_place = random(0.05f, 2);
+    emitted_direction = random(0.1f);
+    camera = random(0.5f, 50);
+    camera_samples = random(1, 40);
+    delta_light = delta;
+  }
+  const Point& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
+  int edges() const { return static_cast<int>(points.size()) - 1; }
+  Float light_cosine() const { return delta_light ? Float(1.0f) : points[0].to_eye; }
+
+  /// The end on the light as the product has it. `sampled` is of delta lights the probability of the light.
+  LightEnd end() const {
+    const Float cosine = light_cosine();
+    return {delta_light ? sampled * points[0].length_squared : sampled * cosine,
+            emitted_place * emitted_direction, delta_light ? Float(0.0f) : cosine};
+  }
+
+  /// Density of the way with `s` vertices from the light, by the book.
+  std::array<double, kWidth> density(int s) const {
+    std::array<double, kWidth> result;
+    const int k = edges();
+    for (int l = 0; l < kWidth; ++l) {
+      const auto at = [&](const Float& x) { return static_cast<double>(x.lane(l)); };
+      double p = 1;
+      if (s == 0) {
+        p *= delta_light ? 0 : at((*this)[0].to_eye) / at((*this)[0].length_squared);
+        if (!(*this)[1].specular) p *= at((*this)[1].from_eye);
+      } else if (s == 1) {
+        p *= delta_light ? at(sampled) : at(sampled) * at((*this)[0].to_eye) / at((*this)[0].length_squared);
+      } else {
+        p *= at(emitted_place) * at(emitted_direction) * at((*this)[1].to_light) /
+             at((*this)[0].length_squared);
+        for (int i = 2; i < s; ++i) {
+          if (!(*this)[i - 1].specular) p *= at((*this)[i - 1].from_light);
+          p *= at((*this)[i].to_light) / at((*this)[i - 1].length_squared);
+        }
+      }
+      if (s == k) {
+        p *= at(camera_samples);
+      } else {
+        p *= at(camera);
+        for (int i = k - 2; i >= std::max(s, 1); --i) {
+          if (!(*this)[i + 1].specular) p *= at((*this)[i + 1].from_eye);
+          p *= at((*this)[i].to_eye) / at((*this)[i].length_squared);
+        }
+      }
+      const bool joins = s > 0;
+      if (joins && ((*this)[s - 1].specular || (s < k && (*this)[s].specular))) p = 0;
+      result[static_cast<std::size_t>(l)] = p;
+    }
+    return result;
+  }
+
+  /// Sums at vertex i of the subpath from the light.
+  PartialWeights from_light(int i) const {
+    PartialWeights sums = end().first_vertex((*this)[1].to_light);
+    for (int v = 1; v < i; ++v) {
+      const Point& p = (*this)[v];
+      sums = sums.scattered(p.to_eye, p.from_light, p.from_eye, Float(0.0f),
+                            p.specular ? Mask::all() : Mask::none());
+      sums.arrive(p.length_squared, (*this)[v + 1].to_light);
+    }
+    return sums;
+  }
+  /// The same from the eye; `left` before it arrives there.
+  PartialWeights from_eye(int i, bool left = false) const {
+    PartialWeights sums{power(camera_samples / camera), Float(0.0f)};
+    for (int v = edges() - 1; v > i; --v) {
+      const Point& p = (*this)[v];
+      sums = sums.scattered(p.to_light, p.from_eye, p.from_light, Float(0.0f),
+                            p.specular ? Mask::all() : Mask::none());
+      if (!left || v - 1 > i) sums.arrive((*this)[v - 1].length_squared, (*this)[v - 1].to_eye);
+    }
+    return sums;
+  }
+
+  /// The weight of the way with `s` vertices from the light, as the product computes it.
+  Float weight(int s) const {
+    const int k = edges();
+    if (s == 0) return end().hit_weight(from_eye(0, true));
+    if (s == 1) {
+      const Point& z = (*this)[1];
+      return end().sampling_weight(from_eye(1), z.to_light, z.from_eye, z.from_light, Float(0.0f));
+    }
+    const Point& y = (*this)[s - 1];
+    if (s == k) {
+      return weight_of_way(from_light(s - 1).ways(camera / camera_samples, y.from_eye, Float(0.0f)),
+                           Float(0.0f));
+    }
+    const Point& z = (*this)[s];
+    const Float inverse_square = 1.0f / y.length_squared;
+    return weight_of_way(
+        from_light(s - 1).ways(z.from_eye * y.to_eye * inverse_square, y.from_eye, Float(0.0f)),
+        from_eye(s).ways(y.from_light * z.to_light * inverse_square, z.from_light, Float(0.0f)));
+  }
+};
+
+/// Every way's weight within 1e-4, and their sum: some hundred roundings of 6e-8 each on a path.
+void expect_definition(const RandomPath& path) {
+  std::array<double, kWidth> all{}, sum{};
+  for (int s = 0; s <= path.edges(); ++s) {
+    const auto p = path.density(s);
+    for (std::size_t l = 0; l < all.size(); ++l) all[l] += p[l] * p[l];
+  }
+  int possible = 0;
+  for (int s = 0; s <= path.edges(); ++s) {
+    const auto p = path.density(s);
+    if (p[0] == 0) continue;
+    ++possible;
+    const Float weight = path.weight(s);
+    for (std::size_t l = 0; l < all.size(); ++l) {
+      const double w = static_cast<double>(weight.lane(static_cast<int>(l)));
+      EXPECT_NEAR(w, p[l] * p[l] / all[l], 1e-4) << "s = " << s << " of " << path.edges() << " edges";
+      sum[l] += w;
+    }
+  }
+  ASSERT_GT(possible, 0);
+  for (const double total : sum) EXPECT_NEAR(total, 1, 1e-4);
+}
+
+TEST(PartialWeights, AreTheSquaredDensityOverTheSumOfAll) {
+  for (int edges = 2; edges <= 9; ++edges) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      for (const bool delta : {false, true})
+        expect_definition(RandomPath(edges, 100 * static_cast<unsigned>(edges) + seed, delta));
+    }
+  }
+}
+
+TEST(PartialWeights, JoinNothingToMirrors) {
+  for (int edges = 3; edges <= 8; ++edges) {
+    for (int mirror = 1; mirror < edges; ++mirror) {
+      for (const bool delta : {false, true}) {
+        RandomPath path(edges, static_cast<unsigned>(edges * 10 + mirror), delta);
+        path.points[static_cast<std::size_t>(mirror)].specular = true;
+        expect_definition(path);
+        // Between two of them and a delta light there is no way at all.
+        if (!delta && mirror + 2 < edges) {
+          path.points[static_cast<std::size_t>(mirror) + 2].specular = true;
+          expect_definition(path);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,119 @@
+#include "render/integrator/bdpt/bidirectional.h"
+
+#include "render/camera/camera.h"
+#include "render/integrator/vcm/merging.h"
+#include "render/integrator/vertex/dimensions.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+Bidirectional::Bidirectional(const IntegratorContext& context, StrategyFilter filter,
+                             std::unique_ptr<Merging> merging)
+    : scene_(context.scene),
+      rays_(context.rays),
+      seed_(context.seed),
+      stats_(context.stats),
+      filter_(filter),
+      batch_(context),
+      lights_(context, filter),
+      merging_(std::move(merging)),
+      transit_(context) {}
+
+Bidirectional::~Bidirectional() = default;
+
+bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop) {
+  const std::uint32_t pass = work.pass();
+  if (merging_) {
+    // All photons of a pass are caught, and joined to the camera, before any of them is looked for.
+    merging_->begin(pass);
+    lights_.merge(merging_->photons_a_join());
+    if (!trace_lights(pass, {}, film, stop)) return false;
+    merging_->end();
+  }
+  while (batch_.start(work, frontier_.paths, kSubpaths)) {
+    if (stop.stop_requested()) return false;
+    lights_.trace(batch_.keys(), batch_.size(), {.keep = true, .film = merging_ ? nullptr : &film});
+    frontier_.begin(batch_.size());
+    for (int depth = 0; frontier_.size() > 0; ++depth) advance(depth);
+    batch_.finish(film, scene_.max_depth > 0);
+  }
+  return merging_ != nullptr || !sees_points(scene_.camera) || trace_lights(pass, film.rect(), film, stop);
+}
+
+bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& film, std::stop_token stop) {
+  const auto width = static_cast<std::uint32_t>(scene_.camera.width),
+             height = static_cast<std::uint32_t>(scene_.camera.height);
+  const UInt reversed = reverse_bits(UInt(pass));
+  alignas(64) std::uint32_t x[kSubpaths], y[kSubpaths];
+  int count = 0;
+  std::uint32_t batch = 0;
+  const auto trace = [&] {
+    for (int slot = 0; slot < count; slot += kWidth) {
+      Sampler::pixel_hash(seed_, UInt::load(x + slot), UInt::load(y + slot))
+          .store(other_keys_.pixel_hash + slot);
+      reversed.store(other_keys_.reversed_sample + slot);
+    }
+    const bool caught = merging_ && merging_->wants_batch(batch++);
+    lights_.trace(other_keys_, count, {.film = &film, .sink = caught ? merging_.get() : nullptr});
+    count = 0;
+  };
+  for (std::uint32_t py = 0; py < height; ++py) {
+    const bool row_inside = py >= but.y0 && py < but.y1;
+    for (std::uint32_t px = 0; px < width; ++px) {
+      if (row_inside && px >= but.x0 && px < but.x1) continue;
+      x[count] = px;
+      y[count] = py;
+      if (++count < kSubpaths) continue;
+      if (stop.stop_requested()) return false;
+      trace();
+    }
+  }
+  if (count > 0) trace();
+  return true;
+}
+
+void Bidirectional::advance(int depth) {
+  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(frontier_.size());
+  intersect(depth);
+  if (scene_.volumetric) {
+    const StageTimer timer(stats_.times, Stage::kTransit);
+    transit_.move(frontier_.paths, frontier_.hits, frontier_.size(), depth,
+                  {batch_.keys(), dimension::kFlight, 0}, filter_.all() ? &batch_ : nullptr);
+  }
+  shade(depth);
+  trace_joins(depth);
+}
+
+void Bidirectional::intersect(int depth) {
+  const StageTimer timer(stats_.times, Stage::kIntersection);
+  const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
+  const PathState& paths = frontier_.paths;
+  rays_.nearest(arrays_of(paths.origin, paths.direction, scene_.any_motion ? paths.time : nullptr),
+                frontier_.size(), coherent, frontier_.hits.arrays());
+  if (depth == 0) clip_far(scene_, paths, frontier_.size(), frontier_.hits);
+}
+
+void Bidirectional::shade(int depth) {
+  shading_.emplace(stats_.times, Stage::kShading);
+  for (int k = 0; k < kPackets; ++k) {
+    if (any(frontier_.lanes(k))) shade_packet(k, depth);
+  }
+  frontier_.end_step();
+  shading_.reset();
+}
+
+void Bidirectional::trace_joins(int depth) {
+  const StageTimer timer(stats_.times, Stage::kShadow);
+  if (scene_.volumetric) {
+    transit_.march(joins_, join_hits_, depth, [&](const WideConnection& ray, Mask arrived) {
+      batch_.add_each(ray.contribution, ray.slot, arrived);
+    });
+    return;
+  }
+  rays_.occluded(arrays_of(joins_.origin, joins_.direction, scene_.any_motion ? joins_.time : nullptr),
+                 joins_.size, joins_.distance);
+  stats_.shadow_rays += static_cast<std::uint64_t>(joins_.size);
+  batch_.add_contributions(joins_);
+  joins_.size = 0;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

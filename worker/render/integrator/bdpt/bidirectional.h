@@ -1,0 +1,83 @@
+// Bidirectional path tracing: a subpath from the eye and one from a light for each sample, and every vertex
+// of the one joined to every vertex of the other, all weighed against each other [Lafortune & Willems 1993;
+// Veach & Guibas 1994].
+//
+// A way to make a path is (s, t): s of its vertices are from the light, t from the eye, the camera's among
+// them. t = 1 lands anywhere on the film, so work is done in passes; s = 0 is a path that hits a light by
+// itself, s = 1 is light sampling. A batch of samples advances as a wavefront: first all subpaths from
+// lights, event by event, then those from the eye, whose every vertex is joined to what is kept of the
+// light's in its lane.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "render/integrator/bdpt/frontier.h"
+#include "render/integrator/bdpt/light_subpaths.h"
+#include "render/integrator/bdpt/strategy.h"
+#include "render/integrator/integrator.h"
+#include "render/integrator/sample_batch.h"
+#include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/transit.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+class Merging;
+
+class Bidirectional final : public Integrator {
+ public:
+  /// With `merging`, vertices are merged as well: vertex connection and merging.
+  explicit Bidirectional(const IntegratorContext& context, StrategyFilter filter = {},
+                         std::unique_ptr<Merging> merging = nullptr);
+  ~Bidirectional() override;
+
+  bool render(SampleSource& work, Film& film, std::stop_token stop) override;
+
+ private:
+  struct Event;
+  /// Traces subpaths from the lights of all the film's pixels but these: they may land anywhere.
+  bool trace_lights(std::uint32_t pass, const FilmRect& but, Film& film, std::stop_token stop);
+  void advance(int depth);
+  void intersect(int depth);
+  void shade(int depth);
+  void shade_packet(int packet, int depth);
+
+  // The steps of shade(), for 16 paths.
+  void add_environment(const Event& e, Mask missed);
+  void add_emission(const Event& e, Mask hit);
+  void arrive(Event& e, Mask hit) const;
+  void sample_one_light(const Event& e, Mask wanted);
+  void join_to_light_subpaths(const Event& e, Mask wanted);
+  void join(const Event& e, const LightVertex& y, int event, Mask wanted);
+  void merge(const Event& e, Mask wanted);
+  void scatter(const Event& e, Mask hit);
+  /// Density, by solid angle, with which a path from the light that comes `from` there would go back along
+  /// this one.
+  Float back_density(const Event& e, Vec3 from, Mask active) const;
+  /// `weight()`, or 1 where one strategy counts alone.
+  template <class Weight>
+  Float weight_unless_alone(Weight&& weight) const {
+    return filter_.all() ? weight() : Float(1.0f);
+  }
+  void queue(const Event& e, WideConnection ray, std::uint32_t salt, Mask shines);
+  void trace_joins(int depth);
+
+  const SceneTables& scene_;
+  const RayQuery& rays_;
+  const std::uint64_t seed_;  // of the sampler
+  RenderStats& stats_;
+  const StrategyFilter filter_;
+  SampleBatch batch_;
+  LightSubpaths lights_;
+  const std::unique_ptr<Merging> merging_;  // may be none
+  Frontier frontier_;
+  WeightState weights_;
+  ConnectionQueue joins_;  // to lights and to vertices of the other subpath
+  Transit transit_;        // volumetric scenes only, like the next
+  HitState join_hits_;
+  SampleKeys other_keys_;
+  std::optional<StageTimer> shading_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,87 @@
+#include "render/integrator/vertex/camera_joins.h"
+
+#include "render/film/summable.h"
+#include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/light_start.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Lanes whose place on the film is seen by a pixel of the rectangle.
+Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
+  const float rx = scene.filter.x.radius, ry = scene.filter.y.radius;
+  return (film.x > static_cast<float>(rect.x0) - rx) & (film.x < static_cast<float>(rect.x1) + rx) &
+         (film.y > static_cast<float>(rect.y0) - ry) & (film.y < static_cast<float>(rect.y1) + ry);
+}
+
+}  // namespace
+
+CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+                       const FilmRect& rect, Mask wanted) {
+  CameraJoin join;
+  join.eye = connect_to_camera(scene.camera, v.surface.p, u_lens, v.time, wanted);
+  join.seen = wanted & join.eye.valid & lands(scene, join.eye.film, rect);
+  if (none(join.seen)) return join;
+  const Vec3 to_eye = join.eye.lens - v.surface.p;
+  const Float distance = length(to_eye);
+  join.w = to_eye * (1.0f / max(distance, 1e-30f));
+  // Radiance towards the eye of light that comes from where the path comes from; the cosine at the light's
+  // side is the shading normal's, so the geometric one takes its place.
+  join.back = eval_scattering(scene, v, join.w, v.wo, join.seen);
+  const Float geometry =
+      join.eye.importance * abs(dot(join.w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
+  join.value = beta * join.back.f_cos * (select(v.in_medium, join.eye.importance, geometry) * scene.exposure);
+  return join;
+}
+
+void CameraJoins::add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines) {
+  shines = and_not(shines, is_black(join.value));
+  for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(join.value.c[c]);
+  WideConnection ray = connect(scene_, v, join.w, join.eye.lens, shines);
+  // Things before the near plane are not seen, and block nothing.
+  const float near_clip = scene_.camera.near_clip;
+  if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(join.eye.depth, 1e-30f));
+  ray.contribution = join.value;
+  ray.key = bit_cast<std::int32_t>(key);
+  const int at = connections_.size;
+  compress_store(join.eye.film.x, shines, film_x_ + at);
+  compress_store(join.eye.film.y, shines, film_y_ + at);
+  connections_.size += append(scene_, ray, shines, connections_, at);
+  for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
+}
+
+void CameraJoins::trace(Film& film) {
+  const StageTimer timer(stats_.times, Stage::kShadow);
+  splats_.clear();
+  if (scene_.volumetric) {
+    transit_.march(connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
+      for (std::uint32_t bits = arrived.bits(); bits != 0; bits &= bits - 1) {
+        const int lane = __builtin_ctz(bits);
+        float light[kSpectrumLanes];
+        for (int c = 0; c < kSpectrumLanes; ++c) light[c] = ray.contribution.c[c].lane(lane);
+        splat(ray.slot.lane(lane), light);
+      }
+    });
+  } else {
+    const float* const times = scene_.any_motion ? connections_.time : nullptr;
+    rays_.occluded(arrays_of(connections_.origin, connections_.direction, times), connections_.size,
+                   connections_.distance);
+    stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
+    for (int i = 0; i < connections_.size; ++i) {
+      if (connections_.distance[i] < 0) continue;
+      float light[kSpectrumLanes];
+      for (int c = 0; c < kSpectrumLanes; ++c) light[c] = connections_.contribution.c[c][i];
+      splat(i, light);
+    }
+    connections_.size = 0;
+  }
+  film.splat(splats_);
+}
+
+void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes]) {
+  const auto band = [&](int number) { return band_mean(number, [&](int lane) { return light[lane]; }); };
+  splats_.push_back({film_x_[place], film_y_[place], {band(0), band(1), band(2)}});
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,50 @@
+// Vertices of paths from lights joined to the camera: light that lands anywhere on the film.
+#pragma once
+
+#include <vector>
+
+#include "render/camera/camera.h"
+#include "render/integrator/integrator.h"
+#include "render/integrator/vertex/transit.h"
+#include "render/integrator/vertex/vertex.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Sixteen vertices and the camera.
+struct CameraJoin {
+  CameraConnection eye;
+  Vec3 w;          // unit, towards the lens
+  BsdfEval back;   // of what scatters there: value, and density of going back to the light
+  Spectrum value;  // of the splat, were nothing in between
+  Mask seen;       // from the rectangle's pixels
+};
+
+/// `beta` is what the path carries to the vertex.
+CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+                       const FilmRect& rect, Mask wanted);
+
+/// Joins that wait to be traced.
+class CameraJoins {
+ public:
+  explicit CameraJoins(const IntegratorContext& context)
+      : scene_(context.scene), rays_(context.rays), stats_(context.stats), transit_(context) {}
+
+  /// As many as a batch has paths, before they are traced. `key` is that of random numbers on the way, in
+  /// volumetric scenes.
+  void add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines);
+  void trace(Film& film);
+
+ private:
+  void splat(int place, const float (&light)[kSpectrumLanes]);
+
+  const SceneTables& scene_;
+  const RayQuery& rays_;
+  RenderStats& stats_;
+  ConnectionQueue connections_;               // in slots that are places of the next
+  alignas(64) Lanes<float> film_x_, film_y_;  // where they land
+  Transit transit_;                           // volumetric scenes only, like the next
+  HitState hits_;
+  std::vector<Splat> splats_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA

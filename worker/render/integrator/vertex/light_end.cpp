@@ -1,0 +1,48 @@
+#include "render/integrator/vertex/light_end.h"
+
+#include "render/light/emission.h"
+#include "render/light/light_access.h"
+#include "render/light/selection/pick.h"
+#include "render/sampling/discrete.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Lanes whose light is one of those that only light sampling and emission find; and of these, where it has
+/// a place.
+struct DeltaLights {
+  Mask delta = Mask::none(), at_a_point = Mask::none();
+
+  DeltaLights(const LightTable& table, Int light, Mask active) {
+    for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
+      const LightTraits& traits = light_model(static_cast<LightKind>(kind)).traits;
+      if (!traits.delta) return;
+      delta |= lanes;
+      if (!traits.at_infinity) at_a_point |= lanes;
+    });
+  }
+};
+
+}  // namespace
+
+LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Float cosine, Vec3 direction,
+                   Float distance_squared, Mask active) {
+  const EmissionDensity emission = emission_density(table, light, point, cosine, direction, active);
+  const DeltaLights lights(table, light, active);
+  LightEnd end;
+  end.emitted = discrete_pmf(table.selection, light, active) * emission.place * emission.direction;
+  end.sampled = pdf * abs(cosine) * select(lights.at_a_point, distance_squared, 1.0f);
+  end.hit = select_or_zero(~lights.delta, abs(cosine));
+  return end;
+}
+
+Float sampling_density(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
+                       Vec3 normal, Mask active) {
+  const DeltaLights lights(table, light, active);
+  const Mask spread = and_not(active, lights.delta);
+  const Float pdf = light_pdf(table, light, from, wi, point, normal, spread);
+  return select(lights.delta, 1.0f, pdf) * pick_pmf(table, light, from, active);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,58 @@
+// Veach's weights of multiple importance sampling for paths of two ends, in closed form a vertex.
+//
+// A path of k edges can be made in many ways: so many of its vertices from the light, the rest from the eye.
+// The weight of one way is its density over the sum of all densities, each squared (power heuristic)
+// [Veach 1997, section 10.2]. Relative to the way at hand, the ways with a vertex less on one side form a
+// chain of ratios, and its sum can be kept along the subpath: what is missing at its end is only how the
+// other side would sample its last two vertices [Georgiev 2012; van Antwerpen 2011].
+//
+// Densities are nominal: what every way has in common (transmittance of media, Russian roulette, choices of
+// delta lobes) is left out everywhere. Weights still add up to one on every path, so nothing is biased.
+#pragma once
+
+#include "render/core/wide.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// A ratio of densities as the power heuristic counts it.
+TESSERA_INLINE Float power(Float ratio) { return sqr(ratio); }
+
+/// Sums over the ways to make a subpath with less of it sampled from its own side. In the words of
+/// [Georgiev 2012] d^VCM and d^VC.
+struct PartialWeights {
+  Float last;  // for a join of the vertex with the one before it, without the density of the vertex itself
+  Float rest;  // for all joins further back, without that and that of the vertex before
+
+  /// The subpath has met its next vertex, this far away and under this cosine with its surface (1 in media).
+  TESSERA_INLINE void arrive(Float distance_squared, Float cosine) {
+    const Float slope = power(1.0f / max(cosine, 1e-9f));
+    last *= power(distance_squared) * slope;
+    rest *= slope;
+  }
+
+  /// Sum over these ways, where the other side would sample the vertex with `density` by area (by volume in
+  /// media), and go back from it along the subpath with `back` by solid angle. `merged` is what merging with
+  /// the vertex adds: the power of how many photons it would meet (photon_map/), 0 where there are none.
+  TESSERA_INLINE Float ways(Float density, Float back, Float merged) const {
+    return power(density) * (fma(power(back), rest, last) + merged);
+  }
+
+  /// The subpath goes on from the vertex in a direction that has this cosine with its surface (1 in media),
+  /// chosen with `forward` by solid angle; the other side, coming from there, would go `back`. Perfect
+  /// mirrors and glass are chosen alike from both sides, and nothing is joined to them.
+  TESSERA_INLINE PartialWeights scattered(Float cosine, Float forward, Float back, Float merged,
+                                          Mask specular) const {
+    const Float inverse = power(1.0f / select(specular, 1.0f, max(forward, 1e-30f)));
+    const Float before = select(specular, rest, fma(power(back), rest, last) + merged);
+    return {select_or_zero(~specular, inverse), power(cosine) * inverse * before};
+  }
+};
+
+/// The weight of a way, given the sums over the ways with fewer vertices from the light and from the eye.
+TESSERA_INLINE Float weight_of_way(Float from_light, Float from_eye) {
+  const Float sum = 1.0f + from_light + from_eye;
+  // What overflows, or is none any more, is next to impossible here and likely elsewhere.
+  return select_or_zero(is_finite(sum), 1.0f / sum);
+}
+
+}  // namespace tessera::render::TESSERA_ISA
