@@ -2,8 +2,7 @@
 #pragma once
 
 #include "render/integrator/irradiance_cache/hemisphere.h"
-#include "render/integrator/irradiance_cache/record.h"
-#include "render/integrator/path/wavefront.h"
+#include "render/integrator/irradiance_cache/irradiance_cache.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -16,15 +15,15 @@ struct RecordPlace {
   std::uint32_t key;  // of its random numbers
 };
 
-class Gather final : private Wavefront {
+class Gather final : private IrradianceCached {
  public:
-  explicit Gather(const IntegratorContext& context)
-      : Wavefront(context), hemisphere_(context.scene.irradiance_cache.samples) {}
+  /// Paths end at records that are `given`, if any are.
+  Gather(const IntegratorContext& context, const IrradianceCache* given);
 
   IrradianceRecord make_record(const RecordPlace& place);
 
  private:
-  /// Takes the distance of what the first segments met; ends nothing.
+  /// Takes the distance of what the first segments met, too.
   Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override;
   void trace_cells(const RecordPlace& place, int first, int n);
 

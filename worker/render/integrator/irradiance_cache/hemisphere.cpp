@@ -91,11 +91,14 @@ void Hemisphere::add_cell(int ring, int sector, Estimate& sum) const {
 
 Hemisphere::Estimate Hemisphere::estimate() const {
   Estimate sum{};
+  sum.nearest = std::numeric_limits<double>::infinity();
   double inverse_distances = 0;
   for (int ring = 0; ring < rings_; ++ring) {
     for (int sector = 0; sector < sectors_; ++sector) {
       add_cell(ring, sector, sum);
-      inverse_distances += 1 / double{distance_[at(ring, sector)]};
+      const double distance = double{distance_[at(ring, sector)]};
+      inverse_distances += 1 / distance;
+      sum.nearest = std::min(sum.nearest, distance);
     }
   }
   sum.mean_distance =

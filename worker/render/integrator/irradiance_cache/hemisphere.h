@@ -27,6 +27,7 @@ class Hemisphere {
     double rotation[kBands][2];     // about the axes x and y
     double translation[kBands][2];  // along them
     double mean_distance;           // harmonic
+    double nearest;
   };
   Estimate estimate() const;
 

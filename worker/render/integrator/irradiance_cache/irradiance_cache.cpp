@@ -19,7 +19,7 @@ Mask IrradianceCached::settle(WidePath& path, const Vertex& v, Float, Mask hit, 
   const Mask wanted = is_cacheable(scene_, v, hit, depth);
   if (none(wanted)) return wanted;
   const Vec3 n = cached_normal(v);
-  if (scene_.irradiance_cache.view) {
+  if (shown_) {
     const Mask shown = cache_->at_record(v.surface.p, wanted);
     const Spectrum red = spectrum_of({1.0f, 0.0f, 0.0f});
     batch_.add_radiance(red, path.slot, shown);

@@ -15,16 +15,23 @@ Mask is_cacheable(const SceneTables& scene, const Vertex& v, Mask hit, int depth
 /// The normal of the hemisphere that lights the vertex.
 TESSERA_INLINE Vec3 cached_normal(const Vertex& v) { return face_forward(v.at.frame.z, v.wo); }
 
-class IrradianceCached final : public Wavefront {
+class IrradianceCached : public Wavefront {
  public:
   /// Without a cache in the context, it is path tracing.
   explicit IrradianceCached(const IntegratorContext& context)
-      : Wavefront(context), cache_(static_cast<const IrradianceCache*>(context.prepared)) {}
+      : IrradianceCached(context, static_cast<const IrradianceCache*>(context.prepared),
+                         context.scene.irradiance_cache.view) {}
 
- private:
+ protected:
+  /// `cache` may be null; its records are marked in the picture, if they are `shown`.
+  IrradianceCached(const IntegratorContext& context, const IrradianceCache* cache, bool shown)
+      : Wavefront(context), cache_(cache), shown_(shown) {}
+
   Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override;
 
+ private:
   const IrradianceCache* const cache_;
+  const bool shown_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,7 +1,7 @@
 #include "render/integrator/irradiance_cache/phase.h"
 
+#include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -52,15 +52,20 @@ class PixelsOfPart final : public SampleSource {
 class Recorder final : private Wavefront {
  public:
   Recorder(const IntegratorContext& context, const IrradianceCache* given)
-      : Wavefront(context), given_(given), gather_(context) {}
+      : Wavefront(context), given_(given), gather_(context, given) {}
 
   bool look_at(SampleSource& pixels, std::stop_token stop) {
-    stop_ = std::move(stop);
-    while (batch_.start(pixels, paths_) && !stop_.stop_requested()) {
+    while (batch_.start(pixels, paths_) && !stop.stop_requested()) {
       std::fill_n(travelled_, kPadded, 0.0f);
       trace(0, batch_.size());
+      const std::size_t known = records_.size();
+      for (const RecordPlace& place : bare_) {
+        if (stop.stop_requested()) return false;
+        if (!is_reached(place, known)) records_.push_back(gather_.make_record(place));
+      }
+      bare_.clear();
     }
-    return !stop_.stop_requested();
+    return !stop.stop_requested();
   }
   const std::vector<IrradianceRecord>& records() const { return records_; }
 
@@ -70,34 +75,42 @@ class Recorder final : private Wavefront {
     scatter(way, travelled_, path.slot, hit);
     const Mask wanted = is_cacheable(scene_, v, hit, depth);
     if (none(wanted)) return wanted;
-    const float error = kOverlap * scene_.irradiance_cache.error;
     const Vec3 n = cached_normal(v);
     Mask bare = wanted;
-    if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error, bare));
+    if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error_, bare));
     for (const IrradianceRecord& record : records_) {
       if (none(bare)) break;
-      bare = and_not(bare, split_sphere_error(record, v.surface.p, n) < error);
+      bare = and_not(bare, split_sphere_error(record, v.surface.p, n) < error_);
     }
     const Float pixel = pixel_width(scene_.camera, way);
     const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(depth)));
-    while (any(bare) && !stop_.stop_requested()) {
-      const int lane = __builtin_ctz(bare.bits());
-      const Vec3 &p = v.surface.p, &ng = v.surface.ng;
-      records_.push_back(gather_.make_record({.p = {p.x.lane(lane), p.y.lane(lane), p.z.lane(lane)},
-                                              .ng = {ng.x.lane(lane), ng.y.lane(lane), ng.z.lane(lane)},
-                                              .error = v.surface.error.lane(lane),
-                                              .n = {n.x.lane(lane), n.y.lane(lane), n.z.lane(lane)},
-                                              .pixel = pixel.lane(lane),
-                                              .key = key.lane(lane)}));
-      bare = and_not(bare, Mask::from_bits(1u << lane) | (split_sphere_error(records_.back(), p, n) < error));
+    const Vec3 &p = v.surface.p, &ng = v.surface.ng;
+    for (std::uint32_t bits = bare.bits(); bits != 0; bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits);
+      bare_.push_back({.p = {p.x.lane(lane), p.y.lane(lane), p.z.lane(lane)},
+                       .ng = {ng.x.lane(lane), ng.y.lane(lane), ng.z.lane(lane)},
+                       .error = v.surface.error.lane(lane),
+                       .n = {n.x.lane(lane), n.y.lane(lane), n.z.lane(lane)},
+                       .pixel = pixel.lane(lane),
+                       .key = key.lane(lane)});
     }
     return wanted;
   }
 
+  /// Whether one of the records from `first` on reaches the place.
+  bool is_reached(const RecordPlace& place, std::size_t first) const {
+    const Vec3 p{Float(place.p[0]), Float(place.p[1]), Float(place.p[2])},
+        n{Float(place.n[0]), Float(place.n[1]), Float(place.n[2])};
+    return std::any_of(
+        records_.begin() + static_cast<std::ptrdiff_t>(first), records_.end(),
+        [&](const IrradianceRecord& record) { return any(split_sphere_error(record, p, n) < error_); });
+  }
+
+  const float error_ = kOverlap * scene_.irradiance_cache.error;
   const IrradianceCache* const given_;  // made before; may be null
   Gather gather_;
-  std::stop_token stop_;
   std::vector<IrradianceRecord> records_;
+  std::vector<RecordPlace> bare_;       // of the batch, which nothing reached when it began
   alignas(64) Lanes<float> travelled_;  // by the path of each sample
 };
 

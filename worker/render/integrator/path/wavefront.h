@@ -21,10 +21,10 @@ class Wavefront : public Integrator {
   /// `max_depth`: scattering events on a path; 0 finds what emits, seen from the eye.
   Wavefront(const IntegratorContext& context, std::int32_t max_depth)
       : scene_(context.scene),
+        stats_(context.stats),
         batch_(context),
         rays_(context.rays),
-        stats_(context.stats),
-        max_depth_(max_depth),
+max_depth_(max_depth),
         transit_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
@@ -37,6 +37,7 @@ class Wavefront : public Integrator {
   void trace(int depth, int n);
 
   const SceneTables& scene_;
+  RenderStats& stats_;
   SampleBatch batch_;
   PathState paths_;
 
@@ -66,7 +67,6 @@ class Wavefront : public Integrator {
   };
 
   const RayQuery& rays_;
-  RenderStats& stats_;
   ShadingTimer shading_timer_{stats_.times};
   const std::int32_t max_depth_;
   int alive_ = 0;
