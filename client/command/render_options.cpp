@@ -83,7 +83,7 @@ void define_cache_options(options::Command& command, CacheWishes& cache) {
   command.group("Irradiance cache");
   command
       .add("--cache-error", cache.error,
-           "largest error of a record where it is used, as Ward estimates it (0.2 unless given)")
+           "largest error of a record where it is used, as Ward estimates it (0.3 unless given)")
       .in_range(wire::kLeastCacheError, wire::kMostCacheError);
   command.add("--cache-samples", cache.samples, "rays of a record (1024 unless given)")
       .in_range(wire::kLeastCacheSamples, wire::kMostCacheSamples);

@@ -19,7 +19,7 @@ Enum or_default(Enum value) {
 
 v1::IrradianceCache resolved(const v1::IrradianceCache& wishes) {
   v1::IrradianceCache cache = wishes;
-  if (!cache.has_error()) cache.set_error(0.2);
+  if (!cache.has_error()) cache.set_error(0.3);
   if (!cache.has_samples()) cache.set_samples(1024);
   if (!cache.has_least_reach()) cache.set_least_reach(3);
   if (!cache.has_most_reach()) cache.set_most_reach(32);

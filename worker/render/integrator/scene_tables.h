@@ -34,7 +34,7 @@ struct SceneArrays {
 
 /// RenderSettings.irradiance_cache
 struct IrradianceCacheSettings {
-  float error = 0.2f;
+  float error = 0.3f;
   std::int32_t samples = 1024;
   float least_reach = 3, most_reach = 32;  // widths of a pixel
   bool view = false;
