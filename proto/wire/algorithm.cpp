@@ -14,6 +14,10 @@ namespace {
 // The second fills what the first, of few points of the picture, has left.
 constexpr std::array kCachePhases{PhaseTraits{.name = "first records", .parts = 64},
                                   PhaseTraits{.name = "records", .parts = 64}};
+// Estimates are quick: the scene's patches take as long, and are made for each.
+constexpr std::array kRadiosityPhases{PhaseTraits{.name = "estimate", .parts = 8},
+                                      PhaseTraits{.name = "links", .parts = 64},
+                                      PhaseTraits{.name = "solution"}};
 
 constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path",
@@ -81,6 +85,15 @@ constexpr std::array kAlgorithms{
         .first_hit_aovs = true,
         .samples_all_light = true,
         .starts_at_lights = true},
+    AlgorithmTraits{.name = "radiosity",
+                    .summary = "all light between patches of diffuse surfaces",
+                    .bias = Bias::kBiased,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true,
+                    .motion = false,
+                    .diffuse_only = true,
+                    .phases = kRadiosityPhases},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -51,6 +51,7 @@ struct AlgorithmTraits {
   bool motion = true;               // shapes may move; where not, they are refused
   bool irradiance_cache = false;    // keeps one: RenderSettings.irradiance_cache is for it
   bool occlusion_distance = false;  // RenderSettings.ambient_occlusion is for it
+  bool diffuse_only = false;        // knows triangles of diffuse matter and nothing else: RadiositySettings
   std::span<const PhaseTraits> phases = {};
 };
 

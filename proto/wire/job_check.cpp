@@ -1,6 +1,7 @@
 #include "wire/job_check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -70,6 +71,22 @@ absl::Status check_irradiance_cache(const v1::Algorithms& asked) {
   return check("most_reach", cache.most_reach(), cache.least_reach(), kMostCacheReach);
 }
 
+absl::Status check_radiosity(const v1::JobSpec& spec) {
+  const v1::Algorithms& algorithms = spec.content().algorithms();
+  if (!find_algorithm(algorithms.integrator())->diffuse_only) return absl::OkStatus();
+  const v1::RadiositySettings& asked = algorithms.radiosity();
+  const auto check = [](const char* name, double value, double most) {
+    if (value > 0 && value <= most) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat("radiosity.", name, " is ", value,
+                                                   "; more than 0, and at most ", most, " was expected"));
+  };
+  if (auto s = check("error_bound", asked.error_bound(), 1); !s.ok()) return s;
+  if (auto s = check("residual", asked.residual(), 1); !s.ok()) return s;
+  if (asked.smallest_area() >= 0 && asked.smallest_area() < INFINITY) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("radiosity.smallest_area is ", asked.smallest_area(), "; 0 or an area was expected"));
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -101,6 +118,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_enums(spec); !s.ok()) return s;
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_irradiance_cache(spec.content().algorithms()); !s.ok()) return s;
+  if (auto s = check_radiosity(spec); !s.ok()) return s;
   return check_noise(spec);
 }
 

@@ -10,6 +10,11 @@ namespace {
 
 constexpr std::uint32_t kDefaultSpp = 16;
 constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
+// Radiosity
+constexpr double kDefaultErrorBound = 0.01;
+constexpr double kDefaultResidual = 1e-4;
+constexpr std::uint64_t kDefaultRadiosityMemory = std::uint64_t{4} << 30;
+constexpr bool kDefaultFinalGather = false;  // measured: docs/decisions/0032-radiosity.md
 
 /// The value, or where it is UNSPECIFIED the default: every enum's first value after that.
 template <class Enum>
@@ -24,6 +29,14 @@ v1::IrradianceCache resolved(const v1::IrradianceCache& wishes) {
   if (!cache.has_least_reach()) cache.set_least_reach(3);
   if (!cache.has_most_reach()) cache.set_most_reach(32);
   return cache;
+}
+
+v1::RadiositySettings resolved(v1::RadiositySettings wishes) {
+  if (wishes.error_bound() == 0) wishes.set_error_bound(kDefaultErrorBound);
+  if (wishes.residual() == 0) wishes.set_residual(kDefaultResidual);
+  if (wishes.memory_limit() == 0) wishes.set_memory_limit(kDefaultRadiosityMemory);
+  if (!wishes.has_final_gather()) wishes.set_final_gather(kDefaultFinalGather);
+  return wishes;
 }
 
 }  // namespace
@@ -41,6 +54,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
     *algorithms.mutable_irradiance_cache() = resolved(wishes.irradiance_cache());
   if (algorithm != nullptr && algorithm->occlusion_distance)
     *algorithms.mutable_ambient_occlusion() = wishes.ambient_occlusion();
+  if (algorithm != nullptr && algorithm->diffuse_only)
+    *algorithms.mutable_radiosity() = resolved(wishes.radiosity());
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());

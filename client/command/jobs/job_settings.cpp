@@ -52,6 +52,17 @@ v1::IrradianceCache message_of(const CacheWishes& wishes) {
   return cache;
 }
 
+void set_radiosity(const RadiosityWishes& wishes, v1::RenderSettings& settings) {
+  v1::RadiositySettings radiosity;
+  if (wishes.error_bound) radiosity.set_error_bound(*wishes.error_bound);
+  if (wishes.smallest_area) radiosity.set_smallest_area(*wishes.smallest_area);
+  if (wishes.residual) radiosity.set_residual(*wishes.residual);
+  if (wishes.final_gather) radiosity.set_final_gather(*wishes.final_gather);
+  if (wishes.ignore_non_diffuse) radiosity.set_ignore_non_diffuse(true);
+  if (wishes.memory_limit) radiosity.set_memory_limit(*wishes.memory_limit);
+  if (radiosity.ByteSizeLong() > 0) *settings.mutable_radiosity() = radiosity;
+}
+
 /// Wishes of the command line over those of the scene.
 v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene) {
   v1::RenderSettings asked;
@@ -68,6 +79,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_light_selection(request.light_selection);
   asked.set_traversal(request.traversal);
   if (request.cache.any()) *asked.mutable_irradiance_cache() = message_of(request.cache);
+  set_radiosity(request.radiosity, asked);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;
@@ -122,6 +134,23 @@ absl::StatusOr<std::uint64_t> parse_seed(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (error == std::errc{} && end == text.data() + text.size()) return seed;
   return absl::InvalidArgumentError("expected a whole number from 0 to 2^64 - 1");
+}
+
+absl::StatusOr<std::uint64_t> parse_bytes(std::string_view text) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const std::string_view unit =
+      error == std::errc{} ? text.substr(static_cast<std::size_t>(end - text.data())) : "?";
+  constexpr std::string_view kUnits = "KMGT";
+  const std::size_t power = unit.size() == 1 ? kUnits.find(unit.front()) : std::string_view::npos;
+  const int shift = power == std::string_view::npos ? 0 : 10 * (static_cast<int>(power) + 1);
+  if ((unit.empty() || shift > 0) && number > 0 && number <= UINT64_MAX >> shift) return number << shift;
+  return absl::InvalidArgumentError("expected bytes, or K, M, G or T of them, as in 512M");
+}
+
+absl::StatusOr<bool> parse_switch(std::string_view text) {
+  if (text == "on" || text == "off") return text == "on";
+  return absl::InvalidArgumentError("expected on or off");
 }
 
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {

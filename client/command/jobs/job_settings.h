@@ -30,6 +30,14 @@ struct CacheWishes {
   bool any() const { return error || samples || reach || view; }
 };
 
+/// v1::RadiositySettings, as far as the command line gives them.
+struct RadiosityWishes {
+  std::optional<double> error_bound, smallest_area, residual;
+  std::optional<bool> final_gather;
+  bool ignore_non_diffuse = false;
+  std::optional<std::uint64_t> memory_limit;  // bytes
+};
+
 /// Settings that the command line gives; absent, empty or UNSPECIFIED: as the scene has it, or the default.
 struct JobSettings {
   std::optional<Resolution> resolution;
@@ -47,6 +55,7 @@ struct JobSettings {
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
   CacheWishes cache;
+  RadiosityWishes radiosity;
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
   std::string isa;
@@ -76,6 +85,12 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
 /// "least,most" in widths of a pixel: the reach of a cache's records. InvalidArgument, with what was
 /// expected, otherwise.
 absl::StatusOr<std::pair<double, double>> parse_reach(std::string_view text);
+
+/// "512M", "8G": bytes, by powers of 1024. InvalidArgument, with what was expected, otherwise.
+absl::StatusOr<std::uint64_t> parse_bytes(std::string_view text);
+
+/// "on" or "off". InvalidArgument otherwise.
+absl::StatusOr<bool> parse_switch(std::string_view text);
 
 /// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);

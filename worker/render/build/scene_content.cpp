@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/embree_kernel.h"
+#include "render/build/diffuse/diffuse_scene.h"
 #include "render/build/light/light_builder.h"
 #include "render/build/material/material_builder.h"
 #include "render/build/medium/medium_builder.h"
@@ -177,6 +178,13 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   ArrayBuilders& builders = parts_->builders;
   SceneContent& content = *parts_->content;
   SceneArrays& arrays = content.arrays;
+  for (const v1::Material& material : parts_->scene.materials())
+    content.material_names.push_back(material.name());
+  content.material_names.resize(arrays.materials.materials.size(), "(default)");
+  if (settings.algorithm->diffuse_only) {
+    const DiffuseSceneNames names{builders.shapes.names(), content.material_names};
+    if (auto s = make_diffuse(settings, names, arrays, content.warnings); !s.ok()) return s;
+  }
   set_path_traits(arrays, settings.algorithm->media, content.tables);
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();
@@ -187,9 +195,6 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   const float radius = content.accelerator->bounding_radius();
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
   build_light_selection(settings.light_selection, centre, radius, arrays.lights);
-  for (const v1::Material& material : parts_->scene.materials())
-    content.material_names.push_back(material.name());
-  content.material_names.resize(arrays.materials.materials.size(), "(default)");
   return parts_->content;
 }
 

@@ -8,6 +8,7 @@
 #include "render/camera/camera_record.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
+#include "render/integrator/radiosity/radiosity_settings.h"
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
 #include "render/sampling/sampler_config.h"
@@ -62,6 +63,7 @@ struct SceneTables {
   AovRequest aovs;
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
+  RadiositySettings radiosity;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

@@ -41,6 +41,13 @@ Settings read_settings(const v1::JobSpec& job) {
                                .most_reach = static_cast<float>(cache.most_reach()),
                                .view = cache.view()};
   }
+  const v1::RadiositySettings& radiosity = asked.radiosity();
+  result.radiosity = {.error_bound = radiosity.error_bound(),
+                      .smallest_area = radiosity.smallest_area(),
+                      .residual = radiosity.residual(),
+                      .final_gather = radiosity.final_gather(),
+                      .memory_limit = radiosity.memory_limit()};
+  result.ignore_non_diffuse = radiosity.ignore_non_diffuse();
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
   result.sampler.seed = view.seed();

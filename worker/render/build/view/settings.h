@@ -17,6 +17,8 @@ struct Settings {
   AovRequest aovs;
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // 0: any
+  RadiositySettings radiosity;
+  bool ignore_non_diffuse = false;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;

@@ -55,6 +55,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.occlusion_distance = settings.occlusion_distance;
   tables.aovs = settings.aovs;
   tables.irradiance_cache = settings.irradiance_cache;
+  tables.radiosity = settings.radiosity;
   return absl::OkStatus();
 }
 

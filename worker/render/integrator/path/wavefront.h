@@ -24,7 +24,7 @@ class Wavefront : public Integrator {
         stats_(context.stats),
         batch_(context),
         rays_(context.rays),
-max_depth_(max_depth),
+        max_depth_(max_depth),
         transit_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;

@@ -1,0 +1,111 @@
+// Patches: the triangles of a scene, each side by itself, split into four as often as links ask for
+// [Hanrahan, Salzman & Aupperle 1991]. Every machine makes the same patches of a scene, and gives them the
+// same names.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "render/light/vec64.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render::TESSERA_ISA::radiosity {
+
+using vec64::Vec;
+
+/// A side of a triangle: twice the triangle's number, plus 1 for the side that its normal points away from.
+using Side = std::uint32_t;
+
+/// Name of whatever gives or takes light: a side or a part of it, or a cluster of sides.
+class Name {
+ public:
+  static constexpr int kDeepest = 14;  // splits
+
+  Name() = default;
+  static Name of_side(Side side) { return Name(std::uint64_t{side} << 32); }
+  static Name of_cluster(std::uint32_t cluster) { return Name(kCluster | cluster); }
+  /// One of a patch's four parts: at its corners, and in the middle.
+  Name part(unsigned i) const {
+    return Name((bits_ + (std::uint64_t{1} << 28)) | std::uint64_t{i} << (2 * level()));
+  }
+
+  bool is_cluster() const { return (bits_ & kCluster) != 0; }
+  std::uint32_t cluster() const { return static_cast<std::uint32_t>(bits_); }
+  Side side() const { return static_cast<Side>(bits_ >> 32); }
+  int level() const { return static_cast<int>(bits_ >> 28 & 15); }  // splits that led to it
+  /// Which part was taken by the split that led from `level` on.
+  unsigned part_at(int level) const { return static_cast<unsigned>(bits_ >> (2 * level) & 3); }
+  std::uint64_t bits() const { return bits_; }
+
+ private:
+  static constexpr std::uint64_t kCluster = std::uint64_t{1} << 63;
+  explicit Name(std::uint64_t bits) : bits_(bits) {}
+
+  std::uint64_t bits_ = 0;
+};
+
+/// Weights of a triangle's corners at a point of it.
+struct Weights {
+  double w[3] = {0, 0, 0};
+};
+
+/// The patch's corners, in weights of those of its triangle.
+struct Corners {
+  Weights at[3];
+};
+Corners corners_of(Name patch);
+
+/// Render space.
+struct Patch {
+  Vec corner[3];
+  Vec normal;  // unit; on the side that the patch is
+  double area = 0;
+
+  Vec point(const Weights& at) const {
+    return corner[0] * at.w[0] + corner[1] * at.w[1] + corner[2] * at.w[2];
+  }
+  Vec centre() const { return point({{1 / 3.0, 1 / 3.0, 1 / 3.0}}); }
+  /// Of a sphere about the centre that holds the patch.
+  double radius() const;
+};
+
+/// All triangles of a scene, those of instances where they are placed.
+class Surfaces {
+ public:
+  explicit Surfaces(const ShapeTable& shapes);
+
+  Side sides() const { return 2 * static_cast<Side>(triangles_.size()); }
+  double area(Side side) const { return triangles_[side / 2].area; }
+  /// Of one side of everything.
+  double whole_area() const { return whole_area_; }
+  Patch patch(Name name) const;
+
+  /// The triangle that a ray met: `side` 0 of it.
+  Side side_of_hit(std::int32_t shape, std::int32_t primitive, std::int32_t instance) const {
+    const std::size_t placed =
+        instance < 0 ? static_cast<std::size_t>(shape)
+                     : first_placed_[static_cast<std::size_t>(instance)] + static_cast<std::size_t>(shape);
+    return 2 * (first_triangle_[placed] + static_cast<Side>(primitive));
+  }
+  struct Origin {
+    std::int32_t shape, primitive, instance;
+  };
+  Origin origin(Side side) const { return triangles_[side / 2].origin; }
+
+ private:
+  struct Triangle {
+    Vec corner[3];
+    Vec normal;
+    double area;
+    Origin origin;
+  };
+  void add_shape(const ShapeTable& shapes, std::size_t shape, std::int32_t instance);
+
+  std::vector<Triangle> triangles_;
+  std::vector<Side> first_triangle_;       // of each shape in the world, then of each that an instance places
+  std::vector<std::size_t> first_placed_;  // of each instance: its object's shape s is at this plus s
+  double whole_area_ = 0;
+};
+
+}  // namespace tessera::render::TESSERA_ISA::radiosity
