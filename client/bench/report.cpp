@@ -166,6 +166,17 @@ double mean_time(const BenchVariantResult& variant, std::uint32_t spp) {
   return interval_over(variant, spp, [](const BenchRun& run) { return run.cost.cpu_seconds; }).value;
 }
 
+/// The square of the bias, where it stands out from the noise; the bars are 95 % intervals.
+PlotSeries bias_series(const BenchVariantResult& variant, std::size_t color) {
+  PlotSeries series{.name = "", .points = {}, .color = color, .dashed = true};
+  for (const BenchBias& one : variant.biases) {
+    const double bias2 = one.apart.bias2, half = 1.96 * one.apart.bias2_error;
+    if (one.apart.is_biased())
+      series.points.push_back({mean_time(variant, one.spp), bias2, bias2 - half, bias2 + half});
+  }
+  return series;
+}
+
 }  // namespace
 
 LogLogPlot to_bias_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
@@ -180,16 +191,11 @@ LogLogPlot to_bias_plot(const std::vector<BenchSceneResult>& scenes, const Bench
     for (const BenchVariantResult& variant : scene.variants) {
       PlotSeries variance{
           .name = series_name(scene, variant, scenes.size() == 1), .points = {}, .color = color};
-      PlotSeries bias{.name = "", .points = {}, .color = color++, .dashed = true};
-      for (const BenchBias& one : variant.biases) {
-        const double time = mean_time(variant, one.spp);
-        variance.points.push_back({time, one.apart.variance});
-        const double half = 2 * one.apart.bias2_error;
-        if (one.apart.is_biased())
-          bias.points.push_back({time, one.apart.bias2, one.apart.bias2 - half, one.apart.bias2 + half});
-      }
+      for (const BenchBias& one : variant.biases)
+        variance.points.push_back({mean_time(variant, one.spp), one.apart.variance});
       plot.series.push_back(std::move(variance));
-      if (!bias.points.empty()) plot.series.push_back(std::move(bias));
+      if (PlotSeries bias = bias_series(variant, color++); !bias.points.empty())
+        plot.series.push_back(std::move(bias));
     }
   }
   return plot;
@@ -202,12 +208,14 @@ LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan&
   plot.subtitle =
       absl::StrCat(plan.spp.front(), " to ", plan.spp.back(), " samples a pixel, ", plan.seeds,
                    plan.seeds == 1 ? " seed" : " seeds", plan.seeds > 1 ? "; bars: 95 % interval" : "",
-                   "; in brackets: slope of MSE over time");
+                   "; in brackets: slope of MSE over time; dashed: bias^2, where seen");
   plot.x_label = "CPU time of rendering [s]";
   plot.y_label = "relative mean squared error";
+  std::size_t color = 0;
   for (const BenchSceneResult& scene : scenes) {
     for (const BenchVariantResult& variant : scene.variants) {
       PlotSeries series;
+      series.color = color;
       series.name = series_name(scene, variant, scenes.size() == 1);
       if (const auto slope = slope_of(variant, scene.noise))
         absl::StrAppendFormat(&series.name, "  (%.2f)", slope->value);
@@ -218,6 +226,8 @@ LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan&
                                  error.has_ends() ? error.high : 0});
       }
       plot.series.push_back(std::move(series));
+      if (PlotSeries bias = bias_series(variant, color++); !bias.points.empty())
+        plot.series.push_back(std::move(bias));
     }
   }
   return plot;

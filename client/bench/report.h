@@ -15,7 +15,7 @@ std::string to_text(const BenchSceneResult& scene);
 /// All figures; the fields are in docs/command-line.md. Numbers that are not known are null.
 std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);
 
-/// relMSE over CPU time, one line a scene and variant.
+/// relMSE over CPU time, one line a scene and variant, and the square of its bias where that is seen.
 LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);
 
 /// The variance of an image and the square of its bias over CPU time, two lines a scene and variant.

@@ -128,6 +128,31 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
   return std::nullopt;
 }
 
+/// All variants of a scene; of all integrators, those that can render it, and why the others cannot.
+std::optional<Failed> load_variants(const BenchOptions& options, const std::string& scene,
+                                    const std::vector<VariantOption>& variants,
+                                    std::vector<LoadedVariant>& loaded, std::vector<BenchRefusal>& refusals) {
+  for (const VariantOption& variant : variants) {
+    absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
+    if (!render.ok()) return Failed{report(kUsage, std::string{render.status().message()})};
+    render->scene = scene;
+    render->threads = options.plan.threads;
+    render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
+    absl::Status refusal;
+    const std::optional<Failed> failed =
+        load_variant(*render, variant.name(), options.compare == kAllIntegrators ? &refusal : nullptr,
+                     loaded.emplace_back());
+    if (!refusal.ok()) {
+      refusals.push_back({variant.name(), std::string{refusal.message()}});
+      loaded.pop_back();
+    } else if (failed) {
+      return failed;
+    }
+  }
+  if (!loaded.empty()) return std::nullopt;
+  return Failed{report(kBadScene, absl::StrCat("no integrator can render ", scene))};
+}
+
 /// Tells what is being done: on a terminal in one line, else a line each.
 class Steps {
  public:
@@ -232,25 +257,8 @@ int run(BenchOptions options, Interrupt& interrupt) {
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     std::vector<LoadedVariant> loaded;
     std::vector<BenchRefusal> refusals;
-    for (const VariantOption& variant : *variants) {
-      absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
-      if (!render.ok()) return report(kUsage, std::string{render.status().message()});
-      render->scene = options.scenes[i];
-      render->threads = options.plan.threads;
-      render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
-      absl::Status refusal;
-      const std::optional<Failed> failed =
-          load_variant(*render, variant.name(), options.compare == kAllIntegrators ? &refusal : nullptr,
-                       loaded.emplace_back());
-      if (!refusal.ok()) {
-        refusals.push_back({variant.name(), std::string{refusal.message()}});
-        loaded.pop_back();
-      } else if (failed) {
-        return failed->exit_code;
-      }
-    }
-    if (loaded.empty())
-      return report(kBadScene, absl::StrCat("no integrator can render ", options.scenes[i]));
+    if (const auto failed = load_variants(options, options.scenes[i], *variants, loaded, refusals))
+      return failed->exit_code;
     absl::StatusOr<BenchSceneResult> result = measure_scene(options, i, loaded, stop);
     if (!result.ok()) return report_measuring(result.status());
     result->refusals = std::move(refusals);

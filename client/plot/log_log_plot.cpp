@@ -37,6 +37,10 @@ constexpr std::array<Color, 8> kColors{{{0.0, 0.447, 0.698},
 enum class Align { kLeft, kMiddle, kRight };
 
 bool can_draw(const PlotPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y) && p.x > 0 && p.y > 0; }
+/// Bars end there, however long they are: two seeds can have intervals of many decades.
+constexpr double kLongestBar = 10;
+double bar_low(const PlotPoint& p) { return std::max(p.low, p.y / kLongestBar); }
+double bar_high(const PlotPoint& p) { return std::min(p.high, p.y * kLongestBar); }
 bool has_bar(const PlotPoint& p) { return std::isfinite(p.high) && p.low > 0 && p.high > p.low; }
 
 /// Values from 10^first to 10^last lie between `begin` and `end` on the page.
@@ -83,8 +87,8 @@ class Drawing {
       for (const PlotPoint& p : series.points) {
         if (!can_draw(p)) continue;
         low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x);
-        low_y = std::min(low_y, has_bar(p) ? p.low : p.y),
-        high_y = std::max(high_y, has_bar(p) ? p.high : p.y);
+        low_y = std::min(low_y, has_bar(p) ? bar_low(p) : p.y),
+        high_y = std::max(high_y, has_bar(p) ? bar_high(p) : p.y);
       }
     }
     x_.fit(low_x, high_x), y_.fit(low_y, high_y);
@@ -202,8 +206,11 @@ class Drawing {
       draw_marker(index, x, y_.place(p.y));
       if (!has_bar(p)) continue;
       cairo_set_line_width(cairo_, 1.6);
-      line(x, y_.place(p.low), x, y_.place(p.high));
-      for (const double end : {p.low, p.high}) line(x - 5, y_.place(end), x + 5, y_.place(end));
+      line(x, y_.place(bar_low(p)), x, y_.place(bar_high(p)));
+      // One that goes on has no end.
+      for (const double end : {p.low, p.high}) {
+        if (end == bar_low(p) || end == bar_high(p)) line(x - 5, y_.place(end), x + 5, y_.place(end));
+      }
     }
   }
 

@@ -9,19 +9,20 @@
 # the comments "<!-- NAME -->" and "<!-- /NAME -->". Settings, by environment variables:
 #
 #   SECONDS_A_PICTURE  CPU seconds that a picture at equal time may take (1)
-#   SPP, SEEDS         sample counts and seeds of the measurement (1,4,16 and 3)
+#   SPP, SEEDS         sample counts and seeds of the measurement (1,4,16 and 4)
 #   REFERENCE_SPP      samples of the references (2048)
 #   REFERENCES         a folder that keeps references; those that are there are not rendered again (a temporary one)
+#   TESSERA            the program (build/release/bin/tessera)
 #   THREADS            tiles rendered at once (1)
 set -euo pipefail
 folder=${1:?the folder of the shared scenes is missing}
 shift
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-tessera=$root/build/release/bin/tessera
+tessera=${TESSERA:-$root/build/release/bin/tessera}
 page=$root/docs/integrators.md
 out=$root/docs/integrators
 picture=${SECONDS_A_PICTURE:-1}
-measurement=(--spp "${SPP:-1,4,16}" --seeds "${SEEDS:-3}" --threads "${THREADS:-1}")
+measurement=(--spp "${SPP:-1,4,16}" --seeds "${SEEDS:-4}" --threads "${THREADS:-1}")
 size=(--resolution 120x90)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
@@ -59,7 +60,8 @@ make_reference() {
     --make-reference "${REFERENCE_SPP:-2048}" --reference "$3" >/dev/null
 }
 
-# rows: from bench's text, "INTEGRATOR KIND SPP SECONDS BIAS2 VARIANCE" of the most samples.
+# rows: from bench's text, but for volpath where path is there as well:
+# "INTEGRATOR KIND SPP SECONDS BIAS2 VARIANCE" of the most samples.
 rows() {
   awk '
     function row() {
@@ -73,13 +75,13 @@ rows() {
     table == 2 && /^ +[0-9]+ / {variance = $2; bias2 = $5 == "biased" ? $3 : "not seen"}
     /slope of MSE|rays a sample/ {table = 0}
     /^efficiency of/ {row()}
-    END {row()}' OFS=';' "$1"
+    END {row()}' OFS=';' "$1" | awk -F';' '$1 == "path" {path = 1} !(path && $1 == "volpath")'  # the same picture
 }
 
 # shellcheck disable=SC2016  # backquotes are Markdown's
-# draw NAME FILE REFERENCE: pictures at equal time, and the section of the page as $scratch/NAME.md.
+# draw NAME FILE REFERENCE INTEGRATOR: pictures at equal time, and the section of the page as $scratch/NAME.md.
 draw() {
-  local name=$1 file=$2 reference=$3 integrator kind spp cpu bias2 variance count relmse
+  local name=$1 file=$2 reference=$3 best=$4 integrator kind spp cpu bias2 variance count relmse
   {
     printf '| integrator | kind | samples in %s CPU s | relMSE | bias^2 | variance of one with %s samples | |\n' \
       "$picture" "$(tail -1 "$scratch/$name.rows" | cut -d';' -f3)"
@@ -94,8 +96,9 @@ draw() {
       printf '| `%s` | %s | %s | %.3g | %s | %s | ![%s](integrators/%s-%s.png) |\n' "$integrator" "$kind" "$count" \
         "$relmse" "$bias2" "$variance" "$integrator" "$name" "$integrator"
     done <"$scratch/$name.rows"
+    printf '\nReference: %s samples of `%s`.\n' "${REFERENCE_SPP:-2048}" "$best"
     sed -n 's/^not measured: integrator=\([^:]*\): \(.*\)/\n`\1` is not there: \2./p' "$scratch/$name.txt"
-    printf '\n![Error over time](integrators/%s.svg)\n\n![Bias and variance](integrators/%s-bias.svg)\n' "$name" "$name"
+    printf '\n![Error over time](integrators/%s.svg)\n' "$name"
   } >"$scratch/$name.md"
 }
 
@@ -114,11 +117,14 @@ for entry in "${scenes[@]}"; do
   if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
   echo "== $name" >&2
   reference=$references/$name.exr
-  [ -e "$reference" ] || make_reference "$file" "$(first_of "$best")" "$reference"
+  best=$(first_of "$best")
+  [ -e "$reference" ] || make_reference "$file" "$best" "$reference"
   "$tessera" bench "$file" "${size[@]}" "${measurement[@]}" --quiet --compare integrator=all \
-    --reference "$reference" --plot "$out/$name.svg" --plot-bias "$out/$name-bias.svg" >"$scratch/$name.txt"
+    --reference "$reference" --plot "$scratch/plot.svg" >"$scratch/$name.txt"
+  # Tenths of a point are enough: half of the size.
+  sed -E 's/([0-9]\.[0-9])[0-9]+/\1/g' "$scratch/plot.svg" >"$out/$name.svg"
   cp "$scratch/$name.txt" "$references/"
   rows "$scratch/$name.txt" >"$scratch/$name.rows"
-  draw "$name" "$file" "$reference"
+  draw "$name" "$file" "$reference" "$best"
   insert "$name" "$scratch/$name.md"
 done

@@ -36,6 +36,23 @@ TEST(CommandLine, ABiasedPictureSaysSo) {
   EXPECT_EQ(std::get<std::string>(image->metadata.at("tessera.integrator_kind")), "biased");
 }
 
+TEST(CommandLine, BenchComparesAllIntegratorsThatCanRenderAScene) {
+  const support::TempDir directory;
+  const auto bench = [&](const std::string& scene) {
+    const support::Finished done =
+        tessera({"bench", scene, "--compare", "integrator=all", "--resolution", "32x32", "--spp", "1",
+                 "--seeds", "1", "--make-reference", "2", "--quiet"});
+    EXPECT_EQ(done.status.code, 0) << done.err;
+    return done.out;
+  };
+  const std::string surfaces = bench("scenes/first-light/scene.textproto");
+  EXPECT_THAT(surfaces, HasSubstr("integrator=path, unbiased\n"));
+  EXPECT_THAT(surfaces, HasSubstr("integrator=whitted, biased\n"));
+  const std::string media = bench("tests/statistical/unbiased/scenes/media.textproto");
+  EXPECT_THAT(media, HasSubstr("integrator=volpath, unbiased\n"));
+  EXPECT_THAT(media, HasSubstr("not measured: integrator=path: sees no media\n"));
+}
+
 TEST(CommandLine, ValuesThatMakeNoSenseAreUsageErrors) {
   const std::vector<std::vector<std::string>> wrong{{"--spp", "0"},          {"--spp", "-4"},
                                                     {"--resolution", "640"}, {"--resolution", "0x480"},

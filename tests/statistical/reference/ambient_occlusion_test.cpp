@@ -56,14 +56,5 @@ TEST(AmbientOcclusion, DoesNotSeeBeyondItsDistance) {
   expect_open(1.0 / 9, 10, 3);
 }
 
-TEST(AmbientOcclusion, IsBlackWhereNothingIsHit) {
-  std::string text = scene(1, 0);
-  text.resize(text.find(" shapes"));  // nothing but the camera
-  const auto file = load_scene_text(text, {}, render::supported_isas().front());
-  ASSERT_TRUE(file.ok()) << file.status();
-  const client::Image image = render_image(*file);
-  for (const float value : image.find("R")->values) EXPECT_EQ(value, 0);
-}
-
 }  // namespace
 }  // namespace tessera::test::ambient_occlusion

@@ -138,5 +138,41 @@ TEST(Report, PlotHasALineAVariantWithErrorBars) {
   EXPECT_LT(plot.series[0].points[0].low, plot.series[0].points[0].y);
 }
 
+/// The variant is biased from 16 samples on.
+BenchVariantResult biased_variant() {
+  BenchVariantResult variant = variant_of("b", -1, 2);
+  for (BenchBias& bias : variant.biases)
+    bias.apart = {.bias2 = bias.spp < 16 ? -0.01 : 0.25, .bias2_error = 0.01, .variance = 1.0 / bias.spp};
+  return variant;
+}
+
+TEST(Report, TellsBiasFromVariance) {
+  const BenchSceneResult scene{.name = "room",
+                               .reference = "",
+                               .noise = {},
+                               .variants = {variant_of("a", -1, 1), biased_variant()},
+                               .refusals = {{"c", "sees no media"}}};
+  const BenchPlan plan{.spp = {4, 16, 64}, .seeds = 4, .threads = 1};
+  const std::string text = to_text(scene);
+  EXPECT_NE(text.find("       4        0.25       -0.01        0.01  no bias seen\n"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("      64     0.01562        0.25        0.01  biased\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("not measured: c: sees no media\n"), std::string::npos) << text;
+
+  const LogLogPlot plot = to_bias_plot({scene}, plan);
+  ASSERT_EQ(plot.series.size(), 3u) << "two variances, and one bias";
+  EXPECT_TRUE(plot.series[2].dashed);
+  EXPECT_EQ(plot.series[2].color, plot.series[1].color);
+  EXPECT_EQ(plot.series[2].name, "");
+  ASSERT_EQ(plot.series[2].points.size(), 2u);
+  EXPECT_EQ(plot.series[2].points[0].y, 0.25);
+  EXPECT_EQ(plot.series[1].points[0].y, 0.25);
+  EXPECT_EQ(to_plot({scene}, plan).series.size(), 3u);
+
+  const auto json = nlohmann::json::parse(to_json({scene}, plan))["scenes"][0];
+  EXPECT_EQ(json["variants"][1]["bias"][2]["squared"], 0.25);
+  EXPECT_EQ(json["not_measured"][0]["reason"], "sees no media");
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -61,6 +61,10 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
     if (depth == 0) point.path.pdf = Float(1.0f);  // here, a ray's share
     point.hit = active & (found.shape >= 0);
     if (scene_.any_motion) found.time = point.path.time;
+    if (none(point.hit)) {  // there may be no surface at all
+      add_emission(point, active);
+      continue;
+    }
     Vertex& v = point.vertex;
     v.wo = -point.path.direction;
     v.time = found.time;
