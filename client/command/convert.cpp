@@ -1,12 +1,15 @@
 // tessera convert IN OUT: a scene to Tessera's own forms, or an image to another format.
 #include <iostream>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
 #include "command/report/output.h"
 #include "image/exr.h"
+#include "image/layer_strip.h"
 #include "import/import.h"
 
 namespace tessera::client {
@@ -15,7 +18,8 @@ namespace {
 struct ConvertOptions {
   std::string input;
   std::string output;
-  bool half = false;
+  ExrOptions exr;
+  std::vector<std::string> layers;  // of the image; none: all channels
   bool quiet = false;
 };
 
@@ -23,9 +27,10 @@ int convert_image(const ConvertOptions& options) {
   if (const absl::Status status = check_output(options.output); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
-  const absl::StatusOr<Image> image = read_exr(options.input);
+  absl::StatusOr<Image> image = read_exr(options.input);
+  if (image.ok() && !options.layers.empty()) image = layer_strip(*image, options.layers);
   if (!image.ok()) return report(kUsage, std::string{image.status().message()});
-  const absl::Status written = write_image(*image, options.output, options.half);
+  const absl::Status written = write_image(*image, options.output, options.exr);
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
@@ -48,7 +53,11 @@ void add_convert_command(CommandLine& line) {
   Command command = line.add_command("convert", "Convert a scene to .textproto or .tsb, or an .exr to .png");
   command.add("IN", options->input, "a scene, or an .exr").required();
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
-  command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--half", options->exr.half, "16-bit EXR");
+  command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
+  command.add("--layers", options->layers, "of an .exr: these layers, side by side; rgba is the picture")
+      .separated_by_commas()
+      .type_name("NAME,...");
   command.add_flag("--quiet", options->quiet, "no warnings");
   command.example("tessera convert scene.pbrt scene.textproto");
   command.example("tessera convert picture.exr picture.png");

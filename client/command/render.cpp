@@ -86,7 +86,7 @@ void keep_image(const Image& image, const RenderOptions& options) {
     std::filesystem::create_directories(folder, error);
     const std::string name = std::filesystem::path(options.output).stem().string();
     const std::string path = (folder / absl::StrCat(name, "-", getpid(), ".exr")).string();
-    if (!write_image(image, path, /*half=*/false).ok()) continue;
+    if (!write_image(image, path).ok()) continue;
     report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
     return;
   }
@@ -124,7 +124,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  exit_code = deliver(*followed, spec, options.output, options.half, options.quiet);
+  exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
   if (followed->image && !followed->written && options.checkpoint.empty())
     keep_image(*followed->image, options);

@@ -137,7 +137,8 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.group("Image");
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
       .type_name("FILE");
-  command.add_flag("--half", options.half, "16-bit EXR");
+  command.add_flag("--half", options.exr.half, "16-bit EXR");
+  command.add_flag("--multipart", options.exr.multipart, "EXR with a part for each layer");
   command.group("Quality");
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
@@ -173,7 +174,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
-  const auto add_aov = [&aovs = job.aovs](const std::string& word) {
+  const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
+    if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
+      return taken.status();
     const absl::StatusOr<v1::AOV> aov = wire::value_of<v1::AOV>(word);
     if (aov.ok()) aovs.push_back(*aov);
     return aov.status();
@@ -181,9 +184,13 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha")
+          "further channels: variance, albedo, normal, depth, samples, alpha; layers: bounce0..bounceN, "
+          "lights, emission")
       .separated_by_commas()
       .type_name("NAME,...");
+  add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
+             "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
+      .type_name("NAME=EXPRESSION,...");
   command.group("Computation");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");

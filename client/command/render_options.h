@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "command/command_line.h"
 #include "command/jobs/job_settings.h"
+#include "command/report/output.h"
 
 namespace tessera::client {
 
@@ -17,9 +18,9 @@ struct RenderOptions {
   JobSettings job;
   std::vector<std::string> defines;  // NAME=VALUE
   int threads = 0;                   // of this process
-  bool half = false;                 // 16-bit EXR
-  std::string stats;                 // a JSON file; empty: none
-  std::string checkpoint;            // a folder; empty: none. `render` only
+  ExrOptions exr;
+  std::string stats;       // a JSON file; empty: none
+  std::string checkpoint;  // a folder; empty: none. `render` only
   bool quiet = false;
 };
 

@@ -14,10 +14,16 @@ enum class PixelType {
   kHalf    // 16 bits for all but `samples` and `depth.*`; finite values beyond +-65504 are stored as +-65504
 };
 
+enum class ExrParts {
+  kOne,
+  kMany  // one for the channels without a layer's name, and one for each layer: "diffuse" has diffuse.R ...
+};
+
 /// Writes a scanline file with ZIP compression. The image's windows become dataWindow and displayWindow. The
 /// file is replaced as a whole (atomic_file.h). InvalidArgument when planes do not fit the windows; Internal,
 /// with the file's name, when the disk does not take it.
-absl::Status write_exr(const Image& image, const std::string& path, PixelType type = PixelType::kFloat);
+absl::Status write_exr(const Image& image, const std::string& path, PixelType type = PixelType::kFloat,
+                       ExrParts parts = ExrParts::kOne);
 
 /// Reads the first part of any flat file: half, float or 32-bit integer, scanlines or tiles (the
 /// full-resolution level), RGB, luminance or luminance/chroma. Attributes of the types string, int and float

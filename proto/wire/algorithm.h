@@ -27,6 +27,10 @@ enum class Bias : std::uint8_t {
 /// "unbiased", "consistent" or "biased".
 const char* word_of(Bias bias);
 
+/// Whether light is told apart by the path that it took (layers/expression.h), and which paths carry the
+/// state of the automaton.
+enum class LayerStates : std::uint8_t { kNone, kFromCamera, kFromLights };
+
 /// A phase of an algorithm: made once a job, before the picture; how much of it unless the job says
 /// otherwise.
 struct PhaseTraits {
@@ -43,6 +47,7 @@ struct AlgorithmTraits {
   bool media = false;           // sees participating media; where not, they are left out with a warning
   bool noise = false;           // samples may be taken as noise asks for (RenderSettings.noise)
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
+  LayerStates layers = LayerStates::kNone;
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
   bool samples_all_light = false;   // light sampling must find all light: none is left to BSDF sampling

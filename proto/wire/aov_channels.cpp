@@ -40,7 +40,17 @@ std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
 std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view) {
   std::vector<v1::AOV> aovs;
   for (const int aov : view.aovs()) aovs.push_back(static_cast<v1::AOV>(aov));
-  return channels_for_aovs(std::move(aovs));
+  std::vector<ChannelDesc> channels = channels_for_aovs(std::move(aovs));
+  for (const v1::Layer& layer : view.layers()) {
+    for (const char* band : {".R", ".G", ".B"}) channels.push_back({.name = layer.name() + band});
+  }
+  return channels;
+}
+
+std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view) {
+  std::vector<layers::Layer> layers;
+  for (const v1::Layer& layer : view.layers()) layers.push_back({layer.name(), layer.expression()});
+  return layers;
 }
 
 bool is_first_hit(v1::AOV aov) {

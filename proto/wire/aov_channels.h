@@ -1,8 +1,9 @@
-// The channels that the AOVs of a job add to its results.
+// The channels that the AOVs and layers of a job add to its results.
 #pragma once
 
 #include <vector>
 
+#include "layers/automaton.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/tile_result.h"
 
@@ -11,7 +12,11 @@ namespace tessera::wire {
 /// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds, by its
 /// number. In results and images, channels have names; in jobs, AOVs are numbers.
 std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs);
+/// The same, and behind them the channels of the layers: three each, in their order.
 std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view);
+
+/// The layers of a job.
+std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view);
 
 /// Whether the AOV is of what a camera ray meets first.
 bool is_first_hit(v1::AOV aov);

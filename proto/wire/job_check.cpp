@@ -38,6 +38,8 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
     return absl::InvalidArgumentError(absl::StrCat("ambient_occlusion.distance is ", distance, "; 0 to ",
                                                    kLargestSceneNumber, " was expected"));
   }
+  if (spec.view().layers_size() > 0 && algorithm->layers == LayerStates::kNone)
+    return cannot("cannot tell the paths of light apart: layers are not for it");
   const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {
     return phase.name() == own.name;
   };
@@ -119,6 +121,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_irradiance_cache(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = check_radiosity(spec); !s.ok()) return s;
+  if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
   return check_noise(spec);
 }
 

@@ -60,6 +60,7 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());
   view.set_max_depth(std::min(wishes.has_max_depth() ? wishes.max_depth() : kDefaultMaxDepth, kMaxDepth));
+  *view.mutable_layers() = wishes.layers();
   job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);
   job.mutable_samples()->set_noise(wishes.noise());
 }

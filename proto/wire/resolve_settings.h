@@ -5,9 +5,9 @@
 
 namespace tessera::wire {
 
-/// Sets the algorithms, the samples, and the view's sampler, seed and depth to what `wishes` say, and to the
-/// defaults where they say nothing: integrator "path", sampler "sobol", 16 samples a pixel, depth 5. No path
-/// becomes longer than kMaxDepth.
+/// Sets the algorithms, the samples, and the view's sampler, seed, depth and layers to what `wishes` say, and
+/// to the defaults where they say nothing: integrator "path", sampler "sobol", 16 samples a pixel, depth 5.
+/// No path becomes longer than kMaxDepth.
 void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job);
 
 }  // namespace tessera::wire

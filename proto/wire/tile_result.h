@@ -55,7 +55,7 @@ void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pix
 std::string encode_tile_result(const TileResult& result);
 
 /// Most channels of a result.
-inline constexpr std::size_t kMaxChannels = 64;
+inline constexpr std::size_t kMaxChannels = 128;
 
 /// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels`
 /// pixels of `max_channels` channels is ever allocated, however much the bytes would inflate to.

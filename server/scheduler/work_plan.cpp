@@ -56,6 +56,12 @@ absl::Status check_cut(const v1::JobSpec& spec) {
   if (tile_size == 0 || tile_size > wire::kMaxTileSize) {
     return unsound(absl::StrCat("tile_size is ", tile_size, "; 1 to ", wire::kMaxTileSize, " was expected"));
   }
+  // A tile comes back whole, in one message.
+  const std::uint64_t bytes_per_pixel = 4 * (wire::channels_of(spec.view()).size() + 1);
+  if (std::uint64_t{tile_size} * tile_size * bytes_per_pixel > wire::kMaxMessageBytes) {
+    return unsound(absl::StrCat("tiles of ", tile_size, "x", tile_size, " pixels with ", bytes_per_pixel,
+                                " bytes each are too large; smaller ones would fit"));
+  }
   if (!std::has_single_bit(spec.cut().samples_per_unit())) {
     return unsound(
         absl::StrCat("samples_per_unit is ", spec.cut().samples_per_unit(), "; a power of two was expected"));

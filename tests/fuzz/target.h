@@ -18,8 +18,8 @@ struct Target {
 
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kTextScene;
-// ---- proto/wire, proto/images
-extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage;
+// ---- proto/wire, proto/images, proto/layers
+extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers;
 // ---- server
 extern const Target kJournal, kUpload;
 // ---- worker

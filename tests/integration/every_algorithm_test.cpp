@@ -14,8 +14,10 @@
 namespace tessera::integration {
 namespace {
 
-/// 64 tiles or 64 passes of some milliseconds each, and the algorithm's phases before.
+/// 64 tiles or 64 passes of some milliseconds each, and the algorithm's phases before; with layers where it
+/// has them.
 Arguments job_by(const std::string& algorithm) {
+  const bool layers = wire::find_algorithm(algorithm)->layers != wire::LayerStates::kNone;
   return {"scenes/cornell-box/scene.pbrt",
           "--integrator",
           algorithm,
@@ -25,6 +27,8 @@ Arguments job_by(const std::string& algorithm) {
           "64",
           "--tile",
           "16",
+          "--aov",
+          layers ? "bounce0..bounce2" : "samples",
           "--quiet"};
 }
 

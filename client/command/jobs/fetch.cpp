@@ -17,7 +17,7 @@ struct FetchOptions {
   ServerOption server;
   std::string job_id;
   std::string output;
-  bool half = false;
+  ExrOptions exr;
   bool partial = false;
   bool quiet = false;
 };
@@ -42,7 +42,7 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
   }
   auto followed = follow_job(**farm, *id, job->spec(), {.quiet = options.quiet}, stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status(), options.server);
-  return deliver(*followed, job->spec(), options.output, options.half, options.quiet);
+  return deliver(*followed, job->spec(), options.output, options.exr, options.quiet);
 }
 
 }  // namespace
@@ -52,7 +52,8 @@ void add_fetch_command(CommandLine& line) {
   Command command = line.add_command("fetch", "Wait for the end of a job and write its image");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
-  command.add_flag("--half", options->half, "16-bit EXR");
+  command.add_flag("--half", options->exr.half, "16-bit EXR");
+  command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
   command.add_flag("--partial", options->partial, "write a partial image, if the job is not done");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);

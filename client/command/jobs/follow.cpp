@@ -222,7 +222,7 @@ int end_of(const FollowedJob& followed) {
 
 }  // namespace
 
-int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half,
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrOptions& exr,
             bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings())
@@ -236,7 +236,7 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
         absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
   }
   if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
-  if (const absl::Status status = write_image(*followed.image, output, half); !status.ok()) {
+  if (const absl::Status status = write_image(*followed.image, output, exr); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }
   followed.written = true;

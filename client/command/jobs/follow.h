@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "command/report/output.h"
 #include "farm/farm_client.h"
 #include "image/assemble.h"
 #include "image/image.h"
@@ -55,6 +56,7 @@ int report_end(const v1::JobStatus& status);
 /// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and
 /// its error, writes the image with its metadata to `output`, and returns the exit code.
-int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, bool half, bool quiet);
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrOptions& exr,
+            bool quiet);
 
 }  // namespace tessera::client

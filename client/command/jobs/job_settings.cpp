@@ -64,7 +64,8 @@ void set_radiosity(const RadiosityWishes& wishes, v1::RenderSettings& settings) 
 }
 
 /// Wishes of the command line over those of the scene.
-v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene) {
+v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene,
+                             const std::vector<layers::Layer>& layers) {
   v1::RenderSettings asked;
   asked.set_integrator(request.integrator);
   if (request.spp) asked.set_spp(*request.spp);
@@ -82,6 +83,12 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   set_radiosity(request.radiosity, asked);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
+  wishes.clear_layers();
+  for (const layers::Layer& layer : layers) {
+    v1::Layer& message = *wishes.add_layers();
+    message.set_name(layer.name);
+    message.set_expression(layer.expression);
+  }
   return wishes;
 }
 
@@ -188,7 +195,11 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   const auto across = [side](std::uint32_t begin, std::uint32_t end) {
     return (end - begin + side - 1) / side + 1;
   };
-  return samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
+  const std::uint32_t samples =
+      samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
+  // A result takes its time for each channel, however many samples it has.
+  const auto layers = static_cast<std::uint32_t>(spec.view().layers_size());
+  return std::min(samples * std::bit_floor(1 + layers * 3 / 4), std::bit_ceil(spp));
 }
 
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
@@ -216,7 +227,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
-  wire::resolve_settings(wishes_of(request, scene.settings()), spec);
+  const auto layers = layers_of_job(request.layers, scene);
+  if (!layers.ok())
+    return request.layers.any() ? absl::OutOfRangeError(layers.status().message()) : layers.status();
+  wire::resolve_settings(wishes_of(request, scene.settings(), *layers), spec);
   if (absl::Status status = wire::check_algorithm_name(spec.content().algorithms().integrator());
       !status.ok())
     return status;
@@ -239,7 +253,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
     const bool asked = request.noise || request.cache.any() || !request.integrator.empty() ||
-                       request.direct_light != 0 || !request.aovs.empty();
+                       request.direct_light != 0 || !request.aovs.empty() ||
+                       request.layers.any();
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   warn_of_bias(spec, job->warnings);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "command/jobs/layer_wishes.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/camera.pb.h"
 #include "tessera/v1/job.pb.h"
@@ -58,6 +59,7 @@ struct JobSettings {
   RadiosityWishes radiosity;
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
+  LayerWishes layers;
   std::string isa;
   // On the farm.
   std::string user;
@@ -96,8 +98,8 @@ absl::StatusOr<bool> parse_switch(std::string_view text);
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
 /// Defaults are those of wire/resolve_settings.h. OutOfRange when the crop is not
-/// within the film, or the noise asked for does not go with the rest; InvalidArgument when the scene itself
-/// asks for what does not exist. `scene` must outlive the result.
+/// within the film, or the noise or layers asked for do not go with the rest; InvalidArgument when the scene
+/// itself asks for what does not exist. `scene` must outlive the result.
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,
                                                          const ImportedScene& scene, const std::string& name);
 

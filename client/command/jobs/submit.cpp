@@ -72,7 +72,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const int exit_code =
-      deliver(*followed, spec, options.render.output, options.render.half, options.render.quiet);
+      deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);
   if (options.render.stats.empty()) return exit_code;
 
   RenderStatistics statistics;

@@ -46,9 +46,10 @@ absl::Status check_writable(const std::string& path) {
 
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 
-absl::Status write_image(const Image& image, const std::string& path, bool half) {
+absl::Status write_image(const Image& image, const std::string& path, const ExrOptions& exr) {
   if (extension_of(path) == ".png") return write_png(image, path);
-  return write_exr(image, path, half ? PixelType::kHalf : PixelType::kFloat);
+  return write_exr(image, path, exr.half ? PixelType::kHalf : PixelType::kFloat,
+                   exr.multipart ? ExrParts::kMany : ExrParts::kOne);
 }
 
 }  // namespace tessera::client

@@ -18,7 +18,13 @@ absl::Status check_writable(const std::string& path);
 /// Whether the name of a file says so.
 bool is_exr(const std::string& path);
 
-/// By extension: a linear EXR (16-bit with `half`), or a tone-mapped PNG.
-absl::Status write_image(const Image& image, const std::string& path, bool half);
+/// How an EXR is written.
+struct ExrOptions {
+  bool half = false;       // 16 bits
+  bool multipart = false;  // a part for each layer
+};
+
+/// By extension: a linear EXR, or a tone-mapped PNG.
+absl::Status write_image(const Image& image, const std::string& path, const ExrOptions& exr = {});
 
 }  // namespace tessera::client

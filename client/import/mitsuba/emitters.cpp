@@ -167,6 +167,7 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
     reader.warn(concat("the medium around an ", emitter.title(), " is left out"));
   v1::Light light;
   light.set_name(context.name_with_place(emitter));
+  light.set_group(emitter.id);
   type->write(reader, textures, light);
   *context.scene.add_lights() = std::move(light);
 }
@@ -181,6 +182,7 @@ void write_area_light(Context& context, TextureTable& textures, Object& emitter,
   const double weight = read_sampling_weight(reader);
   context.emitter_weight += weight;
   v1::AreaLight& light = *shape.mutable_area_light();
+  light.set_group(emitter.id);
   if (may_have_normals && weight > 0) light.set_interpolated_normal_pick(static_cast<float>(weight));
   const Property* radiance = reader.find("radiance");
   Object* const* object = radiance == nullptr ? nullptr : std::get_if<Object*>(&radiance->value);

@@ -5,6 +5,8 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
@@ -37,6 +39,42 @@ Image random_image(Window data, Window display, const std::vector<std::string>& 
 }
 
 Image small_image() { return random_image({0, 0, 7, 5}, {0, 0, 7, 5}, {"R", "G", "B"}); }
+
+TEST(Exr, ManyPartsHaveALayerEach) {
+  const support::TempDir directory;
+  Image image = random_image({3, 2, 20, 13}, {0, 0, 64, 48},
+                             {"R", "G", "B", "A", "samples", "light.key.R", "light.key.G", "caustics.R"});
+  image.metadata["tessera.spp"] = std::int32_t{4};
+  ASSERT_TRUE(write_exr(image, directory / "a.exr", PixelType::kFloat, ExrParts::kMany).ok());
+  Imf::MultiPartInputFile file((directory / "a.exr").c_str());
+  const std::vector<std::vector<std::string>> wanted = {
+      {"A", "B", "G", "R", "samples"}, {"caustics.R"}, {"light.key.G", "light.key.R"}};
+  const char* const names[] = {"rgba", "caustics", "light.key"};
+  ASSERT_EQ(file.parts(), 3);
+  for (int i = 0; i < 3; ++i) {
+    const Imf::Header& header = file.header(i);
+    EXPECT_EQ(header.name(), names[i]);
+    std::vector<std::string> channels;
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
+      channels.push_back(it.name());
+    EXPECT_EQ(channels, wanted[static_cast<std::size_t>(i)]);
+    std::vector<float> values(image.pixel_count());
+    Imf::FrameBuffer frame;
+    frame.insert(channels[0], Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow()));
+    Imf::InputPart part(file, i);
+    part.setFrameBuffer(frame);
+    part.readPixels(2, 12);
+    EXPECT_EQ(values, image.find(channels[0])->values);
+  }
+  // Readers of one part see the picture.
+  const absl::StatusOr<Image> read = read_exr(directory / "a.exr");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->channels.size(), 5u);
+  EXPECT_EQ(read->find("R")->values, image.find("R")->values);
+  // A picture without layers has nothing to divide.
+  ASSERT_TRUE(write_exr(small_image(), directory / "b.exr", PixelType::kFloat, ExrParts::kMany).ok());
+  EXPECT_EQ(Imf::MultiPartInputFile((directory / "b.exr").c_str()).parts(), 1);
+}
 
 TEST(Exr, RoundTripIsExactInFloat) {
   const support::TempDir directory;

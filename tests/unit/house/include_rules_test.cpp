@@ -22,7 +22,8 @@ const std::map<std::string, Rooms>& rules() {
       {"proto/tables", {"tables"}},
       {"proto/base", {"base"}},
       {"proto/images", {"images"}},
-      {"proto/wire", {"wire", "base", "tessera/v1"}},
+      {"proto/layers", {"layers"}},
+      {"proto/wire", {"wire", "base", "layers", "tessera/v1"}},
       {"proto/telemetry", {"telemetry", "base"}},
       {"proto/transport", {"transport", "base", "telemetry", "wire", "tessera/v1"}},
       {"proto/options", {"options", "base"}},
@@ -42,8 +43,8 @@ const std::map<std::string, Rooms>& rules() {
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/command",
-       {"command", "base", "bench", "farm", "image", "import", "local", "options", "plot", "transport",
-        "wire", "tessera/v1"}},
+       {"command", "base", "bench", "farm", "image", "import", "layers", "local", "options", "plot",
+        "transport", "wire", "tessera/v1"}},
       {"client/local",
        {"local", "base", "farm", "import", "agent", "render/build", "service", "store", "wire",
         "tessera/v1"}},
@@ -62,11 +63,11 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/integrator",
        {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color",
         "render/core", "render/film", "render/light", "render/medium", "render/sampling", "render/shape",
-        "wire"}},
+        "layers", "wire"}},
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
         "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/sampling",
-        "render/shape", "base", "wire", "tessera/v1"}},
+        "render/shape", "base", "layers", "wire", "tessera/v1"}},
   };
   return rules;
 }
@@ -77,7 +78,7 @@ std::string room_of(const std::string& include) {
   static const Rooms tops = {"wire",  "base",   "images",  "telemetry", "transport", "scheduler",
                              "store", "tls",    "net",     "service",   "agent",     "farm",
                              "image", "import", "command", "local",     "render",    "tessera",
-                             "plot",  "bench",  "options", "tables"};
+                             "plot",  "bench",  "options", "tables",    "layers"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

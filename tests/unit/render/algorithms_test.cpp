@@ -64,6 +64,12 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     variance.mutable_view()->add_aovs(v1::AOV_VARIANCE);
     EXPECT_TRUE(wire::check_settings(variance).ok()) << traits.name;
 
+    v1::JobSpec layered = job;
+    v1::Layer& layer = *layered.mutable_view()->add_layers();
+    layer.set_name("seen");
+    layer.set_expression("LE");
+    EXPECT_EQ(wire::check_settings(layered).ok(), traits.layers != wire::LayerStates::kNone) << traits.name;
+
     v1::JobSpec in_phases = job;
     in_phases.mutable_cut()->add_phases()->set_name("guide");
     EXPECT_THAT(std::string(wire::check_settings(in_phases).message()),

@@ -62,6 +62,13 @@ struct Passing {
   Spectrum weight;    // factor of the light that passes
 };
 
+/// `part` of `whole`, in the mean of the bands; the larger is `whole`.
+TESSERA_INLINE Float share_of(Spectrum part, Spectrum whole) {
+  Float of(0.0f), all(0.0f);
+  for (int c = 0; c < kSpectrumLanes; ++c) of = of + part.c[c], all = all + whole.c[c];
+  return clamp(of / max(all, 1e-30f), 0.0f, 1.0f);
+}
+
 class Bsdf {
  public:
   explicit constexpr Bsdf(std::int32_t model_traits = 0) : traits(model_traits) {}
@@ -76,6 +83,9 @@ class Bsdf {
   /// `u_lobe` and `u` are uniform in [0, 1).
   virtual BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                             Mask active) const = 0;
+  /// With kSomeDiffuse: the part of the light of eval() that is of diffuse lobes, from 0 to 1; the rest is of
+  /// glossy ones.
+  virtual Float diffuse_share(const BsdfParams&, Vec3, Vec3, Mask) const { return Float(0.0f); }
   /// An estimate of the surface's colour, for the albedo AOV.
   virtual Spectrum albedo(const BsdfParams&) const { return Spectrum(1.0f); }
   /// With kPrepared: completes the slots of `lanes` once constants and textures are in them.

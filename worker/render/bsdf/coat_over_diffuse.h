@@ -75,6 +75,20 @@ TESSERA_INLINE BsdfEval eval_coat_over_diffuse(const BsdfParams& params, Vec3 wo
   return result;
 }
 
+/// Bsdf::diffuse_share of the model with this coat: what the base gives.
+template <class Coat>
+TESSERA_INLINE Float share_below_coat(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) {
+  const Mask lit = active & same_hemisphere(wo, wi);
+  const Mask below = wo.z < 0.0f;
+  wo = mirror_if(below, wo);
+  wi = mirror_if(below, wi);
+  const Coat coat(params, lit);
+  if (!coat.any_rough()) return Float(1.0f);
+  const CoatLobes lobes(params, coat, wo);
+  const Spectrum base = lobes.base * (coat.transmittance(wi) * select_or_zero(lit, wi.z * kInvPi));
+  return share_of(base, eval_coat_lobes(params, coat, lobes, wo, wi, lit).f_cos);
+}
+
 /// Bsdf::sample of the model with this coat.
 template <class Coat>
 TESSERA_INLINE BsdfSample sample_coat_over_diffuse(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,

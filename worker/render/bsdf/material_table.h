@@ -67,6 +67,8 @@ enum MaterialFlags : std::int32_t {
   // loaded.
   kReflectsOnly = 1 << 24,  // light is scattered back to the side of wo alone
   kLambertian = 1 << 28,    // light is scattered back evenly: f is the same for all directions of that side
+  kAllDiffuse = 1 << 30,    // all lobes but delta ones are diffuse, for layers
+  kSomeDiffuse = 1 << 29,   // some are: Bsdf::diffuse_share() tells
   kEstimatedDensity = 1 << 25,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
 };
 

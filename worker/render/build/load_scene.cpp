@@ -7,6 +7,7 @@
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
 #include "render/build/scene_content.h"
+#include "render/build/view/layers.h"
 #include "render/film/adaptive_tile.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
@@ -48,7 +49,7 @@ class BuiltScene final : public RenderScene {
         auto self = std::unique_ptr<BuiltScene>(new BuiltScene(
             *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
-        return self;
+        return with_layers(std::move(self), scene, job);
       }
     }
     auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
@@ -56,8 +57,9 @@ class BuiltScene final : public RenderScene {
     auto content = build->finish();
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    return std::unique_ptr<BuiltScene>(new BuiltScene(*kernel, *traits, *algorithm, std::move(channels),
-                                                      *std::move(content), job.samples()));
+    auto self = std::unique_ptr<BuiltScene>(new BuiltScene(*kernel, *traits, *algorithm, std::move(channels),
+                                                           *std::move(content), job.samples()));
+    return with_layers(std::move(self), scene, job);
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -147,6 +149,17 @@ class BuiltScene final : public RenderScene {
   const void* content() const override { return content_.get(); }
 
  private:
+  static absl::StatusOr<std::unique_ptr<RenderScene>> with_layers(std::unique_ptr<BuiltScene> self,
+                                                                  const v1::Scene& scene,
+                                                                  const v1::JobSpec& job) {
+    if (job.view().layers().empty()) return self;
+    auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
+                               self->content_->shape_numbers, self->content_->arrays);
+    if (!layers.ok()) return layers.status();
+    self->tables_.layers = *std::move(layers);
+    return self;
+  }
+
   BuiltScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
              std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
              const v1::JobSpec::Samples& samples)
@@ -193,7 +206,7 @@ class BuiltScene final : public RenderScene {
     const auto integrator =
         algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, tile.prepared});
     if (traits_.work == wire::WorkKind::kPasses) {
-      PassFilm film(result, tables_.filter);
+      PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count));
       while (film.begin_pass()) {
         if (!integrator->render(film, film, stop)) return false;
         film.end_pass();

@@ -19,6 +19,7 @@
 #include "render/build/texture/texture_builder.h"
 #include "render/build/texture/texture_images.h"
 #include "render/build/values/located.h"
+#include "render/build/view/layers.h"
 #include "render/build/view/settings.h"
 #include "render/build/view/view.h"
 #include "wire/message_digest.h"
@@ -195,6 +196,10 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   const float radius = content.accelerator->bounding_radius();
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
   build_light_selection(settings.light_selection, centre, radius, arrays.lights);
+  content.shape_numbers = shape_numbers(parts_->scene, builders.shapes.messages());
+  for (const v1::Material& material : parts_->scene.materials())
+    content.material_names.push_back(material.name());
+  content.material_names.resize(arrays.materials.materials.size(), "(default)");
   return parts_->content;
 }
 

@@ -21,6 +21,7 @@ struct FilmRect {
 struct Splat {
   float x, y;
   float value[3];
+  std::uint32_t layers = 0;  // that it belongs to: bits
 };
 
 class Film {

@@ -1,6 +1,7 @@
 #include "render/film/pass_film.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -9,7 +10,7 @@
 
 namespace tessera::render {
 
-PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter)
+PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers)
     : result_(result),
       filter_(filter),
       sums_(result),
@@ -17,6 +18,7 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter)
       all_(order_.size()),
       channels_(static_cast<std::size_t>(
           std::ranges::count(result.channels, wire::ChannelKind::kSum, &wire::ChannelDesc::kind))),
+      first_layer_(channels_ - 3 * layers),
       next_pass_(result.sample_begin) {
   std::iota(all_.begin(), all_.end(), 0u);
   sums_.begin_pixels(all_);
@@ -81,7 +83,13 @@ void PassFilm::add_splat(const Splat& splat) {
     for (std::int64_t x = first_x; x <= last_x; ++x) {
       const float weight = wy * filter_value(filter_.kind, filter_.x, splat.x - static_cast<float>(x) - 0.5f);
       const std::size_t pixel = pixel_at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-      for (std::size_t c = 0; c < 3; ++c) planes_[c * all_.size() + pixel] += splat.value[c] * weight;
+      const auto add_from = [&](std::size_t channel) {
+        for (std::size_t c = 0; c < 3; ++c)
+          planes_[(channel + c) * all_.size() + pixel] += splat.value[c] * weight;
+      };
+      add_from(0);
+      for (std::uint32_t left = splat.layers; left != 0; left &= left - 1)
+        add_from(first_layer_ + 3 * static_cast<std::size_t>(std::countr_zero(left)));
     }
   }
 }

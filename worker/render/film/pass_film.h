@@ -14,9 +14,9 @@ namespace tessera::render {
 
 class PassFilm final : public SampleSource, public Film {
  public:
-  /// `result` has its rectangle, sample range and channels set; counts and values are filled in by the last
-  /// end_pass().
-  PassFilm(wire::TileResult& result, const PixelFilterRecord& filter);
+  /// `result` has its rectangle, sample range and channels set, the last of which are those of the layers,
+  /// three each; counts and values are filled in by the last end_pass().
+  PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers = 0);
 
   /// Starts the next pass; false when there is none.
   bool begin_pass();
@@ -40,6 +40,7 @@ class PassFilm final : public SampleSource, public Film {
   const std::vector<std::uint32_t> order_;  // of the pixels, as they are asked for
   std::vector<std::uint32_t> all_;          // pixels, rows from the top
   const std::size_t channels_;              // that come with samples
+  const std::size_t first_layer_;           // channel
   std::vector<float> planes_;               // of the pass: channel c of pixel i at c * pixels + i
   std::size_t next_pixel_ = 0;              // in order_
   std::uint32_t pass_ = 0, next_pass_;

@@ -275,6 +275,18 @@ void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 w
   sample.pdf = select(spread, pdf, sample.pdf);
 }
 
+Float diffuse_share_of_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
+  Float share = select((part.flags & kAllDiffuse) != 0, Float(1.0f), Float(0.0f));
+  const Mask some = active & ((part.flags & kSomeDiffuse) != 0);
+  if (none(some)) return share;
+  const Vec3 lo = part.frame.to_local(wo), li = part.frame.to_local(wi);
+  for_each_distinct(part.kind, some, [&](std::int32_t kind, Mask lanes) {
+    share = select(lanes, bsdf_model(static_cast<BsdfKind>(kind))->diffuse_share(part.params, lo, li, lanes),
+                   share);
+  });
+  return share;
+}
+
 Spectrum albedo_of_part(const MaterialPart& at, Mask active) {
   Spectrum albedo(1.0f);
   for_each_distinct(at.kind, active, [&](std::int32_t kind, Mask lanes) {
@@ -327,6 +339,16 @@ BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mas
   result.specular = and_not(result.specular, second) | (other.specular & second);
   result.transmission = and_not(result.transmission, second) | (other.transmission & second);
   return result;
+}
+
+Float diffuse_share(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
+  const Float share = diffuse_share_of_part(at, wo, wi, active);
+  const Mask mixed = active & ((at.flags & kMixed) != 0);
+  if (none(mixed)) return share;
+  const Float other = diffuse_share_of_part(at.second, wo, wi, mixed);
+  const Spectrum first = eval_part(at, wo, wi, Transport::kRadiance, mixed).f_cos * (1.0f - at.amount),
+                 second = eval_part(at.second, wo, wi, Transport::kRadiance, mixed).f_cos * at.amount;
+  return select(mixed, share_of(first * share + second * other, first + second), share);
 }
 
 Spectrum albedo_of(const Interaction& at, Mask active) {

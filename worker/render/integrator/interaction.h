@@ -43,6 +43,9 @@ BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,
 BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
                        Transport transport = Transport::kRadiance);
 
+/// The part of eval_bsdf() that is of diffuse lobes, from 0 to 1; the rest is of glossy ones.
+Float diffuse_share(const Interaction& at, Vec3 wo, Vec3 wi, Mask active);
+
 /// An estimate of the surface's colour for the albedo AOV.
 Spectrum albedo_of(const Interaction& at, Mask active);
 

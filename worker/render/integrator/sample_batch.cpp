@@ -1,5 +1,6 @@
 #include "render/integrator/sample_batch.h"
 
+#include <algorithm>
 #include <bit>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "render/integrator/fireflies.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -52,7 +54,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
                         .normal = zero,
                         .time = time,
                         .reference = ray.origin,
-                        .medium = Int(scene_.camera.medium)};
+                        .medium = Int(scene_.camera.medium),
+                        .layer_state = state_at_eye(scene_)};
     store(scene_, path, paths, slot);
     hash.store(keys_.pixel_hash + slot);
     reversed.store(keys_.reversed_sample + slot);
@@ -63,6 +66,10 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (is_touched(i)) layers_[i] = {};
+  }
+  touched_ = 0;
   stats_.camera_rays += static_cast<std::uint64_t>(size_);
   stats_.samples += static_cast<std::uint64_t>(size_);
   return size_ > 0;
@@ -100,11 +107,30 @@ void SampleBatch::add_each(Spectrum more, Int slot, Mask lanes) {
   }
 }
 
+void SampleBatch::add_to_layers(Spectrum more, Int layers, Int slot, Mask lanes) {
+  if (layers_.empty()) return;
+  alignas(64) std::int32_t to[kWidth], at[kWidth];
+  alignas(64) float light[kSpectrumLanes][kWidth];
+  layers.store(to);
+  slot.store(at);
+  for (int c = 0; c < kSpectrumLanes; ++c) more.c[c].store(light[c]);
+  for (std::uint32_t left = lanes.bits(); left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    for_each_layer(to[i], [&](SpectrumLanes& layer) {
+      for (int c = 0; c < kSpectrumLanes; ++c) layer.c[c][at[i]] += light[c][i];
+    });
+  }
+}
+
 void SampleBatch::add_contributions(const ConnectionQueue& queue) {
   for (int i = 0; i < queue.size; ++i) {
     if (queue.distance[i] < 0) continue;
     const std::int32_t slot = queue.slot[i];
     for (int c = 0; c < kSpectrumLanes; ++c) radiance_.c[c][slot] += queue.contribution.c[c][i];
+    if (layers_.empty()) continue;
+    for_each_layer(queue.layers[i], [&](SpectrumLanes& layer) {
+      for (int c = 0; c < kSpectrumLanes; ++c) layer.c[c][slot] += queue.contribution.c[c][i];
+    });
   }
 }
 
@@ -125,6 +151,11 @@ void SampleBatch::drop_bad_samples() {
     const Mask bad = and_not(valid, summable);
     if (none(bad)) continue;
     store_lanes(select(bad, Spectrum(0.0f), radiance), radiance_, i);
+    for (SpectrumLanes& layer : layers_) {
+      Spectrum part;
+      load_lanes(layer, i, part);
+      store_lanes(select(bad, Spectrum(0.0f), part), layer, i);
+    }
     for (std::uint32_t bits = bad.bits(); bits != 0; bits &= bits - 1) {
       ++stats_.dropped_samples;
       if (stats_.warnings.size() >= 8) continue;
@@ -136,12 +167,33 @@ void SampleBatch::drop_bad_samples() {
   }
 }
 
-/// Leaves the samples in planes_, channels in the order of wire::channels_for_aovs; returns the stride
+/// The last of the planes, which are filled plane by plane: many are empty, batch by batch.
+void SampleBatch::fill_layers(std::size_t stride) {
+  float* plane = planes_.data() + planes_.size() - kBands * layers_.size() * stride;
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+    for (int band = 0; band < kBands; ++band, plane += stride) {
+      if (!is_touched(layer)) {
+        std::fill_n(plane, stride, 0.0f);
+        continue;
+      }
+      for (int i = 0; i < size_; i += kWidth) {
+        // Light that is part of what is summable.
+        const Float light =
+            band_mean(band, [&](int lane) { return Float::load(layers_[layer].c[lane] + i); });
+        (light * scene_.exposure * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
+      }
+    }
+  }
+}
+
+/// Leaves the samples in planes_, channels in the order of wire::channels_of; returns the stride
 /// between them.
 std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
-  planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0)) * stride);
+  planes_.resize(
+      (4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) + kBands * layers_.size()) *
+      stride);
   for (int i = 0; i < size_; i += kWidth) {
     const Float weight = Float::load(filter_weight_ + i);
     float* to = planes_.data() + i;
@@ -163,6 +215,7 @@ std::size_t SampleBatch::fill_planes() {
     }
     if (aovs.depth) put_summable(Float::load(depth_ + i));
   }
+  fill_layers(stride);
   return stride;
 }
 

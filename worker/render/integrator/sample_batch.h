@@ -2,6 +2,7 @@
 // their paths have ended. What all algorithms share whose paths begin at the eye.
 #pragma once
 
+#include <bit>
 #include <vector>
 
 #include "render/film/film.h"
@@ -19,7 +20,10 @@ void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, Hit
 class SampleBatch {
  public:
   explicit SampleBatch(const IntegratorContext& context)
-      : scene_(context.scene), seed_(context.seed), stats_(context.stats) {}
+      : scene_(context.scene),
+        seed_(context.seed),
+        stats_(context.stats),
+        layers_(static_cast<std::size_t>(context.scene.layers.count)) {}
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
   /// `paths`, in slots of the same number. False when nothing more is wanted.
@@ -49,6 +53,8 @@ class SampleBatch {
   void add_radiance(Spectrum more, Int slot, Mask lanes);
   /// The same for samples of which several may be one.
   void add_each(Spectrum more, Int slot, Mask lanes);
+  /// The same, for the layers whose bits are set, where there are any.
+  void add_to_layers(Spectrum more, Int layers, Int slot, Mask lanes);
   /// The same, for those of the queue that nothing is in the way of.
   void add_contributions(const ConnectionQueue& queue);
 
@@ -59,6 +65,15 @@ class SampleBatch {
   void name_next(SampleSource& source, int most);
   void drop_bad_samples();
   std::size_t fill_planes();
+  void fill_layers(std::size_t stride);
+  bool is_touched(std::size_t layer) const { return (touched_ >> layer & 1) != 0; }
+  /// Calls f for those whose bits are set.
+  template <class F>
+  void for_each_layer(std::int32_t bits, F&& f) {
+    touched_ |= static_cast<std::uint32_t>(bits);
+    for (auto left = static_cast<std::uint32_t>(bits); left != 0; left &= left - 1)
+      f(layers_[static_cast<std::size_t>(std::countr_zero(left))]);
+  }
 
   const SceneTables& scene_;
   const std::uint64_t seed_;  // of the sampler
@@ -71,7 +86,9 @@ class SampleBatch {
   alignas(64) Lanes<float> filter_weight_, coverage_, depth_;
   SpectrumLanes albedo_;
   Vec3Lanes normal_;
-  std::vector<float> planes_;  // what the film takes
+  std::vector<SpectrumLanes> layers_;  // radiance of each
+  std::uint32_t touched_ = 0;          // bits of the layers of which some sample of the batch has light
+  std::vector<float> planes_;          // what the film takes
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -8,6 +8,7 @@
 #include "render/camera/camera_record.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
+#include "render/integrator/layer_table.h"
 #include "render/integrator/radiosity/radiosity_settings.h"
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
@@ -61,6 +62,7 @@ struct SceneTables {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
+  LayerTable layers;
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
   RadiositySettings radiosity;

@@ -80,6 +80,7 @@ std::string ShapeWriter::use_group(Object& group) {
 bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
   PropertyReader reader(context_, object);
   shape.set_name(context_.name_with_place(object));
+  shape.set_group(object.id);
   // Media first: a mesh may have to swap them.
   if (Object* medium = reader.named_child("interior", "medium"))
     shape.set_interior_medium(media_.use(*medium));

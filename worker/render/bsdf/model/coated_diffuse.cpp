@@ -32,10 +32,11 @@ namespace {
 
 class CoatedDiffuseBsdf final : public Bsdf {
  public:
-  CoatedDiffuseBsdf() : Bsdf(kReflectsOnly) {}
+  CoatedDiffuseBsdf() : Bsdf(kReflectsOnly | kSomeDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -131,6 +132,10 @@ BsdfEval CoatedDiffuseBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Tra
 BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                      Mask active) const {
   return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
+}
+
+Float CoatedDiffuseBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  return share_below_coat<Coat>(params, wo, wi, active);
 }
 
 Spectrum CoatedDiffuseBsdf::albedo(const BsdfParams& params) const {

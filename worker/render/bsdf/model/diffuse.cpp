@@ -12,7 +12,7 @@ namespace {
 
 class DiffuseBsdf final : public Bsdf {
  public:
-  DiffuseBsdf() : Bsdf(kReflectsOnly | kLambertian) {}
+  DiffuseBsdf() : Bsdf(kReflectsOnly | kLambertian | kAllDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

@@ -14,6 +14,7 @@ namespace {
 
 class DiffuseTransmissionBsdf final : public Bsdf {
  public:
+  DiffuseTransmissionBsdf() : Bsdf(kAllDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;

@@ -17,10 +17,11 @@ namespace {
 
 class PhongBsdf final : public Bsdf {
  public:
-  PhongBsdf() : Bsdf(kReflectsOnly) {}
+  PhongBsdf() : Bsdf(kReflectsOnly | kSomeDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -126,6 +127,11 @@ BsdfSample PhongBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Ve
           .valid = valid,
           .specular = delta,
           .transmission = Mask::none()};
+}
+
+Float PhongBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  const Spectrum whole = eval(params, wo, wi, Transport::kRadiance, active).f_cos;
+  return share_of(Lobes(params).base * (abs_cos_theta(wi) * kInvPi), whole);
 }
 
 Spectrum PhongBsdf::albedo(const BsdfParams& params) const {

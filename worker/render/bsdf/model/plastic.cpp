@@ -24,10 +24,11 @@ namespace {
 
 class PlasticBsdf final : public Bsdf {
  public:
-  PlasticBsdf() : Bsdf(kReflectsOnly) {}
+  PlasticBsdf() : Bsdf(kReflectsOnly | kSomeDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -88,6 +89,10 @@ BsdfEval PlasticBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport
 BsdfSample PlasticBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,
                                Mask active) const {
   return sample_coat_over_diffuse<Coat>(params, wo, u_lobe, u, active);
+}
+
+Float PlasticBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  return share_below_coat<Coat>(params, wo, wi, active);
 }
 
 Spectrum PlasticBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }

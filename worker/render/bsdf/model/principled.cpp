@@ -15,9 +15,11 @@ namespace {
 
 class PrincipledBsdf final : public Bsdf {
  public:
+  PrincipledBsdf() : Bsdf(kSomeDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
   Spectrum albedo(const BsdfParams& params) const override;
   void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
 };
@@ -86,6 +88,15 @@ Spectrum reflectance(const BsdfParams& params, const Lobes& lobes, Float cos_o, 
   return select(lobes.inside, Spectrum(lobes.glass * fresnel), outside);
 }
 
+/// f of the diffuse base and its sheen. `cos_i` is between wi and the half vector.
+TESSERA_INLINE Spectrum base_value(const BsdfParams& params, const Lobes& lobes, Float zo, Float zi,
+                                   Float cos_i) {
+  const Spectrum colour = params.spectra[slot::kReflectance];
+  Spectrum f = colour * (lobes.base * kInvPi * principled_diffuse(params, zo, zi, cos_i));
+  f += principled_sheen(params, colour, cos_i) * (1.0f - params.extended[slot::kMetallic]);
+  return f;
+}
+
 /// f cos and pdf of all lobes, for wo above the surface.
 BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 wi, Mask active) {
   const Mask reflected = wi.z > 0.0f;
@@ -123,9 +134,7 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
     const Float coat_reflectance = lerp(schlick_weight(cos_o, lobes.eta), Float(0.04f), Float(1.0f));
     const Float coat_f =
         lobes.clearcoat * coat_reflectance * coat_density * Clearcoat::masking(zo) * Clearcoat::masking(zi);
-    const Spectrum colour = params.spectra[slot::kReflectance];
-    Spectrum f = colour * (lobes.base * kInvPi * principled_diffuse(params, zo, zi, cos_i));
-    f += principled_sheen(params, colour, cos_i) * (1.0f - params.extended[slot::kMetallic]);
+    const Spectrum f = base_value(params, lobes, zo, zi, cos_i);
     result.f_cos += select_or_zero(outer, (f + Spectrum(coat_f)) * zi);
     const Float coat_pdf = lobes.clearcoat * coat_density * h.z * inverse / (4.0f * max(cos_i, 1e-20f));
     result.pdf += select_or_zero(outer, lobes.scale * (coat_pdf + lobes.base * zi * kInvPi));
@@ -179,6 +188,19 @@ BsdfSample PrincipledBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
           .valid = valid,
           .specular = Mask::none(),
           .transmission = refracted};
+}
+
+Float PrincipledBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  const Mask below = wo.z < 0.0f;
+  wo = mirror_if(below, wo);
+  wi = mirror_if(below, wi);
+  const Lobes lobes(params, below);
+  const Mask outer = and_not(active & (wo.z > 0.0f) & (wi.z > 0.0f), lobes.inside);
+  if (none(outer)) return Float(0.0f);
+  const Vec3 h = wo + wi;
+  const Float cos_i = dot(wi, h) / sqrt(max(length_squared(h), 1e-20f));
+  const Spectrum base = base_value(params, lobes, wo.z, wi.z, cos_i) * wi.z;
+  return select_or_zero(outer, share_of(base, eval_above(params, lobes, wo, wi, outer).f_cos));
 }
 
 Spectrum PrincipledBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }

@@ -14,9 +14,11 @@ namespace {
 
 class PrincipledThinBsdf final : public Bsdf {
  public:
+  PrincipledThinBsdf() : Bsdf(kSomeDiffuse) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
   Spectrum albedo(const BsdfParams& params) const override;
   void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
 };
@@ -39,6 +41,15 @@ struct Lobes {
     return principled_facets(params, select(transmission, rough_transmission, rough_reflection));
   }
 };
+
+/// f of the diffuse base. `cos_i` is between wi and the half vector.
+TESSERA_INLINE Spectrum base_value(const BsdfParams& params, const Lobes& lobes, Mask reflection, Float zo,
+                                   Float zi, Float cos_i) {
+  const Spectrum colour = params.spectra[slot::kReflectance];
+  const Spectrum scattered = colour * (lobes.reflected * kInvPi * principled_diffuse(params, zo, zi, cos_i)) +
+                             principled_sheen(params, colour, cos_i) * lobes.reflected;
+  return select(reflection, scattered, colour * (lobes.transmitted * kInvPi));
+}
 
 /// f cos and pdf of all lobes, for wo above the surface.
 BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 wi, Mask active) {
@@ -65,9 +76,7 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   Float pdf = 0.5f * lobes.glass * half_density / (zo + so);
 
   // The base.
-  const Spectrum scattered = colour * (lobes.reflected * kInvPi * principled_diffuse(params, zo, zi, cos_i)) +
-                             principled_sheen(params, colour, cos_i) * lobes.reflected;
-  f_cos += select(reflection, scattered, colour * (lobes.transmitted * kInvPi)) * zi;
+  f_cos += base_value(params, lobes, reflection, zo, zi, cos_i) * zi;
   pdf += select(reflection, lobes.reflected, lobes.transmitted) * zi * kInvPi;
   return {select_or_zero(active, f_cos), select_or_zero(active, pdf)};
 }
@@ -109,6 +118,19 @@ BsdfSample PrincipledThinBsdf::sample(const BsdfParams& params, Vec3 wo, Float u
           .valid = valid,
           .specular = Mask::none(),
           .transmission = transmission};
+}
+
+Float PrincipledThinBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
+  const Mask below = wo.z < 0.0f;
+  wo = mirror_if(below, wo);
+  wi = mirror_if(below, wi);
+  const Lobes lobes(params);
+  const Mask reflection = wi.z > 0.0f;
+  const Float zi = abs_cos_theta(wi);
+  const Vec3 h{wo.x + wi.x, wo.y + wi.y, wo.z + zi};
+  const Float cos_i = dot(wi, h) / sqrt(max(length_squared(h), 1e-20f));
+  const Spectrum base = base_value(params, lobes, reflection, wo.z, zi, cos_i) * zi;
+  return share_of(base, eval_above(params, lobes, wo, wi, active).f_cos);
 }
 
 Spectrum PrincipledThinBsdf::albedo(const BsdfParams& params) const {

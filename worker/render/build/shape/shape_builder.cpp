@@ -22,6 +22,7 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
   const auto index = static_cast<std::int32_t>(table_.shapes.size());
   table_.shapes.push_back(record);
   names_.push_back(where);
+  messages_.push_back(&shape);
   if (shape.has_mesh()) {
     if (auto s = inputs_.attributes.add(shape.mesh(), table_, index); !s.ok()) return s;
   }

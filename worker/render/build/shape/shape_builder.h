@@ -40,6 +40,8 @@ class ShapeBuilder {
 
   /// The places in the scene of all shapes in the table, for messages.
   const std::vector<std::string>& names() const { return names_; }
+  /// The messages of all shapes in the table.
+  const std::vector<const v1::Shape*>& messages() const { return messages_; }
   /// Shapes that emit light, in order.
   const std::vector<Emitter>& emitters() const { return emitters_; }
 
@@ -55,6 +57,7 @@ class ShapeBuilder {
   ShapeTable& table_;
   std::vector<std::string>& warnings_;
   std::vector<std::string> names_;
+  std::vector<const v1::Shape*> messages_;
   std::vector<Emitter> emitters_;
 };
 

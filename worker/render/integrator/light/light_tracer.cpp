@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_start.h"
 #include "render/integrator/vertex/roulette.h"
 
@@ -12,12 +13,16 @@ namespace tessera::render::TESSERA_ISA {
 struct LightTracer::Event {
   WidePath path;
   Sampler sampler;
+  int depth;       // events before this one
   int first_pair;  // of this event's dimensions
   Vertex vertex;   // its wo points back to the light
 
   // The vertex is large and filled in later: it is not zeroed.
-  Event(const WidePath& wide_path, const Sampler& numbers, int pair)
-      : path(wide_path), sampler(numbers), first_pair(pair) {}
+  Event(const WidePath& wide_path, const Sampler& numbers, int number)
+      : path(wide_path),
+        sampler(numbers),
+        depth(number),
+        first_pair(dimension::kFirstLightEvent + number * dimension::kPairsPerLightEvent) {}
 };
 
 bool LightTracer::render(SampleSource& work, Film& film, std::stop_token stop) {
@@ -45,7 +50,9 @@ void LightTracer::start_paths(std::int32_t first, std::int32_t count, std::uint3
     reversed.store(keys_.reversed_sample + slot);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
     const float paths = static_cast<float>(scene_.camera.width) * static_cast<float>(scene_.camera.height);
-    const LightStart start = start_at_light(scene_, sampler, paths, Int::iota(slot), active);
+    LightStart start = start_at_light(scene_, sampler, paths, Int::iota(slot), active);
+    if (tells_layers(scene_))
+      start.path.layer_state = state_at_light(scene_.layers, start.light, start.alive);
     alive_ += append(scene_, start.path, start.alive, paths_, alive_);
   }
   stats_.samples += static_cast<std::uint64_t>(count);
@@ -73,8 +80,7 @@ void LightTracer::shade(int depth, const FilmRect& rect) {
     const Mask hit = active & (found.shape >= 0);
     if (none(hit)) continue;
     const WidePath path = load(scene_, paths_, i);
-    Event e(path, keys_.sampler(scene_.sampler.kind, path.slot, active),
-            dimension::kFirstLightEvent + depth * dimension::kPairsPerLightEvent);
+    Event e(path, keys_.sampler(scene_.sampler.kind, path.slot, active), depth);
     meet_surface(scene_, path, found, e.sampler, e.first_pair, hit, e.vertex);
     join_to_camera(e, hit, rect);
     if (depth + 1 < scene_.max_depth) scatter_paths(e, hit, kept);
@@ -86,8 +92,14 @@ void LightTracer::join_to_camera(const Event& e, Mask hit, const FilmRect& rect)
   const Mask wanted = joinable(e.vertex, hit);
   if (none(wanted)) return;
   const Vec2 lens = e.sampler.get_2d(e.first_pair + dimension::kJoinLens);
-  const CameraJoin join = camera_join(scene_, e.vertex, e.path.beta, lens, rect, wanted);
-  if (any(join.seen)) joins_.add(e.vertex, join, UInt(0), join.seen);
+  CameraJoin join = camera_join(scene_, e.vertex, e.path.beta, lens, rect, wanted);
+  if (none(join.seen)) return;
+  if (tells_layers(scene_)) {
+    const Int state = state_after(scene_, e.vertex, e.path.layer_state, join.w, e.vertex.wo, Mask::none(),
+                                  {e.sampler, e.depth, true}, join.seen);
+    join.layers = layers_at_eye(scene_.layers, state, join.seen);
+  }
+  joins_.add(e.vertex, join, UInt(0), join.seen);
 }
 
 void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
@@ -101,6 +113,10 @@ void LightTracer::scatter_paths(const Event& e, Mask hit, int& kept) {
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight * normals;
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
+  if (tells_layers(scene_)) {
+    next.layer_state = state_after(scene_, v, e.path.layer_state, bsdf.wi, v.wo, bsdf.specular,
+                                   {e.sampler, e.depth, false}, alive);
+  }
   alive &= survive_roulette(next.beta, next.roulette_scale,
                             e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).x);
 

@@ -2,6 +2,7 @@
 #include "render/core/constants.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/integrator/vertex/roulette.h"
@@ -127,6 +128,10 @@ void Wavefront::add_environment(const Event& e, Mask missed) {
       weight = select(weighed, power_heuristic(e.path.pdf, pdf), weight);
     }
     sum += radiance * weight;
+    if (tells_layers(scene_)) {
+      const Int layers = layers_at_light(scene_.layers, e.path.layer_state, Int(light), missed);
+      batch_.add_to_layers(radiance * weight * e.path.beta, layers, e.path.slot, missed);
+    }
   }
   batch_.add_radiance(sum * e.path.beta, e.path.slot, missed);
 }
@@ -149,6 +154,10 @@ void Wavefront::add_emission(const Event& e, Mask hit) {
                                            e.path.pdf, lit);
   }
   batch_.add_radiance(radiance * e.path.beta, e.path.slot, lit);
+  if (tells_layers(scene_)) {
+    const Int layers = layers_at_light(scene_.layers, e.path.layer_state, surface.light, lit);
+    batch_.add_to_layers(radiance * e.path.beta, layers, e.path.slot, lit);
+  }
 }
 
 void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int depth) {
@@ -180,8 +189,16 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
   WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
+  if (tells_layers(scene_)) ray.layers = layers_by_way_of(e, choice.light, light.wi, depth, shines);
   if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(batch_.key(ray.slot, shines));
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
+}
+
+/// The layers of light that comes along `wi` and is scattered here.
+Int Wavefront::layers_by_way_of(const Event& e, Int light, Vec3 wi, int depth, Mask lanes) const {
+  const Int state = state_after(scene_, e.vertex, e.path.layer_state, e.vertex.wo, wi, Mask::none(),
+                                {e.sampler, depth, true}, lanes);
+  return layers_at_light(scene_.layers, state, light, lanes);
 }
 
 void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) {
@@ -203,6 +220,10 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
     next.medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, and_not(events, v.in_medium));
   }
   Mask alive = and_not(events & bsdf.valid, is_black(next.beta));
+  if (tells_layers(scene_)) {
+    next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, bsdf.wi, bsdf.specular,
+                                   {e.sampler, depth, false}, alive);
+  }
   if (depth > kRouletteStart) alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
 
   // Entries are read 16 at a time, or sorted elsewhere, before they are overwritten, and never move up.

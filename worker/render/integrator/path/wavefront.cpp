@@ -1,6 +1,7 @@
 #include "render/integrator/path/wavefront.h"
 
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -31,6 +32,7 @@ void Wavefront::advance(int depth) {
     // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
     transit_.march(shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {
       batch_.add_radiance(ray.contribution, ray.slot, arrived);
+      if (tells_layers(scene_)) batch_.add_to_layers(ray.contribution, ray.layers, ray.slot, arrived);
     });
   } else {
     trace_shadow_rays();

@@ -57,6 +57,7 @@ class Wavefront : public Integrator {
   void add_emission(const Event& e, Mask hit);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
+  Int layers_by_way_of(const Event& e, Int light, Vec3 wi, int depth, Mask lanes) const;
 
   /// Paths and what they met in the order in which they are shaded.
   struct SortedState {

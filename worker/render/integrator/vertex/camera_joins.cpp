@@ -44,6 +44,7 @@ void CameraJoins::add(const Vertex& v, const CameraJoin& join, UInt key, Mask sh
   if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(join.eye.depth, 1e-30f));
   ray.contribution = join.value;
   ray.key = bit_cast<std::int32_t>(key);
+  ray.layers = join.layers;
   const int at = connections_.size;
   compress_store(join.eye.film.x, shines, film_x_ + at);
   compress_store(join.eye.film.y, shines, film_y_ + at);
@@ -60,7 +61,7 @@ void CameraJoins::trace(Film& film) {
         const int lane = __builtin_ctz(bits);
         float light[kSpectrumLanes];
         for (int c = 0; c < kSpectrumLanes; ++c) light[c] = ray.contribution.c[c].lane(lane);
-        splat(ray.slot.lane(lane), light);
+        splat(ray.slot.lane(lane), light, scene_.layers.count > 0 ? ray.layers.lane(lane) : 0);
       }
     });
   } else {
@@ -72,16 +73,17 @@ void CameraJoins::trace(Film& film) {
       if (connections_.distance[i] < 0) continue;
       float light[kSpectrumLanes];
       for (int c = 0; c < kSpectrumLanes; ++c) light[c] = connections_.contribution.c[c][i];
-      splat(i, light);
+      splat(i, light, scene_.layers.count > 0 ? connections_.layers[i] : 0);
     }
     connections_.size = 0;
   }
   film.splat(splats_);
 }
 
-void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes]) {
+void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers) {
   const auto band = [&](int number) { return band_mean(number, [&](int lane) { return light[lane]; }); };
-  splats_.push_back({film_x_[place], film_y_[place], {band(0), band(1), band(2)}});
+  splats_.push_back(
+      {film_x_[place], film_y_[place], {band(0), band(1), band(2)}, static_cast<std::uint32_t>(layers)});
 }
 
 }  // namespace tessera::render::TESSERA_ISA

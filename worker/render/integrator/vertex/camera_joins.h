@@ -17,6 +17,7 @@ struct CameraJoin {
   BsdfEval back;   // of what scatters there: value, and density of going back to the light
   Spectrum value;  // of the splat, were nothing in between
   Mask seen;       // from the rectangle's pixels
+  Int layers{0};   // that the light belongs to: bits; where there are any
 };
 
 /// `beta` is what the path carries to the vertex.
@@ -35,7 +36,7 @@ class CameraJoins {
   void trace(Film& film);
 
  private:
-  void splat(int place, const float (&light)[kSpectrumLanes]);
+  void splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers);
 
   const SceneTables& scene_;
   const RayQuery& rays_;

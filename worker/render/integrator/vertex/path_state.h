@@ -27,7 +27,8 @@ struct alignas(64) PathFields {
   // Volumetric scenes only
   typename Form::Vector
       reference;  // where the path was last scattered; `origin` is where it last crossed something
-  typename Form::Integer medium;  // around `origin`; -1: none
+  typename Form::Integer medium;       // around `origin`; -1: none
+  typename Form::Integer layer_state;  // with layers: of their automaton
 
   /// Calls f for each field that paths of this scene have, in all of these forms at once.
   template <class F, class... Paths>
@@ -44,6 +45,7 @@ struct alignas(64) PathFields {
       f(paths.reference...);
       f(paths.medium...);
     }
+    if (scene.layers.count > 0) f(paths.layer_state...);
   }
 };
 using PathState = PathFields<InMemory>;
@@ -63,6 +65,7 @@ struct alignas(64) ConnectionFields {
   // Volumetric scenes only
   typename Form::Integer medium;  // around the origin
   typename Form::Integer key;     // of its random numbers
+  typename Form::Integer layers;  // that the light belongs to if it arrives: bits; where there are any
 
   template <class F, class... Connections>
   static TESSERA_INLINE void for_each(const SceneTables& scene, F&& f, Connections&... connections) {
@@ -76,6 +79,7 @@ struct alignas(64) ConnectionFields {
       f(connections.medium...);
       f(connections.key...);
     }
+    if (scene.layers.count > 0) f(connections.layers...);
   }
 };
 using WideConnection = ConnectionFields<Wide16>;

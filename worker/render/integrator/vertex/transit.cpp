@@ -1,5 +1,7 @@
 #include "render/integrator/vertex/transit.h"
 
+#include "render/integrator/vertex/layers.h"
+
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
@@ -66,7 +68,14 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
     }
     const Flight flight = sample_flight(scene_.media, {medium, o, d, distance}, beta, u, numbers, inside);
     const Mask lit = and_not(inside, is_black(flight.emission));
-    if (flying.emission && any(lit)) flying.emission->add_radiance(beta * flight.emission, slot, lit);
+    if (flying.emission && any(lit)) {
+      flying.emission->add_radiance(beta * flight.emission, slot, lit);
+      if (tells_layers(scene_)) {
+        const Int layers = layers_at_source(scene_.layers, gather(paths.layer_state, path, lit),
+                                            Int(scene_.layers.source_of_media), lit);
+        flying.emission->add_to_layers(beta * flight.emission, layers, slot, lit);
+      }
+    }
     beta = select(inside, beta * flight.weight, beta);
     scatter_lanes(beta, paths.beta, path, inside);
     const Mask scattered = flight.scattered & inside;

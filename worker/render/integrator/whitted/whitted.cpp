@@ -3,6 +3,7 @@
 #include "render/core/constants.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -85,12 +86,20 @@ void Whitted::add_emission(const Point& point, Mask active) {
   if (const Mask lit = point.hit & (surface.light >= 0); any(lit)) {
     const Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, point.vertex.wo, lit);
     batch_.add_radiance(radiance * path.beta, path.slot, lit);
+    if (tells_layers(scene_)) {
+      const Int layers = layers_at_light(scene_.layers, path.layer_state, surface.light, lit);
+      batch_.add_to_layers(radiance * path.beta, layers, path.slot, lit);
+    }
   }
   const Mask missed = and_not(active, point.hit);
   if (none(missed)) return;
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Spectrum radiance = environment_radiance(scene_.lights, light, path.origin, path.direction, missed);
     batch_.add_radiance(radiance * path.beta, path.slot, missed);
+    if (tells_layers(scene_)) {
+      const Int layers = layers_at_light(scene_.layers, path.layer_state, Int(light), missed);
+      batch_.add_to_layers(radiance * path.beta, layers, path.slot, missed);
+    }
   }
 }
 
@@ -113,6 +122,11 @@ void Whitted::add_light(std::int32_t light, int depth) {
     ray.contribution =
         point.path.beta * f_cos * sample.radiance * (1.0f / select(reachable, sample.pdf, 1.0f));
     ray.slot = point.path.slot;
+    if (tells_layers(scene_)) {
+      const Int state = state_after(scene_, v, point.path.layer_state, v.wo, sample.wi, Mask::none(),
+                                    {batch_.sampler(point.path.slot, point.hit), depth, true}, reachable);
+      ray.layers = layers_at_light(scene_.layers, state, Int(light), reachable);
+    }
     shadows_.size +=
         append(scene_, ray, and_not(reachable, is_black(ray.contribution)), shadows_, shadows_.size);
   }
@@ -137,6 +151,11 @@ void Whitted::follow(int depth, Level& next, int& reflected, int& refracted) con
       // Without the 1 / eta^2 of refraction, which the way out takes back.
       ray.roulette_scale =
           select(lobe.transmission, point.path.roulette_scale * sqr(lobe.eta), point.path.roulette_scale);
+      if (tells_layers(scene_)) {
+        ray.layer_state =
+            state_after(scene_, v, point.path.layer_state, v.wo, lobe.wi, lobe.specular,
+                        {batch_.sampler(point.path.slot, point.hit), depth, false}, lanes & lobe.specular);
+      }
       const Float importance = (ray.beta * ray.roulette_scale).max_component();
       const Mask matters = min(importance, ray.pdf) >= kLeastImportance;
       size += append(scene_, ray, lanes & lobe.valid & lobe.specular & matters, to, size);

@@ -1,0 +1,35 @@
+// Layers as the command line asks for them -> expressions.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "layers/automaton.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::client {
+
+/// What is asked for by --layers and --aov; nothing: as the scene has it.
+struct LayerWishes {
+  std::optional<std::vector<layers::Layer>> layers;  // in place of the scene's
+  std::optional<std::uint32_t> bounces;              // a layer for each number of events up to this one
+  bool lights = false;                               // a layer for each light, or group of lights
+  bool emission = false;                             // a layer of light that is seen directly
+
+  bool any() const { return layers || bounces || lights || emission; }
+};
+
+/// Takes a word of --aov that asks for layers: "emission", "lights", "bounce0..bounce3". False for other
+/// words; InvalidArgument for a range of bounces that is none.
+absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishes);
+
+/// The layers of a job: those that are asked for, or the scene's, then those of single bounces, of lights and
+/// of emission. InvalidArgument where an expression has a name that nothing in the scene has, or the scene
+/// has more lights than there may be layers.
+absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wishes, const v1::Scene& scene);
+
+}  // namespace tessera::client

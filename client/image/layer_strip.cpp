@@ -1,0 +1,29 @@
+#include "image/layer_strip.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::client {
+
+absl::StatusOr<Image> layer_strip(const Image& image, const std::vector<std::string>& layers) {
+  const std::int32_t width = image.data.width(), height = image.data.height(),
+                     count = static_cast<std::int32_t>(layers.size());
+  Image strip;
+  strip.data = strip.display = {0, 0, width * count, height};
+  strip.metadata = image.metadata;
+  for (const char* band : {"R", "G", "B"}) {
+    Channel& whole = strip.add(band);
+    for (std::int32_t i = 0; i < count; ++i) {
+      const std::string& layer = layers[static_cast<std::size_t>(i)];
+      const Channel* const part = image.find(layer == "rgba" ? band : absl::StrCat(layer, ".", band));
+      if (part == nullptr)
+        return absl::InvalidArgumentError(absl::StrCat("the image has no layer '", layer, "'"));
+      for (std::int32_t y = 0; y < height; ++y)
+        std::copy_n(part->values.data() + y * width, width, whole.values.data() + (y * count + i) * width);
+    }
+  }
+  return strip;
+}
+
+}  // namespace tessera::client
