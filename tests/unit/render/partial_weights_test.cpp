@@ -26,6 +26,7 @@ struct RandomPath {
   Float camera;                                     // density by area of the vertex next to the lens
   Float camera_samples;
   bool delta_light;
+  float photons = 0;  // that a vertex would be merged with, for one that is joined
 
   RandomPath(int edges, unsigned seed, bool delta) : points(static_cast<std::size_t>(edges) + 1) {
     RandomLanes random(seed);
@@ -50,8 +51,8 @@ struct RandomPath {
             emitted_place * emitted_direction, delta_light ? Float(0.0f) : cosine};
   }
 
-  /// Density of the way with `s` vertices from the light, by the book.
-  std::array<double, kWidth> density(int s) const {
+  /// Density of the way with `s` vertices from the light, by the book, whatever is joined.
+  std::array<double, kWidth> density_if_joined(int s) const {
     std::array<double, kWidth> result;
     const int k = edges();
     for (int l = 0; l < kWidth; ++l) {
@@ -79,19 +80,40 @@ struct RandomPath {
           p *= at((*this)[i].to_eye) / at((*this)[i].length_squared);
         }
       }
-      const bool joins = s > 0;
-      if (joins && ((*this)[s - 1].specular || (s < k && (*this)[s].specular))) p = 0;
       result[static_cast<std::size_t>(l)] = p;
     }
     return result;
   }
+
+  /// The same, nothing where mirrors would be joined.
+  std::array<double, kWidth> density(int s) const {
+    const bool joins = s > 0;
+    if (joins && ((*this)[s - 1].specular || (s < edges() && (*this)[s].specular))) return {};
+    return density_if_joined(s);
+  }
+  /// Density with which vertex i is on both subpaths, to be merged.
+  std::array<double, kWidth> density_of_merging(int i) const {
+    const Point& p = (*this)[i];
+    if (p.specular) return {};
+    std::array<double, kWidth> result = density_if_joined(i + 1);
+    Float from_eye = camera / camera_samples;
+    if (i + 1 < edges()) {
+      const Point& next = (*this)[i + 1];
+      from_eye = (next.specular ? Float(1.0f) : next.from_eye) * p.to_eye / p.length_squared;
+    }
+    for (int l = 0; l < kWidth; ++l)
+      result[static_cast<std::size_t>(l)] *= static_cast<double>(from_eye.lane(l)) * double{photons};
+    return result;
+  }
+
+  Float merged() const { return power(Float(photons)); }
 
   /// Sums at vertex i of the subpath from the light.
   PartialWeights from_light(int i) const {
     PartialWeights sums = end().first_vertex((*this)[1].to_light);
     for (int v = 1; v < i; ++v) {
       const Point& p = (*this)[v];
-      sums = sums.scattered(p.to_eye, p.from_light, p.from_eye, Float(0.0f),
+      sums = sums.scattered(p.to_eye, p.from_light, p.from_eye, merged(),
                             p.specular ? Mask::all() : Mask::none());
       sums.arrive(p.length_squared, (*this)[v + 1].to_light);
     }
@@ -102,7 +124,7 @@ struct RandomPath {
     PartialWeights sums{power(camera_samples / camera), Float(0.0f)};
     for (int v = edges() - 1; v > i; --v) {
       const Point& p = (*this)[v];
-      sums = sums.scattered(p.to_light, p.from_eye, p.from_light, Float(0.0f),
+      sums = sums.scattered(p.to_light, p.from_eye, p.from_light, merged(),
                             p.specular ? Mask::all() : Mask::none());
       if (!left || v - 1 > i) sums.arrive((*this)[v - 1].length_squared, (*this)[v - 1].to_eye);
     }
@@ -115,49 +137,67 @@ struct RandomPath {
     if (s == 0) return end().hit_weight(from_eye(0, true));
     if (s == 1) {
       const Point& z = (*this)[1];
-      return end().sampling_weight(from_eye(1), z.to_light, z.from_eye, z.from_light, Float(0.0f));
+      return end().sampling_weight(from_eye(1), z.to_light, z.from_eye, z.from_light, merged());
     }
     const Point& y = (*this)[s - 1];
     if (s == k) {
-      return weight_of_way(from_light(s - 1).ways(camera / camera_samples, y.from_eye, Float(0.0f)),
+      return weight_of_way(from_light(s - 1).ways(camera / camera_samples, y.from_eye, merged()),
                            Float(0.0f));
     }
     const Point& z = (*this)[s];
     const Float inverse_square = 1.0f / y.length_squared;
     return weight_of_way(
-        from_light(s - 1).ways(z.from_eye * y.to_eye * inverse_square, y.from_eye, Float(0.0f)),
-        from_eye(s).ways(y.from_light * z.to_light * inverse_square, z.from_light, Float(0.0f)));
+        from_light(s - 1).ways(z.from_eye * y.to_eye * inverse_square, y.from_eye, merged()),
+        from_eye(s).ways(y.from_light * z.to_light * inverse_square, z.from_light, merged()));
   }
 };
 
+/// Ways to make a path: one with each number of vertices from the light, then a merge at each vertex.
+struct Way {
+  std::array<double, kWidth> density;
+  Float weight;
+};
+std::vector<Way> ways_of(const RandomPath& path) {
+  std::vector<Way> ways;
+  for (int s = 0; s <= path.edges(); ++s) ways.push_back({path.density(s), path.weight(s)});
+  if (path.photons == 0) return ways;
+  const Float inverse(1 / path.photons);
+  for (int i = 1; i < path.edges(); ++i) {
+    const Point& p = path[i];
+    const Float weight = weight_of_way(path.from_light(i).ways(inverse, p.from_eye, Float(0.0f)),
+                                       path.from_eye(i).ways(inverse, p.from_light, Float(0.0f)));
+    ways.push_back({path.density_of_merging(i), weight});
+  }
+  return ways;
+}
+
 /// Every way's weight within 1e-4, and their sum: some hundred roundings of 6e-8 each on a path.
 void expect_definition(const RandomPath& path) {
-  std::array<double, kWidth> all{}, sum{};
-  for (int s = 0; s <= path.edges(); ++s) {
-    const auto p = path.density(s);
-    for (std::size_t l = 0; l < all.size(); ++l) all[l] += p[l] * p[l];
-  }
-  int possible = 0;
-  for (int s = 0; s <= path.edges(); ++s) {
-    const auto p = path.density(s);
-    if (p[0] == 0) continue;
-    ++possible;
-    const Float weight = path.weight(s);
-    for (std::size_t l = 0; l < all.size(); ++l) {
-      const double w = static_cast<double>(weight.lane(static_cast<int>(l)));
-      EXPECT_NEAR(w, p[l] * p[l] / all[l], 1e-4) << "s = " << s << " of " << path.edges() << " edges";
-      sum[l] += w;
+  const std::vector<Way> ways = ways_of(path);
+  for (std::size_t l = 0; l < kWidth; ++l) {
+    double all = 0, sum = 0;
+    for (const Way& way : ways) all += way.density[l] * way.density[l];
+    ASSERT_GT(all, 0);
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+      const double p = ways[i].density[l];
+      if (p == 0) continue;
+      const auto weight = static_cast<double>(ways[i].weight.lane(static_cast<int>(l)));
+      EXPECT_NEAR(weight, p * p / all, 1e-4) << "way " << i << " of " << path.edges() << " edges";
+      sum += weight;
     }
+    EXPECT_NEAR(sum, 1, 1e-4);
   }
-  ASSERT_GT(possible, 0);
-  for (const double total : sum) EXPECT_NEAR(total, 1, 1e-4);
 }
 
 TEST(PartialWeights, AreTheSquaredDensityOverTheSumOfAll) {
   for (int edges = 2; edges <= 9; ++edges) {
     for (unsigned seed = 1; seed <= 20; ++seed) {
-      for (const bool delta : {false, true})
-        expect_definition(RandomPath(edges, 100 * static_cast<unsigned>(edges) + seed, delta));
+      for (const bool delta : {false, true}) {
+        RandomPath path(edges, 100 * static_cast<unsigned>(edges) + seed, delta);
+        expect_definition(path);
+        path.photons = 0.7f;
+        expect_definition(path);
+      }
     }
   }
 }
@@ -169,8 +209,9 @@ TEST(PartialWeights, JoinNothingToMirrors) {
         RandomPath path(edges, static_cast<unsigned>(edges * 10 + mirror), delta);
         path.points[static_cast<std::size_t>(mirror)].specular = true;
         expect_definition(path);
-        // Between two of them and a delta light there is no way at all.
-        if (!delta && mirror + 2 < edges) {
+        path.photons = 2;
+        expect_definition(path);
+        if (mirror + 2 < edges) {
           path.points[static_cast<std::size_t>(mirror) + 2].specular = true;
           expect_definition(path);
         }
