@@ -23,7 +23,7 @@ page=$root/docs/integrators.md
 out=$root/docs/integrators
 picture=${SECONDS_A_PICTURE:-1}
 measurement=(--spp "${SPP:-1,4,16}" --seeds "${SEEDS:-4}" --threads "${THREADS:-1}")
-size=(--resolution 120x90)
+size=(--resolution 96x72 --ao-distance 1)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 references=${REFERENCES:-$scratch}
