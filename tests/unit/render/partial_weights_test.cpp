@@ -13,7 +13,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// A point of a path: 0 is on the light, the last the lens.
-struct Point {
+struct PathPoint {
   Float to_light, to_eye;      // cosines
   Float from_light, from_eye;  // densities by solid angle of going on, from that side
   Float length_squared;        // of the edge towards the eye
@@ -21,7 +21,7 @@ struct Point {
 };
 
 struct RandomPath {
-  std::vector<Point> points;
+  std::vector<PathPoint> points;
   Float sampled, emitted_place, emitted_direction;  // by solid angle, by area, by solid angle
   Float camera;                                     // density by area of the vertex next to the lens
   Float camera_samples;
@@ -30,7 +30,7 @@ struct RandomPath {
 
   RandomPath(int edges, unsigned seed, bool delta) : points(static_cast<std::size_t>(edges) + 1) {
     RandomLanes random(seed);
-    for (Point& p : points) {
+    for (PathPoint& p : points) {
       p = {random(0.1f), random(0.1f), random(0.1f, 3), random(0.1f, 3), random(0.2f, 4)};
     }
     sampled = random(0.1f, 5);
@@ -40,7 +40,7 @@ struct RandomPath {
     camera_samples = random(1, 40);
     delta_light = delta;
   }
-  const Point& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
+  const PathPoint& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
   int edges() const { return static_cast<int>(points.size()) - 1; }
   Float light_cosine() const { return delta_light ? Float(1.0f) : points[0].to_eye; }
 
@@ -93,12 +93,12 @@ struct RandomPath {
   }
   /// Density with which vertex i is on both subpaths, to be merged.
   std::array<double, kWidth> density_of_merging(int i) const {
-    const Point& p = (*this)[i];
+    const PathPoint& p = (*this)[i];
     if (p.specular) return {};
     std::array<double, kWidth> result = density_if_joined(i + 1);
     Float from_eye = camera / camera_samples;
     if (i + 1 < edges()) {
-      const Point& next = (*this)[i + 1];
+      const PathPoint& next = (*this)[i + 1];
       from_eye = (next.specular ? Float(1.0f) : next.from_eye) * p.to_eye / p.length_squared;
     }
     for (int l = 0; l < kWidth; ++l)
@@ -112,7 +112,7 @@ struct RandomPath {
   PartialWeights from_light(int i) const {
     PartialWeights sums = end().first_vertex((*this)[1].to_light);
     for (int v = 1; v < i; ++v) {
-      const Point& p = (*this)[v];
+      const PathPoint& p = (*this)[v];
       sums = sums.scattered(p.to_eye, p.from_light, p.from_eye, merged(),
                             p.specular ? Mask::all() : Mask::none());
       sums.arrive(p.length_squared, (*this)[v + 1].to_light);
@@ -123,7 +123,7 @@ struct RandomPath {
   PartialWeights from_eye(int i, bool left = false) const {
     PartialWeights sums{power(camera_samples / camera), Float(0.0f)};
     for (int v = edges() - 1; v > i; --v) {
-      const Point& p = (*this)[v];
+      const PathPoint& p = (*this)[v];
       sums = sums.scattered(p.to_light, p.from_eye, p.from_light, merged(),
                             p.specular ? Mask::all() : Mask::none());
       if (!left || v - 1 > i) sums.arrive((*this)[v - 1].length_squared, (*this)[v - 1].to_eye);
@@ -136,15 +136,15 @@ struct RandomPath {
     const int k = edges();
     if (s == 0) return end().hit_weight(from_eye(0, true));
     if (s == 1) {
-      const Point& z = (*this)[1];
+      const PathPoint& z = (*this)[1];
       return end().sampling_weight(from_eye(1), z.to_light, z.from_eye, z.from_light, merged());
     }
-    const Point& y = (*this)[s - 1];
+    const PathPoint& y = (*this)[s - 1];
     if (s == k) {
       return weight_of_way(from_light(s - 1).ways(camera / camera_samples, y.from_eye, merged()),
                            Float(0.0f));
     }
-    const Point& z = (*this)[s];
+    const PathPoint& z = (*this)[s];
     const Float inverse_square = 1.0f / y.length_squared;
     return weight_of_way(
         from_light(s - 1).ways(z.from_eye * y.to_eye * inverse_square, y.from_eye, merged()),
@@ -163,7 +163,7 @@ std::vector<Way> ways_of(const RandomPath& path) {
   if (path.photons == 0) return ways;
   const Float inverse(1 / path.photons);
   for (int i = 1; i < path.edges(); ++i) {
-    const Point& p = path[i];
+    const PathPoint& p = path[i];
     const Float weight = weight_of_way(path.from_light(i).ways(inverse, p.from_eye, Float(0.0f)),
                                        path.from_eye(i).ways(inverse, p.from_light, Float(0.0f)));
     ways.push_back({path.density_of_merging(i), weight});

@@ -32,18 +32,18 @@ namespace {
 
 using Map = PhotonMap<NamedPhotonFields>;
 
-struct Point {
+struct Dot {
   float x, y, z;
 };
 
 /// The points in packets of 16, under their numbers.
-Map map_of(const std::vector<Point>& points, float radius) {
+Map map_of(const std::vector<Dot>& points, float radius) {
   Map map;
   for (std::size_t first = 0; first < points.size(); first += kWidth) {
     alignas(64) float x[kWidth] = {}, y[kWidth] = {}, z[kWidth] = {};
     const int n = static_cast<int>(std::min<std::size_t>(kWidth, points.size() - first));
     for (int i = 0; i < n; ++i) {
-      const Point& p = points[first + static_cast<std::size_t>(i)];
+      const Dot& p = points[first + static_cast<std::size_t>(i)];
       x[i] = p.x, y[i] = p.y, z[i] = p.z;
     }
     const Int name = Int::iota(static_cast<std::int32_t>(first));
@@ -61,7 +61,7 @@ std::vector<std::int32_t> lanes_of(Int value, Mask active) {
 }
 
 /// Names of the photons that a query gives, in ascending order; a name that is given twice is there twice.
-std::multiset<std::int32_t> near(const Map& map, const Point& p) {
+std::multiset<std::int32_t> near(const Map& map, const Dot& p) {
   std::multiset<std::int32_t> names;
   map.for_each_near(p.x, p.y, p.z, [&](std::int32_t first, Mask found, Float) {
     const Map::Wide photons = map.load(first);
@@ -73,8 +73,7 @@ std::multiset<std::int32_t> near(const Map& map, const Point& p) {
 }
 
 /// The same by looking at all, with the map's arithmetic.
-std::multiset<std::int32_t> near_by_brute_force(const std::vector<Point>& points, const Point& p,
-                                                float radius) {
+std::multiset<std::int32_t> near_by_brute_force(const std::vector<Dot>& points, const Dot& p, float radius) {
   std::multiset<std::int32_t> names;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const float dx = points[i].x - p.x, dy = points[i].y - p.y, dz = points[i].z - p.z;
@@ -85,10 +84,10 @@ std::multiset<std::int32_t> near_by_brute_force(const std::vector<Point>& points
 }
 
 /// Points in a box, on two of its sides, and on a lattice of cells' corners, `scale` being the box's side.
-std::vector<Point> scattered_points(std::size_t n, float scale, float radius, std::uint32_t seed) {
+std::vector<Dot> scattered_points(std::size_t n, float scale, float radius, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-0.5f, 0.5f);
-  std::vector<Point> points;
+  std::vector<Dot> points;
   for (std::size_t i = 0; i < n; ++i) {
     const float x = scale * uniform(random), y = scale * uniform(random), z = scale * uniform(random);
     switch (i % 4) {
@@ -119,19 +118,19 @@ TEST(PhotonMap, FindsWhatLookingAtAllFinds) {
   for (const Case& c :
        {Case{1, 1, 0.1f}, Case{15, 1, 0.5f}, Case{333, 1, 0.05f}, Case{5000, 1, 0.02f}, Case{5000, 1, 1.5f},
         Case{5000, 1e6f, 1.0f}, Case{5000, 1e-6f, 1e-8f}, Case{5000, 1e30f, 1e17f}}) {
-    const std::vector<Point> points = scattered_points(c.points, c.scale, c.radius, 7);
+    const std::vector<Dot> points = scattered_points(c.points, c.scale, c.radius, 7);
     const Map map = map_of(points, c.radius);
     ASSERT_EQ(map.size(), static_cast<std::int32_t>(c.points));
-    std::vector<Point> places = scattered_points(200, c.scale, c.radius, 8);
+    std::vector<Dot> places = scattered_points(200, c.scale, c.radius, 8);
     // At photons themselves, and just about a radius away.
     for (std::size_t i = 0; i < std::min<std::size_t>(points.size(), 100); ++i) {
-      const Point& p = points[i];
+      const Dot& p = points[i];
       places.push_back(p);
       places.push_back({p.x + c.radius, p.y, p.z});
       places.push_back({p.x, std::nextafter(p.y - c.radius, p.y), p.z});
       places.push_back({p.x, p.y, std::nextafter(p.z + c.radius, p.z)});
     }
-    for (const Point& p : places) {
+    for (const Dot& p : places) {
       ASSERT_EQ(near(map, p), near_by_brute_force(points, p, c.radius))
           << p.x << " " << p.y << " " << p.z << " of " << c.points << " in " << c.scale;
     }
@@ -141,10 +140,10 @@ TEST(PhotonMap, FindsWhatLookingAtAllFinds) {
 TEST(PhotonMap, SixteenPlacesAtOnceFindTheSame) {
   const float radius = 0.3f;
   // Some places have hundreds of photons, more than are looked at in one go, others none.
-  const std::vector<Point> points = scattered_points(20000, 4, radius, 3);
+  const std::vector<Dot> points = scattered_points(20000, 4, radius, 3);
   const Map map = map_of(points, radius);
   for (std::uint32_t seed = 0; seed < 8; ++seed) {
-    const std::vector<Point> places = scattered_points(kWidth, 6, radius, 100 + seed);
+    const std::vector<Dot> places = scattered_points(kWidth, 6, radius, 100 + seed);
     alignas(64) float x[kWidth], y[kWidth], z[kWidth];
     for (std::size_t i = 0; i < kWidth; ++i) x[i] = places[i].x, y[i] = places[i].y, z[i] = places[i].z;
     const Mask active = Mask::from_bits(seed == 0 ? 0xffffu : 0x35a7u << seed % 3);
@@ -182,7 +181,7 @@ TEST(PhotonMap, HasNothingWhereThereIsNothing) {
 }
 
 TEST(PhotonMap, HoldsManyPhotonsInOnePoint) {
-  const std::vector<Point> points(10000, {-3, 5, 0.1f});
+  const std::vector<Dot> points(10000, {-3, 5, 0.1f});
   const Map map = map_of(points, 1e-3f);
   EXPECT_EQ(near(map, {-3, 5, 0.1f}), near_by_brute_force(points, {-3, 5, 0.1f}, 1e-3f));
   EXPECT_EQ(near(map, {-3, 5, 0.1f}).size(), points.size());
@@ -202,7 +201,7 @@ TEST(PhotonMap, DropsPhotonsThatAreNowhere) {
 
 TEST(PhotonMap, KeepsThoseThatAFilterKeeps) {
   Map map;
-  const std::vector<Point> points = scattered_points(1000, 1, 0.1f, 5);
+  const std::vector<Dot> points = scattered_points(1000, 1, 0.1f, 5);
   map = map_of(points, 0.1f);
   map.clear();
   for (std::int32_t first = 0; first < 1000; first += kWidth) {
@@ -222,7 +221,7 @@ TEST(PhotonMap, KeepsThoseThatAFilterKeeps) {
 
 TEST(PhotonMap, MeetsPhotonsOfACellInTheOrderInWhichTheyCame) {
   // Sums over photons are thereby the same, whatever else is in the map.
-  const std::vector<Point> points(100, {1, 1, 1});
+  const std::vector<Dot> points(100, {1, 1, 1});
   std::vector<std::int32_t> names;
   const Map map = map_of(points, 0.5f);
   map.for_each_near(1, 1, 1, [&](std::int32_t first, Mask found, Float) {
