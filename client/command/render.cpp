@@ -17,6 +17,7 @@
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/render_options.h"
+#include "command/report/item_names.h"
 #include "command/report/output.h"
 #include "command/report/stats_file.h"
 #include "command/report/time_spent.h"
@@ -124,6 +125,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  if (followed->image) add_item_names(loaded->imported.scene, spec, *followed->image);
   exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
   if (followed->image && !followed->written && options.checkpoint.empty())

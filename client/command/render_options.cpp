@@ -184,13 +184,18 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha; layers: bounce0..bounceN, "
+          "further channels: variance, albedo, normal, depth, samples, alpha, id; layers: bounce0..bounceN, "
           "lights, emission")
       .separated_by_commas()
       .type_name("NAME,...");
   add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
              "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
       .type_name("NAME=EXPRESSION,...");
+  command.group("Preview");
+  add_word(command, "--shadows", job.shadows,
+           "shadows of --integrator preview: pcss (as soft as the lamp is large), pcf, hard or none");
+  command.add("--ambient", job.ambient, "factor of its ambient light; 1 unless given")
+      .in_range(0, wire::kMaxAmbient);
   command.group("Computation");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");

@@ -36,6 +36,7 @@ void merge_into(wire::TileResult& left, const wire::TileResult& right) {
 }
 
 float pixel_value(wire::ChannelKind kind, float node, std::uint32_t count) {
+  if (kind == wire::ChannelKind::kFirst) return node;
   const std::uint32_t divisor = kind == wire::ChannelKind::kSum ? count : std::max(count, 1u) - 1;
   return divisor == 0 ? 0.0f : static_cast<float>(double{node} / divisor);
 }

@@ -44,9 +44,10 @@ absl::Status check(const Image& image, const std::string& path) {
   return absl::OkStatus();
 }
 
-// Counts and distances need more digits than a half has.
+// Counts, numbers and distances need more digits than a half has.
 bool stored_as_half(const std::string& name, PixelType type) {
-  return type == PixelType::kHalf && name != "samples" && !absl::StartsWith(name, "depth.");
+  return type == PixelType::kHalf && name != "samples" && !absl::StartsWith(name, "depth.") &&
+         !absl::StartsWith(name, "id.");
 }
 
 std::vector<Imath::half> to_half(const std::vector<float>& values) {

@@ -100,6 +100,12 @@ constexpr std::array kAlgorithms{
                     .motion = false,
                     .diffuse_only = true,
                     .phases = kRadiosityPhases},
+    AlgorithmTraits{.name = "preview",
+                    .summary = "a z-buffer with shadow maps and ambient light: not physical, but at once",
+                    .bias = Bias::kBiased,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true,
+                    .rasterizes = true},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -57,6 +57,8 @@ struct AlgorithmTraits {
   bool irradiance_cache = false;    // keeps one: RenderSettings.irradiance_cache is for it
   bool occlusion_distance = false;  // RenderSettings.ambient_occlusion is for it
   bool diffuse_only = false;        // knows triangles of diffuse matter and nothing else: RadiositySettings
+  bool rasterizes = false;  // projects the scene to the film: perspective and orthographic cameras only. It
+                            // has PreviewSettings
   std::span<const PhaseTraits> phases = {};
 };
 

@@ -19,6 +19,8 @@ std::vector<ChannelDesc> channels_of(v1::AOV aov) {
       return {{"normal.X"}, {"normal.Y"}, {"normal.Z"}};
     case v1::AOV_DEPTH:
       return {{"depth.Z"}};
+    case v1::AOV_ID:
+      return {{"id.shape", kFirst}, {"id.instance", kFirst}};
     default:
       return {};  // counts and alpha come with every result
   }
@@ -54,7 +56,7 @@ std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view) {
 }
 
 bool is_first_hit(v1::AOV aov) {
-  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH;
+  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH || aov == v1::AOV_ID;
 }
 
 }  // namespace tessera::wire

@@ -30,7 +30,7 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   }
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
-      if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal or depth");
+      if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal, depth or id");
     }
   }
   if (const double distance = asked.ambient_occlusion().distance();
@@ -89,6 +89,18 @@ absl::Status check_radiosity(const v1::JobSpec& spec) {
       absl::StrCat("radiosity.smallest_area is ", asked.smallest_area(), "; 0 or an area was expected"));
 }
 
+absl::Status check_preview(const v1::Algorithms& asked) {
+  if (find_algorithm(asked.integrator())->rasterizes != asked.has_preview()) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", asked.integrator(), "' has ",
+                                                   asked.has_preview() ? "no " : "",
+                                                   "settings of a preview: the job says otherwise"));
+  }
+  const double ambient = asked.preview().ambient();
+  if (ambient >= 0 && ambient <= kMaxAmbient) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("preview.ambient is ", ambient, "; 0 to ", kMaxAmbient, " was expected"));
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -122,6 +134,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_irradiance_cache(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = check_radiosity(spec); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
+  if (auto s = check_preview(spec.content().algorithms()); !s.ok()) return s;
   return check_noise(spec);
 }
 

@@ -46,6 +46,8 @@ inline constexpr std::uint32_t kNoiseBlock = 8;
 inline constexpr double kLeastCacheError = 0.01, kMostCacheError = 1;
 inline constexpr std::uint32_t kLeastCacheSamples = 16, kMostCacheSamples = 65536;
 inline constexpr double kLeastCacheReach = 0.5, kMostCacheReach = 10000;  // widths of a pixel
+/// Largest factor of a preview's ambient light.
+inline constexpr double kMaxAmbient = 1000;
 
 /// Most phases of one job, parts of one phase, and blobs that are merged at a time.
 inline constexpr int kMaxPhases = 64;

@@ -9,6 +9,13 @@ void merge_sums(std::size_t pixels, float* left, const float* right) {
   for (std::size_t i = 0; i < pixels; ++i) left[i] += right[i];
 }
 
+/// The left node's, unless it has no sample.
+void merge_firsts(std::size_t pixels, const std::uint32_t* left_counts, float* left, const float* right) {
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (left_counts[i] == 0) left[i] = right[i];
+  }
+}
+
 /// M2 = M2_a + M2_b + (mean_b - mean_a)^2 n_a n_b / (n_a + n_b) [Chan et al. 1979, eq. 2.1]; in double,
 /// rounded once. Needs the sums and counts as they were before their own merge.
 void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_counts, const float* left_sums,
@@ -41,6 +48,10 @@ void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pix
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind == ChannelKind::kSum)
       merge_sums(pixels, left + c * left_stride, right + c * right_stride);
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].kind == ChannelKind::kFirst)
+      merge_firsts(pixels, left_counts, left + c * left_stride, right + c * right_stride);
   }
   for (std::size_t i = 0; i < pixels; ++i) left_counts[i] += right_counts[i];
 }

@@ -39,6 +39,13 @@ v1::RadiositySettings resolved(v1::RadiositySettings wishes) {
   return wishes;
 }
 
+v1::PreviewSettings resolved(const v1::PreviewSettings& wishes) {
+  v1::PreviewSettings preview = wishes;
+  preview.set_shadows(or_default(wishes.shadows()));
+  if (!preview.has_ambient()) preview.set_ambient(1);
+  return preview;
+}
+
 }  // namespace
 
 void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
@@ -56,6 +63,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
     *algorithms.mutable_ambient_occlusion() = wishes.ambient_occlusion();
   if (algorithm != nullptr && algorithm->diffuse_only)
     *algorithms.mutable_radiosity() = resolved(wishes.radiosity());
+  if (algorithm != nullptr && algorithm->rasterizes)
+    *algorithms.mutable_preview() = resolved(wishes.preview());
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());

@@ -83,7 +83,7 @@ std::string encode_header(const TileResult& result) {
 
 absl::Status check_channels(const std::vector<ChannelDesc>& channels) {
   for (const ChannelDesc& channel : channels) {
-    if (channel.kind == ChannelKind::kSum) continue;
+    if (channel.kind == ChannelKind::kSum || channel.kind == ChannelKind::kFirst) continue;
     if (channel.kind != ChannelKind::kSquaredDeviation) {
       return unsound(absl::StrCat("channel \"", channel.name, "\" is of an unknown kind"));
     }

@@ -19,11 +19,15 @@ namespace tessera::wire {
 enum class ChannelKind : std::uint8_t {
   kSum = 0,  // sum over samples: a + b
   kSquaredDeviation =
-      1  // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
+      1,      // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
+  kFirst = 2  // value of the node's first sample: a number that has no mean
 };
 
+/// Whether samples have a value of their own for such a channel.
+constexpr bool is_sampled(ChannelKind kind) { return kind != ChannelKind::kSquaredDeviation; }
+
 struct ChannelDesc {
-  std::string name;  // "R", "G", "B", "A", "variance.R", "albedo.R", "normal.X", "depth.Z"
+  std::string name;  // "R", "G", "B", "A", "variance.R", "albedo.R", "normal.X", "depth.Z", "id.shape"
   ChannelKind kind = ChannelKind::kSum;
   std::uint8_t of = 0;  // index of the kSum channel that a kSquaredDeviation channel belongs to
 

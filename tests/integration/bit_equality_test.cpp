@@ -166,7 +166,7 @@ TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
   farm.add_worker(1);
   farm.add_worker(2);
   std::set<std::string> pictures;
-  for (const char* algorithm : {"direct", "whitted", "raycast"}) {
+  for (const char* algorithm : {"direct", "whitted", "raycast", "preview"}) {
     const Arguments job{"scenes/first-light/scene.textproto",
                         "--resolution",
                         "72x72",
@@ -176,6 +176,8 @@ TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
                         "8",
                         "--spp",
                         "8",
+                        "--aov",
+                        "id",
                         "--quiet"};
     const std::string expected = render_hash(job);
     pictures.insert(expected);
@@ -185,7 +187,7 @@ TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
     }
     EXPECT_EQ(submit_hash(farm, job + Arguments{"--tile", "24"}), expected) << algorithm;
   }
-  EXPECT_EQ(pictures.size(), 3u) << "the scene has no glass";
+  EXPECT_EQ(pictures.size(), 4u) << "the scene has no glass";
 }
 
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {

@@ -81,6 +81,8 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_traversal(request.traversal);
   if (request.cache.any()) *asked.mutable_irradiance_cache() = message_of(request.cache);
   set_radiosity(request.radiosity, asked);
+  if (request.shadows != 0) asked.mutable_preview()->set_shadows(request.shadows);
+  if (request.ambient) asked.mutable_preview()->set_ambient(*request.ambient);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   wishes.clear_layers();
@@ -252,8 +254,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked = request.noise || request.cache.any() || !request.integrator.empty() ||
-                       request.direct_light != 0 || !request.aovs.empty() ||
+    const bool asked = request.noise || request.ambient || request.cache.any() ||
+                       !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty() ||
                        request.layers.any();
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }

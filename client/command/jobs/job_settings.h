@@ -57,6 +57,9 @@ struct JobSettings {
   v1::Traversal traversal{};
   CacheWishes cache;
   RadiosityWishes radiosity;
+  // Of integrator "preview"
+  v1::Shadows shadows{};
+  std::optional<double> ambient;
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
   LayerWishes layers;

@@ -11,6 +11,7 @@
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/render_options.h"
+#include "command/report/item_names.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
 #include "command/report/stats_file.h"
@@ -71,6 +72,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
     return exit_code;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  if (followed->image) add_item_names(loaded.imported.scene, spec, *followed->image);
   const int exit_code =
       deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);
   if (options.render.stats.empty()) return exit_code;

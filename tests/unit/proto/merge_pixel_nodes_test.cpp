@@ -130,5 +130,20 @@ TEST(AreSiblings, FollowsTheTree) {
   EXPECT_FALSE(are_siblings(0, 0, 0, 4, 4));
 }
 
+TEST(MergePixelNodes, FirstSamplesStayWhateverTheCut) {
+  const std::vector<ChannelDesc> channels = {{"id", ChannelKind::kFirst, 0}};
+  const auto merge = [&](Node left, const Node& right) {
+    merge_pixel_nodes(channels, 1, &left.count, left.values, 1, &right.count, right.values, 1);
+    return left;
+  };
+  const Node a{1, {7}}, b{1, {3}}, c{2, {9}}, none{};
+  EXPECT_EQ(merge(merge(a, b), c).values[0], 7);
+  EXPECT_EQ(merge(a, merge(b, c)).values[0], 7);
+  EXPECT_EQ(merge(a, merge(b, c)).count, 4u);
+  // A pixel without samples yet has no first one.
+  EXPECT_EQ(merge(none, b).values[0], 3);
+  EXPECT_EQ(merge(b, none).values[0], 3);
+}
+
 }  // namespace
 }  // namespace tessera::wire

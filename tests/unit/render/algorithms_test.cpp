@@ -55,7 +55,7 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     by_chance.mutable_content()->mutable_algorithms()->set_direct_light(v1::DIRECT_LIGHT_BSDF);
     EXPECT_EQ(wire::check_settings(by_chance).ok(), traits.bsdf_lighting) << traits.name;
 
-    for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH}) {
+    for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH, v1::AOV_ID}) {
       v1::JobSpec layered = job;
       layered.mutable_view()->add_aovs(aov);
       EXPECT_EQ(wire::check_settings(layered).ok(), traits.first_hit_aovs) << traits.name << " " << aov;

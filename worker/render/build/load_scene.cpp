@@ -49,7 +49,7 @@ class BuiltScene final : public RenderScene {
         auto self = std::unique_ptr<BuiltScene>(new BuiltScene(
             *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
-        return with_layers(std::move(self), scene, job);
+        return made_ready(std::move(self), scene, job);
       }
     }
     auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
@@ -59,7 +59,7 @@ class BuiltScene final : public RenderScene {
     if (options.contents) options.contents->add(key, *content);
     auto self = std::unique_ptr<BuiltScene>(new BuiltScene(*kernel, *traits, *algorithm, std::move(channels),
                                                            *std::move(content), job.samples()));
-    return with_layers(std::move(self), scene, job);
+    return made_ready(std::move(self), scene, job);
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -149,14 +149,17 @@ class BuiltScene final : public RenderScene {
   const void* content() const override { return content_.get(); }
 
  private:
-  static absl::StatusOr<std::unique_ptr<RenderScene>> with_layers(std::unique_ptr<BuiltScene> self,
-                                                                  const v1::Scene& scene,
-                                                                  const v1::JobSpec& job) {
-    if (job.view().layers().empty()) return self;
-    auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
-                               self->content_->shape_numbers, self->content_->arrays);
-    if (!layers.ok()) return layers.status();
-    self->tables_.layers = *std::move(layers);
+  /// With the job's layers, and what its algorithm prepares without phases.
+  static absl::StatusOr<std::unique_ptr<RenderScene>> made_ready(std::unique_ptr<BuiltScene> self,
+                                                                 const v1::Scene& scene,
+                                                                 const v1::JobSpec& job) {
+    if (!job.view().layers().empty()) {
+      auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
+                                 self->content_->shape_numbers, self->content_->arrays);
+      if (!layers.ok()) return layers.status();
+      self->tables_.layers = *std::move(layers);
+    }
+    self->prepare_alone();
     return self;
   }
 
@@ -170,6 +173,12 @@ class BuiltScene final : public RenderScene {
         content_(std::move(content)),
         noise_{.noise = samples.noise(), .samples = samples.spp()},
         tables_(content_->tables) {}
+
+  /// What an algorithm without phases makes of the scene alone.
+  void prepare_alone() {
+    if (algorithm_.phases.empty() && algorithm_.prepare != nullptr)
+      prepared_alone_ = algorithm_.prepare(tables_, {});
+  }
 
   wire::TileResult empty_result(const TileRequest& tile) const {
     wire::TileResult result;
@@ -204,7 +213,8 @@ class BuiltScene final : public RenderScene {
   bool fill(wire::TileResult& result, const TileRequest& tile, const RayQuery& rays, std::stop_token stop,
             RenderStats& stats) const {
     const auto integrator =
-        algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, tile.prepared});
+        algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats,
+                         tile.prepared != nullptr ? tile.prepared : prepared_alone_.get()});
     if (traits_.work == wire::WorkKind::kPasses) {
       PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count));
       while (film.begin_pass()) {
@@ -229,6 +239,7 @@ class BuiltScene final : public RenderScene {
   const std::shared_ptr<const SceneContent> content_;
   const NoiseTarget noise_;
   SceneTables tables_;
+  std::unique_ptr<const Prepared> prepared_alone_;
 };
 
 }  // namespace

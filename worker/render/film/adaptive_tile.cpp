@@ -45,7 +45,8 @@ AdaptiveTile::AdaptiveTile(wire::TileResult& result, std::uint32_t film_width, s
   result_.counts.assign(result_.pixel_count(), 0);
   result_.values.assign(result_.channels.size() * result_.pixel_count(), 0.0f);
   for (const wire::ChannelDesc& channel : result_.channels) {
-    plane_of_.push_back(channel.kind == wire::ChannelKind::kSum ? planes_++ : plane_of_[channel.of]);
+    if (channel.kind == wire::ChannelKind::kFirst && first_only_ == kNoPlane) first_only_ = planes_;
+    plane_of_.push_back(wire::is_sampled(channel.kind) ? planes_++ : plane_of_[channel.of]);
   }
 }
 
@@ -119,7 +120,8 @@ void AdaptiveTile::add(std::span<const SampleName>, const float* planes, std::si
 
 void AdaptiveTile::take(const Given& given, const float* sample, std::size_t stride) {
   Block::Sums& sums = given.block->halves[given.half][given.pixel];
-  for (std::size_t c = 0; c < planes_; ++c) sums.values[c] += static_cast<double>(sample[c * stride]);
+  const std::size_t summed = given.half == 0 && given.sample == 0 ? planes_ : std::min(planes_, first_only_);
+  for (std::size_t c = 0; c < summed; ++c) sums.values[c] += static_cast<double>(sample[c * stride]);
   for (std::size_t c = 0; c < kColors; ++c) {
     const double value = sample[c * stride];
     sums.squares[c] += value * value;
@@ -176,6 +178,7 @@ void AdaptiveTile::put_pixel(const Block& block, std::size_t pixel) {
     const std::size_t plane = plane_of_[c];
     const double mean_a = a.values[plane] / na, mean_b = b.values[plane] / nb;
     double value = n * 0.5 * (mean_a + mean_b);
+    if (result_.channels[c].kind == wire::ChannelKind::kFirst) value = a.values[plane];
     if (result_.channels[c].kind == wire::ChannelKind::kSquaredDeviation) {
       const double within = std::max(0.0, a.squares[plane] - na * mean_a * mean_a) +
                             std::max(0.0, b.squares[plane] - nb * mean_b * mean_b);

@@ -32,7 +32,8 @@ class Film {
   virtual FilmRect rect() const = 0;
 
   /// The samples of the latest SampleSource::next(), in its order: channel c of sample i is planes[c * stride
-  /// + i], the channels being those of kSum, in their order.
+  /// + i], the channels being those that samples have (wire::is_sampled), in
+  /// their order.
   virtual void add(std::span<const SampleName> names, const float* planes, std::size_t stride) = 0;
 
   /// Adds light to all pixels whose filters reach it. Only for algorithms that work in passes: each pass is

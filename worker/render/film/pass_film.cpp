@@ -17,7 +17,7 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, st
       order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
       all_(order_.size()),
       channels_(static_cast<std::size_t>(
-          std::ranges::count(result.channels, wire::ChannelKind::kSum, &wire::ChannelDesc::kind))),
+          std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
       first_layer_(channels_ - 3 * layers),
       next_pass_(result.sample_begin) {
   std::iota(all_.begin(), all_.end(), 0u);

@@ -25,7 +25,7 @@ void TileAccumulator::add_sample(const float* planes, std::size_t stride) {
   std::size_t plane = 0;
   for (std::size_t c = 0; c < result_.channels.size(); ++c) {
     float* to = leaf.values.data() + c * pixels_.size();
-    if (result_.channels[c].kind == wire::ChannelKind::kSum) {
+    if (wire::is_sampled(result_.channels[c].kind)) {
       std::copy_n(planes + plane++ * stride, pixels_.size(), to);
     } else {
       std::fill_n(to, pixels_.size(), 0.0f);

@@ -20,7 +20,7 @@ class TileAccumulator {
   /// end_pixels() that follow.
   void begin_pixels(std::span<const std::uint32_t> pixels);
   /// The next sample, in order of its index, of every one of those pixels: channel c of pixel i is planes[c *
-  /// stride + i], the channels being those of kSum, in their order.
+  /// stride + i], the channels being those that samples have, in their order.
   void add_sample(const float* planes, std::size_t stride);
   void end_pixels();
 

@@ -51,6 +51,7 @@ struct Algorithm {
   std::unique_ptr<Integrator> (*make)(const IntegratorContext& context);
   std::span<const AlgorithmPhase> phases = {};
   /// Reads the blobs of the first phases, all of them for the picture. Null where they are not the phases'.
+  /// An algorithm without phases is asked once a scene and view, before the first unit, and given none.
   std::unique_ptr<const Prepared> (*prepare)(const SceneTables& scene,
                                              std::span<const std::string_view> blobs) = nullptr;
 };

@@ -11,6 +11,7 @@
 #include "render/integrator/kernel.h"
 #include "render/integrator/light/light_tracer.h"
 #include "render/integrator/path/wavefront.h"
+#include "render/integrator/preview/preview.h"
 #include "render/integrator/radiosity/radiosity.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vcm/merging.h"
@@ -58,6 +59,7 @@ constexpr Algorithm kAlgorithms[] = {
     {"bdpt", &make<Bidirectional>},
     {"vcm", &make_vcm},
     {"radiosity", &make<Radiosity>, radiosity::kPhases, &radiosity::prepare},
+    {.name = "preview", .make = &make<Preview>, .prepare = &Preview::prepare},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

@@ -24,7 +24,18 @@ void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, Hit
   }
 }
 
-bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
+PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
+  // Steps of 1 / p and 1 / p^2 with p^3 = p + 1, from the middle on.
+  const Vec2 u{to_unit_float(number * 0xc13fa9a9u + 0x80000000u),
+               to_unit_float(number * 0x91e10da5u + 0x80000000u)};
+  const FilterSample sample = sample_filter(filter, u);
+  const auto steps = [](Float offset) {
+    return to_int(floor(fma(offset, kPlaceSteps, (kPlaceSteps + 1) * 0.5f)));
+  };
+  return {steps(sample.offset.x), steps(sample.offset.y), sample.weight};
+}
+
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places) {
   name_next(source, most);
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
@@ -38,11 +49,22 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
 
     // Where on the film, and where on the lens.
-    const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
-    const Vec2 film{to_float(bit_cast<std::int32_t>(px)) + 0.5f + filter.offset.x,
-                    to_float(bit_cast<std::int32_t>(py)) + 0.5f + filter.offset.y};
-    const Float time = scene_.any_motion ? sampler.get_2d(dimension::kTime).x : Float(0.0f);
-    const CameraRay ray = sample_camera_ray(scene_.camera, film, sampler.get_2d(dimension::kLens), time);
+    Vec2 film{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
+    Vec2 lens{Float(0.5f), Float(0.5f)};
+    Float time(0.0f), weight;
+    if (places == SamplePlaces::kRandom) {
+      const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
+      film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
+      lens = sampler.get_2d(dimension::kLens);
+      if (scene_.any_motion) time = sampler.get_2d(dimension::kTime).x;
+      weight = filter.weight;
+    } else {
+      const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
+      film = {fma(to_float(place.x), 1.0f / kPlaceSteps, film.x),
+              fma(to_float(place.y), 1.0f / kPlaceSteps, film.y)};
+      weight = place.weight;
+    }
+    const CameraRay ray = sample_camera_ray(scene_.camera, film, lens, time);
 
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
     const WidePath path{.origin = ray.origin,
@@ -59,10 +81,14 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most) {
     store(scene_, path, paths, slot);
     hash.store(keys_.pixel_hash + slot);
     reversed.store(keys_.reversed_sample + slot);
-    filter.weight.store(filter_weight_ + slot);
+    weight.store(filter_weight_ + slot);
     store_lanes(Spectrum(0.0f), radiance_, slot);
     Float(0.0f).store(coverage_ + slot);
     Float(0.0f).store(depth_ + slot);
+    if (scene_.aovs.id) {
+      Float(0.0f).store(shape_id_ + slot);
+      Float(0.0f).store(instance_id_ + slot);
+    }
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
@@ -141,6 +167,16 @@ void SampleBatch::record_first_hit(const Vertex& v, Float t, Int slot, Mask hit)
   if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, hit), albedo_, slot, hit);
 }
 
+void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
+  const ShapeTable& table = scene_.shapes;
+  const Int shape = gather_member(table.shapes.data(), &ShapeRecord::number, found.shape, hit);
+  scatter(to_float(shape), shape_id_, slot, hit);
+  const Mask placed = hit & (found.instance >= 0);
+  if (none(placed)) return;
+  const Int instance = gather_member(table.instances.data(), &InstanceRecord::number, found.instance, placed);
+  scatter(to_float(instance), instance_id_, slot, placed);
+}
+
 void SampleBatch::drop_bad_samples() {
   for (int i = 0; i < size_; i += kWidth) {
     const Mask valid = Mask::first(size_ - i);
@@ -191,9 +227,9 @@ void SampleBatch::fill_layers(std::size_t stride) {
 std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
-  planes_.resize(
-      (4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) + kBands * layers_.size()) *
-      stride);
+  planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) +
+                  (aovs.id ? 2 : 0) + kBands * layers_.size()) *
+                 stride);
   for (int i = 0; i < size_; i += kWidth) {
     const Float weight = Float::load(filter_weight_ + i);
     float* to = planes_.data() + i;
@@ -214,6 +250,11 @@ std::size_t SampleBatch::fill_planes() {
         put_summable(Float::load(component + i));
     }
     if (aovs.depth) put_summable(Float::load(depth_ + i));
+    if (!aovs.id) continue;
+    for (const float* const ids : {shape_id_, instance_id_}) {
+      Float::load(ids + i).store_unaligned(to);
+      to += stride;
+    }
   }
   fill_layers(stride);
   return stride;

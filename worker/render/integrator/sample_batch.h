@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/film/film.h"
+#include "render/film/pixel_filter.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/vertex/path_state.h"
 #include "render/integrator/vertex/sample_keys.h"
@@ -17,6 +18,22 @@ namespace tessera::render::TESSERA_ISA {
 /// Misses in place of the hits of camera rays that are beyond the camera's far plane, where it has one.
 void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, HitState& hits);
 
+/// Where samples lie in their pixels.
+enum class SamplePlaces {
+  kRandom,
+  kSameInAllPixels  // those of a number; on the lens' middle, when the shutter opens
+};
+
+/// Those places are multiples of 1 / kPlaceSteps of a pixel.
+inline constexpr int kPlaceSteps = 256;
+struct PixelPlace {
+  Int x, y;      // steps from the pixel's upper left corner
+  Float weight;  // of the filter
+};
+/// The place of samples of a number, evenly distributed over the filter [Roberts 2018]: of number 0 the
+/// pixel's centre.
+PixelPlace common_place(const PixelFilterRecord& filter, UInt number);
+
 class SampleBatch {
  public:
   explicit SampleBatch(const IntegratorContext& context)
@@ -27,7 +44,8 @@ class SampleBatch {
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
   /// `paths`, in slots of the same number. False when nothing more is wanted.
-  bool start(SampleSource& source, PathState& paths, int most = kBatch);
+  bool start(SampleSource& source, PathState& paths, int most = kBatch,
+             SamplePlaces places = SamplePlaces::kRandom);
   /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
   /// it.
   void start(std::uint32_t key, std::uint32_t first, int n);
@@ -36,6 +54,7 @@ class SampleBatch {
   void finish(Film& film, bool scattered);
 
   int size() const { return size_; }
+  const SampleName& name(int slot) const { return names_[slot]; }
 
   /// The random numbers of samples.
   Sampler sampler(Int slot, Mask active) const { return keys_.sampler(scene_.sampler.kind, slot, active); }
@@ -60,6 +79,8 @@ class SampleBatch {
 
   /// Records the first hits of these samples' camera rays, at a distance of `t`.
   void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
+  /// Records which shapes and instances they are of; for AovRequest::id.
+  void record_ids(const Hit& found, Int slot, Mask hit);
 
  private:
   void name_next(SampleSource& source, int most);
@@ -83,7 +104,7 @@ class SampleBatch {
   SampleKeys keys_;
   // One entry a sample
   SpectrumLanes radiance_;
-  alignas(64) Lanes<float> filter_weight_, coverage_, depth_;
+  alignas(64) Lanes<float> filter_weight_, coverage_, depth_, shape_id_, instance_id_;
   SpectrumLanes albedo_;
   Vec3Lanes normal_;
   std::vector<SpectrumLanes> layers_;  // radiance of each

@@ -9,6 +9,7 @@
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/layer_table.h"
+#include "render/integrator/preview/preview_settings.h"
 #include "render/integrator/radiosity/radiosity_settings.h"
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
@@ -19,7 +20,7 @@ namespace tessera::render {
 
 /// Layers that a job asks for of the first hit.
 struct AovRequest {
-  bool albedo = false, normal = false, depth = false;
+  bool albedo = false, normal = false, depth = false, id = false;
 };
 
 /// So that counting those of a batch costs nothing.
@@ -66,6 +67,7 @@ struct SceneTables {
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
   RadiositySettings radiosity;
+  PreviewSettings preview;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

@@ -46,7 +46,10 @@ struct ShapeRecord {
   std::int32_t vertex_count = 0;
   // With kMediumBorder: what is behind the surface and in front of it; -1: nothing.
   std::int32_t interior = -1, exterior = -1;
-  std::int32_t padding[3] = {};
+  // In the scene, from 1 on: its own shapes, then those of its objects, one object after the other. The item
+  // buffer has these.
+  std::int32_t number = 0;
+  std::int32_t padding[2] = {};
 };
 static_assert(sizeof(ShapeRecord) == 64);
 
@@ -90,7 +93,8 @@ struct InstanceRecord {
   std::int32_t object = 0;      // in ShapeTable::objects
   std::int32_t first_step = 0;  // those that move: in ShapeTable::motion_steps
   std::int32_t segments = 0;    // between its steps; 0: it stands still
-  std::int32_t padding[5] = {};
+  std::int32_t number = 0;      // in the scene, from 1 on; 0: a shape of the scene's own that moves
+  std::int32_t padding[4] = {};
 };
 static_assert(sizeof(InstanceRecord) == 128);
 

@@ -37,19 +37,23 @@ absl::Status InstanceBuilder::build(const Shapes& shapes, const Objects& objects
   const auto moving = add_still(shapes, space_.from_world, place, false);
   if (!moving.ok()) return moving.status();
   table_.world_shape_count = static_cast<std::int32_t>(table_.shapes.size());
+  shapes_before_ = shapes.size();
   for (const v1::Object& object : objects) {
     if (auto s = object_names_.add(object.name(), static_cast<int>(objects_.size())); !s.ok()) return s;
     auto parts = build_object(object);
     if (!parts.ok()) return parts.status();
     objects_.push_back(*std::move(parts));
+    shapes_before_ += object.shapes_size();
   }
   if (auto s = add_moving(shapes, *moving); !s.ok()) return s;
   for (int i = 0; i < instances.size(); ++i) {
     const std::string where = place_in_scene("instance", i, instances[i].object());
     const auto object = object_names_.find(instances[i].object());
     if (!object.ok()) return located(object.status(), where);
+    const std::size_t first = table_.instances.size();
     if (auto s = build_instance(instances[i], objects_[static_cast<std::size_t>(*object)], where); !s.ok())
       return located(s, where);
+    for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
     instance_names_.resize(table_.instances.size(), where);
   }
   return absl::OkStatus();
@@ -71,7 +75,9 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
     }
     const auto shapes_from_object = Transform::from_proto(shape.world_from_object());
     if (!shapes_from_object.ok()) return located(shapes_from_object.status(), where);
-    if (auto s = shapes_.add(shape, placed_from_shapes * *shapes_from_object, instanced, where); !s.ok())
+    if (auto s = add_shape(shape, placed_from_shapes * *shapes_from_object, shapes_before_ + i + 1, instanced,
+                           where);
+        !s.ok())
       return located(s, where);
   }
   return moving;
@@ -89,7 +95,16 @@ absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape, bool instanc
   return false;
 }
 
+absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform& placed_from_object,
+                                        std::int32_t number, bool instanced, const std::string& where) {
+  const std::size_t first = table_.shapes.size();
+  if (auto s = shapes_.add(shape, placed_from_object, instanced, where); !s.ok()) return s;
+  for (std::size_t i = first; i < table_.shapes.size(); ++i) table_.shapes[i].number = number;
+  return absl::OkStatus();
+}
+
 absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape(const v1::Shape& shape,
+                                                                                 std::int32_t number,
                                                                                  bool instanced,
                                                                                  const std::string& where) {
   auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
@@ -102,7 +117,7 @@ absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape
     if (!motion.ok()) return motion.status();
   }
   const auto first = static_cast<std::int32_t>(table_.shapes.size());
-  if (auto s = shapes_.add(shape, placed_from_object, instanced, where); !s.ok()) return s;
+  if (auto s = add_shape(shape, placed_from_object, number, instanced, where); !s.ok()) return s;
   const auto count = static_cast<std::int32_t>(table_.shapes.size()) - first;
   if (count == 0) return MovingShape{-1, *motion};
   table_.objects.push_back({first, count});
@@ -112,7 +127,7 @@ absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape
 absl::Status InstanceBuilder::add_moving(const Shapes& shapes, const std::vector<int>& moving) {
   for (const int i : moving) {
     const std::string where = place_in_scene("shape", i, shapes[i].name());
-    const auto shape = build_moving_shape(shapes[i], false, where);
+    const auto shape = build_moving_shape(shapes[i], i + 1, false, where);
     if (!shape.ok()) return located(shape.status(), where);
     if (shape->object < 0) continue;
     const auto place = [&](double time) { return shape->motion.at(time); };
@@ -161,7 +176,7 @@ absl::StatusOr<InstanceBuilder::ObjectParts> InstanceBuilder::build_object(const
     table_.objects.push_back({first, count});
   }
   for (const int i : *moving) {
-    auto part = build_moving_shape(object.shapes(i), true, place(i));
+    auto part = build_moving_shape(object.shapes(i), shapes_before_ + i + 1, true, place(i));
     if (!part.ok()) return located(part.status(), place(i));
     if (part->object >= 0) parts.moving.push_back(*std::move(part));
   }

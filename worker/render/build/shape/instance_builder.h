@@ -53,8 +53,11 @@ class InstanceBuilder {
   /// The shapes that do not move; gives the places of those that do.
   absl::StatusOr<std::vector<int>> add_still(const Shapes& shapes, const Transform& placed_from_shapes,
                                              const std::function<std::string(int)>& where, bool instanced);
-  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, bool instanced,
+  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, std::int32_t number, bool instanced,
                                                  const std::string& where);
+  /// Builds a shape; its records have the scene's `number`.
+  absl::Status add_shape(const v1::Shape& shape, const Transform& placed_from_object, std::int32_t number,
+                         bool instanced, const std::string& where);
   absl::Status add_moving(const Shapes& shapes, const std::vector<int>& moving);
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
   /// A point among the shapes where they are all far from the origin of instance space, else that origin:
@@ -73,6 +76,7 @@ class InstanceBuilder {
   NameTable object_names_{"object"};
   std::vector<ObjectParts> objects_;
   std::vector<std::string> instance_names_;  // of ShapeTable::instances, for messages
+  std::int32_t shapes_before_ = 0;           // shapes of the scene before those that are being built
 };
 
 }  // namespace tessera::render

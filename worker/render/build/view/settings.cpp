@@ -24,6 +24,19 @@ LightSelection selection_of(const v1::Algorithms& asked) {
   }
 }
 
+ShadowKind shadows_of(v1::Shadows asked) {
+  switch (asked) {
+    case v1::SHADOWS_NONE:
+      return ShadowKind::kNone;
+    case v1::SHADOWS_HARD:
+      return ShadowKind::kHard;
+    case v1::SHADOWS_PCF:
+      return ShadowKind::kFiltered;
+    default:
+      return ShadowKind::kSoft;
+  }
+}
+
 }  // namespace
 
 Settings read_settings(const v1::JobSpec& job) {
@@ -57,7 +70,10 @@ Settings read_settings(const v1::JobSpec& job) {
     if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
     if (aov == v1::AOV_NORMAL) result.aovs.normal = true;
     if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
+    if (aov == v1::AOV_ID) result.aovs.id = true;
   }
+  result.preview.shadows = shadows_of(asked.preview().shadows());
+  result.preview.ambient = static_cast<float>(asked.preview().ambient());
   return result;
 }
 

@@ -19,6 +19,7 @@ struct Settings {
   float occlusion_distance = 0;  // 0: any
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
+  PreviewSettings preview;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;

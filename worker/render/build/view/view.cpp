@@ -56,6 +56,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.aovs = settings.aovs;
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;
+  tables.preview = settings.preview;
   return absl::OkStatus();
 }
 

@@ -80,7 +80,10 @@ void Bidirectional::shade_packet(int packet, int depth) {
     if (const Mask partly = partly_open(v, hit); any(partly))
       open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
   }
-  if (depth == 0) batch_.record_first_hit(v, e.hit.t, path.slot, events);
+  if (depth == 0) {
+    batch_.record_first_hit(v, e.hit.t, path.slot, events);
+    if (scene_.aovs.id) batch_.record_ids(e.hit, path.slot, and_not(events, v.in_medium));
+  }
   if (last) {
     frontier_.drop(packet);
     return;

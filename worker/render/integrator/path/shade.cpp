@@ -100,7 +100,10 @@ void Wavefront::shade(int depth) {
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
       }
     }
-    if (depth == 0) batch_.record_first_hit(v, e.hit.t, path.slot, events);
+    if (depth == 0) {
+      batch_.record_first_hit(v, e.hit.t, path.slot, events);
+      if (scene_.aovs.id) batch_.record_ids(e.hit, path.slot, hit);
+    }
     if (last) continue;
 
     shading_timer_.lap(ShadingPart::kMaterials);

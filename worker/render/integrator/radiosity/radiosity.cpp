@@ -74,7 +74,10 @@ void Radiosity::meet(int depth) {
       if (none(point.hit)) continue;
       interact(scene_, v.surface, v.wo, random(point, dimension::kFirstEvent + dimension::kRoulette).y,
                point.hit, v.at);
-      if (depth == 0) batch_.record_first_hit(v, point.found.t, point.path.slot, point.hit);
+      if (depth == 0) {
+        batch_.record_first_hit(v, point.found.t, point.path.slot, point.hit);
+        if (scene_.aovs.id) batch_.record_ids(point.found, point.path.slot, point.hit);
+      }
       Mask open = point.hit;
       if (!gather || depth > 0) open = and_not(open, add_patches(point, open, !gather || depth == kMostNear));
       if (none(open)) continue;

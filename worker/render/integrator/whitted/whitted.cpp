@@ -76,7 +76,9 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
     interact(scene_, v.surface, v.wo, u, point.hit, v.at);
     if (const Mask partly = partly_open(v, point.hit); any(partly))
       open_surface(scene_, random(point, dimension::kOpacity + depth).x, partly, v);
-    if (depth == 0) batch_.record_first_hit(v, found.t, point.path.slot, point.hit);
+    if (depth > 0) continue;
+    batch_.record_first_hit(v, found.t, point.path.slot, point.hit);
+    if (scene_.aovs.id) batch_.record_ids(found, point.path.slot, point.hit);
   }
 }
 

@@ -1,0 +1,74 @@
+// Which clusters may cover which square of a film: triangles are looked at only where they may be seen.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/integrator/preview/clusters.h"
+#include "render/integrator/preview/projection.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+inline constexpr int kBinSide = 32;  // pixels; bins lie on a grid from the film's upper left corner
+
+/// Where boxes lie on a film, with room for roundings and for the reach of samples.
+struct BoxesOnFilm {
+  Int x0, y0, x1, y1;  // pixels, up to x1 and y1 exclusive, within [0, width) x [0, height) given
+  Float nearness;  // none of it is nearer; see nearness_of(); infinite where the box reaches behind the eye
+  Mask seen;       // some pixel may show some of it
+};
+
+/// `rows` map the boxes' space to a film of `width` x `height` pixels; `projection` is the one they are of.
+BoxesOnFilm boxes_on_film(const WideBox& boxes, const Rows& rows, const Projection& projection, int width,
+                          int height, Mask active);
+
+/// The measure of depth that is compared: it grows towards the eye, and is linear over the film for points of
+/// a plane [Blinn 1992]: 1 / depth, or -depth where lines of sight are parallel.
+TESSERA_INLINE Float nearness_of(bool perspective, Float depth) {
+  return perspective ? 1.0f / depth : -depth;
+}
+
+/// A cluster that may cover a bin.
+struct BinEntry {
+  float nearness;  // none of it is nearer
+  std::uint32_t draw;
+  std::uint32_t cluster;  // within its shape
+};
+
+/// Clusters of a view by bins, near ones first.
+class Bins {
+ public:
+  /// Clusters that a piece of the work looks at.
+  static constexpr std::uint64_t kPieceSize = 4096;
+
+  Bins(const Clusters& clusters, const ShapeTable& shapes, const Projection& projection);
+
+  std::size_t pieces() const { return found_.size(); }
+  /// Looks at one piece of all drawn clusters; `seen` says whether a shape is seen in this view. Threads may
+  /// do so for different pieces.
+  void find(std::size_t piece, const std::vector<std::uint8_t>& seen);
+  /// Orders what was found, once all pieces are done.
+  void sort();
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  const Projection& projection() const { return projection_; }
+  std::span<const BinEntry> bin(int column, int row) const;
+
+ private:
+  struct Found {
+    std::uint32_t bin;
+    BinEntry entry;
+  };
+
+  const Clusters& clusters_;
+  const ShapeTable& shapes_;
+  const Projection projection_;
+  const int columns_, rows_;
+  std::vector<std::vector<Found>> found_;  // by piece
+  std::vector<std::size_t> begin_;         // of each bin, and the end of the last
+  std::vector<BinEntry> entries_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA
