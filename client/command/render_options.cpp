@@ -93,33 +93,6 @@ void define_cache_options(options::Command& command, CacheWishes& cache) {
   command.add_flag("--cache-view", cache.view, "show a red point at each record");
 }
 
-void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity) {
-  command.group("Radiosity");
-  command
-      .add("--radiosity-error", radiosity.error_bound,
-           "error of a link's light, over the mean irradiance (0.01 unless given)")
-      .in_range(1e-6, 1)
-      .type_name("X");
-  command
-      .add("--smallest-patch", radiosity.smallest_area,
-           "area, scene units squared, below which patches are not split (usually 1/50,000 of all surfaces)")
-      .in_range(0, 1e30)
-      .type_name("AREA");
-  command
-      .add("--radiosity-residual", radiosity.residual,
-           "power that the last sweep moves, over all power (0.0001 unless given)")
-      .in_range(1e-12, 1)
-      .type_name("X");
-  add_parsed(command, "--final-gather", radiosity.final_gather, parse_switch,
-             "on: the patches light what is seen; off: they are what is seen")
-      .type_name("on|off");
-  command.add_flag("--ignore-non-diffuse", radiosity.ignore_non_diffuse,
-                   "leave out of materials what is not diffuse");
-  add_parsed(command, "--memory-limit", radiosity.memory_limit, parse_bytes,
-             "memory for patches and links (4G unless given)")
-      .type_name("SIZE");
-}
-
 ImportOptions import_options(const RenderOptions& options) {
   ImportOptions result;
   result.threads = options.threads;
@@ -145,6 +118,33 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.group("Output");
   command.add("--stats", options.stats, "write run time and counts to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
+}
+
+void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity) {
+  command.group("Radiosity");
+  command
+      .add("--radiosity-error", radiosity.error_bound,
+           "error of a link's light, over the mean irradiance (0.01 unless given)")
+      .in_range(1e-6, 1)
+      .type_name("X");
+  command
+      .add("--smallest-patch", radiosity.smallest_area,
+           "area, scene units squared, below which patches are not split (usually 1/50,000 of all surfaces)")
+      .in_range(0, 1e30)
+      .type_name("AREA");
+  command
+      .add("--radiosity-residual", radiosity.residual,
+           "power that the last sweep moves, over all power (0.0001 unless given)")
+      .in_range(1e-12, 1)
+      .type_name("X");
+  add_parsed(command, "--final-gather", radiosity.final_gather, parse_switch,
+             "on: the patches light what is seen; off: they are what is seen")
+      .type_name("on|off");
+  command.add_flag("--ignore-non-diffuse", radiosity.ignore_non_diffuse,
+                   "leave out of materials what is not diffuse");
+  add_parsed(command, "--memory-limit", radiosity.memory_limit, parse_bytes,
+             "memory for patches and links (4G unless given)")
+      .type_name("SIZE");
 }
 
 void define_job_options(options::Command& command, RenderOptions& options) {

@@ -27,6 +27,9 @@ struct RenderOptions {
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
 void define_render_options(options::Command& command, RenderOptions& options);
 
+/// Options of radiosity, which `radiosity` has too.
+void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity);
+
 /// Those of them that say how a scene is rendered, but for the sample count; `bench` has them too.
 void define_job_options(options::Command& command, RenderOptions& options);
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "local/scene_blobs.h"
+#include "render/build/diffuse/radiosity_mesh.h"
 #include "render/build/load_scene.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
@@ -126,8 +127,17 @@ absl::StatusOr<BenchPhases> BenchScene::make_phases(std::uint64_t seed_offset, s
     if (!prepared.ok()) return prepared.status();
     made.prepared = *std::move(prepared);
   }
+  if (!results.empty()) made.last = std::move(results.back());
   made.cost = cost_of(stats, base::in_seconds(base::thread_cpu_time() - start));
   return made;
+}
+
+absl::StatusOr<LitMesh> BenchScene::radiosity_mesh(const v1::Scene& scene, std::stop_token stop) const {
+  const absl::StatusOr<BenchPhases> phases = make_phases(0, stop);
+  if (!phases.ok()) return phases.status();
+  absl::StatusOr<render::RadiosityMesh> mesh = render::read_radiosity_mesh(scene, phases->last);
+  if (!mesh.ok()) return mesh.status();
+  return LitMesh{std::move(mesh->positions), std::move(mesh->radiosity), std::move(mesh->triangles)};
 }
 
 absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {

@@ -13,6 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
+#include "mesh/mesh_file.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/render_counts.h"
 #include "wire/tile_result.h"
@@ -50,6 +51,7 @@ struct BenchCeiling {
 /// The results of an algorithm's phases, and what they cost.
 struct BenchPhases {
   std::shared_ptr<const render::Prepared> prepared;  // null where there are none
+  std::string last;                                  // the blob of the last phase
   BenchCost cost;
 };
 
@@ -69,6 +71,9 @@ class BenchScene {
   /// Makes all phases of the algorithm on this thread, with the job's seed plus `seed_offset`. Cancelled when
   /// stopped.
   absl::StatusOr<BenchPhases> make_phases(std::uint64_t seed_offset, std::stop_token stop) const;
+
+  /// The light of the surfaces of `scene`, which was loaded for radiosity. Cancelled when stopped.
+  absl::StatusOr<LitMesh> radiosity_mesh(const v1::Scene& scene, std::stop_token stop) const;
 
   /// Cancelled when stopped.
   absl::StatusOr<BenchCeiling> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;

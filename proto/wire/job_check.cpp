@@ -75,7 +75,12 @@ absl::Status check_irradiance_cache(const v1::Algorithms& asked) {
 
 absl::Status check_radiosity(const v1::JobSpec& spec) {
   const v1::Algorithms& algorithms = spec.content().algorithms();
-  if (!find_algorithm(algorithms.integrator())->diffuse_only) return absl::OkStatus();
+  if (find_algorithm(algorithms.integrator())->diffuse_only != algorithms.has_radiosity()) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", algorithms.integrator(), "' has ",
+                                                   algorithms.has_radiosity() ? "no " : "",
+                                                   "settings of radiosity: the job says otherwise"));
+  }
+  if (!algorithms.has_radiosity()) return absl::OkStatus();
   const v1::RadiositySettings& asked = algorithms.radiosity();
   const auto check = [](const char* name, double value, double most) {
     if (value > 0 && value <= most) return absl::OkStatus();

@@ -52,7 +52,7 @@ v1::IrradianceCache message_of(const CacheWishes& wishes) {
   return cache;
 }
 
-void set_radiosity(const RadiosityWishes& wishes, v1::RenderSettings& settings) {
+v1::RadiositySettings message_of(const RadiosityWishes& wishes) {
   v1::RadiositySettings radiosity;
   if (wishes.error_bound) radiosity.set_error_bound(*wishes.error_bound);
   if (wishes.smallest_area) radiosity.set_smallest_area(*wishes.smallest_area);
@@ -60,7 +60,7 @@ void set_radiosity(const RadiosityWishes& wishes, v1::RenderSettings& settings) 
   if (wishes.final_gather) radiosity.set_final_gather(*wishes.final_gather);
   if (wishes.ignore_non_diffuse) radiosity.set_ignore_non_diffuse(true);
   if (wishes.memory_limit) radiosity.set_memory_limit(*wishes.memory_limit);
-  if (radiosity.ByteSizeLong() > 0) *settings.mutable_radiosity() = radiosity;
+  return radiosity;
 }
 
 /// Wishes of the command line over those of the scene.
@@ -80,9 +80,9 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_light_selection(request.light_selection);
   asked.set_traversal(request.traversal);
   if (request.cache.any()) *asked.mutable_irradiance_cache() = message_of(request.cache);
-  set_radiosity(request.radiosity, asked);
   if (request.shadows != 0) asked.mutable_preview()->set_shadows(request.shadows);
   if (request.ambient) asked.mutable_preview()->set_ambient(*request.ambient);
+  if (request.radiosity.any()) *asked.mutable_radiosity() = message_of(request.radiosity);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   wishes.clear_layers();
@@ -241,6 +241,11 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
     return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
                                               "' keeps no irradiance cache: --cache-error, --cache-samples, "
                                               "--cache-reach and --cache-view are not for it"));
+  }
+
+  if (request.radiosity.any() && !spec.content().algorithms().has_radiosity()) {
+    return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
+                                              "' makes no patches: options of radiosity are not for it"));
   }
 
   v1::JobSpec::View& view = *spec.mutable_view();

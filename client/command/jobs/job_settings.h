@@ -37,6 +37,10 @@ struct RadiosityWishes {
   std::optional<bool> final_gather;
   bool ignore_non_diffuse = false;
   std::optional<std::uint64_t> memory_limit;  // bytes
+
+  bool any() const {
+    return error_bound || smallest_area || residual || final_gather || ignore_non_diffuse || memory_limit;
+  }
 };
 
 /// Settings that the command line gives; absent, empty or UNSPECIFIED: as the scene has it, or the default.

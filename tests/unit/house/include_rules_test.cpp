@@ -40,13 +40,14 @@ const std::map<std::string, Rooms>& rules() {
       {"client/farm", {"farm", "import", "base", "transport", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
       {"client/import", {"import", "base", "images", "tables", "wire", "tessera/v1"}},
+      {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/command",
-       {"command", "base", "bench", "farm", "image", "import", "layers", "local", "options", "plot",
+       {"command", "base", "bench", "farm", "image", "import", "layers", "local", "mesh", "options", "plot",
         "transport", "wire", "tessera/v1"}},
       {"client/local",
-       {"local", "base", "farm", "import", "agent", "render/build", "service", "store", "wire",
+       {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "wire",
         "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
@@ -78,7 +79,7 @@ std::string room_of(const std::string& include) {
   static const Rooms tops = {"wire",  "base",   "images",  "telemetry", "transport", "scheduler",
                              "store", "tls",    "net",     "service",   "agent",     "farm",
                              "image", "import", "command", "local",     "render",    "tessera",
-                             "plot",  "bench",  "options", "tables",    "layers"};
+                             "plot",  "bench",  "options", "tables",    "layers",    "mesh"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

@@ -166,6 +166,7 @@ class Vertices {
 
 Solution show(const ShapeTable& shapes, const Surfaces& surfaces, const Forest& forest) {
   Solution solution;
+  solution.sides = surfaces.sides();
   Vertices vertices(shapes, surfaces);
   std::vector<std::vector<Name>> by_level(Name::kDeepest + 1);
   const auto grid_of = [](Name name) {

@@ -164,7 +164,7 @@ std::unique_ptr<const Prepared> prepare(const SceneTables& scene, std::span<cons
   if (blobs.size() < std::size(kPhases)) return prepare_links(scene, blobs);
   auto solved = std::make_unique<Solved>(scene);
   std::optional<Solution> solution = Solution::read(blobs.back());
-  if (!solution || solution->nodes.size() < solved->surfaces.sides()) return nullptr;
+  if (!solution || solution->sides != solved->surfaces.sides()) return nullptr;
   solved->solution = *std::move(solution);
   return solved;
 }

@@ -1,5 +1,7 @@
 #include "render/integrator/radiosity/solution.h"
 
+#include <utility>
+
 #include "render/integrator/radiosity/blob.h"
 
 namespace tessera::render::radiosity {
@@ -7,13 +9,15 @@ namespace tessera::render::radiosity {
 namespace {
 
 struct Numbers {
-  std::uint64_t links, cut_short, sweeps;
+  std::uint64_t links, cut_short;
+  std::uint32_t sweeps, sides;
   double residual;
 };
 
 bool is_consistent(const Solution& solution) {
   const auto patches = static_cast<std::int64_t>(solution.patches.size());
   const auto nodes = static_cast<std::int64_t>(solution.nodes.size());
+  if (std::int64_t{solution.sides} > nodes) return false;
   for (std::int64_t i = 0; i < nodes; ++i) {
     const std::int64_t node = solution.nodes[static_cast<std::size_t>(i)];
     // Parts come after what they are parts of, so that every way down ends.
@@ -34,7 +38,7 @@ std::string Solution::blob() const {
   put_array(nodes, blob);
   put_array(patches, blob);
   put_array(vertices, blob);
-  put_array(std::vector<Numbers>{{links, cut_short, sweeps, residual}}, blob);
+  put_array(std::vector<Numbers>{{links, cut_short, sweeps, sides, residual}}, blob);
   return blob;
 }
 
@@ -43,13 +47,14 @@ std::optional<Solution> Solution::read(std::string_view blob) {
   std::vector<Numbers> numbers;
   if (!take_array(blob, solution.nodes) || !take_array(blob, solution.patches) ||
       !take_array(blob, solution.vertices) || !take_array(blob, numbers) || numbers.size() != 1 ||
-      !blob.empty() || !is_consistent(solution))
+      !blob.empty())
     return std::nullopt;
   solution.links = numbers.front().links;
   solution.cut_short = numbers.front().cut_short;
-  solution.sweeps = static_cast<std::uint32_t>(numbers.front().sweeps);
+  solution.sweeps = numbers.front().sweeps;
+  solution.sides = numbers.front().sides;
   solution.residual = numbers.front().residual;
-  return solution;
+  return is_consistent(solution) ? std::optional(std::move(solution)) : std::nullopt;
 }
 
 }  // namespace tessera::render::radiosity

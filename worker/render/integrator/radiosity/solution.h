@@ -27,6 +27,7 @@ struct SolutionPatch {
 struct Solution {
   // Of each node, sides first: the first of its four parts, or, where it has none, -1 - its patch.
   std::vector<std::int32_t> nodes;
+  std::uint32_t sides = 0;
   std::vector<SolutionPatch> patches;
   std::vector<SolutionVertex> vertices;
   // How it was found.
