@@ -207,6 +207,19 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.add("--tile", job.tile_size, "side of a tile, pixels")
       .in_range(1, wire::kMaxTileSize)
       .with_default();
+  command.group("Photon mapping");
+  command
+      .add("--photon-radius", job.photon_radius,
+           "radius of the first pass's estimates, in the scene's units; usually 3 pixels on what is seen")
+      .in_range(wire::kMinPhotonRadius, wire::kMaxPhotonRadius)
+      .type_name("R");
+  command.add("--photons", job.photons, "light paths of a pass; usually the film's pixels, up to 2^20")
+      .in_range(1, wire::kMaxPhotons);
+  add_word(command, "--photon-map", job.photon_map,
+           "progressive (a radius that shrinks) or classic (one map for all passes; biased)");
+  add_word(command, "--photon-light", job.photon_light,
+           "light that photons bring: indirect (lights are sampled) or all");
+  command.group("Computation");
   command.add("-D", options.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE")
       .checked_by(check_define);

@@ -106,6 +106,14 @@ constexpr std::array kAlgorithms{
                     .first_hit_aovs = true,
                     .samples_all_light = true,
                     .rasterizes = true},
+    AlgorithmTraits{.name = "photon",
+                    .summary = "photon mapping: caustics, in mirrors and through glass too",
+                    .work = WorkKind::kPasses,
+                    .bias = Bias::kConsistent,
+                    .first_hit_aovs = true,
+                    .samples_all_light = true,
+                    .starts_at_lights = true,
+                    .photons = true},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -59,6 +59,7 @@ struct AlgorithmTraits {
   bool diffuse_only = false;        // knows triangles of diffuse matter and nothing else: RadiositySettings
   bool rasterizes = false;  // projects the scene to the film: perspective and orthographic cameras only. It
                             // has PreviewSettings
+  bool photons = false;     // traces photons into a map: RenderSettings.photon is for it
   std::span<const PhaseTraits> phases = {};
 };
 

@@ -106,6 +106,26 @@ absl::Status check_preview(const v1::Algorithms& asked) {
       absl::StrCat("preview.ambient is ", ambient, "; 0 to ", kMaxAmbient, " was expected"));
 }
 
+absl::Status check_photons(const v1::JobSpec& spec) {
+  const v1::Algorithms& asked = spec.content().algorithms();
+  if (!asked.has_photon()) return absl::OkStatus();
+  if (!find_algorithm(asked.integrator())->photons) {
+    return absl::InvalidArgumentError(absl::StrCat("integrator '", asked.integrator(),
+                                                   "' traces no photons: photon settings are not for it"));
+  }
+  const v1::PhotonSettings& photon = asked.photon();
+  if (photon.has_radius() && !(photon.radius() >= kMinPhotonRadius && photon.radius() <= kMaxPhotonRadius)) {
+    return absl::InvalidArgumentError(absl::StrCat("photon.radius is ", photon.radius(), "; ",
+                                                   kMinPhotonRadius, " to ", kMaxPhotonRadius,
+                                                   " was expected"));
+  }
+  if (photon.has_photons() && (photon.photons() < 1 || photon.photons() > kMaxPhotons)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("photon.photons is ", photon.photons(), "; 1 to ", kMaxPhotons, " was expected"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -140,6 +160,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_radiosity(spec); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
   if (auto s = check_preview(spec.content().algorithms()); !s.ok()) return s;
+  if (auto s = check_photons(spec); !s.ok()) return s;
   return check_noise(spec);
 }
 

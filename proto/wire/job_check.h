@@ -9,7 +9,8 @@ namespace tessera::wire {
 /// The check at the door of every program; what is behind it takes a job's settings as they are.
 /// InvalidArgument, by name, where the job has a setting that this version does not know, an algorithm that
 /// does not exist or cannot do what the job asks for, layers that are none (layers/automaton.h), or noise
-/// that is out of range or does not go with the number of samples, the tile size or the samples of a unit.
+/// that is out of range or does not go with the number of samples, the tile size or the samples of a unit;
+/// photon settings that are out of range, or of an algorithm without photons.
 absl::Status check_settings(const v1::JobSpec& spec);
 
 /// Gives the job the phases of its algorithm, which must exist.

@@ -49,6 +49,12 @@ inline constexpr double kLeastCacheReach = 0.5, kMostCacheReach = 10000;  // wid
 /// Largest factor of a preview's ambient light.
 inline constexpr double kMaxAmbient = 1000;
 
+/// Light paths of a pass that are asked for (PhotonSettings): most of them; and the radius in the scene's
+/// units.
+inline constexpr std::uint64_t kMaxPhotons = std::uint64_t{1} << 30;
+inline constexpr double kMinPhotonRadius = 1e-15;
+inline constexpr double kMaxPhotonRadius = 1e15;
+
 /// Most phases of one job, parts of one phase, and blobs that are merged at a time.
 inline constexpr int kMaxPhases = 64;
 inline constexpr std::uint32_t kMaxPartsPerPhase = std::uint32_t{1} << 20;

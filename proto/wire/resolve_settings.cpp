@@ -65,6 +65,12 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
     *algorithms.mutable_radiosity() = resolved(wishes.radiosity());
   if (algorithm != nullptr && algorithm->rasterizes)
     *algorithms.mutable_preview() = resolved(wishes.preview());
+  if (algorithm != nullptr && algorithm->photons) {
+    v1::PhotonSettings& photon = *algorithms.mutable_photon();
+    photon = wishes.photon();
+    photon.set_map(or_default(photon.map()));
+    photon.set_light(or_default(photon.light()));
+  }
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
   view.set_seed(wishes.seed());

@@ -63,6 +63,16 @@ v1::RadiositySettings message_of(const RadiosityWishes& wishes) {
   return radiosity;
 }
 
+/// The wishes of the command line about photons.
+v1::PhotonSettings photons_of(const JobSettings& request) {
+  v1::PhotonSettings photon;
+  if (request.photon_radius) photon.set_radius(*request.photon_radius);
+  if (request.photons) photon.set_photons(*request.photons);
+  photon.set_map(request.photon_map);
+  photon.set_light(request.photon_light);
+  return photon;
+}
+
 /// Wishes of the command line over those of the scene.
 v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene,
                              const std::vector<layers::Layer>& layers) {
@@ -83,6 +93,8 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   if (request.shadows != 0) asked.mutable_preview()->set_shadows(request.shadows);
   if (request.ambient) asked.mutable_preview()->set_ambient(*request.ambient);
   if (request.radiosity.any()) *asked.mutable_radiosity() = message_of(request.radiosity);
+  const v1::PhotonSettings photon = photons_of(request);
+  if (photon.ByteSizeLong() > 0) *asked.mutable_photon() = photon;
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   wishes.clear_layers();
@@ -242,6 +254,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
                                               "' keeps no irradiance cache: --cache-error, --cache-samples, "
                                               "--cache-reach and --cache-view are not for it"));
   }
+  // A scene's own wishes wait for an integrator that has photons, the command line's mean this one.
+  const v1::PhotonSettings photon = photons_of(request);
+  if (photon.ByteSizeLong() > 0)
+    spec.mutable_content()->mutable_algorithms()->mutable_photon()->MergeFrom(photon);
 
   if (request.radiosity.any() && !spec.content().algorithms().has_radiosity()) {
     return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
@@ -261,7 +277,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
     const bool asked = request.noise || request.ambient || request.cache.any() ||
                        !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty() ||
-                       request.layers.any();
+                       request.layers.any() || photon.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   warn_of_bias(spec, job->warnings);

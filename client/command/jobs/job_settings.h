@@ -64,6 +64,11 @@ struct JobSettings {
   // Of integrator "preview"
   v1::Shadows shadows{};
   std::optional<double> ambient;
+  // For integrators that trace photons
+  std::optional<double> photon_radius;   // scene units
+  std::optional<std::uint32_t> photons;  // light paths of a pass
+  v1::PhotonMap photon_map{};
+  v1::PhotonLight photon_light{};
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
   LayerWishes layers;

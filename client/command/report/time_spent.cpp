@@ -61,7 +61,8 @@ TimeSpent time_spent(const v1::UnitStats& stats, const std::optional<ProcessTime
   if (process) add("import", process->import_seconds);
   add_stages({"fetch", "build"});
   const double loading = total(spent.stages);
-  add_stages({"camera", "intersection", "transit", "shading", "shadow", "film", "encode"});
+  add_stages(
+      {"camera", "intersection", "transit", "shading", "photon map", "gather", "shadow", "film", "encode"});
   const double units = static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
   add("other", units - (total(spent.stages) - loading));
   if (process) add("coordination", process->total_seconds - loading - units);

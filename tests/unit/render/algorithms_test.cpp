@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,43 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
                 HasSubstr("has other phases than the job"))
         << traits.name;
   }
+}
+
+TEST(Algorithms, PhotonSettingsAreForThoseWithPhotonsAndInRange) {
+  v1::RenderSettings wishes;
+  wishes.mutable_photon()->set_radius(0.5);
+  for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
+    // A scene's wishes wait for an algorithm that has photons; a job must not have them for another.
+    v1::JobSpec job;
+    wishes.set_integrator(traits.name);
+    wire::resolve_settings(wishes, job);
+    EXPECT_EQ(job.content().algorithms().has_photon(), traits.photons) << traits.name;
+    EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name;
+    job.mutable_content()->mutable_algorithms()->mutable_photon()->set_photons(100);
+    EXPECT_EQ(wire::check_settings(job).ok(), traits.photons) << traits.name;
+    if (traits.photons) {
+      EXPECT_EQ(job.content().algorithms().photon().radius(), 0.5);
+      EXPECT_EQ(job.content().algorithms().photon().map(), v1::PHOTON_MAP_PROGRESSIVE);
+    } else {
+      EXPECT_THAT(std::string(wire::check_settings(job).message()), HasSubstr("traces no photons"));
+    }
+  }
+  const auto fault = [](const auto& set) {
+    v1::JobSpec job;
+    job.mutable_content()->mutable_algorithms()->set_integrator("photon");
+    set(*job.mutable_content()->mutable_algorithms()->mutable_photon());
+    return std::string(wire::check_settings(job).message());
+  };
+  for (const double radius : {-1.0, 0.0, 1e-30, 1e30, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_radius(radius); }),
+                HasSubstr("photon.radius is "));
+  }
+  for (const std::uint64_t photons : {std::uint64_t{0}, std::uint64_t{1} << 40}) {
+    EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_photons(photons); }),
+                HasSubstr("1 to 1073741824 was expected"));
+  }
+  EXPECT_THAT(fault([](v1::PhotonSettings& photon) { photon.set_map(static_cast<v1::PhotonMap>(9)); }),
+              HasSubstr("map is number 9"));
 }
 
 }  // namespace

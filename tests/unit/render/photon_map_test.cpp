@@ -209,7 +209,7 @@ TEST(PhotonMap, KeepsThoseThatAFilterKeeps) {
     map.append({{to_float(name), Float(0.0f), Float(0.0f)}, name, to_float(name) * 0.5f},
                Mask::first(1000 - first));
   }
-  map.filter([](const Map::Wide& photons) { return (photons.name & 3) == 1; });
+  map.filter([](Int entries) { return (entries & 3) == 1; });
   EXPECT_EQ(map.size(), 250);
   map.build(10.5f);
   std::multiset<std::int32_t> expected;

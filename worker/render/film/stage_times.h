@@ -14,10 +14,13 @@ enum class Stage : std::uint8_t {
   kIntersection,  // nearest hits
   kTransit,       // media, and surfaces that light passes
   kShading,
-  kShadow,  // rays to lights
-  kFilm     // samples become pixels
+  kShadow,     // rays to lights
+  kFilm,       // samples become pixels
+  kPhotonMap,  // photons are sorted
+  kGather      // radiance estimates from photons
 };
-inline constexpr std::array kStageNames{"camera", "intersection", "transit", "shading", "shadow", "film"};
+inline constexpr std::array kStageNames{"camera", "intersection", "transit",    "shading",
+                                        "shadow", "film",         "photon map", "gather"};
 
 /// Parts of shading a packet of paths.
 enum class ShadingPart : std::uint8_t {

@@ -13,6 +13,7 @@
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/preview/preview.h"
 #include "render/integrator/radiosity/radiosity.h"
+#include "render/integrator/photon/photon_mapper.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vcm/merging.h"
 #include "render/integrator/whitted/whitted.h"
@@ -60,6 +61,7 @@ constexpr Algorithm kAlgorithms[] = {
     {"vcm", &make_vcm},
     {"radiosity", &make<Radiosity>, radiosity::kPhases, &radiosity::prepare},
     {.name = "preview", .make = &make<Preview>, .prepare = &Preview::prepare},
+    {"photon", &make<PhotonMapper>},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

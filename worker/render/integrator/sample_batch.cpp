@@ -35,7 +35,8 @@ PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
   return {steps(sample.offset.x), steps(sample.offset.y), sample.weight};
 }
 
-bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places) {
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places,
+                        std::optional<float> shared_time) {
   name_next(source, most);
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
@@ -56,7 +57,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
       const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
       film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
       lens = sampler.get_2d(dimension::kLens);
-      if (scene_.any_motion) time = sampler.get_2d(dimension::kTime).x;
+      if (scene_.any_motion) time = shared_time ? Float(*shared_time) : sampler.get_2d(dimension::kTime).x;
       weight = filter.weight;
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));

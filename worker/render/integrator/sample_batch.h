@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bit>
+#include <optional>
 #include <vector>
 
 #include "render/film/film.h"
@@ -43,9 +44,10 @@ class SampleBatch {
         layers_(static_cast<std::size_t>(context.scene.layers.count)) {}
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
-  /// `paths`, in slots of the same number. False when nothing more is wanted.
+  /// `paths`, in slots of the same number; random ones in scenes with motion at one time for all, or each at
+  /// its own. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths, int most = kBatch,
-             SamplePlaces places = SamplePlaces::kRandom);
+             SamplePlaces places = SamplePlaces::kRandom, std::optional<float> time = std::nullopt);
   /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
   /// it.
   void start(std::uint32_t key, std::uint32_t first, int n);

@@ -11,6 +11,7 @@
 #include "render/integrator/layer_table.h"
 #include "render/integrator/preview/preview_settings.h"
 #include "render/integrator/radiosity/radiosity_settings.h"
+#include "render/integrator/photon/photon_config.h"
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
 #include "render/sampling/sampler_config.h"
@@ -68,6 +69,7 @@ struct SceneTables {
   float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
   RadiositySettings radiosity;
   PreviewSettings preview;
+  PhotonConfig photon;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

@@ -36,6 +36,27 @@ class StageTimer {
   const std::uint64_t start_;
 };
 
+/// Counts the time until its end as that of `stage`, within a StageTimer of another, which is not told.
+class InnerStageTimer {
+ public:
+  InnerStageTimer(StageTimes& times, Stage stage, Stage around)
+      : ticks_(times.stages[static_cast<std::size_t>(stage)]),
+        around_(times.stages[static_cast<std::size_t>(around)]),
+        start_(clock_ticks()) {}
+  ~InnerStageTimer() {
+    const std::uint64_t spent = clock_ticks() - start_;
+    ticks_ += spent;
+    around_ -= spent;  // modulo 2^64: what is around adds it when it ends
+  }
+  InnerStageTimer(const InnerStageTimer&) = delete;
+  InnerStageTimer& operator=(const InnerStageTimer&) = delete;
+
+ private:
+  std::uint64_t& ticks_;
+  std::uint64_t& around_;
+  const std::uint64_t start_;
+};
+
 /// A stop watch for the parts of shading; does nothing in most batches.
 class ShadingTimer {
  public:

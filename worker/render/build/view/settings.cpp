@@ -37,6 +37,13 @@ ShadowKind shadows_of(v1::Shadows asked) {
   }
 }
 
+PhotonConfig photon_config(const v1::PhotonSettings& asked) {
+  return {.radius = static_cast<float>(asked.radius()),
+          .photons = static_cast<std::uint32_t>(asked.photons()),
+          .one_map = asked.map() == v1::PHOTON_MAP_CLASSIC,
+          .direct = asked.light() == v1::PHOTON_LIGHT_ALL};
+}
+
 }  // namespace
 
 Settings read_settings(const v1::JobSpec& job) {
@@ -61,6 +68,7 @@ Settings read_settings(const v1::JobSpec& job) {
                       .final_gather = radiosity.final_gather(),
                       .memory_limit = radiosity.memory_limit()};
   result.ignore_non_diffuse = radiosity.ignore_non_diffuse();
+  result.photon = photon_config(asked.photon());
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
   result.sampler.seed = view.seed();

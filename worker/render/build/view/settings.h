@@ -23,6 +23,7 @@ struct Settings {
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;
+  PhotonConfig photon;
 };
 
 /// The settings of a job that has been checked (wire/job_check.h).

@@ -57,6 +57,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;
   tables.preview = settings.preview;
+  tables.photon = settings.photon;
   return absl::OkStatus();
 }
 

@@ -10,10 +10,8 @@
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/path/wavefront.h"
-#include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/camera_joins.h"
-#include "render/integrator/vertex/path_state.h"
-#include "render/integrator/vertex/sample_keys.h"
+#include "render/integrator/vertex/light_paths.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -21,34 +19,19 @@ class LightTracer final : public Integrator {
  public:
   explicit LightTracer(const IntegratorContext& context)
       : scene_(context.scene),
-        rays_(context.rays),
-        seed_(context.seed),
-        stats_(context.stats),
         eye_(context, 0),
+        paths_(context, static_cast<float>(context.scene.camera.width) *
+                            static_cast<float>(context.scene.camera.height)),
         joins_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  /// Times of rays as a query wants them.
-  const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
-  void start_paths(std::int32_t first, std::int32_t count, std::uint32_t pass);
-  void advance(int depth, Film& film);
-  void intersect();
-  void shade(int depth, const FilmRect& rect);
-  struct Event;
-  void join_to_camera(const Event& e, Mask hit, const FilmRect& rect);
-  void scatter_paths(const Event& e, Mask hit, int& kept);
+  void join_to_camera(const LightEvent& e, Mask hit, const FilmRect& rect);
 
   const SceneTables& scene_;
-  const RayQuery& rays_;
-  const std::uint64_t seed_;
-  RenderStats& stats_;
   Wavefront eye_;  // finds the lights that are seen directly
-  int alive_ = 0;
-  PathState paths_;
-  HitState hits_;
-  SampleKeys keys_;
+  LightPaths paths_;
   CameraJoins joins_;
 };
 

@@ -5,6 +5,7 @@
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
 #include "render/integrator/vertex/passing.h"
+#include "render/integrator/vertex/power_heuristic.h"
 #include "render/integrator/vertex/roulette.h"
 #include "render/light/area/interpolated_normal.h"
 #include "render/sampling/sampler.h"
@@ -42,13 +43,6 @@ constexpr int kRouletteStart = 2;
 /// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in
 /// media, whose points come arbitrarily close to lamps.
 constexpr int kFirstRoughEvent = 2;
-
-/// Power heuristic with exponent 2 [Veach 1997], for one sample of each strategy.
-Float power_heuristic(Float pdf, Float other) {
-  const Float a = sqr(pdf), b = sqr(other);
-  // Overflowing squares: the larger density wins outright.
-  return select(is_finite(a + b), a / max(a + b, 1e-38f), select(pdf > other, Float(1.0f), Float(0.0f)));
-}
 
 }  // namespace
 

@@ -43,7 +43,8 @@ class PhotonMap {
   void clear() { size_ = 0; }
   /// Keeps the active ones whose position is finite. Below 2^31 - 16 of them in all.
   void append(const Wide& photons, Mask active);
-  /// Of those appended, keeps the lanes that `keep` answers with, which is given 16 photons a call.
+  /// Keeps those of the appended for which keep(entries), given the numbers of 16, answers with their
+  /// lanes.
   template <class Keep>
   void filter(Keep&& keep);
   /// Sorts them for queries of `radius`, finite and not negative. Nothing is appended or filtered any more,
@@ -122,7 +123,7 @@ void PhotonMap<Fields>::filter(Keep&& keep) {
   int kept = 0;
   for (std::int32_t i = 0; i < size_; i += kWidth) {
     const Wide photons = load(i);
-    const Mask stays = Mask::first(size_ - i) & keep(photons);
+    const Mask stays = Mask::first(size_ - i) & keep(Int::iota(i));
     Fields<InColumns>::for_each(
         [&](const auto& field, auto& columns) { append_lanes(field, stays, columns, kept); }, photons,
         photons_);

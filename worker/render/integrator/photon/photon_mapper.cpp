@@ -1,0 +1,249 @@
+#include "render/integrator/photon/photon_mapper.h"
+
+#include <algorithm>
+
+#include "render/core/constants.h"
+#include "render/integrator/photon/radius.h"
+#include "render/integrator/vertex/light_choice.h"
+#include "render/integrator/vertex/power_heuristic.h"
+#include "render/integrator/vertex/roulette.h"
+#include "render/light/area/interpolated_normal.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Paths of a pass where nobody says how many: as many as the film has pixels, and no more than this.
+constexpr std::int64_t kMostByDefault = 1 << 20;
+
+std::int32_t paths_of_pass(const SceneTables& scene) {
+  if (scene.photon.photons > 0) return static_cast<std::int32_t>(scene.photon.photons);
+  return static_cast<std::int32_t>(
+      std::min(std::int64_t{scene.camera.width} * scene.camera.height, kMostByDefault));
+}
+
+/// Specular paths end at random only after this many further events.
+constexpr int kRouletteStart = 2;
+
+}  // namespace
+
+PhotonMapper::PhotonMapper(const IntegratorContext& context)
+    : scene_(context.scene),
+      rays_(context.rays),
+      stats_(context.stats),
+      seed_(context.seed),
+      first_radius_(scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_)),
+      photons_(paths_of_pass(scene_)),
+      light_paths_(context, static_cast<float>(photons_)),
+      batch_(context) {}
+
+bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) {
+  const std::uint32_t pass = scene_.photon.one_map ? 0 : work.pass();
+  if (mapped_ != pass) {
+    if (!trace_photons(pass, stop)) return false;
+    const StageTimer timer(stats_.times, Stage::kPhotonMap);
+    radius_ = radius_of_pass(first_radius_, pass);
+    map_.build(radius_);
+    mapped_ = pass;
+  }
+  while (batch_.start(work, paths_, kBatch, SamplePlaces::kRandom, time_of(pass))) {
+    if (stop.stop_requested()) return false;
+    alive_ = batch_.size();
+    for (int depth = 0; alive_ > 0; ++depth) advance(depth);
+    batch_.finish(film, scene_.max_depth > 0);
+  }
+  return true;
+}
+
+std::optional<float> PhotonMapper::time_of(std::uint32_t pass) const {
+  if (!scene_.any_motion) return std::nullopt;
+  const Sampler passes(scene_.sampler.kind, Sampler::pixel_hash(seed_, UInt(0u), UInt(0x50617373u)),
+                       reverse_bits(UInt(pass)));
+  return passes.get_2d(dimension::kTime).x.lane(0);
+}
+
+// ---------------------------------------------------------------- photons
+
+bool PhotonMapper::trace_photons(std::uint32_t pass, std::stop_token stop) {
+  map_.clear();
+  photons_named_ = 0;
+  halvings_ = 0;
+  if (!emits_paths(scene_)) return true;
+  for (std::int32_t first = 0; first < photons_; first += kBatch) {
+    if (stop.stop_requested()) return false;
+    light_paths_.start(first, std::min<std::int32_t>(kBatch, photons_ - first), pass, time_of(pass));
+    for (int depth = 0; light_paths_.alive(); ++depth) {
+      light_paths_.advance(depth, [&](const LightEvent& e, Mask hit) { keep_photons(e, hit, depth); });
+    }
+    while (map_.size() > kMostKept) {
+      ++halvings_;
+      map_.filter([&](Int entries) {
+        return (hash(bit_cast<std::uint32_t>(entries), UInt(static_cast<std::uint32_t>(halvings_))) & 1u) ==
+               0u;
+      });
+    }
+  }
+  return true;
+}
+
+void PhotonMapper::keep_photons(const LightEvent& e, Mask hit, int depth) {
+  if (depth == 0 && !scene_.photon.direct) return;
+  const UInt names = UInt::iota(photons_named_);
+  photons_named_ += kWidth;
+  Mask kept = joinable(e.vertex, hit) & is_finite(e.path.beta);
+  if (halvings_ > 0) kept &= are_kept(names);
+  map_.append(
+      {.position = e.vertex.surface.p, .direction = e.vertex.wo, .flux = e.path.beta, .depth = Int(depth)},
+      kept);
+}
+
+Mask PhotonMapper::are_kept(UInt names) const { return (hash(names) & ((1u << halvings_) - 1)) == 0u; }
+
+// ---------------------------------------------------------------- paths from the eye
+
+void PhotonMapper::advance(int depth) {
+  find_points(depth);
+  {
+    const StageTimer timer(stats_.times, Stage::kShading);
+    int kept = 0;
+    for (int i = 0; i < alive_; i += kWidth) {
+      const Mask active = Mask::first(alive_ - i);
+      const WidePath path = load(scene_, paths_, i);
+      Event e(path, batch_.sampler(path.slot, active), depth);
+      Hit found = load_hit(hits_, i);
+      e.hit = active & (found.shape >= 0);
+      if (scene_.any_motion) found.time = path.time;
+      Vertex& v = e.vertex;
+      v.wo = -path.direction;
+      v.time = found.time;
+      v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
+      add_emission(e, active);
+      if (none(e.hit) || (depth == scene_.max_depth && depth > 0)) continue;
+      interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.hit, v.at);
+      if (const Mask partly = partly_open(v, e.hit); any(partly))
+        open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
+      if (depth == 0) batch_.record_first_hit(v, found.t, path.slot, e.hit);
+      if (depth == scene_.max_depth) continue;
+      if (const Mask wanted = joinable(v, e.hit); any(wanted)) {
+        if (!scene_.photon.direct) sample_one_light(e, wanted);
+        gather(e, wanted);
+      }
+      follow(e, kept);
+    }
+    alive_ = kept;
+  }
+  trace_shadow_rays();
+}
+
+void PhotonMapper::find_points(int depth) {
+  const StageTimer timer(stats_.times, Stage::kIntersection);
+  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
+  const float* const times = scene_.any_motion ? paths_.time : nullptr;
+  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times), alive_, depth == 0, hits_.arrays());
+  if (depth == 0) clip_far(scene_, paths_, alive_, hits_);
+}
+
+void PhotonMapper::add_emission(const Event& e, Mask active) {
+  const WidePath& path = e.path;
+  const Surface& surface = e.vertex.surface;
+  Receiver from(path.origin);
+  if (scene_.lights.uses_normals) from.normal = path.normal;
+  // Light that sampling the lights could have found, too.
+  const Mask shared = scene_.photon.direct ? Mask::none() : active & (path.pdf > 0.0f);
+  const auto weight = [&](Int light, Vec3 point, Vec3 normal, Mask lanes) {
+    const Mask weighed = lanes & shared;
+    if (none(weighed)) return Float(1.0f);
+    const Float pdf = light_pdf(scene_.lights, light, from, path.direction, point, normal, weighed) *
+                      pick_pmf(scene_.lights, light, from, weighed);
+    return select(weighed, power_heuristic(path.pdf, pdf), 1.0f);
+  };
+  if (const Mask lit = e.hit & (surface.light >= 0); any(lit)) {
+    Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit) *
+                        weight(surface.light, surface.p, surface.ng, lit);
+    if (scene_.lights.any_interpolated) {
+      radiance *= interpolated_normal_factor(scene_.lights, surface.light, surface, e.vertex.wo,
+                                             length(surface.p - path.origin), path.pdf, lit);
+    }
+    batch_.add_radiance(radiance * path.beta, path.slot, lit);
+  }
+  const Mask missed = and_not(active, e.hit);
+  if (none(missed)) return;
+  for (const std::int32_t light : scene_.lights.infinite_lights) {
+    const Spectrum radiance =
+        environment_radiance(scene_.lights, light, path.origin, path.direction, missed) *
+        weight(Int(light), path.origin, path.direction, missed);
+    batch_.add_radiance(radiance * path.beta, path.slot, missed);
+  }
+}
+
+void PhotonMapper::sample_one_light(const Event& e, Mask wanted) {
+  if (!samples_lights(scene_.lights)) return;
+  const Vertex& v = e.vertex;
+  const Receiver here = receiver_at(scene_, v);
+  const auto [choice, light] = choose_light(scene_.lights, here, e.random(dimension::kLightPoint),
+                                            e.random(dimension::kChoice).x, wanted);
+  const Mask reachable = choice.picked & light.valid;
+  if (none(reachable)) return;
+  const BsdfEval bsdf = eval_bsdf(v.at, v.wo, light.wi, reachable);
+  const Float pdf = select(reachable, light.pdf * choice.pmf, Float(1.0f));
+  // Paths that are followed find the light, too, if it is not from a single direction.
+  const Mask shared = and_not(is_focused(bsdf), light.delta);
+  const Float weight = select(shared, power_heuristic(pdf, bsdf.pdf), Float(1.0f));
+  Spectrum contribution = e.path.beta * bsdf.f_cos * light.radiance * (weight / pdf);
+  if (scene_.lights.any_interpolated) {
+    contribution *=
+        interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
+  }
+  const Mask shines = and_not(reachable, is_black(contribution));
+  WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
+  ray.contribution = contribution;
+  ray.slot = e.path.slot;
+  shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
+}
+
+void PhotonMapper::gather(const Event& e, Mask wanted) {
+  if (map_.size() == 0) return;
+  const InnerStageTimer timer(stats_.times, Stage::kGather, Stage::kShading);
+  const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, scene_.max_depth - e.depth, wanted);
+  batch_.add_radiance(radiance * e.path.beta * static_cast<float>(1u << halvings_), e.path.slot, wanted);
+}
+
+void PhotonMapper::follow(const Event& e, int& kept) {
+  const Vertex& v = e.vertex;
+  // Nothing that is scattered evenly is followed.
+  const Mask even = e.hit & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kMixed) == 0);
+  const Mask wanted = and_not(e.hit, even);
+  if (none(wanted)) return;
+  const BsdfSample bsdf =
+      sample_bsdf(v.at, v.wo, e.random(dimension::kChoice).y, e.random(dimension::kBsdfDirection), wanted);
+  Mask alive = wanted & bsdf.valid;
+  if (const Mask spread = and_not(alive, bsdf.specular); any(spread))
+    alive = and_not(alive, and_not(spread, is_focused(eval_bsdf(v.at, v.wo, bsdf.wi, spread))));
+  WidePath next;
+  next.origin = offset_origin(v.surface, bsdf.wi);
+  next.direction = bsdf.wi;
+  next.beta = e.path.beta * bsdf.weight;
+  next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
+  next.roulette_scale =
+      select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
+  next.slot = e.path.slot;
+  if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
+  next.time = v.time;
+  alive = and_not(alive, is_black(next.beta));
+  if (e.depth > kRouletteStart)
+    alive &= survive_roulette(next.beta, next.roulette_scale, e.random(dimension::kRoulette).x);
+
+  // Entries are read 16 at a time before they are overwritten, and never move up.
+  kept += append(scene_, next, alive, paths_, kept);
+}
+
+void PhotonMapper::trace_shadow_rays() {
+  const StageTimer timer(stats_.times, Stage::kShadow);
+  const float* const times = scene_.any_motion ? shadows_.time : nullptr;
+  rays_.occluded(arrays_of(shadows_.origin, shadows_.direction, times), shadows_.size, shadows_.distance);
+  stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
+  batch_.add_contributions(shadows_);
+  shadows_.size = 0;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,86 @@
+// Progressive photon mapping: a pass traces photons and gathers those within a radius that is a function of
+// the pass alone; the mean of all passes tends to the right picture [Hachisuka, Ogaki & Jensen 2008; Knaus &
+// Zwicker 2011].
+//
+// Paths from the eye follow mirrors, glass and narrow lobes, and gather wherever there is more to scatter
+// light. Light that comes straight from its source is sampled there; the photons bring all that was scattered
+// on its way, caustics and diffuse light alike. With one map for all passes it is the classic algorithm
+// [Jensen 1996].
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+
+#include "render/integrator/integrator.h"
+#include "render/integrator/photon/radiance_estimate.h"
+#include "render/integrator/sample_batch.h"
+#include "render/integrator/vertex/light_paths.h"
+#include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/vertex.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+class PhotonMapper final : public Integrator {
+ public:
+  explicit PhotonMapper(const IntegratorContext& context);
+
+  bool render(SampleSource& work, Film& film, std::stop_token stop) override;
+
+  /// Most photons that a map keeps. Where paths leave more, each is kept with the same probability, a power
+  /// of 1/2.
+  static constexpr std::int32_t kMostKept = 1 << 21;
+
+ private:
+  /// Sixteen paths from the eye.
+  struct Event {
+    WidePath path;
+    Sampler sampler;
+    int depth;  // events before
+    Mask hit;
+    Vertex vertex;
+
+    Event(const WidePath& wide_path, const Sampler& numbers, int events)
+        : path(wide_path), sampler(numbers), depth(events), hit(Mask::none()) {}
+    Vec2 random(int pair) const {
+      return sampler.get_2d(dimension::kFirstEvent + depth * dimension::kPairsPerEvent + pair);
+    }
+  };
+
+  bool trace_photons(std::uint32_t pass, std::stop_token stop);
+  void keep_photons(const LightEvent& e, Mask hit, int depth);
+  /// Lanes of photons `names`, numbers of their own, that are among those kept.
+  Mask are_kept(UInt names) const;
+  /// The time of all paths of a pass, where things move.
+  std::optional<float> time_of(std::uint32_t pass) const;
+
+  void advance(int depth);
+  void find_points(int depth);
+  void add_emission(const Event& e, Mask active);
+  void sample_one_light(const Event& e, Mask wanted);
+  void gather(const Event& e, Mask wanted);
+  void follow(const Event& e, int& kept);
+  void trace_shadow_rays();
+
+  const SceneTables& scene_;
+  const RayQuery& rays_;
+  RenderStats& stats_;
+  const std::uint64_t seed_;
+  const float first_radius_;
+  const std::int32_t photons_;  // paths of a pass
+
+  LightPaths light_paths_;
+  RadianceMap map_;
+  std::optional<std::uint32_t> mapped_;  // the pass that the map is of
+  float radius_ = 0;
+  std::uint32_t photons_named_ = 0;
+  int halvings_ = 0;  // of the photons kept
+
+  SampleBatch batch_;
+  int alive_ = 0;
+  PathState paths_;
+  HitState hits_;
+  ConnectionQueue shadows_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA
