@@ -80,6 +80,7 @@ struct Request {
   std::uint32_t max_depth = 6;
   double noise = 0;
   v1::DirectLight direct_light{};
+  std::vector<v1::AOV> aovs = {};
 };
 
 absl::StatusOr<LoadedFile> load(const Request& request) {
@@ -90,6 +91,7 @@ absl::StatusOr<LoadedFile> load(const Request& request) {
   job.settings.set_max_depth(request.max_depth);
   job.settings.set_noise(request.noise);
   job.settings.set_direct_light(request.direct_light);
+  job.aovs = request.aovs;
   for (const auto& [name, expression] : request.layers) {
     v1::Layer& layer = *job.settings.add_layers();
     layer.set_name(name);
@@ -183,6 +185,16 @@ TEST(LayersOfPictures, AddUpWhereNoiseDecidesOnSamples) {
   const client::Image image =
       picture({.scene = many_materials(), .layers = partition, .spp = 32, .noise = 0.2});
   expect_partition(image, partition, "noise");
+}
+
+TEST(LayersOfPictures, AddUpBesideTheItemBuffer) {
+  const Layers partition = kPartitions[1];
+  const client::Image image = picture({.scene = many_materials(),
+                                       .layers = partition,
+                                       .spp = 32,
+                                       .noise = 0.2,
+                                       .aovs = {v1::AOV_ALBEDO, v1::AOV_ID}});
+  expect_partition(image, partition, "noise, beside numbers that are not summed");
 }
 
 TEST(LayersOfPictures, AreTheSameInBothNotations) {

@@ -45,7 +45,10 @@ AdaptiveTile::AdaptiveTile(wire::TileResult& result, std::uint32_t film_width, s
   result_.counts.assign(result_.pixel_count(), 0);
   result_.values.assign(result_.channels.size() * result_.pixel_count(), 0.0f);
   for (const wire::ChannelDesc& channel : result_.channels) {
-    if (channel.kind == wire::ChannelKind::kFirst && first_only_ == kNoPlane) first_only_ = planes_;
+    if (channel.kind == wire::ChannelKind::kFirst) {
+      if (firsts_end_ == 0) firsts_begin_ = planes_;
+      firsts_end_ = planes_ + 1;
+    }
     plane_of_.push_back(wire::is_sampled(channel.kind) ? planes_++ : plane_of_[channel.of]);
   }
 }
@@ -120,8 +123,12 @@ void AdaptiveTile::add(std::span<const SampleName>, const float* planes, std::si
 
 void AdaptiveTile::take(const Given& given, const float* sample, std::size_t stride) {
   Block::Sums& sums = given.block->halves[given.half][given.pixel];
-  const std::size_t summed = given.half == 0 && given.sample == 0 ? planes_ : std::min(planes_, first_only_);
-  for (std::size_t c = 0; c < summed; ++c) sums.values[c] += static_cast<double>(sample[c * stride]);
+  const auto add = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) sums.values[c] += static_cast<double>(sample[c * stride]);
+  };
+  add(0, firsts_begin_);
+  if (given.half == 0 && given.sample == 0) add(firsts_begin_, firsts_end_);
+  add(firsts_end_, planes_);
   for (std::size_t c = 0; c < kColors; ++c) {
     const double value = sample[c * stride];
     sums.squares[c] += value * value;

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <deque>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -61,11 +60,11 @@ class AdaptiveTile final : public SampleSource, public Film {
   const NoiseTarget target_;
   std::vector<std::size_t> plane_of_;  // of each channel: where its samples, or those it deviates from, are
   std::size_t planes_ = 0;             // channels that come with samples
-  static constexpr std::size_t kNoPlane = std::numeric_limits<std::size_t>::max();
-  std::size_t first_only_ = kNoPlane;  // from this plane on, those of which a pixel's first sample counts
-  std::uint32_t next_x_, next_y_;      // of the next block to open, in blocks
-  std::deque<Run> runs_;               // what is wanted now
-  std::vector<Given> given_;           // by the last call of next()
+  // Planes of which a pixel's first sample counts alone; they are neighbours.
+  std::size_t firsts_begin_ = 0, firsts_end_ = 0;
+  std::uint32_t next_x_, next_y_;               // of the next block to open, in blocks
+  std::deque<Run> runs_;                        // what is wanted now
+  std::vector<Given> given_;                    // by the last call of next()
   std::vector<std::unique_ptr<Block>> blocks_;  // being sampled
 };
 
