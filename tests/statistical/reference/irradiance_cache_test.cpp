@@ -20,12 +20,14 @@ namespace {
 constexpr const char* kCornellBox = "scenes/cornell-box/scene.pbrt";
 constexpr std::size_t kRecordBytes = 116, kHeaderBytes = 16;
 
-LoadedFile cornell_box(const std::string& integrator, std::uint32_t side, std::uint32_t spp) {
+LoadedFile cornell_box(const std::string& integrator, std::uint32_t side, std::uint32_t spp,
+                       bool view = false) {
   SceneJob job;
   job.settings.set_integrator(integrator);
   job.settings.set_sampler(v1::SAMPLER_SOBOL);
   job.settings.set_spp(spp);
   job.settings.set_max_depth(12);
+  if (view) job.settings.mutable_irradiance_cache()->set_view(true);
   job.width = job.height = side;
   auto file = load_scene_file(kCornellBox, job, render::supported_isas().front(), 1);
   EXPECT_TRUE(file.ok()) << file.status();
@@ -97,6 +99,26 @@ TEST(IrradianceCache, PhasesHaveOneResultHoweverTheyAreMade) {
         ASSERT_EQ(part[(c * 11 + y - 40) * 13 + x - 24], whole[(c * 64 + y) * 64 + x]) << x << " " << y;
     }
   }
+}
+
+TEST(IrradianceCache, TheViewHasARedPointAtEachRecordAndChangesNone) {
+  const LoadedFile usual = cornell_box("irradiance-cache", 64, 1),
+                   view = cornell_box("irradiance-cache", 64, 1, true);
+  const MadePhases phases = make_phases(usual);
+  EXPECT_EQ(make_phases(view).blobs, phases.blobs);
+  // Nothing else in the box is without green or blue: one sample is red alone at a record, or not at all.
+  const auto red_pixels = [&](const LoadedFile& file) {
+    const client::Image image = render_image(file, 0, phases.prepared.get());
+    const std::vector<float>&red = image.find("R")->values, &green = image.find("G")->values;
+    int count = 0;
+    for (std::size_t i = 0; i < red.size(); ++i) count += red[i] > 0 && green[i] == 0;
+    return count;
+  };
+  EXPECT_EQ(red_pixels(usual), 0);
+  // Points are 2.4 pixels wide, and most records lie close together along the edges.
+  const int red = red_pixels(view), records = static_cast<int>(records_of(phases));
+  EXPECT_GT(red, records / 4);
+  EXPECT_LT(red, 6 * records);
 }
 
 TEST(IrradianceCache, BlobsThatAreNotOfThePhasesAreRefused) {
