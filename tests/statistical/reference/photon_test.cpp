@@ -248,7 +248,7 @@ TEST(PhotonConvergence, ErrorsFallAsTheoryHasIt) {
     for (std::uint32_t i = 1; i <= n; ++i) sum += std::pow(i, power);
     return sum;
   };
-  constexpr std::uint32_t kFew = 8, kMany = 256;
+  constexpr std::uint32_t kFew = 8, kMany = 512;
   const auto errors = [&](std::uint32_t passes, double radius, int photons) {
     struct {
       double variance = 0, bias2 = 0, mse = 0;
