@@ -165,10 +165,14 @@ TEST(Raster, TrianglesThatAreNoneAreNotSeen) {
 }
 
 TEST(Raster, DepthIsThatOfRays) {
-  const auto content = build_kernel_scene(scene_text(), 100, [](SceneArrays& a) {
-    add_rectangle(a, {-1000, -1, -1000}, {2000, 0, 0}, {0, 0, 2000});
-    add_soup(a, 100, 0.8f, 23);
-  });
+  const auto content = build_kernel_scene(
+      scene_text(
+          "shapes { sphere { radius: 0.8 } material: 'paint' world_from_object { elements: [1,0,0,0.5, "
+          "0,1,0,0, 0,0,1,-1, 0,0,0,1] } }"),
+      100, [](SceneArrays& a) {
+        add_rectangle(a, {-1000, -1, -1000}, {2000, 0, 0}, {0, 0, 2000});
+        add_soup(a, 100, 0.8f, 23);
+      });
   ASSERT_NE(content, nullptr);
   SceneTables tables = content->tables;
   tables.aovs.depth = true;

@@ -11,7 +11,7 @@ namespace {
 
 static_assert(kPlaceSteps == kSubPixels);
 
-/// Bins that are kept, at most: 12 KB each.
+/// Bins that are kept, at most: 24 KB each.
 constexpr std::size_t kMostBins = 1024;
 
 /// The distance along a ray that meets the surface. The point on it is most precise across the surface, not
@@ -70,6 +70,7 @@ const BinHits& Preview::hits_of(BinName name) {
 /// What is seen through 16 samples.
 Hit Preview::find(int first) {
   alignas(64) std::int32_t shape[kWidth], primitive[kWidth], instance[kWidth];
+  alignas(64) float t[kWidth] = {}, u[kWidth] = {}, v[kWidth] = {};
   const auto columns = static_cast<std::uint32_t>(frame_.view(0, 0).bins.columns());
   for (int i = 0; i < kWidth; ++i) {
     shape[i] = instance[i] = -1;
@@ -81,9 +82,12 @@ Hit Preview::find(int first) {
     shape[i] = hits.shape[pixel];
     primitive[i] = hits.primitive[pixel];
     instance[i] = hits.instance[pixel];
+    t[i] = hits.t[pixel];
+    u[i] = hits.u[pixel];
+    v[i] = hits.v[pixel];
   }
-  const Float zero(0.0f);
-  return {zero, zero, zero, Int::load(primitive), Int::load(shape), Int::load(instance)};
+  return {Float::load(t),       Float::load(u),   Float::load(v),
+          Int::load(primitive), Int::load(shape), Int::load(instance)};
 }
 
 void Preview::shade(int first) {

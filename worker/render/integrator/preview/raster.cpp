@@ -256,6 +256,7 @@ void Raster::cast(int count) {
     const CameraRay ray = sample_camera_ray(view_->camera, film, {Float(0.5f), Float(0.5f)}, Float(0.0f));
     store_lanes(ray.origin, origin_, i);
     store_lanes(ray.direction, direction_, i);
+    Float(0.0f).store_unaligned(passed_ + i);
   }
   // Shapes that the view does not see are passed, a few in a row at most.
   constexpr int kMostPassed = 8;
@@ -277,6 +278,7 @@ void Raster::cast(int count) {
         direction_.x[left] = direction_.x[i];
         direction_.y[left] = direction_.y[i];
         direction_.z[left] = direction_.z[i];
+        passed_[left] = passed_[i] + on;
         pixels_[left++] = pixels_[i];
         continue;
       }
@@ -290,7 +292,8 @@ void Raster::cast(int count) {
       if (!(depth >= projection.nearest) || !nearer) continue;
       nearness_[pixels_[i]] = nearness;
       item_[pixels_[i]] = static_cast<std::int32_t>(items_.size());
-      items_.push_back({shape, hits_.primitive[i], hits_.instance[i]});
+      items_.push_back(
+          {shape, hits_.primitive[i], hits_.instance[i], passed_[i] + t, hits_.u[i], hits_.v[i]});
     }
     if (left == 0) return;
     count = left;
@@ -303,6 +306,9 @@ void Raster::resolve(BinHits& hits) const {
     hits.shape[i] = item.shape;
     hits.primitive[i] = item.primitive;
     hits.instance[i] = item.instance;
+    hits.t[i] = item.t;
+    hits.u[i] = item.u;
+    hits.v[i] = item.v;
   }
 }
 

@@ -30,6 +30,8 @@ struct BinHits {
   alignas(64) std::int32_t shape[kBinPixels];
   alignas(64) std::int32_t primitive[kBinPixels];
   alignas(64) std::int32_t instance[kBinPixels];
+  // Of what rays met; of triangles 0, for the ray through the sample says it.
+  alignas(64) float t[kBinPixels], u[kBinPixels], v[kBinPixels];
 };
 
 class Raster {
@@ -49,6 +51,7 @@ class Raster {
  private:
   struct Item {
     std::int32_t shape, primitive, instance;
+    float t = 0, u = 0, v = 0;
   };
   /// A corner on the film: coordinates in sub-pixels from the first sample, times the depth where
   /// perspective.
@@ -84,6 +87,7 @@ class Raster {
   // Rays through pixels_, and what they meet.
   alignas(64) Lanes<std::int32_t> pixels_;
   Vec3Lanes origin_, direction_;
+  Lanes<float> passed_;  // ways that they have come so far
   HitState hits_;
 };
 
