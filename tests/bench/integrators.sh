@@ -45,9 +45,10 @@ scenes=(
 
 # first_of NAME|NAME...: the first integrator that this build has.
 first_of() {
-  local name
+  local name help
+  help=$("$tessera" render --help)
   for name in ${1//|/ }; do
-    if "$tessera" render --help | grep -q "^ \{10\}$name "; then
+    if grep -q "^ \{10\}$name " <<<"$help"; then
       echo "$name"
       return
     fi
