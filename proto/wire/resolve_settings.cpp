@@ -14,7 +14,7 @@ constexpr std::uint32_t kDefaultMaxDepth = 5;  // pbrt's
 constexpr double kDefaultErrorBound = 0.01;
 constexpr double kDefaultResidual = 1e-4;
 constexpr std::uint64_t kDefaultRadiosityMemory = std::uint64_t{4} << 30;
-constexpr bool kDefaultFinalGather = false;  // measured: docs/decisions/0032-radiosity.md
+constexpr bool kDefaultFinalGather = false;  // docs/decisions/0032-radiosity.md
 
 /// The value, or where it is UNSPECIFIED the default: every enum's first value after that.
 template <class Enum>

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -80,9 +81,9 @@ TEST(Radiosity, MakesTheSameBlobsInAnyOrder) {
   EXPECT_EQ(one.blobs, other.blobs);
   EXPECT_GT(one.blobs[1].size(), 10'000u);
   // What is no blob of theirs is refused.
-  for (const std::vector<std::string_view>& blobs :
-       {std::vector<std::string_view>{"x"}, {one.blobs[0], "x"}, {one.blobs[0], one.blobs[1], "x"}})
-    EXPECT_FALSE(file->scene->prepare(blobs).ok());
+  const std::vector<std::vector<std::string_view>> others = {
+      {"x"}, {one.blobs[0], "x"}, {one.blobs[0], one.blobs[1], "x"}};
+  for (const std::vector<std::string_view>& blobs : others) EXPECT_FALSE(file->scene->prepare(blobs).ok());
 }
 
 /// A square of side 2 about the origin in the plane z = 0, facing +z.
