@@ -16,7 +16,7 @@
 namespace tessera::client {
 namespace {
 
-int run(RenderOptions options, Interrupt& interrupt) {
+int write_radiosity(RenderOptions options, Interrupt& interrupt) {
   absl::Status status = check_mesh_path(options.output);
   if (status.ok()) status = check_writable(options.output);
   if (!status.ok()) return report(kUsage, std::string{status.message()});
@@ -61,7 +61,7 @@ void add_radiosity_command(CommandLine& line) {
   command.group("Output");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   command.example("tessera radiosity scenes/cornell-box/scene.pbrt -o box.glb");
-  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+  command.does([options](Interrupt& interrupt) { return write_radiosity(*options, interrupt); });
 }
 
 }  // namespace tessera::client
