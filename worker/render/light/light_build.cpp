@@ -1,7 +1,6 @@
 #include "render/light/light_build.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 
@@ -25,15 +24,6 @@ void append_area_lights(ShapeTable& shapes, std::int32_t shape, std::span<const 
   table.sources(*kind).append(shapes, record, light, interpolated_pick, table.lights);
   for (std::size_t i = first; i < table.lights.size(); ++i)
     table.any_interpolated = table.any_interpolated || table.lights[i].profile == kInterpolated;
-}
-
-double sampled_power(const LightTable& table, const LightRecord& light) {
-  if (light.same_as >= 0) return 0;
-  const double share = light.environment >= 0
-                           ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share
-                           : 1;
-  const double power = share * table.sources(light.kind).power(table, light);
-  return std::isfinite(power) && power > 0 ? power : 0;
 }
 
 AliasTable selection_of_lights(const LightTable& table, LightSelection kind) {

@@ -1,8 +1,10 @@
 // Filling a LightTable.
 #pragma once
 
+#include <cmath>
 #include <span>
 
+#include "render/light/light_source.h"
 #include "render/light/light_table.h"
 
 namespace tessera::render {
@@ -22,7 +24,14 @@ enum class LightSelection { kAuto, kTree, kMixed, kPower, kUniform, kNone };
 
 /// Power that light sampling is there to find: none of lights that another stands for, of compensated
 /// environments the part above their mean.
-double sampled_power(const LightTable& table, const LightRecord& light);
+inline double sampled_power(const LightTable& table, const LightRecord& light) {
+  if (light.same_as >= 0) return 0;
+  const double share = light.environment >= 0
+                           ? table.environments[static_cast<std::size_t>(light.environment)].sampled_share
+                           : 1;
+  const double power = share * table.sources(light.kind).power(table, light);
+  return std::isfinite(power) && power > 0 ? power : 0;
+}
 
 /// A distribution over table.lights that does not look at the receiver (kAuto, kTree: mixed); empty but for
 /// zeros in pmf where nothing is to be sampled.
