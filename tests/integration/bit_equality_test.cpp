@@ -13,19 +13,14 @@ namespace tessera::integration {
 namespace {
 
 namespace fs = std::filesystem;
-// The AOVs have channels of every kind, and there are layers. The crop cuts tiles.
-const Arguments kView{"scenes/cornell-box/scene.pbrt",
-                      "--resolution",
-                      "72x72",
-                      "--crop",
-                      "3,5,70,72",
-                      "--aov",
-                      "variance,albedo,normal,depth,samples,bounce0..bounce2",
-                      "--layers",
-                      "red=C<RD'LeftWall'>.*L,lit=LDE",
-                      "--quiet"};
+// The AOVs have channels of every kind. The crop cuts tiles.
+const Arguments kView{
+    "scenes/cornell-box/scene.pbrt",        "--resolution", "72x72", "--crop", "3,5,70,72", "--aov",
+    "variance,albedo,normal,depth,samples", "--quiet"};
+const Arguments kLayers{"--aov", "variance,albedo,normal,depth,samples,bounce0..bounce2", "--layers",
+                        "red=C<RD'LeftWall'>.*L,lit=LDE"};
 // Ranges that are no power of two, so that the sum tree has a ragged edge.
-const Arguments kCornellBox = kView + Arguments{"--spp", "50"};
+const Arguments kCornellBox = kView + kLayers + Arguments{"--spp", "50"};
 
 std::string render_hash(const Arguments& arguments) {
   const support::TempDir directory;
