@@ -87,6 +87,7 @@ TEST(Algorithms, PhotonSettingsAreForThoseWithPhotonsAndInRange) {
     v1::JobSpec job;
     wishes.set_integrator(traits.name);
     wire::resolve_settings(wishes, job);
+    wire::add_phases(job);
     EXPECT_EQ(job.content().algorithms().has_photon(), traits.photons) << traits.name;
     EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name;
     job.mutable_content()->mutable_algorithms()->mutable_photon()->set_photons(100);
