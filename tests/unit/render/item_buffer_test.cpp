@@ -31,7 +31,7 @@ std::string scene(const std::string& camera = "orthographic {}") {
                       "shapes { name: 'mover' disk { radius: 0.4 } world_from_object ", at(0.5, -0.5, 3),
                       " world_from_object_end ", at(0.55, -0.5, 3), " }",
                       "shapes { name: 'coin' disk { radius: 0.4 } world_from_object ", at(-0.5, 0.5, 3), " }",
-                      "objects { name: 'unused' shapes { sphere {} } }",
+                      "objects { name: 'unused' shapes { sphere { radius: 1 } } }",
                       "objects { name: 'pair' shapes { name: 'near' disk { radius: 0.2 } world_from_object ",
                       at(0, 0, -0.1), " } shapes { name: 'far' disk { radius: 0.4 } } }",
                       "instances { object: 'pair' world_from_instance ", at(0.5, 0.5, 3), " }",

@@ -166,8 +166,8 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
               HasSubstr("scene"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_farm()->add_blobs()->set_path("a.ply"); }),
               HasSubstr("a.ply"));
-  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->add_aovs(static_cast<v1::AOV>(7)); }),
-              HasSubstr("aovs is number 7"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->add_aovs(static_cast<v1::AOV>(77)); }),
+              HasSubstr("aovs is number 77"));
   EXPECT_THAT(message([](v1::JobSpec& s) {
                 for (int i = 0; i < 2; ++i) s.mutable_view()->add_aovs(v1::AOV_DEPTH);
               }),
