@@ -214,7 +214,7 @@ TEST(Display, IsContinuousAcrossPatchesOfAllSizes) {
   std::vector<Square> walls = cube(0.5f, 0);
   walls[2].exitance = 1;  // near the floor's edge, which is split more finely there
   const Room room(walls);
-  const Forest forest = solved(room, 1e-5);
+  const Forest forest = solved(room, 1e-5, {.error = 0.05, .relative_error = 0.3, .smallest_area = 1e-5});
   const Solution solution = show(room.shapes(), room.surfaces(), forest);
   // On both sides of the diagonal that the floor's triangles share, and of lines between patches: a step
   // would be some per cent; 1e-9 away, what is continuous changes by less than 1e-6.

@@ -122,7 +122,10 @@ void PhotonMapper::advance(int depth) {
       interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.hit, v.at);
       if (const Mask partly = partly_open(v, e.hit); any(partly))
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
-      if (depth == 0) batch_.record_first_hit(v, found.t, path.slot, e.hit);
+      if (depth == 0) {
+        batch_.record_first_hit(v, found.t, path.slot, e.hit);
+        if (scene_.aovs.id) batch_.record_ids(found, path.slot, e.hit);
+      }
       if (depth == scene_.max_depth) continue;
       if (const Mask wanted = joinable(v, e.hit); any(wanted)) {
         if (!scene_.photon.direct) sample_one_light(e, wanted);
