@@ -116,7 +116,8 @@ void PhotonMapper::advance(int depth) {
       Vertex& v = e.vertex;
       v.wo = -path.direction;
       v.time = found.time;
-      v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
+      if (any(e.hit))
+        v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
       add_emission(e, active);
       if (none(e.hit) || (depth == scene_.max_depth && depth > 0)) continue;
       interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.hit, v.at);
