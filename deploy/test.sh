@@ -34,7 +34,8 @@ cd "$top/build/$preset"
 export TESSERA_SKIPS=$top/build/$preset/skipped.txt
 : >"$TESSERA_SKIPS"
 result=0
-ctest --output-on-failure --no-tests=error -j "$(nproc)" "${labels[@]}" "${arguments[@]}" || result=$?
+# One more than there are processors: tests of the farm wait more than they work.
+ctest --output-on-failure --no-tests=error -j "$(($(nproc) + 1))" "${labels[@]}" "${arguments[@]}" || result=$?
 if [ -s "$TESSERA_SKIPS" ]; then
   say "skipped"
   sort -u "$TESSERA_SKIPS"

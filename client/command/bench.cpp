@@ -58,6 +58,7 @@ struct VariantOption {
 };
 
 /// "integrator=all" is a comparison of what can render the scene.
+constexpr const char* kIntegrator = "integrator";
 constexpr const char* kAllIntegrators = "integrator=all";
 
 absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
@@ -68,7 +69,7 @@ absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text
   std::vector<VariantOption> variants;
   if (text == kAllIntegrators) {
     for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
-      variants.push_back({"integrator", algorithm.name});
+      variants.push_back({kIntegrator, algorithm.name});
     return variants;
   }
   for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
@@ -102,17 +103,14 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
   int exit_code = kDone;
   loaded.job = load_job(options, exit_code, refusal);
   if (loaded.job == nullptr) return Failed{exit_code};
-  v1::JobSpec& spec = loaded.job->job->spec;
+  const v1::JobSpec& spec = loaded.job->job->spec;
   if (refusal != nullptr) {
     const std::string obstacle = wire::obstacle_to(
         *wire::find_algorithm(spec.content().algorithms().integrator()), loaded.job->imported.scene);
     if (!obstacle.empty()) *refusal = absl::InvalidArgumentError(obstacle);
     if (!refusal->ok()) return Failed{kBadScene};
   }
-  if (spec.farm().isa().empty())
-    spec.mutable_farm()->set_isa(local_isas().empty() ? "" : local_isas().front());
-  absl::StatusOr<std::unique_ptr<BenchScene>> scene =
-      BenchScene::load(spec, loaded.job->job->blobs, options.threads);
+  absl::StatusOr<std::unique_ptr<BenchScene>> scene = build_scene(*loaded.job, options);
   if (!scene.ok() && refusal != nullptr && absl::IsInvalidArgument(scene.status())) {
     *refusal = scene.status();
     return Failed{kBadScene};
@@ -120,9 +118,6 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
   if (!scene.ok()) {
     return Failed{report(absl::IsInvalidArgument(scene.status()) ? kBadScene : kJobFailed,
                          std::string{scene.status().message()})};
-  }
-  if (!options.quiet) {
-    for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
   }
   loaded.variant = {name, spec, *std::move(scene), loaded.job->import_cpu_seconds};
   return std::nullopt;
@@ -136,6 +131,7 @@ std::optional<Failed> load_variants(const BenchOptions& options, const std::stri
     absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
     if (!render.ok()) return Failed{report(kUsage, std::string{render.status().message()})};
     render->scene = scene;
+    render->job.several_integrators = variant.option == kIntegrator;
     render->threads = options.plan.threads;
     render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
     absl::Status refusal;

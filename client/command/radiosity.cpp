@@ -1,16 +1,15 @@
 // tessera radiosity SCENE -o MESH: the light of a scene's surfaces, as a mesh.
-#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/own_options.h"
 #include "command/render_options.h"
 #include "command/report/output.h"
 #include "image/atomic_file.h"
 #include "local/bench_scene.h"
-#include "local/local_farm.h"
 #include "mesh/mesh_file.h"
 
 namespace tessera::client {
@@ -24,14 +23,8 @@ int write_radiosity(RenderOptions options, Interrupt& interrupt) {
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
-  v1::JobSpec& spec = loaded->job->spec;
-  if (const std::vector<std::string> isas = local_isas(); spec.farm().isa().empty() && !isas.empty())
-    spec.mutable_farm()->set_isa(isas.front());
-  const auto scene = BenchScene::load(spec, loaded->job->blobs, options.threads);
+  const auto scene = build_scene(*loaded, options);
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
-  if (!options.quiet) {
-    for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
-  }
   const absl::StatusOr<LitMesh> mesh = (*scene)->radiosity_mesh(loaded->imported.scene, interrupt.token());
   if (!mesh.ok()) {
     return report(absl::IsCancelled(mesh.status()) ? kInterrupted : kJobFailed,
@@ -57,7 +50,7 @@ void add_radiosity_command(CommandLine& line) {
   command.add("-o,--output", options->output, "the mesh: .ply (W/m^2) or .glb (COLOR_0)")
       .type_name("FILE")
       .required();
-  define_radiosity_options(command, options->job.radiosity);
+  define_radiosity_options(command, options->job.own.radiosity);
   command.group("Output");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   command.example("tessera radiosity scenes/cornell-box/scene.pbrt -o box.glb");

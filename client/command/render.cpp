@@ -97,11 +97,17 @@ void keep_image(const Image& image, const RenderOptions& options) {
 int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   const double start_cpu_seconds = base::in_seconds(base::process_cpu_time());
   int exit_code = kDone;
-  const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
+  ChoiceOptions choice{
+      .threads = options.threads, .keeps_scene = true, .stop = [&] { return interrupt.token(); }};
+  if (!options.checkpoint.empty()) choice.begun = begun_job(options.checkpoint);
+  const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code, nullptr, &choice);
   if (loaded == nullptr) return exit_code;
   v1::JobSpec& spec = loaded->job->spec;
-  if (const std::vector<std::string> isas = local_isas(); spec.farm().isa().empty() && !isas.empty())
-    spec.mutable_farm()->set_isa(isas.front());
+  if (!options.checkpoint.empty()) {
+    if (const absl::Status status = keep_begun_job(options.checkpoint, spec); !status.ok())
+      return report(kUsage, std::string{status.message()});
+  }
+  set_local_isa(spec);
 
   // An interrupt ends the job, and so does a disk on which nothing can be kept.
   std::stop_source ended;
@@ -117,6 +123,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
                         .blobs = loaded->job->blobs,
                         .geometry_read = [&loaded] { loaded->free_meshes(); },
                         .checkpoint = options.checkpoint,
+                        .built = std::move(loaded->built),
                         .failed = failed});
   if (!farm.ok()) return report(kJobFailed, std::string{farm.status().message()});
 
@@ -134,6 +141,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   const TimeSpent spent = time_spent(
       followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
                                             .import_seconds = loaded->import_cpu_seconds,
+                                            .pilot_seconds = spec.farm().auto_choice().pilot_seconds(),
                                             .total_seconds = base::in_seconds(base::process_cpu_time())});
   if (const std::string text = to_text(spent); !options.quiet && !text.empty()) std::cerr << text << '\n';
   if (options.stats.empty()) return exit_code;

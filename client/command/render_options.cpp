@@ -13,9 +13,13 @@
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "command/exit_code.h"
+#include "command/own_options.h"
+#include "command/read_option.h"
+#include "command/report/choice_text.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
 #include "import/import.h"
+#include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
 #include "wire/limits.h"
@@ -25,30 +29,6 @@
 namespace tessera::client {
 namespace {
 
-/// An option whose text `parse` turns into a value.
-template <class Value, class Parse>
-Option add_parsed(options::Command& command, const char* name, std::optional<Value>& value, Parse parse,
-                  const char* description) {
-  const auto read = [&value, parse](const std::string& text) {
-    absl::StatusOr<Value> parsed = parse(text);
-    if (!parsed.ok()) return parsed.status();
-    value = *std::move(parsed);
-    return absl::OkStatus();
-  };
-  return command.add_read_by(name, read, description);
-}
-
-/// An option whose value is a word for one of an enum's (wire/enum_words.h).
-template <class Enum>
-Option add_word(options::Command& command, const char* name, Enum& value, const char* description) {
-  const auto read = [&value](const std::string& text) {
-    const absl::StatusOr<Enum> known = wire::value_of<Enum>(text);
-    if (known.ok()) value = *known;
-    return known.status();
-  };
-  return command.add_read_by(name, read, description).type_name("NAME");
-}
-
 absl::StatusOr<v1::PixelFilter::Kind> parse_filter(const std::string& word) {
   const absl::StatusOr<int> kind = wire::number_of(*v1::PixelFilter::Kind_descriptor(), word, "pixel filter");
   if (!kind.ok()) return kind.status();
@@ -56,6 +36,7 @@ absl::StatusOr<v1::PixelFilter::Kind> parse_filter(const std::string& word) {
 }
 
 std::string check_integrator(const std::string& name) {
+  if (name == kAutoIntegrator) return "";
   return std::string{wire::check_algorithm_name(name).message()};
 }
 
@@ -63,6 +44,7 @@ std::vector<options::Choice> integrators() {
   std::vector<options::Choice> choices;
   for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
     choices.push_back({algorithm.name, wire::description_of(algorithm)});
+  choices.push_back({kAutoIntegrator, "the best of path, bdpt, vcm and light, by a short pilot"});
   return choices;
 }
 
@@ -77,20 +59,6 @@ std::string name_of(const std::string& file, const ImportedScene& imported) {
   const std::filesystem::path path = std::filesystem::absolute(file);
   if (!imported.scene.name().empty() && imported.scene.name() != path.stem()) return imported.scene.name();
   return (path.stem().string().starts_with("scene") ? path.parent_path().filename() : path.stem()).string();
-}
-
-void define_cache_options(options::Command& command, CacheWishes& cache) {
-  command.group("Irradiance cache");
-  command
-      .add("--cache-error", cache.error,
-           "largest error of a record where it is used, as Ward estimates it (0.3 unless given)")
-      .in_range(wire::kLeastCacheError, wire::kMostCacheError);
-  command.add("--cache-samples", cache.samples, "rays of a record (1024 unless given)")
-      .in_range(wire::kLeastCacheSamples, wire::kMostCacheSamples);
-  add_parsed(command, "--cache-reach", cache.reach, parse_reach,
-             "how far records reach, in widths of a pixel (3,32 unless given)")
-      .type_name("MIN,MAX");
-  command.add_flag("--cache-view", cache.view, "show a red point at each record");
 }
 
 ImportOptions import_options(const RenderOptions& options) {
@@ -120,33 +88,6 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 
-void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity) {
-  command.group("Radiosity");
-  command
-      .add("--radiosity-error", radiosity.error_bound,
-           "error of a link's light, over the mean irradiance (0.01 unless given)")
-      .in_range(1e-6, 1)
-      .type_name("X");
-  command
-      .add("--smallest-patch", radiosity.smallest_area,
-           "area, scene units squared, below which patches are not split (usually 1/50,000 of all surfaces)")
-      .in_range(0, 1e30)
-      .type_name("AREA");
-  command
-      .add("--radiosity-residual", radiosity.residual,
-           "power that the last sweep moves, over all power (0.0001 unless given)")
-      .in_range(1e-12, 1)
-      .type_name("X");
-  add_parsed(command, "--final-gather", radiosity.final_gather, parse_switch,
-             "on: the patches light what is seen; off: they are what is seen")
-      .type_name("on|off");
-  command.add_flag("--ignore-non-diffuse", radiosity.ignore_non_diffuse,
-                   "leave out of materials what is not diffuse");
-  add_parsed(command, "--memory-limit", radiosity.memory_limit, parse_bytes,
-             "memory for patches and links (4G unless given)")
-      .type_name("SIZE");
-}
-
 void define_job_options(options::Command& command, RenderOptions& options) {
   JobSettings& job = options.job;
   command.group("Quality");
@@ -162,10 +103,6 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME")
       .listing(integrators())
       .checked_by(check_integrator);
-  command
-      .add("--ao-distance", job.occlusion_distance,
-           "ao: how far things hide the sky, in units of the scene; 0: however far")
-      .in_range(0, wire::kLargestSceneNumber);
   add_word(command, "--sampler", job.sampler, "sobol or independent");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
   add_parsed(command, "--filter", job.filter, parse_filter,
@@ -185,17 +122,12 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
           "further channels: variance, albedo, normal, depth, samples, alpha, id; layers: bounce0..bounceN, "
-          "lights, emission")
+          "lights, emission, shadow, strategies, unweighted-strategies")
       .separated_by_commas()
       .type_name("NAME,...");
   add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
              "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
       .type_name("NAME=EXPRESSION,...");
-  command.group("Preview");
-  add_word(command, "--shadows", job.shadows,
-           "shadows of --integrator preview: pcss (as soft as the lamp is large), pcf, hard or none");
-  command.add("--ambient", job.ambient, "factor of its ambient light; 1 unless given")
-      .in_range(0, wire::kMaxAmbient);
   command.group("Computation");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
@@ -207,25 +139,11 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.add("--tile", job.tile_size, "side of a tile, pixels")
       .in_range(1, wire::kMaxTileSize)
       .with_default();
-  command.group("Photon mapping");
-  command
-      .add("--photon-radius", job.photon_radius,
-           "radius of the first pass's estimates, in the scene's units; usually 3 pixels on what is seen")
-      .in_range(wire::kMinPhotonRadius, wire::kMaxPhotonRadius)
-      .type_name("R");
-  command.add("--photons", job.photons, "light paths of a pass; usually the film's pixels, up to 2^20")
-      .in_range(1, wire::kMaxPhotons);
-  add_word(command, "--photon-map", job.photon_map,
-           "progressive (a radius that shrinks) or classic (one map for all passes; biased)");
-  add_word(command, "--photon-light", job.photon_light,
-           "light that photons bring: indirect (lights are sampled) or all");
-  command.group("Computation");
   command.add("-D", options.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE")
       .checked_by(check_define);
   command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
-  define_cache_options(command, job.cache);
-  define_radiosity_options(command, job.radiosity);
+  define_own_options(command, job.own);
 }
 
 absl::Status check_stats(const RenderOptions& options) {
@@ -248,7 +166,47 @@ std::vector<std::string> LoadedJob::warning_lines() const {
   return lines;
 }
 
-std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code, absl::Status* refusal) {
+namespace {
+
+/// The job as the options and the scene ask for it.
+absl::StatusOr<ChosenJob> prepare(const RenderOptions& options, const ImportedScene& imported,
+                                  const ChoiceOptions* choice, double read_cpu_seconds) {
+  const std::string name = name_of(options.scene, imported);
+  if (!asks_for_choice(options.job, imported.scene)) {
+    absl::StatusOr<std::unique_ptr<PreparedJob>> job = prepare_job(options.job, imported, name);
+    if (!job.ok()) return job.status();
+    return ChosenJob{*std::move(job)};
+  }
+  if (choice == nullptr) {
+    return absl::OutOfRangeError(
+        "integrator 'auto' is none itself, but a choice that render and submit make: here it has to be "
+        "named");
+  }
+  ChoiceOptions own = *choice;
+  own.read_cpu_seconds = read_cpu_seconds;
+  const Phase phase{progress_mode(STDERR_FILENO, options.quiet), std::cerr, options.scene,
+                    "choosing the integrator"};
+  return choose_job(options.job, imported, name, own);
+}
+
+}  // namespace
+
+void set_local_isa(v1::JobSpec& spec) {
+  const std::vector<std::string> isas = local_isas();
+  if (spec.farm().isa().empty() && !isas.empty()) spec.mutable_farm()->set_isa(isas.front());
+}
+
+absl::StatusOr<std::unique_ptr<BenchScene>> build_scene(LoadedJob& loaded, const RenderOptions& options) {
+  set_local_isa(loaded.job->spec);
+  absl::StatusOr<std::unique_ptr<BenchScene>> scene =
+      BenchScene::load(loaded.job->spec, loaded.job->blobs, options.threads);
+  if (!scene.ok() || options.quiet) return scene;
+  for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
+  return scene;
+}
+
+std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code, absl::Status* refusal,
+                                    const ChoiceOptions* choice) {
   if (std::error_code error; !std::filesystem::exists(options.scene, error)) {
     exit_code = report(kUsage, absl::StrCat("there is no file ", options.scene));
     return nullptr;
@@ -270,21 +228,27 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     for (const std::string& line : lines) std::cerr << "warning: " << line << '\n';
   };
   print_warnings(loaded->warning_lines());
-  absl::StatusOr<std::unique_ptr<PreparedJob>> job =
-      prepare_job(options.job, loaded->imported, name_of(options.scene, loaded->imported));
+  absl::StatusOr<ChosenJob> job =
+      prepare(options, loaded->imported, choice, base::in_seconds(base::process_cpu_time() - cpu_start));
   if (!job.ok() && refusal != nullptr) {
     *refusal = job.status();
     return nullptr;
   }
   if (!job.ok()) {
-    exit_code =
-        report(absl::IsOutOfRange(job.status()) ? kUsage : kBadScene, std::string{job.status().message()});
+    const ExitCode code = absl::IsCancelled(job.status())    ? kInterrupted
+                          : absl::IsOutOfRange(job.status()) ? kUsage
+                                                             : kBadScene;
+    exit_code = report(code, std::string{job.status().message()});
     return nullptr;
   }
-  loaded->job = *std::move(job);
+  loaded->job = std::move(job->job);
+  loaded->built = std::move(job->built);
   print_warnings(loaded->job->warnings);
+  if (const std::string chosen = choice_text(loaded->job->spec); !options.quiet && !chosen.empty())
+    std::cerr << chosen << '\n';
   loaded->import_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  loaded->import_cpu_seconds = base::in_seconds(base::process_cpu_time() - cpu_start);
+  loaded->import_cpu_seconds = base::in_seconds(base::process_cpu_time() - cpu_start) -
+                               loaded->job->spec.farm().auto_choice().pilot_seconds();
   return loaded;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "command/command_line.h"
+#include "command/jobs/auto_choice.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
 
@@ -27,9 +28,6 @@ struct RenderOptions {
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
 void define_render_options(options::Command& command, RenderOptions& options);
 
-/// Options of radiosity, which `radiosity` has too.
-void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity);
-
 /// Those of them that say how a scene is rendered, but for the sample count; `bench` has them too.
 void define_job_options(options::Command& command, RenderOptions& options);
 
@@ -40,7 +38,8 @@ absl::Status check_stats(const RenderOptions& options);
 struct LoadedJob {
   ImportedScene imported;
   std::unique_ptr<PreparedJob> job;
-  double import_seconds = 0;  // digests included
+  std::shared_ptr<const BuiltScene> built = nullptr;  // the job's scene, where it was built already
+  double import_seconds = 0;                          // digests included
   double import_cpu_seconds = 0;
 
   /// Frees the bytes of the meshes.
@@ -51,8 +50,15 @@ struct LoadedJob {
 
 /// Imports the scene, prints its warnings (unless quiet) and prepares the job. Null, with the message printed
 /// and the exit code set, when that cannot be done. With `refusal`, a job that the settings do not go with
-/// puts its message there instead.
+/// puts its message there instead. Integrator "auto" is for those that say how to choose one.
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code,
-                                    absl::Status* refusal = nullptr);
+                                    absl::Status* refusal = nullptr, const ChoiceOptions* choice = nullptr);
+
+/// Names the best kernels of this machine, where the job names none.
+void set_local_isa(v1::JobSpec& spec);
+
+/// Builds the job's scene in this process, by the best kernels where it names none, and prints its warnings
+/// (unless quiet). Errors as BenchScene::load.
+absl::StatusOr<std::unique_ptr<BenchScene>> build_scene(LoadedJob& loaded, const RenderOptions& options);
 
 }  // namespace tessera::client

@@ -39,6 +39,7 @@ void set_render_info(const RenderInfo& info, Image& image) {
   image.metadata["tessera.seed"] = absl::StrCat(info.seed);
   image.metadata["tessera.integrator"] = info.integrator;
   image.metadata["tessera.integrator_kind"] = info.integrator_kind;
+  if (!info.choice.empty()) image.metadata["tessera.auto"] = info.choice;
   image.metadata["tessera.sampler"] = info.sampler;
   image.metadata["tessera.isa"] = info.isa;
   image.metadata["tessera.arithmetic"] = absl::StrJoin(info.arithmetic, ", ");

@@ -53,14 +53,15 @@ RgbPlanes rgb_planes(const Image& image);
 
 /// Facts that an image file tells of its making, as attributes "tessera.scene_digest", "tessera.spp",
 /// "tessera.seed" (in decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.integrator_kind",
-/// "tessera.sampler", "tessera.isa", "tessera.arithmetic" (classes, separated by ", "), "tessera.version" and
-/// "tessera.render_seconds".
+/// "tessera.sampler", "tessera.isa", "tessera.arithmetic" (classes, separated by ", "), "tessera.version",
+/// "tessera.render_seconds", and "tessera.auto", where the integrator was chosen.
 struct RenderInfo {
   std::string scene_digest;
   std::uint32_t spp = 0;
   std::uint64_t seed = 0;
   std::string integrator;
   std::string integrator_kind;  // "unbiased" ... (wire/algorithm.h)
+  std::string choice;           // how the integrator was chosen; empty: it was named
   std::string sampler;
   std::string isa;
   std::vector<std::string>

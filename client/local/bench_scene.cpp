@@ -65,6 +65,10 @@ BenchCost& BenchCost::operator+=(const BenchCost& other) {
   return *this;
 }
 
+std::shared_ptr<render::SharedContents> make_shared_contents() {
+  return std::make_shared<render::SharedContents>();
+}
+
 struct BenchScene::Parts {
   std::unique_ptr<render::RenderScene> scene;
   google::protobuf::RepeatedPtrField<v1::Phase> phases;
@@ -78,7 +82,7 @@ const std::vector<std::string>& BenchScene::warnings() const { return parts_->sc
 
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,
-                                                             int threads) {
+                                                             int threads, render::SharedContents* contents) {
   const std::chrono::nanoseconds start = base::process_cpu_time();
   const SceneBlobs source(blobs);
   const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.content().scene());
@@ -89,7 +93,7 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   }
   absl::StatusOr<std::unique_ptr<render::RenderScene>> scene =
       render::load_scene(message, spec, [&](const std::string& digest) { return source.bytes(digest); },
-                         {.isa = spec.farm().isa(), .threads = threads});
+                         {.isa = spec.farm().isa(), .threads = threads, .contents = contents});
   if (!scene.ok()) return scene.status();
 
   auto parts = std::make_unique<Parts>();
@@ -138,6 +142,25 @@ absl::StatusOr<LitMesh> BenchScene::radiosity_mesh(const v1::Scene& scene, std::
   absl::StatusOr<render::RadiosityMesh> mesh = render::read_radiosity_mesh(scene, phases->last);
   if (!mesh.ok()) return mesh.status();
   return LitMesh{std::move(mesh->positions), std::move(mesh->radiosity), std::move(mesh->triangles)};
+}
+
+absl::StatusOr<BenchRender> BenchScene::render(std::uint32_t sample_begin, std::uint32_t sample_end,
+                                               std::uint64_t seed_offset, std::stop_token stop) const {
+  const std::chrono::nanoseconds start = base::thread_cpu_time();
+  absl::StatusOr<BenchPhases> phases = make_phases(seed_offset, stop);
+  if (!phases.ok()) return phases.status();
+  BenchRender rendered;
+  render::RenderStats stats;
+  for (render::TileRequest tile : parts_->tiles) {
+    tile.sample_begin = sample_begin, tile.sample_end = sample_end;
+    tile.seed_offset = seed_offset;
+    tile.prepared = phases->prepared.get();
+    absl::StatusOr<wire::TileResult> result = parts_->scene->render_tile(tile, stop, stats);
+    if (!result.ok()) return result.status();
+    rendered.tiles.push_back(*std::move(result));
+  }
+  rendered.cost = cost_of(stats, base::in_seconds(base::thread_cpu_time() - start));
+  return rendered;
 }
 
 absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {

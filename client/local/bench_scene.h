@@ -20,7 +20,8 @@
 
 namespace tessera::render {
 class Prepared;
-}
+class SharedContents;
+}  // namespace tessera::render
 
 namespace tessera::client {
 
@@ -55,13 +56,25 @@ struct BenchPhases {
   BenchCost cost;
 };
 
+/// What scenes that are loaded at a time have in common.
+std::shared_ptr<render::SharedContents> make_shared_contents();
+
+class BenchScene;
+
+/// A scene with what it shares with others that are loaded while it is there.
+struct BuiltScene {
+  std::shared_ptr<render::SharedContents> contents;
+  std::unique_ptr<BenchScene> scene;
+};
+
 class BenchScene {
  public:
   /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is
-  /// wrong with the scene.
+  /// wrong with the scene. With `contents`, it shares there what it has in common with others.
   static absl::StatusOr<std::unique_ptr<BenchScene>> load(const v1::JobSpec& spec,
                                                           const std::vector<const SceneBlob*>& blobs,
-                                                          int threads);
+                                                          int threads,
+                                                          render::SharedContents* contents = nullptr);
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }
@@ -74,6 +87,11 @@ class BenchScene {
 
   /// The light of the surfaces of `scene`, which was loaded for radiosity. Cancelled when stopped.
   absl::StatusOr<LitMesh> radiosity_mesh(const v1::Scene& scene, std::stop_token stop) const;
+
+  /// Renders samples [sample_begin, sample_end) of each pixel of the job on this thread, its seed plus
+  /// `seed_offset`. Cancelled when stopped.
+  absl::StatusOr<BenchRender> render(std::uint32_t sample_begin, std::uint32_t sample_end,
+                                     std::uint64_t seed_offset, std::stop_token stop) const;
 
   /// Cancelled when stopped.
   absl::StatusOr<BenchCeiling> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;

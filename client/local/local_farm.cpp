@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "agent/agent.h"
+#include "local/bench_scene.h"
 #include "local/scene_blobs.h"
 #include "service/coordinator.h"
 #include "service/in_process.h"
@@ -64,10 +65,12 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.threads = options.threads;
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
-  agent_options.load_scene = [geometry_read = std::move(options.geometry_read), building = parts->building](
+  agent_options.load_scene = [geometry_read = std::move(options.geometry_read), building = parts->building,
+                              built = std::move(options.built)](
                                  const v1::Scene& scene, const v1::JobSpec& job,
                                  const render::BlobSource& blobs, render::LoadOptions load_options) {
     load_options.geometry_read = geometry_read;
+    if (built != nullptr) load_options.contents = built->contents.get();
     *building = true;
     auto loaded = render::load_scene(scene, job, blobs, load_options);
     *building = false;

@@ -15,6 +15,8 @@ class Channel;
 
 namespace tessera::client {
 
+struct BuiltScene;
+
 struct LocalFarmOptions {
   int threads = 1;
   std::string isa;  // empty: the best of this machine
@@ -26,6 +28,8 @@ struct LocalFarmOptions {
   // Folder for jobs and results; the next farm with the same goes on with them. Empty: they are kept in
   // memory.
   std::string checkpoint = {};
+  // A scene that was built already, and may be that of a job; null: none was.
+  std::shared_ptr<const BuiltScene> built = nullptr;
   // Called, where there is one, once, from another thread, when results cannot be kept any more: nothing
   // comes then.
   std::function<void(const absl::Status&)> failed = {};

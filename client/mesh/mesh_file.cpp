@@ -58,7 +58,22 @@ std::string to_ply(const LitMesh& mesh) {
   return bytes;
 }
 
-std::string to_glb(const LitMesh& mesh) {
+absl::Status check_glb_size(std::uint64_t vertices, std::uint64_t triangles) {
+  if (vertices == 0 || triangles == 0)
+    return absl::InvalidArgumentError("the mesh has no triangles, and glTF has no empty meshes: .ply has");
+  // A position and two colours for each vertex; the rest describes these arrays.
+  constexpr std::uint64_t kPerVertex = 36, kPerTriangle = 12, kDescription = 4096;
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max() - kDescription;
+  const bool fits = vertices <= kMost / kPerVertex && triangles <= kMost / kPerTriangle &&
+                    vertices * kPerVertex + triangles * kPerTriangle <= kMost;
+  if (fits) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the mesh has ", vertices, " vertices and ", triangles,
+                   " triangles, and glTF counts a file's bytes in 32 bits: .ply has room for them"));
+}
+
+absl::StatusOr<std::string> to_glb(const LitMesh& mesh) {
+  if (auto status = check_glb_size(mesh.positions.size(), mesh.triangles.size()); !status.ok()) return status;
   std::vector<std::array<float, 3>> colours = mesh.radiosity;
   for (std::array<float, 3>& colour : colours) {
     for (float& value : colour) value = std::clamp(value / std::numbers::pi_v<float>, 0.0f, 1.0f);
@@ -119,7 +134,8 @@ absl::Status check_mesh_path(const std::string& path) {
 
 absl::StatusOr<std::string> mesh_bytes(const LitMesh& mesh, const std::string& path) {
   if (auto status = check_mesh_path(path); !status.ok()) return status;
-  return extension_of(path) == ".ply" ? to_ply(mesh) : to_glb(mesh);
+  if (extension_of(path) == ".ply") return to_ply(mesh);
+  return to_glb(mesh);
 }
 
 }  // namespace tessera::client

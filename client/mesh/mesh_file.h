@@ -20,11 +20,17 @@ struct LitMesh {
 /// radiosities in W/m^2, all floats; faces with `vertex_indices`.
 std::string to_ply(const LitMesh& mesh);
 
-/// The bytes of a glTF 2.0 file (binary). COLOR_0 are floats as the format wants them, linear and clamped to
-/// [0, 1]: radiosity over pi, the radiance that a picture shows. _RADIOSITY has it in W/m^2, unclamped.
-std::string to_glb(const LitMesh& mesh);
+/// InvalidArgument where a mesh of so many vertices and triangles is no glTF file: the format has no empty
+/// meshes, and counts the bytes of a file in 32 bits.
+absl::Status check_glb_size(std::uint64_t vertices, std::uint64_t triangles);
 
-/// By the extension of a file's name, in capitals or not. InvalidArgument where it is neither .ply nor .glb.
+/// The bytes of a glTF 2.0 file (binary). COLOR_0 are floats as the format wants them, linear and clamped to
+/// [0, 1]: radiosity over pi, the radiance that a picture of exposure 1 shows. _RADIOSITY has it in W/m^2,
+/// unclamped. Errors are those of check_glb_size.
+absl::StatusOr<std::string> to_glb(const LitMesh& mesh);
+
+/// By the extension of a file's name, in capitals or not. InvalidArgument where it is neither .ply nor .glb,
+/// or to_glb has it.
 absl::StatusOr<std::string> mesh_bytes(const LitMesh& mesh, const std::string& path);
 
 /// The same error, before there is a mesh.

@@ -4,18 +4,17 @@
 #include <bit>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "layers/expression.h"
+#include "layers/layer_check.h"
 
 namespace tessera::layers {
 
 namespace {
 
 constexpr std::size_t kWords = kMaxPoints / 64;
-constexpr std::size_t kShown = 200;  // characters of an expression in messages
 
 /// Positions in all expressions.
 struct Positions {
@@ -85,12 +84,12 @@ class PositionAutomaton {
     set.for_each([&](std::size_t p) { layers |= layers_of_last_[p]; });
     return static_cast<std::int32_t>(layers);
   }
-  /// The positions whose symbol satisfies `match`.
+  /// The positions whose symbol satisfies `match`, which is asked once of a symbol and all of its copies.
   template <class Match>
   Positions where(Match&& match) const {
     Positions result;
-    for (std::size_t p = 0; p < symbols_.size(); ++p) {
-      if (match(*symbols_[p])) result.add(p);
+    for (const auto& [symbol, copies] : positions_of_) {
+      if (match(*symbol)) result |= copies;
     }
     return result;
   }
@@ -142,12 +141,12 @@ class PositionAutomaton {
 
   Part visit_symbol(const Node& node) {
     Part part;
-    if (symbols_.size() == kMaxPoints) {
+    const std::size_t p = follow_.size();
+    if (p == kMaxPoints) {
       full_ = true;
       return part;
     }
-    const std::size_t p = symbols_.size();
-    symbols_.push_back(&node);
+    positions_of_[&node].add(p);
     follow_.emplace_back();
     layers_of_last_.push_back(0);
     part.first.add(p);
@@ -169,8 +168,8 @@ class PositionAutomaton {
     return whole;
   }
 
-  std::vector<const Node*> symbols_;
-  std::vector<Positions> follow_;
+  std::map<const Node*, Positions> positions_of_;
+  std::vector<Positions> follow_;  // of each position
   std::vector<std::uint32_t> layers_of_last_;
   Positions first_;
   bool full_ = false;
@@ -302,11 +301,8 @@ std::optional<Automaton> automaton_of(std::span<const Node> trees, const Alphabe
 absl::StatusOr<std::vector<Node>> trees_of(std::span<const Layer> layers, Direction direction) {
   std::vector<Node> trees;
   for (const Layer& layer : layers) {
-    absl::StatusOr<Node> tree = parse_expression(layer.expression);
-    if (!tree.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat("layer '", layer.name, "': ", tree.status().message(),
-                                                     ", in ", layer.expression.substr(0, kShown)));
-    }
+    absl::StatusOr<Node> tree = paths_of(layer);
+    if (!tree.ok()) return tree.status();
     if (direction == Direction::kFromLights) reverse(*tree);
     trees.push_back(*std::move(tree));
   }
@@ -317,53 +313,13 @@ absl::StatusOr<std::vector<Node>> trees_of(std::span<const Layer> layers, Direct
 absl::Status too_large(std::span<const Layer> layers, std::span<const Node> trees, const Alphabet& alphabet,
                        Direction direction) {
   std::size_t fits = 0;
-  while (fits + 1 < trees.size() && automaton_of(trees.first(fits + 1), alphabet, direction)) ++fits;
+  for (std::size_t too_many = trees.size(); fits + 1 < too_many;) {
+    const std::size_t middle = (fits + too_many) / 2;
+    (automaton_of(trees.first(middle), alphabet, direction) ? fits : too_many) = middle;
+  }
   return absl::ResourceExhaustedError(absl::StrCat(
       "layer '", layers[fits].name, "' is too much: with those before it the automaton has more than ",
       kMaxStates, " states, ", kMaxPoints, " points or ", kMaxEntries, " entries"));
-}
-
-bool is_name(const std::string& name) {
-  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
-  const auto fits = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.'; };
-  return !name.empty() && name.size() <= kMaxName && is_letter(name.front()) && name.back() != '.' &&
-         std::ranges::all_of(name, fits);
-}
-
-/// Names of the other channels of pictures.
-bool is_taken(const std::string& name) {
-  static const std::set<std::string> taken = {"R",      "G",      "B",     "A",       "variance",
-                                              "albedo", "normal", "depth", "samples", "alpha"};
-  return taken.contains(name.substr(0, name.find('.')));
-}
-
-absl::Status check_name(const std::string& name, std::set<std::string>& seen) {
-  const std::string shown = name.substr(0, kMaxName);
-  if (!is_name(name)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("'", shown,
-                     "' is no name of a layer: letters, digits, '_', '-' and '.' were expected, a "
-                     "letter first, at most ",
-                     kMaxName));
-  }
-  if (is_taken(name))
-    return absl::InvalidArgumentError(absl::StrCat("layer '", shown, "' has the name of other channels"));
-  if (!seen.insert(name).second)
-    return absl::InvalidArgumentError(absl::StrCat("layer '", shown, "' is there twice"));
-  return absl::OkStatus();
-}
-
-/// Every layer has some path. Those with names are not looked at: it depends on the scene.
-absl::Status check_held(std::span<const Layer> layers, const Automaton& automaton) {
-  std::uint32_t some = 0;
-  for (const std::int32_t found : automaton.layers) some |= static_cast<std::uint32_t>(found);
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    if ((some >> i & 1) != 0 || !names_in(layers.subspan(i, 1)).empty()) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "layer '", layers[i].name, "': no path is like ", layers[i].expression.substr(0, kShown),
-        ": each has one light at its one end, the camera at the other, and only events in between"));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -377,73 +333,36 @@ absl::StatusOr<Automaton> compile(std::span<const Layer> layers, const Alphabet&
   return minimised(*result);
 }
 
-std::vector<std::string> names_in(std::span<const Layer> layers) {
-  std::vector<std::string> names;
-  for (const Layer& layer : layers) {
-    const auto tree = parse_expression(layer.expression);
-    if (tree.ok()) collect_names(*tree, names);
+std::vector<std::int32_t> layers_of_joins(const Automaton& from_camera, const Automaton& from_lights) {
+  // A minimal automaton's state is all that matters of what was read [Nerode 1958], so any one way to a state
+  // of the reversed automaton stands for all. Its last event is the first that the other part would read.
+  const auto states = static_cast<std::size_t>(from_camera.states),
+             others = static_cast<std::size_t>(from_lights.states),
+             events = static_cast<std::size_t>(from_camera.events);
+  std::vector<std::int32_t> layers(states * others);
+  std::vector<bool> known(others, false);
+  std::vector<std::size_t> found;
+  const auto reach = [&](std::int32_t state, auto&& layers_of) {
+    const auto s = static_cast<std::size_t>(state);
+    if (known[s]) return;
+    known[s] = true;
+    found.push_back(s);
+    for (std::size_t q = 0; q < states; ++q) layers[q * others + s] = layers_of(q);
+  };
+  for (std::size_t source = 0; source < from_lights.begin.size(); ++source) {
+    reach(from_lights.begin[source], [&](std::size_t q) {
+      return from_camera.layers[q * static_cast<std::size_t>(from_camera.ends) + source];
+    });
   }
-  std::ranges::sort(names);
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
-}
-
-absl::Status check_layers(std::span<const Layer> layers) {
-  if (layers.empty()) return absl::OkStatus();
-  if (layers.size() > kMaxLayers) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("there are ", layers.size(), " layers; at most ", kMaxLayers, " were expected"));
-  }
-  std::set<std::string> seen;
-  for (const Layer& layer : layers) {
-    if (auto s = check_name(layer.name, seen); !s.ok()) return s;
-  }
-  if (const auto trees = trees_of(layers, Direction::kFromCamera); !trees.ok()) return trees.status();
-  const std::vector<std::string> names = names_in(layers);
-  if (names.size() > kMaxNames) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("layers have ", names.size(), " names; at most ", kMaxNames, " were expected"));
-  }
-  // What a scene calls so is not known here: each name is one of an object, of a material and of a light.
-  Alphabet alphabet;
-  for (const std::string& name : names) {
-    alphabet.surfaces.push_back({{name}, {}});
-    alphabet.surfaces.push_back({{}, {name}});
-    alphabet.lights.push_back({name});
-  }
-  for (const Direction direction : {Direction::kFromCamera, Direction::kFromLights}) {
-    const auto automaton = compile(layers, alphabet, direction);
-    if (!automaton.ok()) return absl::InvalidArgumentError(automaton.status().message());
-    if (auto s = check_held(layers, *automaton); !s.ok()) return s;
-  }
-  return absl::OkStatus();
-}
-
-absl::StatusOr<std::vector<Layer>> parse_layers(const std::string& text) {
-  std::vector<Layer> layers;
-  std::size_t begin = 0;
-  for (;;) {
-    char quote = 0;
-    bool braces = false;
-    std::size_t end = begin;
-    for (; end < text.size() && (quote != 0 || braces || text[end] != ','); ++end) {
-      const char c = text[end];
-      if (quote != 0) {
-        if (c == quote) quote = 0;
-      } else if (c == '\'' || c == '"') {
-        quote = c;
-      } else if (c == '{' || c == '}') {
-        braces = c == '{';
-      }
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::size_t before = found[i];
+    for (std::size_t e = 0; e < events; ++e) {
+      reach(from_lights.next[before * events + e], [&](std::size_t q) {
+        return layers[static_cast<std::size_t>(from_camera.next[q * events + e]) * others + before];
+      });
     }
-    const std::size_t equals = text.find('=', begin);
-    if (equals == std::string::npos || equals >= end || equals == begin || equals + 1 == end)
-      return absl::InvalidArgumentError(
-          absl::StrCat("column ", begin + 1, ": NAME=EXPRESSION was expected, as in caustics=LS+DE"));
-    layers.push_back({text.substr(begin, equals - begin), text.substr(equals + 1, end - equals - 1)});
-    if (end == text.size()) return layers;
-    begin = end + 1;
   }
+  return layers;
 }
 
 }  // namespace tessera::layers

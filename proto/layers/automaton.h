@@ -11,22 +11,14 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "layers/event.h"
+#include "layers/limits.h"
 
 namespace tessera::layers {
 
 struct Layer {
   std::string name;        // of the picture's channels: NAME.R, NAME.G, NAME.B
-  std::string expression;  // expression.h
+  std::string expression;  // and more: layer_rule.h
 };
-
-/// Most layers of a picture, characters of a layer's name, names of objects, materials and lights, points in
-/// all expressions once repetitions are written out, states of the automaton, and entries of its table.
-inline constexpr std::size_t kMaxLayers = 32;
-inline constexpr std::size_t kMaxName = 64;
-inline constexpr std::size_t kMaxNames = 64;
-inline constexpr std::size_t kMaxPoints = 1024;
-inline constexpr std::size_t kMaxStates = 1024;
-inline constexpr std::size_t kMaxEntries = std::size_t{1} << 18;
 
 /// The names that a surface has.
 struct SurfaceNames {
@@ -58,6 +50,11 @@ struct Automaton {
 /// would be too large.
 absl::StatusOr<Automaton> compile(std::span<const Layer> layers, const Alphabet& alphabet,
                                   Direction direction);
+
+/// The layers of paths whose two parts, one read from the camera and one from the light, have come to these
+/// states of automata of the same layers and alphabet: bits, [state from the camera * from_lights.states +
+/// state from the light]. Events are in one of the two parts each.
+std::vector<std::int32_t> layers_of_joins(const Automaton& from_camera, const Automaton& from_lights);
 
 /// All names in the layers' expressions, each once, in order.
 std::vector<std::string> names_in(std::span<const Layer> layers);

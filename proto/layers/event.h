@@ -1,4 +1,4 @@
-// What the points of a path are, by number: the symbols of the automaton of layers.
+// Numbers of the points of a path: the symbols of the automaton of layers.
 #pragma once
 
 #include <cstdint>

@@ -263,6 +263,8 @@ class Parser {
     do {
       if (!name(test)) return false;
     } while (peek() != ']' && peek() != '\0');
+    std::ranges::sort(test.names);
+    test.names.erase(std::unique(test.names.begin(), test.names.end()), test.names.end());
     return expect(']', "a set of names");
   }
 

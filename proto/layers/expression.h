@@ -5,8 +5,10 @@
 //   choice      = sequence { "|" sequence }
 //   sequence    = repetition { repetition }
 //   repetition  = symbol { "*" | "+" | "?" | "{" n [ "," [ m ] ] "}" }
-//   symbol      = letter | "." | "<" kind [ lobe ] { names } ">" | "[" [ "^" ] { symbol } "]" | "(" choice
-//   ")" letter      = C E | L O B | D G S | R T V kind, lobe  = letter | "." | "[" [ "^" ] { letter } "]"
+//   symbol      = letter | "." | "<" kind [ lobe ] { names } ">" | "[" [ "^" ] { symbol } "]"
+//                 | "(" choice ")"
+//   letter      = C E | L O B | D G S | R T V
+//   kind, lobe  = letter | "." | "[" [ "^" ] { letter } "]"
 //   names       = [ "o" | "m" ] ( "'" name "'" | "[" [ "^" ] { "'" name "'" } "]" )
 #pragma once
 
@@ -20,7 +22,7 @@
 
 namespace tessera::layers {
 
-/// What a name is of.
+/// Kinds of things that have names.
 enum class Scope : std::uint8_t { kAny, kObject, kMaterial };
 
 /// Holds for what has one of these names, or, negated, none of them. Lights have names without a scope.
@@ -45,7 +47,7 @@ struct Node {
   // kSymbol: one of these points; negated, an event or a source that is none of them.
   bool negated = false;
   std::vector<PointSet> points = {};
-  // Of the others; kRepeat has one, `least` to `most` times.
+  // The other kinds have children; kRepeat has one, which stands there `least` to `most` times.
   std::vector<Node> children = {};
   int least = 1;
   int most = 1;  // kForEver: without end

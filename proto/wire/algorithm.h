@@ -28,8 +28,8 @@ enum class Bias : std::uint8_t {
 const char* word_of(Bias bias);
 
 /// Whether light is told apart by the path that it took (layers/expression.h), and which paths carry the
-/// state of the automaton.
-enum class LayerStates : std::uint8_t { kNone, kFromCamera, kFromLights };
+/// state of an automaton: those from the camera, or those from lights as well.
+enum class LayerStates : std::uint8_t { kNone, kFromCamera, kFromBothEnds };
 
 /// A phase of an algorithm: made once a job, before the picture; how much of it unless the job says
 /// otherwise.
@@ -37,6 +37,18 @@ struct PhaseTraits {
   const char* name;
   std::uint32_t parts = 1;
   std::uint32_t merge_width = 8;
+};
+
+/// Settings that only some algorithms have: numbers of the fields of v1::RenderSettings and v1::Algorithms
+/// (own_settings.h).
+enum class OwnSettings : std::uint8_t {
+  kNone = 0,
+  kPhoton = 30,
+  kMetropolis = 32,
+  kRadiosity = 33,
+  kIrradianceCache = 34,
+  kPreview = 36,
+  kAmbientOcclusion = 39
 };
 
 struct AlgorithmTraits {
@@ -48,18 +60,16 @@ struct AlgorithmTraits {
   bool noise = false;           // samples may be taken as noise asks for (RenderSettings.noise)
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
   LayerStates layers = LayerStates::kNone;
+  bool shadow_layers = false;    // has layers of light that something is in the way of (layers/layer_rule.h)
+  bool strategy_layers = false;  // has layers of single strategies
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
-  bool samples_all_light = false;   // light sampling must find all light: none is left to BSDF sampling
-  bool starts_at_lights = false;    // light is sampled at its source, without a receiver: no portals
-  bool joins_camera = false;        // connects points to the camera: perspective and orthographic ones only
-  bool motion = true;               // shapes may move; where not, they are refused
-  bool irradiance_cache = false;    // keeps one: RenderSettings.irradiance_cache is for it
-  bool occlusion_distance = false;  // RenderSettings.ambient_occlusion is for it
-  bool diffuse_only = false;        // knows triangles of diffuse matter and nothing else: RadiositySettings
-  bool rasterizes = false;  // projects the scene to the film: perspective and orthographic cameras only. It
-                            // has PreviewSettings
-  bool photons = false;     // traces photons into a map: RenderSettings.photon is for it
+  bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
+  bool starts_at_lights = false;   // light is sampled at its source, without a receiver: no portals
+  bool projects_points = false;    // finds points on the film: perspective and orthographic cameras only
+  bool motion = true;              // shapes may move; where not, they are refused
+  bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
+  OwnSettings own_settings = OwnSettings::kNone;
   std::span<const PhaseTraits> phases = {};
 };
 

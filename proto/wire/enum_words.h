@@ -41,6 +41,12 @@ absl::StatusOr<Enum> value_of(const std::string& word) {
   return static_cast<Enum>(*number);
 }
 
+/// The value, or where it is UNSPECIFIED the default: every enum's first value after that.
+template <class Enum>
+Enum or_default(Enum value) {
+  return value == Enum{} ? static_cast<Enum>(1) : value;
+}
+
 /// InvalidArgument, by field, where the message or one within it has a value that this version does not know.
 absl::Status check_enums(const google::protobuf::Message& message);
 

@@ -10,7 +10,7 @@ namespace tessera::wire {
 /// InvalidArgument, by name, where the job has a setting that this version does not know, an algorithm that
 /// does not exist or cannot do what the job asks for, layers that are none (layers/automaton.h), or noise
 /// that is out of range or does not go with the number of samples, the tile size or the samples of a unit;
-/// photon settings that are out of range, or of an algorithm without photons.
+/// or settings of single algorithms that are not right (own_settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
 
 /// Gives the job the phases of its algorithm, which must exist.

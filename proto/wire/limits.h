@@ -46,6 +46,7 @@ inline constexpr std::uint32_t kNoiseBlock = 8;
 inline constexpr double kLeastCacheError = 0.01, kMostCacheError = 1;
 inline constexpr std::uint32_t kLeastCacheSamples = 16, kMostCacheSamples = 65536;
 inline constexpr double kLeastCacheReach = 0.5, kMostCacheReach = 10000;  // widths of a pixel
+inline constexpr std::uint32_t kLeastGlossyBands = 2, kMostGlossyBands = 12;
 /// Largest factor of a preview's ambient light.
 inline constexpr double kMaxAmbient = 1000;
 
@@ -54,6 +55,12 @@ inline constexpr double kMaxAmbient = 1000;
 inline constexpr std::uint64_t kMaxPhotons = std::uint64_t{1} << 30;
 inline constexpr double kMinPhotonRadius = 1e-15;
 inline constexpr double kMaxPhotonRadius = 1e15;
+
+/// Settings of integrators that mutate paths (MetropolisSettings).
+inline constexpr std::uint32_t kMaxMutations = std::uint32_t{1} << 20;
+inline constexpr std::uint32_t kMaxCandidates = 4096;
+inline constexpr double kMinLargeSteps = 0.01;
+inline constexpr double kMinStep = 1e-6, kMaxStep = 0.5;
 
 /// Most phases of one job, parts of one phase, and blobs that are merged at a time.
 inline constexpr int kMaxPhases = 64;

@@ -21,6 +21,9 @@ struct RenderCounts {
   std::uint64_t fireflies = 0;
   double firefly_light = 0;
   double light = 0;
+  // Paths that Markov chains were offered, and those of them that became their next state.
+  std::uint64_t mutations = 0;
+  std::uint64_t accepted_mutations = 0;
 
   std::uint64_t rays() const { return camera_rays + bounce_rays + shadow_rays; }
   inline RenderCounts& operator+=(const RenderCounts& other);
@@ -41,6 +44,8 @@ inline constexpr std::array kRenderCounts{
     RenderCount{"fireflies", &RenderCounts::fireflies, true},
     RenderCount{"firefly_light", &RenderCounts::firefly_light, true},
     RenderCount{"light", &RenderCounts::light, true},
+    RenderCount{"mutations", &RenderCounts::mutations},
+    RenderCount{"accepted_mutations", &RenderCounts::accepted_mutations},
 };
 static_assert(sizeof(RenderCounts) == 8 * kRenderCounts.size(), "every member has its row");
 

@@ -91,13 +91,22 @@ absl::Status check_blobs(const v1::JobSpec& spec) {
   return has_scene ? absl::OkStatus() : unsound("its scene is not among its blobs");
 }
 
+constexpr int kMostCandidates = 64;  // among which an integrator was chosen
+
 absl::Status check_names(const v1::JobSpec& spec) {
   const v1::JobSpec::Farm& farm = spec.farm();
   std::size_t tags = 0;
   for (const std::string& tag : farm.required_tags()) tags += tag.size() + 1;
   const std::size_t longest = std::max({farm.name().size(), farm.isa().size(), farm.user().size(), tags,
                                         spec.content().algorithms().integrator().size()});
-  return longest > wire::kMaxTextBytes ? unsound("a name is too long") : absl::OkStatus();
+  if (longest > wire::kMaxTextBytes) return unsound("a name is too long");
+  const v1::AutoChoice& choice = farm.auto_choice();
+  std::size_t told = choice.reason().size();
+  for (const v1::AutoChoice::Candidate& candidate : choice.candidates())
+    told = std::max({told, candidate.integrator().size(), candidate.left_out().size()});
+  if (told > wire::kMaxTextBytes || choice.candidates_size() > kMostCandidates)
+    return unsound("how its integrator was chosen is told at too great a length");
+  return absl::OkStatus();
 }
 
 absl::Status check(const v1::JobSpec& spec) {

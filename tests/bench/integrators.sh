@@ -23,7 +23,8 @@ page=$root/docs/integrators.md
 out=$root/docs/integrators
 picture=${SECONDS_A_PICTURE:-1}
 measurement=(--spp "${SPP:-1,4,16}" --seeds "${SEEDS:-4}" --threads "${THREADS:-1}")
-size=(--resolution 96x72 --ao-distance 1)
+size=(--resolution 96x72)
+occlusion=(--ao-distance 1)  # of integrator ao
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 references=${REFERENCES:-$scratch}
@@ -33,13 +34,13 @@ mkdir -p "$out" "$references"
 scenes=(
   "cornell-box scenes/cornell-box/scene.pbrt path"
   "veach-mis $folder/veach-mis/scene-bench.pbrt path"
-  "water-caustic $folder/water-caustic/scene-bench.pbrt bdpt|light"
+  "water-caustic $folder/water-caustic/scene-bench.pbrt photon"
   "classroom $folder/classroom/scene-bench.pbrt path"
   "staircase $folder/staircase/scene-bench.pbrt path"
   "glass-of-water scenes/glass-of-water/scene.textproto bdpt|path"
   "ring scenes/ring/scene.textproto bdpt|path"
   "door-ajar scenes/door-ajar/scene.textproto bdpt|path"
-  "pool scenes/pool/scene.textproto bdpt|path"
+  "pool scenes/pool/scene.textproto photon"
   "museum-hall scenes/museum-hall/scene.textproto path"
 )
 
@@ -82,14 +83,16 @@ rows() {
 # shellcheck disable=SC2016  # backquotes are Markdown's
 # draw NAME FILE REFERENCE INTEGRATOR: pictures at equal time, and the section of the page as $scratch/NAME.md.
 draw() {
-  local name=$1 file=$2 reference=$3 best=$4 integrator kind spp cpu bias2 variance count relmse
+  local name=$1 file=$2 reference=$3 best=$4 integrator kind spp cpu bias2 variance count relmse own
   {
     printf '| integrator | kind | samples in %s CPU s | relMSE | bias^2 | variance of one with %s samples | |\n' \
       "$picture" "$(tail -1 "$scratch/$name.rows" | cut -d';' -f3)"
     printf '|---|---|---|---|---|---|---|\n'
     while IFS=';' read -r integrator kind spp cpu bias2 variance; do
       count=$(awk -v t="$picture" -v s="$spp" -v c="$cpu" 'BEGIN {n = int(t * s / c + 0.5); print n < 1 ? 1 : n}')
-      "$tessera" render "$file" "${size[@]}" --integrator "$integrator" --spp "$count" --quiet \
+      own=()
+      if [ "$integrator" = ao ]; then own=("${occlusion[@]}"); fi
+      "$tessera" render "$file" "${size[@]}" "${own[@]}" --integrator "$integrator" --spp "$count" --quiet \
         --threads "${THREADS:-1}" -o "$scratch/picture.exr" >&2
       "$tessera" convert "$scratch/picture.exr" "$out/$name-$integrator.png" >&2
       relmse=$("$tessera" compare "$reference" "$scratch/picture.exr" --json |
@@ -120,7 +123,8 @@ for entry in "${scenes[@]}"; do
   reference=$references/$name.exr
   best=$(first_of "$best")
   [ -e "$reference" ] || make_reference "$file" "$best" "$reference"
-  "$tessera" bench "$file" "${size[@]}" "${measurement[@]}" --quiet --compare integrator=all \
+  "$tessera" bench "$file" "${size[@]}" "${occlusion[@]}" "${measurement[@]}" --quiet \
+    --compare integrator=all \
     --reference "$reference" --plot "$scratch/plot.svg" >"$scratch/$name.txt"
   # Tenths of a point are enough: half of the size.
   sed -E 's/([0-9]\.[0-9])[0-9]+/\1/g' "$scratch/plot.svg" >"$out/$name.svg"

@@ -12,6 +12,7 @@
 #include "base/printable.h"
 #include "command/exit_code.h"
 #include "command/jobs/job_news.h"
+#include "command/report/choice_text.h"
 #include "command/report/output.h"
 #include "command/report/progress.h"
 #include "image/assemble.h"
@@ -120,6 +121,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   info.seed = spec.view().seed();
   info.integrator = spec.content().algorithms().integrator();
   info.integrator_kind = wire::kind_of(info.integrator);
+  info.choice = base::printable(choice_in_one_line(spec));
   info.sampler = wire::word_of(spec.view().sampler());
   info.isa = status.isa();
   info.arithmetic = {status.arithmetic_classes().begin(), status.arithmetic_classes().end()};

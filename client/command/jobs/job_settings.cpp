@@ -12,6 +12,7 @@
 #include "wire/digest.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
+#include "wire/own_settings.h"
 #include "wire/resolve_settings.h"
 
 namespace tessera::client {
@@ -42,46 +43,13 @@ std::optional<std::array<Number, N>> parse_numbers(std::string_view text, char s
   return numbers;
 }
 
-v1::IrradianceCache message_of(const CacheWishes& wishes) {
-  v1::IrradianceCache cache;
-  if (wishes.error) cache.set_error(*wishes.error);
-  if (wishes.samples) cache.set_samples(*wishes.samples);
-  if (wishes.reach) cache.set_least_reach(wishes.reach->first);
-  if (wishes.reach) cache.set_most_reach(wishes.reach->second);
-  cache.set_view(wishes.view);
-  return cache;
-}
-
-v1::RadiositySettings message_of(const RadiosityWishes& wishes) {
-  v1::RadiositySettings radiosity;
-  if (wishes.error_bound) radiosity.set_error_bound(*wishes.error_bound);
-  if (wishes.smallest_area) radiosity.set_smallest_area(*wishes.smallest_area);
-  if (wishes.residual) radiosity.set_residual(*wishes.residual);
-  if (wishes.final_gather) radiosity.set_final_gather(*wishes.final_gather);
-  if (wishes.ignore_non_diffuse) radiosity.set_ignore_non_diffuse(true);
-  if (wishes.memory_limit) radiosity.set_memory_limit(*wishes.memory_limit);
-  return radiosity;
-}
-
-/// The wishes of the command line about photons.
-v1::PhotonSettings photons_of(const JobSettings& request) {
-  v1::PhotonSettings photon;
-  if (request.photon_radius) photon.set_radius(*request.photon_radius);
-  if (request.photons) photon.set_photons(*request.photons);
-  photon.set_map(request.photon_map);
-  photon.set_light(request.photon_light);
-  return photon;
-}
-
 /// Wishes of the command line over those of the scene.
-v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& scene,
-                             const std::vector<layers::Layer>& layers) {
-  v1::RenderSettings asked;
+v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& own,
+                             const v1::RenderSettings& scene) {
+  v1::RenderSettings asked = own;
   asked.set_integrator(request.integrator);
   if (request.spp) asked.set_spp(*request.spp);
   if (request.max_depth) asked.set_max_depth(*request.max_depth);
-  if (request.occlusion_distance)
-    asked.mutable_ambient_occlusion()->set_distance(*request.occlusion_distance);
   if (request.seed) asked.set_seed(*request.seed);
   if (request.noise) asked.set_noise(*request.noise);
   asked.set_sampler(request.sampler);
@@ -89,21 +57,22 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_direct_light(request.direct_light);
   asked.set_light_selection(request.light_selection);
   asked.set_traversal(request.traversal);
-  if (request.cache.any()) *asked.mutable_irradiance_cache() = message_of(request.cache);
-  if (request.shadows != 0) asked.mutable_preview()->set_shadows(request.shadows);
-  if (request.ambient) asked.mutable_preview()->set_ambient(*request.ambient);
-  if (request.radiosity.any()) *asked.mutable_radiosity() = message_of(request.radiosity);
-  const v1::PhotonSettings photon = photons_of(request);
-  if (photon.ByteSizeLong() > 0) *asked.mutable_photon() = photon;
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
-  wishes.clear_layers();
-  for (const layers::Layer& layer : layers) {
-    v1::Layer& message = *wishes.add_layers();
+  return wishes;
+}
+
+absl::Status resolve_layers(const JobSettings& request, const v1::Scene& scene, v1::JobSpec::View& view) {
+  const auto layers = layers_of_job(request.layers, scene, view.max_depth());
+  if (!layers.ok())
+    return request.layers.any() ? absl::OutOfRangeError(layers.status().message()) : layers.status();
+  view.clear_layers();
+  for (const layers::Layer& layer : *layers) {
+    v1::Layer& message = *view.add_layers();
     message.set_name(layer.name);
     message.set_expression(layer.expression);
   }
-  return wishes;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<v1::PixelRect> resolve_crop(const JobSettings& request, const Resolution& film) {
@@ -200,10 +169,13 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   const std::uint64_t film = std::uint64_t{spec.view().width()} * spec.view().height(),
                       side = spec.cut().tile_size();
   const std::uint32_t spp = spec.samples().spp();
+  // A result takes its time for each channel, however many samples it has.
+  const auto layers = static_cast<std::uint32_t>(spec.view().layers_size());
+  const std::uint32_t longer = std::bit_floor(1 + layers * 3 / 4);
   // Passes go over the whole film, tiles over a square.
   if (wire::works_in_passes(spec)) {
     const std::uint64_t passes = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerPasses / film));
-    return static_cast<std::uint32_t>(std::min<std::uint64_t>(passes, std::bit_ceil(spp)));
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(passes * longer, std::bit_ceil(spp)));
   }
   const v1::PixelRect& crop = spec.cut().crop();
   const auto across = [side](std::uint32_t begin, std::uint32_t end) {
@@ -211,9 +183,7 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   };
   const std::uint32_t samples =
       samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
-  // A result takes its time for each channel, however many samples it has.
-  const auto layers = static_cast<std::uint32_t>(spec.view().layers_size());
-  return std::min(samples * std::bit_floor(1 + layers * 3 / 4), std::bit_ceil(spp));
+  return std::min(samples * longer, std::bit_ceil(spp));
 }
 
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
@@ -241,27 +211,14 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
-  const auto layers = layers_of_job(request.layers, scene);
-  if (!layers.ok())
-    return request.layers.any() ? absl::OutOfRangeError(layers.status().message()) : layers.status();
-  wire::resolve_settings(wishes_of(request, scene.settings(), *layers), spec);
-  if (absl::Status status = wire::check_algorithm_name(spec.content().algorithms().integrator());
-      !status.ok())
-    return status;
-
-  if (request.cache.any() && !spec.content().algorithms().has_irradiance_cache()) {
-    return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
-                                              "' keeps no irradiance cache: --cache-error, --cache-samples, "
-                                              "--cache-reach and --cache-view are not for it"));
-  }
-  // A scene's own wishes wait for an integrator that has photons, the command line's mean this one.
-  const v1::PhotonSettings photon = photons_of(request);
-  if (photon.ByteSizeLong() > 0)
-    spec.mutable_content()->mutable_algorithms()->mutable_photon()->MergeFrom(photon);
-
-  if (request.radiosity.any() && !spec.content().algorithms().has_radiosity()) {
-    return absl::OutOfRangeError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
-                                              "' makes no patches: options of radiosity are not for it"));
+  const v1::RenderSettings own = request.own.message();
+  wire::resolve_settings(wishes_of(request, own, scene.settings()), spec);
+  if (auto s = resolve_layers(request, scene, *spec.mutable_view()); !s.ok()) return s;
+  const std::string& integrator = spec.content().algorithms().integrator();
+  if (absl::Status status = wire::check_algorithm_name(integrator); !status.ok()) return status;
+  if (!request.several_integrators) {
+    if (absl::Status status = wire::check_owner(own, integrator); !status.ok())
+      return absl::OutOfRangeError(status.message());
   }
 
   v1::JobSpec::View& view = *spec.mutable_view();
@@ -275,9 +232,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked = request.noise || request.ambient || request.cache.any() ||
-                       !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty() ||
-                       request.layers.any() || photon.ByteSizeLong() > 0;
+    const bool asked = request.noise || !request.integrator.empty() || request.direct_light != 0 ||
+                       !request.aovs.empty() || request.layers.any() || own.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   warn_of_bias(spec, job->warnings);

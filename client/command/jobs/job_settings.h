@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "command/jobs/layer_wishes.h"
+#include "command/jobs/own_wishes.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/camera.pb.h"
 #include "tessera/v1/job.pb.h"
@@ -21,28 +22,6 @@ struct Resolution {
   std::uint32_t width = 0, height = 0;  // pixels
 };
 
-/// v1::IrradianceCache, as far as the command line gives it.
-struct CacheWishes {
-  std::optional<double> error;
-  std::optional<std::uint32_t> samples;
-  std::optional<std::pair<double, double>> reach;  // least and most
-  bool view = false;
-
-  bool any() const { return error || samples || reach || view; }
-};
-
-/// v1::RadiositySettings, as far as the command line gives them.
-struct RadiosityWishes {
-  std::optional<double> error_bound, smallest_area, residual;
-  std::optional<bool> final_gather;
-  bool ignore_non_diffuse = false;
-  std::optional<std::uint64_t> memory_limit;  // bytes
-
-  bool any() const {
-    return error_bound || smallest_area || residual || final_gather || ignore_non_diffuse || memory_limit;
-  }
-};
-
 /// Settings that the command line gives; absent, empty or UNSPECIFIED: as the scene has it, or the default.
 struct JobSettings {
   std::optional<Resolution> resolution;
@@ -50,7 +29,6 @@ struct JobSettings {
   std::optional<std::uint32_t> spp;
   std::optional<double> noise;  // relative error at which sampling stops; 0: never
   std::optional<std::uint32_t> max_depth;
-  std::optional<double> occlusion_distance;  // of integrator "ao"
   std::optional<std::uint64_t> seed;
   std::string integrator;
   v1::Sampler sampler{};
@@ -59,16 +37,9 @@ struct JobSettings {
   v1::DirectLight direct_light{};
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
-  CacheWishes cache;
-  RadiosityWishes radiosity;
-  // Of integrator "preview"
-  v1::Shadows shadows{};
-  std::optional<double> ambient;
-  // For integrators that trace photons
-  std::optional<double> photon_radius;   // scene units
-  std::optional<std::uint32_t> photons;  // light paths of a pass
-  v1::PhotonMap photon_map{};
-  v1::PhotonLight photon_light{};
+  OwnWishes own;
+  // The same settings are for several integrators: those that one has not are left out, else refused.
+  bool several_integrators = false;
   std::uint32_t tile_size = 32;
   std::vector<v1::AOV> aovs;
   LayerWishes layers;
@@ -109,9 +80,9 @@ absl::StatusOr<bool> parse_switch(std::string_view text);
 /// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
-/// Defaults are those of wire/resolve_settings.h. OutOfRange when the crop is not
-/// within the film, or the noise or layers asked for do not go with the rest; InvalidArgument when the scene
-/// itself asks for what does not exist. `scene` must outlive the result.
+/// Defaults are those of wire/resolve_settings.h. OutOfRange when the crop is not within the film, or what
+/// the command line asks for does not go with the rest; InvalidArgument when the scene itself asks for what
+/// does not exist. `scene` must outlive the result.
 absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& request,
                                                          const ImportedScene& scene, const std::string& name);
 

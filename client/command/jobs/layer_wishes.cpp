@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <set>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/nearest_name.h"
@@ -79,6 +81,21 @@ void add_bounce_layers(std::uint32_t last, std::vector<layers::Layer>& layers) {
   layers.push_back({absl::StrCat("bounce", last), absl::StrCat("L.{", last, ",}E")});
 }
 
+/// Most events of paths whose strategies have layers of their own: 26 in all.
+constexpr std::uint32_t kMostEvents = 5;
+
+/// "s1t2" and the like, for all ways to make paths of up to `max_depth` events. Nothing joins a light itself
+/// to the camera: light that is seen directly is met.
+void add_strategy_layers(std::uint32_t max_depth, const char* before_name, const char* before_expression,
+                         std::vector<layers::Layer>& layers) {
+  for (std::uint32_t events = 0; events <= std::min(max_depth, kMostEvents); ++events) {
+    for (std::uint32_t s = 0; s <= (events == 0 ? 0 : events + 1); ++s) {
+      const std::string strategy = absl::StrCat("s", s, "t", events + 2 - s);
+      layers.push_back({before_name + strategy, before_expression + strategy});
+    }
+  }
+}
+
 /// "light." and the name, in the letters that a layer's name may have.
 std::string layer_name(const std::string& light, std::set<std::string>& taken) {
   constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
@@ -115,8 +132,15 @@ absl::Status add_light_layers(const v1::Scene& scene, std::vector<layers::Layer>
 }  // namespace
 
 absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishes) {
-  if (word == "lights" || word == "emission") {
-    (word == "lights" ? wishes.lights : wishes.emission) = true;
+  const std::pair<const char*, bool*> plain_words[] = {
+      {"lights", &wishes.lights},
+      {"emission", &wishes.emission},
+      {"shadow", &wishes.shadow},
+      {"strategies", &wishes.strategies},
+      {"unweighted-strategies", &wishes.unweighted_strategies}};
+  for (const auto& [name, wish] : plain_words) {
+    if (word != name) continue;
+    *wish = true;
     return true;
   }
   if (!word.starts_with("bounce")) return false;
@@ -132,7 +156,8 @@ absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishe
       "'", word, "' is no range of bounces; bounce0..bounceN with N from 1 to ", kMost, " was expected"));
 }
 
-absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wishes, const v1::Scene& scene) {
+absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wishes, const v1::Scene& scene,
+                                                         std::uint32_t max_depth) {
   std::vector<layers::Layer> layers;
   if (wishes.layers) {
     layers = *wishes.layers;
@@ -146,6 +171,12 @@ absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wish
     if (auto s = add_light_layers(scene, layers); !s.ok()) return s;
   }
   if (wishes.emission) layers.push_back({"emission", "LE"});
+  if (wishes.shadow) layers.push_back({"shadow", "shadow:L(D|G|V)S*E"});
+  if (wishes.strategies) {
+    add_strategy_layers(max_depth, "", "", layers);
+    if (max_depth > kMostEvents) layers.push_back({"longer", absl::StrCat("d", kMostEvents + 1, "+")});
+  }
+  if (wishes.unweighted_strategies) add_strategy_layers(max_depth, "unweighted.", "unweighted ", layers);
   return layers;
 }
 

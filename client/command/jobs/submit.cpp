@@ -1,10 +1,14 @@
 // tessera submit SCENE -o OUT: renders on the farm.
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
 
 #include "command/command.h"
 #include "command/exit_code.h"
@@ -39,15 +43,12 @@ absl::Status check(const SubmitOptions& options) {
   return check_output(options.render.output);
 }
 
-/// Cuts the job into the units of the one that it continues: only equal units have equal results.
-absl::Status cut_alike(FarmClient& farm, const std::string& continued, v1::JobSpec& spec,
-                       std::stop_token stop) {
-  if (continued.empty()) return absl::OkStatus();
-  const absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, stop);
+/// The job that is continued; nothing where there is none.
+absl::StatusOr<std::optional<v1::JobSpec>> continued_job(FarmClient& farm, const std::string& continued) {
+  if (continued.empty()) return std::nullopt;
+  absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, {});
   if (!job.ok()) return job.status();
-  spec.mutable_cut()->set_tile_size(job->spec().cut().tile_size());
-  spec.mutable_cut()->set_samples_per_unit(job->spec().cut().samples_per_unit());
-  return absl::OkStatus();
+  return std::move(*job->mutable_spec());
 }
 
 absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet,
@@ -104,15 +105,24 @@ int run(const SubmitOptions& options, Interrupt& interrupt) {
               << std::endl;
   }
 
+  const auto continued = continued_job(**farm, options.reuse.continued);
+  if (!continued.ok()) return report_farm_error(continued.status(), options.server);
+
   int exit_code = kDone;
-  const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code);
+  // --threads is not for this command.
+  const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const ChoiceOptions choice{
+      .threads = threads, .stop = [&] { return interrupt.token(); }, .continued = *continued};
+  const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code, nullptr, &choice);
   if (loaded == nullptr) return exit_code;
   const std::stop_token stop = interrupt.token();
   const absl::StatusOr<std::uint64_t> uploaded = upload(**farm, *loaded, options.render.quiet, stop);
   if (!uploaded.ok()) return report_farm_error(uploaded.status(), options.server);
-  if (const absl::Status status = cut_alike(**farm, options.reuse.continued, loaded->job->spec, stop);
-      !status.ok()) {
-    return report_farm_error(status, options.server);
+  if (*continued) {
+    // Only equal units have equal results.
+    v1::JobSpec::Cut& cut = *loaded->job->spec.mutable_cut();
+    cut.set_tile_size((*continued)->cut().tile_size());
+    cut.set_samples_per_unit((*continued)->cut().samples_per_unit());
   }
   const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
   if (!job_id.ok()) return report_farm_error(job_id.status(), options.server);

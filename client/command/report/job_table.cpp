@@ -10,6 +10,7 @@
 #include "absl/strings/str_split.h"
 #include "base/printable.h"
 #include "command/jobs/job_news.h"
+#include "command/report/choice_text.h"
 #include "command/report/progress.h"
 #include "command/report/table.h"
 #include "command/report/time_spent.h"
@@ -236,6 +237,11 @@ std::string job_text(const v1::GetJobResponse& job) {
   const std::string& integrator = spec.content().algorithms().integrator();
   lines.add("integrator", absl::StrCat(integrator, " (", wire::kind_of(integrator), "), depth ",
                                        spec.view().max_depth(), ", seed ", spec.view().seed()));
+  if (const v1::AutoChoice& choice = spec.farm().auto_choice(); spec.farm().has_auto_choice()) {
+    lines.add("chosen", choice_text(spec));
+    for (const v1::AutoChoice::Candidate& candidate : choice.candidates())
+      lines.add("", candidate_text(candidate));
+  }
   lines.add("scene", spec.content().scene());
   if (const v1::UnitStats& stats = status.stats(); stats.fireflies() > 0) {
     lines.add("fireflies", absl::StrCat(stats.fireflies(), " samples with ",

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command/report/choice_text.h"
 #include "image/atomic_file.h"
 #include "wire/algorithm.h"
 #include "wire/unit_counts.h"
@@ -72,6 +73,7 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   const std::string& integrator = statistics.spec.content().algorithms().integrator();
   json["integrator"] = integrator;
   json["integrator_kind"] = wire::kind_of(integrator);
+  if (statistics.spec.farm().has_auto_choice()) json["auto"] = choice_json(statistics.spec);
   json["isa"] = statistics.status.isa();
   json["scene_digest"] = statistics.spec.content().scene();
   json["uploaded_bytes"] = statistics.uploaded_bytes;

@@ -59,6 +59,7 @@ TimeSpent time_spent(const v1::UnitStats& stats, const std::optional<ProcessTime
   };
   if (process) add("start", process->start_seconds);
   if (process) add("import", process->import_seconds);
+  if (process && process->pilot_seconds > 0) add("pilot", process->pilot_seconds);
   add_stages({"fetch", "build"});
   const double loading = total(spent.stages);
   add_stages(

@@ -26,11 +26,13 @@ struct TimeSpent {
 struct ProcessTime {
   double start_seconds = 0;  // before the command began: loading libraries and modules
   double import_seconds = 0;
+  double pilot_seconds = 0;  // in which the integrator was chosen
   double total_seconds = 0;
 };
 
-/// Sums up what the workers told. With `process`, "start", "import" and "coordination" (messages, the
-/// coordinator's work and putting the image together: what nothing else accounts for) are known too.
+/// Sums up what the workers told. With `process`, "start", "import", "pilot" (where there was one) and
+/// "coordination" (messages, the coordinator's work and putting the image together: what nothing else
+/// accounts for) are known too.
 TimeSpent time_spent(const v1::UnitStats& stats, const std::optional<ProcessTime>& process = std::nullopt);
 
 /// "12.3 CPU s: import 4 %, build 10 %, ... shading 31 % (surfaces 9 %, materials 14 %, ...)", and the

@@ -86,13 +86,10 @@ void ignore_how_samples_are_spent(PropertyReader& reader) {
                  "luminance_samples",
                  "two_stage",
                  "bidirectional",
-                 "p_large",
-                 "global_photons",
                  "caustic_photons",
                  "volume_photons",
                  "lookup_size",
                  "granularity",
-                 "photon_count",
                  "max_passes",
                  "resolution",
                  "quality",
@@ -104,10 +101,24 @@ void ignore_how_samples_are_spent(PropertyReader& reader) {
                  "multi_chain_perturbation",
                  "caustic_perturbation",
                  "manifold_perturbation",
-                 "global_lookup_radius",
-                 "caustic_lookup_radius",
-                 "initial_radius",
                  "alpha"});
+}
+
+/// Settings of photons, which other integrators leave alone. A radius of 0 is Mitsuba's for one that follows
+/// from the scene's size.
+void write_photons(PropertyReader& reader, v1::RenderSettings& settings) {
+  for (const char* name : {"photon_count", "global_photons"}) {
+    const std::int64_t photons = reader.integer(name, 0);
+    if (photons > 0)
+      settings.mutable_photon()->set_photons(
+          std::min(static_cast<std::uint64_t>(photons), wire::kMaxPhotons));
+  }
+  if (const double radius = reader.number("initial_radius", 0); radius > 0)
+    settings.mutable_photon()->set_radius(std::clamp(radius, wire::kMinPhotonRadius, wire::kMaxPhotonRadius));
+  if (reader.has("global_lookup_radius") || reader.has("caustic_lookup_radius")) {
+    reader.warn("lookup radii in parts of the scene's size are not supported: --photon-radius sets one");
+    reader.ignore({"global_lookup_radius", "caustic_lookup_radius"});
+  }
 }
 
 }  // namespace
@@ -135,6 +146,9 @@ void write_integrator(Context& context, Object* integrator) {
   settings.set_integrator(choice.name);
   if (const double length = reader.number("ray_length", -1); length > 0)
     settings.mutable_ambient_occlusion()->set_distance(length);
+  if (const double large = reader.number("p_large", 0); large > 0)
+    settings.mutable_metropolis()->set_large_steps(std::clamp(large, wire::kMinLargeSteps, 1.0));
+  write_photons(reader, settings);
   if (type == "direct") {
     settings.set_max_depth(1);
   } else if (Object* const nested = reader.child("integrator"); nested != nullptr) {

@@ -37,6 +37,32 @@ constexpr std::string_view kFunction = "function";
 constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol", "zsobol",
                                           "halton",      "pmj02bn", "stratified"};
 
+/// Those of pbrt's parameters of its integrator "mlt" that mean something here, where they are given: how
+/// long its chains are follows from their number and the film's size.
+void write_metropolis(ParameterList& parameters, Diagnostics& diagnostics, v1::RenderSettings& settings) {
+  if (const double large = parameters.get_float("largestepprobability", 0, diagnostics); large > 0)
+    settings.mutable_metropolis()->set_large_steps(std::clamp(large, wire::kMinLargeSteps, 1.0));
+  // Its small steps are normally distributed.
+  if (const double sigma = parameters.get_float("sigma", 0, diagnostics); sigma > 0)
+    settings.mutable_metropolis()->set_step(std::clamp(sigma, wire::kMinStep, wire::kMaxStep));
+  const std::int64_t chains = std::max<std::int64_t>(parameters.get_integer("chains", 1000, diagnostics), 1);
+  if (const std::int64_t paths = parameters.get_integer("bootstrapsamples", 0, diagnostics); paths > 0) {
+    settings.mutable_metropolis()->set_candidates(
+        static_cast<std::uint32_t>(std::clamp<std::int64_t>(paths / chains, 1, wire::kMaxCandidates)));
+  }
+}
+
+/// Settings of photons, which other integrators leave alone. A radius or a number that is not positive is
+/// pbrt's for "as is usual".
+void write_photons(ParameterList& parameters, v1::RenderSettings& settings, Diagnostics& diagnostics) {
+  const double radius = parameters.get_float("radius", 0, diagnostics);
+  if (radius > 0)
+    settings.mutable_photon()->set_radius(std::clamp(radius, wire::kMinPhotonRadius, wire::kMaxPhotonRadius));
+  const std::int64_t photons = parameters.get_integer("photonsperiteration", 0, diagnostics);
+  if (photons > 0)
+    settings.mutable_photon()->set_photons(std::min(static_cast<std::uint64_t>(photons), wire::kMaxPhotons));
+}
+
 }  // namespace
 
 void write_integrator(Context& context, Directive& integrator) {
@@ -64,6 +90,8 @@ void write_integrator(Context& context, Directive& integrator) {
   if (const double distance = parameters.get_float("maxdistance", 0, diagnostics);
       distance > 0 && std::isfinite(distance))
     settings.mutable_ambient_occlusion()->set_distance(distance);
+  if (integrator.type == "mlt") write_metropolis(parameters, diagnostics, settings);
+  write_photons(parameters, settings, diagnostics);
   const std::int64_t depth = parameters.get_integer("maxdepth", 5, diagnostics);
   settings.set_max_depth(static_cast<std::uint32_t>(std::clamp<std::int64_t>(depth, 0, wire::kMaxDepth)));
   if (parameters.get_bool("regularize", false, diagnostics)) {
@@ -73,9 +101,9 @@ void write_integrator(Context& context, Directive& integrator) {
   // How samples are spent, not what the image shows; and what belongs to algorithms that others
   // stand in for.
   parameters.ignore({"lightsampler", "lightsampling", "bsdfsampling", "samplebsdf", "visualizestrategies",
-                     "visualizeweights", "photonsperiteration", "radius", "seed", "bootstrapsamples",
-                     "chains", "mutationsperpixel", "largestepprobability", "sigma", "cossample", "function",
-                     "filename", "skipbad", "imagefilename"});
+                     "visualizeweights", "seed", "bootstrapsamples", "chains", "mutationsperpixel",
+                     "largestepprobability", "sigma", "cossample", "function", "filename", "skipbad",
+                     "imagefilename"});
 }
 
 void write_sampler(Context& context, Directive& sampler) {

@@ -70,4 +70,28 @@ MadePhases make_phases(const LoadedFile& file, const PhaseMaking& how) {
   return made;
 }
 
+MadePhases expect_one_result(const LoadedFile& file, std::uint32_t side) {
+  MadePhases usual = make_phases(file, {.threads = 1});
+  for (const PhaseMaking& how : {PhaseMaking{.threads = 3}, PhaseMaking{.threads = 2, .from_the_last = true},
+                                 PhaseMaking{.merge_width = 2}, PhaseMaking{.merge_width = 64}})
+    EXPECT_EQ(make_phases(file, how).blobs, usual.blobs);
+  const auto render = [&](render::TileRequest tile) {
+    render::RenderStats stats;
+    tile.sample_end = 4, tile.prepared = usual.prepared.get();
+    return file.scene->render_tile(tile, {}, stats)->values;
+  };
+  const std::uint32_t x0 = side / 3, y0 = side / 2, width = side / 4 + 1, height = side / 5;
+  const std::vector<float> whole = render({.x1 = side, .y1 = side}),
+                           part = render({x0, y0, x0 + width, y0 + height});
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    for (std::uint32_t y = 0; y < height; ++y) {
+      for (std::uint32_t x = 0; x < width; ++x) {
+        EXPECT_EQ(part[(c * height + y) * width + x], whole[(c * side + y0 + y) * side + x0 + x])
+            << x << " " << y;
+      }
+    }
+  }
+  return usual;
+}
+
 }  // namespace tessera::test

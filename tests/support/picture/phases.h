@@ -25,4 +25,8 @@ struct MadePhases {
 /// Failures are those of the running test. `file` must outlive the result.
 MadePhases make_phases(const LoadedFile& file, const PhaseMaking& how = {});
 
+/// Makes the phases on one thread and returns them. Fails where other threads, orders or merges give other
+/// blobs, or where a part of a square film of `side` pixels, from 16 on, has other pixels than the whole.
+MadePhases expect_one_result(const LoadedFile& file, std::uint32_t side);
+
 }  // namespace tessera::test

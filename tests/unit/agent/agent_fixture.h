@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <set>
 #include <string>
 #include <thread>
@@ -30,6 +31,8 @@ struct FakeRenderer {
   std::atomic<bool> gate_open{false};  // lets hanging tiles finish
   absl::Status load_error;
   bool needs_blobs = true;  // loading asks for all of the job
+  std::atomic<int> prepares{0};
+  int failing_prepares = 0;  // the first of them run out of memory
 };
 
 class FakeScene final : public render::RenderScene {
@@ -54,7 +57,8 @@ class FakeScene final : public render::RenderScene {
   }
   absl::StatusOr<std::shared_ptr<const render::Prepared>> prepare(
       std::span<const std::string_view>) const override {
-    return nullptr;
+    if (++renderer_.prepares <= renderer_.failing_prepares) throw std::bad_alloc();
+    return std::make_shared<const render::Prepared>();
   }
   absl::StatusOr<std::string> make_part(const render::PartRequest&, std::stop_token,
                                         render::RenderStats&) const override {

@@ -88,6 +88,7 @@ TEST(Exr, RoundTripIsExactInFloat) {
                    ~std::uint64_t{0},
                    "path",
                    "unbiased",
+                   "",
                    "sobol",
                    "avx2",
                    {"avx2/embree-3.13.5/d44a0401"},
@@ -266,7 +267,7 @@ TEST(Exr, SurvivesDamagedFiles) {
   const support::TempDir directory;
   Image image = small_image();
   set_render_info(
-      {"ab12", 64, 7, "path", "unbiased", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
+      {"ab12", 64, 7, "path", "unbiased", "", "sobol", "avx2", {"avx2/embree-3.13.5/d44a0401"}, "0.1.0", 1.5},
       image);
   ASSERT_TRUE(write_exr(image, directory / "good.exr").ok());
   const std::string good = read_bytes(directory / "good.exr");

@@ -218,16 +218,17 @@ TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");
   scene.scene.mutable_settings()->mutable_irradiance_cache()->set_samples(256);
   JobSettings request;
-  request.cache.error = 0.5;
+  request.own.cache.error = 0.5;
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
   const v1::IrradianceCache& cache = (*job)->spec.content().algorithms().irradiance_cache();
   EXPECT_EQ(cache.error(), 0.5);
   EXPECT_EQ(cache.samples(), 256u);
   EXPECT_EQ(cache.most_reach(), 32);
+  EXPECT_EQ(cache.glossy_bands(), 8u);
   EXPECT_EQ((*job)->spec.cut().phases_size(), 2);
   // Another integrator has no use for the scene's wishes, and they change nothing for it.
-  request.cache = {};
+  request.own.cache = {};
   request.integrator = "path";
   const auto other = prepare_job(request, scene, "");
   ASSERT_TRUE(other.ok()) << other.status();
@@ -244,18 +245,65 @@ TEST(JobSettings, CachesThatMakeNoSenseAreRefused) {
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     return std::string{job.status().message()};
   };
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = 0; }), HasSubstr("irradiance_cache.error is 0;"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = -1; }), HasSubstr("irradiance_cache.error is -1"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.error = NAN; }),
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = 0; }),
+              HasSubstr("irradiance_cache.error is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = -1; }),
+              HasSubstr("irradiance_cache.error is -1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = NAN; }),
               HasSubstr("irradiance_cache.error is nan"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.samples = 15; }), HasSubstr("samples is 15; 16 to 65536"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.reach = {0, 3}; }), HasSubstr("least_reach is 0;"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.cache.reach = {4, 3}; }), HasSubstr("most_reach is 3; 4 to"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.samples = 15; }),
+              HasSubstr("samples is 15; 16 to 65536"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.reach = {0, 3}; }), HasSubstr("least_reach is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) {
+                r.own.cache.reach = {4, 3};
+              }),
+              HasSubstr("most_reach is 3; 4 to"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.glossy_bands = 1; }),
+              HasSubstr("glossy_bands is 1; 2 to 12"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.glossy_bands = 13; }),
+              HasSubstr("glossy_bands is 13;"));
   EXPECT_THAT(refusal([](JobSettings& r) {
                 r.integrator = "path";
-                r.cache.view = true;
+                r.own.cache.view = true;
               }),
-              HasSubstr("integrator 'path' keeps no irradiance cache"));
+              HasSubstr("integrator 'path' has no settings 'irradiance_cache'"));
+}
+
+TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
+  const ImportedScene scene = scene_of(64, 64);
+  const auto prepared = [&](const std::string& integrator, bool several, auto change) {
+    JobSettings request;
+    request.integrator = integrator;
+    request.several_integrators = several;
+    change(request.own);
+    return prepare_job(request, scene, "");
+  };
+  const auto check = [&](const std::string& own, const std::string& name, auto change) {
+    EXPECT_TRUE(prepared(own, false, change).ok()) << prepared(own, false, change).status();
+    const auto refused = prepared("volpath", false, change);
+    EXPECT_EQ(refused.status().code(), absl::StatusCode::kOutOfRange);
+    EXPECT_THAT(std::string{refused.status().message()},
+                HasSubstr("integrator 'volpath' has no settings '" + name + "'"));
+    EXPECT_TRUE(prepared("volpath", true, change).ok());
+  };
+  check("photon", "photon", [](OwnWishes& own) { own.photon.radius = 1; });
+  check("photon", "photon", [](OwnWishes& own) { own.photon.map = v1::PHOTON_MAP_CLASSIC; });
+  check("radiosity", "radiosity", [](OwnWishes& own) { own.radiosity.ignore_non_diffuse = true; });
+  check("irradiance-cache", "irradiance_cache", [](OwnWishes& own) { own.cache.samples = 64; });
+  check("preview", "preview", [](OwnWishes& own) { own.preview.shadows = v1::SHADOWS_NONE; });
+  check("preview", "preview", [](OwnWishes& own) { own.preview.ambient = 0; });
+  check("ao", "ambient_occlusion", [](OwnWishes& own) { own.occlusion_distance = 0; });
+}
+
+TEST(JobSettings, AnOptionOfZeroIsNoScenesWish) {
+  ImportedScene scene = scene_of(64, 64);
+  scene.scene.mutable_settings()->mutable_ambient_occlusion()->set_distance(3);
+  JobSettings request;
+  request.integrator = "ao";
+  request.own.occlusion_distance = 0;
+  const auto job = prepare_job(request, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ((*job)->spec.content().algorithms().ambient_occlusion().distance(), 0);
 }
 
 TEST(JobSettings, ParsesReaches) {

@@ -56,32 +56,47 @@ LayerWishes one_layer(const std::string& expression) {
 using Lines = std::vector<std::string>;
 
 TEST(LayerWishes, OptionsReplaceTheScenesLayers) {
-  EXPECT_EQ(lines(layers_of_job({}, scene_with_lights())), Lines{"own=LDE"});
-  EXPECT_EQ(lines(layers_of_job(one_layer("LE"), scene_with_lights())), Lines{"a=LE"});
+  EXPECT_EQ(lines(layers_of_job({}, scene_with_lights(), 5)), Lines{"own=LDE"});
+  EXPECT_EQ(lines(layers_of_job(one_layer("LE"), scene_with_lights(), 5)), Lines{"a=LE"});
 }
 
 TEST(LayerWishes, TheLastBounceTakesTheRest) {
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"bounce0..bounce2", "emission"}), scene_with_lights())),
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"bounce0..bounce2", "emission"}), scene_with_lights(), 5)),
             (Lines{"own=LDE", "bounce0=LE", "bounce1=L.{1}E", "bounce2=L.{2,}E", "emission=LE"}));
 }
 
 TEST(LayerWishes, LightsAreKnownByGroupOrName) {
   v1::Scene scene = scene_with_lights();
   scene.clear_settings();
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene)),
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene, 5)),
             (Lines{"light.key=C.*<L.'key'>", "light.sky_s=C.*<L.\"sky's\">",
                    "light.rest=C.*<L.[^'key'\"sky's\"]>"}));
   scene.clear_shapes();
   scene.clear_lights();
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene)), Lines{"light.rest=C.*L"});
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene, 5)), Lines{"light.rest=C.*L"});
   for (int i = 0; i < 32; ++i) scene.add_lights()->set_name("a" + std::to_string(i));
-  EXPECT_THAT(std::string(layers_of_job(wishes_of({"lights"}), scene).status().message()),
+  EXPECT_THAT(std::string(layers_of_job(wishes_of({"lights"}), scene, 5).status().message()),
               HasSubstr("32 names of lights; at most 31"));
+}
+
+TEST(LayerWishes, StrategiesAreThoseOfTheJobsPaths) {
+  v1::Scene scene = scene_with_lights();
+  scene.clear_settings();
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"strategies"}), scene, 1)),
+            (Lines{"s0t2=s0t2", "s0t3=s0t3", "s1t2=s1t2", "s2t1=s2t1"}));
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"unweighted-strategies", "shadow"}), scene, 1)),
+            (Lines{"shadow=shadow:L(D|G|V)S*E", "unweighted.s0t2=unweighted s0t2",
+                   "unweighted.s0t3=unweighted s0t3", "unweighted.s1t2=unweighted s1t2",
+                   "unweighted.s2t1=unweighted s2t1"}));
+  EXPECT_EQ(lines(layers_of_job(wishes_of({"strategies"}), scene, 5)).size(), 26u);
+  const Lines longer = lines(layers_of_job(wishes_of({"strategies"}), scene, 6));
+  EXPECT_EQ(longer.size(), 27u);
+  EXPECT_EQ(longer.back(), "longer=d6+");
 }
 
 TEST(LayerWishes, NamesMustBeThere) {
   const auto of = [](const char* expression) {
-    return std::string(layers_of_job(one_layer(expression), scene_with_lights()).status().message());
+    return std::string(layers_of_job(one_layer(expression), scene_with_lights(), 5).status().message());
   };
   for (const char* known : {"key", "lamp 2", "gold", "tree", "leaf"})
     EXPECT_EQ(of(("C.*<..'" + std::string(known) + "'>L").c_str()), "");

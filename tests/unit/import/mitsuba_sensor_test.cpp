@@ -130,6 +130,21 @@ TEST_F(MitsubaSensor, IntegratorsOfVersion06HaveCounterparts) {
             wire::kMaxDepth);
 }
 
+TEST_F(MitsubaSensor, PhotonsAreThoseOfTheFile) {
+  const ImportedScene progressive = scene(
+      "<integrator type='sppm'><integer name='photon_count' value='5000'/><float name='initial_radius' "
+      "value='.25'/><float name='alpha' value='.7'/></integrator>");
+  EXPECT_EQ(warnings_of(progressive), "");
+  EXPECT_EQ(progressive.scene.settings().photon().photons(), 5000u);
+  EXPECT_EQ(progressive.scene.settings().photon().radius(), 0.25);
+  const ImportedScene classic = scene(
+      "<integrator type='photonmapper'><integer name='global_photons' value='6000'/><float "
+      "name='global_lookup_radius' value='.05'/></integrator>");
+  EXPECT_THAT(warnings_of(classic), HasSubstr("lookup radii"));
+  EXPECT_EQ(classic.scene.settings().photon().photons(), 6000u);
+  EXPECT_FALSE(classic.scene.settings().photon().has_radius());
+}
+
 TEST_F(MitsubaSensor, SamplersSayHowManySamplesOnly) {
   const auto settings = [&](const std::string& type) {
     return sensor("perspective",

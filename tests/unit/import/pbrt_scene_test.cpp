@@ -278,6 +278,36 @@ TEST_F(PbrtScene, IntegratorsOfAllVersionsHaveCounterparts) {
   }
 }
 
+TEST_F(PbrtScene, PhotonsAreThoseOfSppm) {
+  const auto photons = [&](const std::string& parameters) {
+    const auto result = import_text("Integrator \"sppm\" " + parameters + "\nWorldBegin\n");
+    EXPECT_EQ(warnings_of(*result), "");
+    return result->scene.settings().photon();
+  };
+  const v1::PhotonSettings named =
+      photons("\"float radius\" .05 \"integer photonsperiteration\" 20000 \"integer maxdepth\" 7");
+  EXPECT_FLOAT_EQ(static_cast<float>(named.radius()), 0.05f);
+  EXPECT_EQ(named.photons(), 20000u);
+  // -1 photons are as many as pixels.
+  const v1::PhotonSettings usual = photons("\"integer photonsperiteration\" -1");
+  EXPECT_FALSE(usual.has_radius());
+  EXPECT_FALSE(usual.has_photons());
+}
+
+TEST_F(PbrtScene, MetropolisHasItsSettings) {
+  const auto result = import_text(
+      "Integrator \"mlt\" \"float largestepprobability\" 0.4 \"float sigma\" 0.02 \"integer chains\" 500 "
+      "\"integer bootstrapsamples\" 20000 \"integer mutationsperpixel\" 50\nWorldBegin\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(warnings_of(*result), "");
+  const v1::RenderSettings& settings = result->scene.settings();
+  EXPECT_EQ(settings.integrator(), "mlt");
+  EXPECT_NEAR(settings.metropolis().large_steps(), 0.4, 1e-6);
+  EXPECT_NEAR(settings.metropolis().step(), 0.02, 1e-6);
+  EXPECT_EQ(settings.metropolis().candidates(), 40u);
+  EXPECT_FALSE(import_text("Integrator \"mlt\"\nWorldBegin\n")->scene.settings().has_metropolis());
+}
+
 TEST_F(PbrtScene, LightsThatAreNotSampledAreFoundByChance) {
   const auto lighting = [&](const std::string& integrator) {
     return import_text("Integrator " + integrator + "\nWorldBegin\n")->scene.settings().direct_light();

@@ -10,6 +10,7 @@
 #include "render/renderer.h"
 #include "wire/algorithm.h"
 #include "wire/job_check.h"
+#include "wire/own_settings.h"
 #include "wire/resolve_settings.h"
 
 namespace tessera::render {
@@ -79,26 +80,49 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
   }
 }
 
-TEST(Algorithms, PhotonSettingsAreForThoseWithPhotonsAndInRange) {
+TEST(Algorithms, EachHasItsOwnSettingsAlone) {
   v1::RenderSettings wishes;
   wishes.mutable_photon()->set_radius(0.5);
+  wishes.mutable_metropolis()->set_mutations(5);
+  wishes.mutable_radiosity()->set_residual(0.5);
+  wishes.mutable_irradiance_cache()->set_error(0.5);
+  wishes.mutable_preview()->set_ambient(0.5);
+  wishes.mutable_ambient_occlusion()->set_distance(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
-    // A scene's wishes wait for an algorithm that has photons; a job must not have them for another.
+    // A scene's wishes wait for an algorithm that has such settings; a job has its own alone.
     v1::JobSpec job;
     wishes.set_integrator(traits.name);
     wire::resolve_settings(wishes, job);
     wire::add_phases(job);
-    EXPECT_EQ(job.content().algorithms().has_photon(), traits.photons) << traits.name;
-    EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name;
-    job.mutable_content()->mutable_algorithms()->mutable_photon()->set_photons(100);
-    EXPECT_EQ(wire::check_settings(job).ok(), traits.photons) << traits.name;
-    if (traits.photons) {
-      EXPECT_EQ(job.content().algorithms().photon().radius(), 0.5);
-      EXPECT_EQ(job.content().algorithms().photon().map(), v1::PHOTON_MAP_PROGRESSIVE);
+    EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name << wire::check_settings(job);
+    v1::Algorithms& algorithms = *job.mutable_content()->mutable_algorithms();
+    const auto is = [&](wire::OwnSettings settings) { return traits.own_settings == settings; };
+    EXPECT_EQ(algorithms.has_photon(), is(wire::OwnSettings::kPhoton)) << traits.name;
+    EXPECT_EQ(algorithms.has_metropolis(), is(wire::OwnSettings::kMetropolis)) << traits.name;
+    EXPECT_EQ(algorithms.has_radiosity(), is(wire::OwnSettings::kRadiosity)) << traits.name;
+    EXPECT_EQ(algorithms.has_irradiance_cache(), is(wire::OwnSettings::kIrradianceCache)) << traits.name;
+    EXPECT_EQ(algorithms.has_preview(), is(wire::OwnSettings::kPreview)) << traits.name;
+    EXPECT_EQ(algorithms.has_ambient_occlusion(), is(wire::OwnSettings::kAmbientOcclusion)) << traits.name;
+    EXPECT_FALSE(wire::check_owner(wishes, traits.name).ok()) << traits.name;
+
+    if (!is(wire::OwnSettings::kNone)) {
+      v1::JobSpec without;
+      without.mutable_content()->mutable_algorithms()->set_integrator(traits.name);
+      wire::add_phases(without);
+      EXPECT_THAT(std::string(wire::check_settings(without).message()), HasSubstr("the job has none"));
+    }
+    if (is(wire::OwnSettings::kPhoton)) {
+      EXPECT_EQ(algorithms.photon().radius(), 0.5);
+      EXPECT_EQ(algorithms.photon().map(), v1::PHOTON_MAP_PROGRESSIVE);
     } else {
-      EXPECT_THAT(std::string(wire::check_settings(job).message()), HasSubstr("traces no photons"));
+      algorithms.mutable_photon()->set_photons(100);
+      EXPECT_THAT(std::string(wire::check_settings(job).message()),
+                  HasSubstr("has no settings 'photon', which are for 'photon'"));
     }
   }
+}
+
+TEST(Algorithms, PhotonSettingsAreInRange) {
   const auto fault = [](const auto& set) {
     v1::JobSpec job;
     job.mutable_content()->mutable_algorithms()->set_integrator("photon");
@@ -115,6 +139,27 @@ TEST(Algorithms, PhotonSettingsAreForThoseWithPhotonsAndInRange) {
   }
   EXPECT_THAT(fault([](v1::PhotonSettings& photon) { photon.set_map(static_cast<v1::PhotonMap>(9)); }),
               HasSubstr("map is number 9"));
+}
+
+TEST(Algorithms, MetropolisSettingsAreInRange) {
+  using Settings = v1::MetropolisSettings;
+  const auto fault = [](const auto& set) {
+    v1::RenderSettings wishes;
+    wishes.set_integrator("mlt");
+    v1::JobSpec job;
+    wire::resolve_settings(wishes, job);
+    set(*job.mutable_content()->mutable_algorithms()->mutable_metropolis());
+    return std::string(wire::check_settings(job).message());
+  };
+  EXPECT_EQ(fault([](Settings&) {}), "");
+  for (const std::uint32_t many : {0u, (1u << 20) + 1}) {
+    EXPECT_THAT(fault([&](Settings& s) { s.set_mutations(many); }), HasSubstr("metropolis.mutations is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_candidates(many); }), HasSubstr("metropolis.candidates is"));
+  }
+  for (const double bad : {0.0, -1.0, 1.5, std::nan("")}) {
+    EXPECT_THAT(fault([&](Settings& s) { s.set_large_steps(bad); }), HasSubstr("metropolis.large_steps is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_step(bad); }), HasSubstr("metropolis.step is"));
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "support/needs.h"
 #include "support/picture/render_image.h"
 #include "support/picture/unpacked_corpus.h"
+#include "wire/algorithm.h"
 
 namespace tessera::test::layers_of_the_corpus {
 namespace {
@@ -38,6 +39,8 @@ constexpr std::uint32_t kSide = 48, kSpp = 4;
 /// Roundings of sums of light that is nowhere negative: of up to 12 events with some 8 lights that are found
 /// at each (the lights of the sky, one that was sampled, media), of 4 samples, and of 5 layers.
 constexpr double kRounding = 2 * (12 * 8 + 4 + 5) * 0x1p-24;
+/// The same where a pixel has light of all vertices of a pass's light paths at most.
+constexpr double kRoundingOfPasses = 2 * (kSide * kSide * 13 + 12 * 8 + 4 + 5) * 0x1p-24;
 
 class CorpusLayers : public testing::TestWithParam<CorpusScene> {};
 
@@ -46,9 +49,11 @@ TEST_P(CorpusLayers, AddUpToThePicture) {
   if (!scene.small && !long_form()) GTEST_SKIP() << "long form only";
   const auto folder = find_corpus(scene.folder);
   if (!folder) GTEST_SKIP() << needs(absl::StrCat("../shared/scenes/", scene.folder));
-  for (const char* integrator : {"volpath", "path", "whitted"}) {
+  for (const char* integrator : {"volpath", "path", "whitted", "bdpt", "vcm", "photon"}) {
     // Whitted's algorithm asks all lights.
     if (!scene.small && std::string(integrator) == "whitted") continue;
+    const bool passes = wire::find_algorithm(integrator)->work == wire::WorkKind::kPasses;
+    const double rounding = passes ? kRoundingOfPasses : kRounding;
     SceneJob job;
     job.width = job.height = kSide;
     job.settings.set_integrator(integrator);
@@ -74,7 +79,7 @@ TEST_P(CorpusLayers, AddUpToThePicture) {
           for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
         }
         for (std::size_t i = 0; i < sum.size(); ++i) {
-          ASSERT_NEAR(sum[i], whole[i], kRounding * whole[i])
+          ASSERT_NEAR(sum[i], whole[i], rounding * whole[i])
               << integrator << ", " << partition.back().second << ", " << band << " of pixel " << i;
         }
       }

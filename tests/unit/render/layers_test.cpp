@@ -5,126 +5,40 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "support/picture/render_image.h"
+#include "unit/render/layered_pictures.h"
 #include "wire/algorithm.h"
 
 namespace tessera::test::layers_of_pictures {
 namespace {
-
-using Layers = std::vector<std::pair<std::string, std::string>>;
-
-constexpr std::uint32_t kSide = 32;
-
-std::string ball(const char* name, const char* material, double x, double y, double z, double radius) {
-  return absl::StrCat(" shapes { name: '", name, "' sphere { radius: ", radius, " } material: '", material,
-                      "' world_from_object { elements: [1,0,0,", x, ",0,1,0,", y, ",0,0,1,", z,
-                      ",0,0,0,1] } }");
-}
-
-/// A floor in white paint seen from above, along -y.
-const char* const kFloor =
-    "camera { perspective { fov_degrees: 50 } world_from_camera { elements: [1,0,0,0, 0,0,-1,4, 0,1,0,0, "
-    "0,0,0,1] } } "
-    "materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } } "
-    "shapes { name: 'floor' disk { radius: 9 } material: 'white' world_from_object { elements: [1,0,0,0, "
-    "0,0,1,0, 0,-1,0,0, 0,0,0,1] } } ";
-
-const char* const kMaterials =
-    "materials { name: 'glass' dielectric { eta { constant: 1.5 } } } "
-    "materials { name: 'pane' thin_dielectric { eta { constant: 1.5 } passes_straight: true } } "
-    "materials { name: 'brushed' conductor { reflectance { constant { constant: 0.8 } } roughness { u { "
-    "constant: 0.3 } v { constant: 0.3 } } } } "
-    "materials { name: 'lacquer' coated_diffuse { reflectance { constant { constant: 0.5 } } eta { constant: "
-    "1.5 } roughness { u { constant: 0.2 } v { constant: 0.2 } } } } "
-    "materials { name: 'plastic' plastic { reflectance { constant { constant: 0.4 } } } } "
-    "materials { name: 'varnish' phong { diffuse { constant { constant: 0.4 } } specular { constant { "
-    "constant: 0.4 } } exponent { constant: 30 } } } "
-    "materials { name: 'disney' principled { base_color { constant { constant: 0.6 } } spec_trans { "
-    "constant: 0.3 } sheen { constant: 0.5 } clearcoat { constant: 0.5 } } } "
-    "materials { name: 'paper' diffuse_transmission { reflectance { constant { constant: 0.4 } } "
-    "transmittance { constant { constant: 0.3 } } } } "
-    "materials { name: 'mixed' mix { a: 'varnish' b: 'glass' amount { constant: 0.4 } } } "
-    "materials { name: 'lace' diffuse { reflectance { constant { constant: 0.5 } } } opacity { constant: 0.5 "
-    "} } ";
-
-const char* const kLights =
-    "shapes { name: 'lamp' sphere { radius: 0.2 } material: 'white' area_light { radiance { constant: 40 } "
-    "group: 'key' } world_from_object { elements: [1,0,0,0.9, 0,1,0,1.6, 0,0,1,0.9, 0,0,0,1] } } "
-    "lights { name: 'spot' point { position { x: -2 y: 3 z: -1 } intensity { constant: 6 } } } "
-    "lights { name: 'sky' infinite { radiance { constant: 0.3 } } } ";
-
-/// One ball of each material under three kinds of light.
-std::string many_materials() {
-  std::string scene = absl::StrCat(kFloor, kMaterials, kLights);
-  int i = 0;
-  for (const char* material :
-       {"glass", "pane", "brushed", "lacquer", "plastic", "varnish", "disney", "paper", "mixed", "lace"}) {
-    absl::StrAppend(
-        &scene, ball(absl::StrCat("ball ", material).c_str(), material, i % 4 - 1.5, 0.4, i / 4 - 1.0, 0.38));
-    ++i;
-  }
-  return scene;
-}
-
-struct Request {
-  std::string scene;
-  std::string integrator = "path";
-  Layers layers = {};
-  std::uint32_t spp = 8;
-  std::uint32_t max_depth = 6;
-  double noise = 0;
-  v1::DirectLight direct_light{};
-  std::vector<v1::AOV> aovs = {};
-};
-
-absl::StatusOr<LoadedFile> load(const Request& request) {
-  SceneJob job;
-  job.width = job.height = kSide;
-  job.settings.set_integrator(request.integrator);
-  job.settings.set_spp(request.spp);
-  job.settings.set_max_depth(request.max_depth);
-  job.settings.set_noise(request.noise);
-  job.settings.set_direct_light(request.direct_light);
-  job.aovs = request.aovs;
-  for (const auto& [name, expression] : request.layers) {
-    v1::Layer& layer = *job.settings.add_layers();
-    layer.set_name(name);
-    layer.set_expression(expression);
-  }
-  return load_scene_text(request.scene, job, render::supported_isas().front());
-}
-
-client::Image picture(const Request& request, std::uint64_t seed = 0) {
-  const auto file = load(request);
-  EXPECT_TRUE(file.ok()) << file.status();
-  return file.ok() ? render_image(*file, seed) : client::Image{};
-}
-
-const std::vector<float>& plane(const client::Image& image, const std::string& name) {
-  static const std::vector<float> none(kSide * kSide, std::numeric_limits<float>::quiet_NaN());
-  const client::Channel* const channel = image.find(name);
-  EXPECT_NE(channel, nullptr) << name;
-  return channel == nullptr ? none : channel->values;
-}
-
-double mean(const client::Image& image, const std::string& name) {
-  double sum = 0;
-  for (const float value : plane(image, name)) sum += value;
-  return sum / (kSide * kSide);
-}
 
 /// A pixel is the mean of n samples, each a sum of light that is nowhere negative. Layers add the same
 /// numbers in another order: of at most 7 events with 5 lights each, and 16 samples, every sum is off by
 /// fewer than 35 + 16 + 32 roundings of 2^-24, of either side.
 constexpr double kRounding = 2 * (35 + 16 + 32) * 0x1p-24;
 
-void expect_partition(const client::Image& image, const Layers& layers, const std::string& what) {
+/// The same where a pixel has light of all vertices of a pass's light paths at most, in each of 16 samples.
+constexpr double kRoundingOfPasses = 2 * (kSide * kSide * 7 + 35 + 16 + 32) * 0x1p-24;
+
+double rounding_of(const std::string& integrator) {
+  return wire::find_algorithm(integrator)->layers == wire::LayerStates::kFromBothEnds ? kRoundingOfPasses
+                                                                                      : kRounding;
+}
+
+const char* const kGlowingFog =
+    "media { name: 'fog' extinction { constant { constant: 0.5 } } albedo { constant { constant: 0.8 } } "
+    "emission { constant { constant: 0.1 } } } materials { name: 'none' interface {} } shapes { name: 'air' "
+    "sphere { "
+    "radius: 1.2 } material: 'none' interior_medium: 'fog' world_from_object { elements: [1,0,0,0, 0,1,0,1, "
+    "0,0,1,0, 0,0,0,1] } } ";
+
+void expect_partition(const client::Image& image, const Layers& layers, const std::string& what,
+                      double rounding = kRounding) {
   for (const char* band : {"R", "G", "B"}) {
     const std::vector<float>& whole = plane(image, band);
     std::vector<double> sum(whole.size());
@@ -133,7 +47,7 @@ void expect_partition(const client::Image& image, const Layers& layers, const st
       for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
     }
     for (std::size_t i = 0; i < sum.size(); ++i)
-      ASSERT_NEAR(sum[i], whole[i], kRounding * whole[i]) << what << ", " << band << " of pixel " << i;
+      ASSERT_NEAR(sum[i], whole[i], rounding * whole[i]) << what << ", " << band << " of pixel " << i;
   }
 }
 
@@ -167,7 +81,8 @@ TEST_P(Partitions, AddUpToThePicture) {
   for (const Layers& partition : kPartitions) {
     request.layers = partition;
     const client::Image image = picture(request);
-    expect_partition(image, partition, absl::StrCat(GetParam(), ": ", partition.back().second));
+    expect_partition(image, partition, absl::StrCat(GetParam(), ": ", partition.back().second),
+                     rounding_of(GetParam()));
     // And nothing else changes by them.
     for (const char* band : {"R", "G", "B", "A"}) ASSERT_EQ(plane(image, band), plane(alone, band));
     if (media && partition.back().first == "fog") {
@@ -177,8 +92,48 @@ TEST_P(Partitions, AddUpToThePicture) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Algorithms, Partitions,
-                         testing::Values("path", "volpath", "direct", "whitted", "raycast", "light"),
+                         testing::Values("path", "volpath", "direct", "whitted", "raycast", "light", "bdpt",
+                                         "vcm", "photon"),
                          [](const auto& algorithm) { return std::string(algorithm.param); });
+
+/// All ways to make paths of up to `events` events, and the rest, as --aov strategies asks for them.
+Layers strategies(std::uint32_t events) {
+  Layers layers;
+  for (std::uint32_t e = 0; e <= events; ++e) {
+    for (std::uint32_t s = 0; s <= (e == 0 ? 0 : e + 1); ++s) {
+      const std::string way = absl::StrCat("s", s, "t", e + 2 - s);
+      layers.emplace_back(way, way);
+    }
+  }
+  layers.emplace_back("longer", absl::StrCat("d", events + 1, "+"));
+  return layers;
+}
+
+TEST(LayersOfPictures, StrategiesAddUpToThePicture) {
+  const Layers partition = strategies(4);
+  for (const bool fog : {false, true}) {
+    const std::string scene = absl::StrCat(many_materials(), fog ? kGlowingFog : "");
+    const client::Image image = picture({.scene = scene, .integrator = "bdpt", .layers = partition}),
+                        alone = picture({.scene = scene, .integrator = "bdpt"});
+    expect_partition(image, partition, fog ? "strategies in fog" : "strategies", kRoundingOfPasses);
+    for (const auto& layer : partition) EXPECT_GT(mean(image, layer.first + ".R"), 0) << layer.first;
+    EXPECT_EQ(plane(image, "R"), plane(alone, "R"));
+  }
+}
+
+/// Strategies and expressions are asked for together, and unweighted light changes neither.
+TEST(LayersOfPictures, StrategiesShareTheLightOfExpressions) {
+  const Layers shares = {{"hit", "s0t*:LS+DE"}, {"sampled", "s1t*:LS+DE"}, {"traced", "s*t1:LS+DE"},
+                         {"all", "LS+DE"},      {"every", "d0+:LS+DE"},    {"raw", "unweighted s*t1:LS+DE"}};
+  const client::Image image =
+      picture({.scene = many_materials(), .integrator = "bdpt", .layers = shares, .spp = 16});
+  EXPECT_EQ(plane(image, "all.R"), plane(image, "every.R"));
+  EXPECT_GT(mean(image, "hit.R"), 0);
+  EXPECT_GT(mean(image, "traced.R"), 0.1 * mean(image, "all.R"));
+  // A light that is seen in glass is not sampled.
+  EXPECT_EQ(mean(image, "sampled.R"), 0);
+  EXPECT_GT(mean(image, "raw.R"), mean(image, "traced.R"));
+}
 
 TEST(LayersOfPictures, AddUpWhereNoiseDecidesOnSamples) {
   const Layers partition = kPartitions[1];
@@ -198,7 +153,7 @@ TEST(LayersOfPictures, AddUpBesideTheItemBuffer) {
 }
 
 TEST(LayersOfPictures, AreTheSameInBothNotations) {
-  for (const char* integrator : {"path", "light"}) {
+  for (const char* integrator : {"path", "light", "bdpt", "photon"}) {
     const client::Image image = picture(
         {.scene = many_materials(),
          .integrator = integrator,
@@ -211,24 +166,68 @@ TEST(LayersOfPictures, AreTheSameInBothNotations) {
   }
 }
 
-/// Channels of other layers must not matter for one, nor how samples are cut into units.
+/// Channels of other layers must not matter for one, nor how samples are cut into units, nor, of tiles, where
+/// these are.
 TEST(LayersOfPictures, HaveTheSameBitsHoweverSamplesAreCut) {
-  const auto file = load({.scene = many_materials(), .layers = {{"a", "L.*DE"}, {"b", "LS+.E"}}, .spp = 16});
-  ASSERT_TRUE(file.ok()) << file.status();
-  const client::Image whole = render_image(*file);
-  render::RenderStats stats;
-  auto left = file->scene->render_tile({8, 8, 24, 16, 0, 8}, {}, stats),
-       right = file->scene->render_tile({8, 8, 24, 16, 8, 16}, {}, stats);
-  ASSERT_TRUE(left.ok() && right.ok());
-  const std::size_t pixels = left->pixel_count();
-  wire::merge_pixel_nodes(left->channels, pixels, left->counts.data(), left->values.data(), pixels,
-                          right->counts.data(), right->values.data(), pixels);
-  for (std::size_t c = 0; c < left->channels.size(); ++c) {
-    const std::vector<float>& wanted = plane(whole, left->channels[c].name);
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const std::size_t at = (8 + i / 16) * kSide + 8 + i % 16;
-      ASSERT_EQ(left->values[c * pixels + i] / 16, wanted[at]) << left->channels[c].name;
+  for (const char* integrator : {"path", "bdpt", "vcm", "photon"}) {
+    SCOPED_TRACE(integrator);
+    const auto file = load({.scene = many_materials(),
+                            .integrator = integrator,
+                            .layers = {{"a", "L.*DE"}, {"b", "LS+.E"}},
+                            .spp = 16});
+    ASSERT_TRUE(file.ok()) << file.status();
+    const client::Image whole = render_image(*file);
+    render::RenderStats stats;
+    const bool passes = wire::find_algorithm(integrator)->work == wire::WorkKind::kPasses;
+    const std::uint32_t x0 = passes ? 0 : 8, x1 = passes ? kSide : 24, y1 = passes ? kSide : 16;
+    auto first = file->scene->render_tile({x0, x0, x1, y1, 0, 8}, {}, stats),
+         rest = file->scene->render_tile({x0, x0, x1, y1, 8, 16}, {}, stats);
+    ASSERT_TRUE(first.ok() && rest.ok());
+    const std::size_t pixels = first->pixel_count();
+    wire::merge_pixel_nodes(first->channels, pixels, first->counts.data(), first->values.data(), pixels,
+                            rest->counts.data(), rest->values.data(), pixels);
+    for (std::size_t c = 0; c < first->channels.size(); ++c) {
+      const std::vector<float>& wanted = plane(whole, first->channels[c].name);
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const std::size_t at = (x0 + i / (x1 - x0)) * kSide + x0 + i % (x1 - x0);
+        ASSERT_EQ(first->values[c * pixels + i] / 16, wanted[at]) << first->channels[c].name;
+      }
     }
+  }
+}
+
+/// Paths of one event more add to the picture what they add to the layers of their length, and nothing else
+/// changes by them: the numbers of a path do not depend on how long others may be.
+TEST(LayersOfPictures, BouncesAreWhatDeeperPicturesHaveMore) {
+  const std::string scene =
+      absl::StrCat(kFloor, kMaterials, kLights, ball("a", "glass", -1, 0.5, -1, 0.5),
+                   ball("b", "varnish", 0, 0.5, -1, 0.5), ball("c", "lacquer", 1, 0.5, -1, 0.5),
+                   ball("d", "brushed", 0, 0.5, 0.5, 0.5), ball("e", "paper", 1, 0.5, 0.5, 0.5));
+  constexpr std::uint32_t kDeepest = 4;
+  Layers bounces;
+  for (std::uint32_t i = 0; i <= kDeepest; ++i)
+    bounces.emplace_back(absl::StrCat("bounce", i), i == 0 ? "LE" : absl::StrCat("L.{", i, "}E"));
+  for (const char* integrator : {"path", "volpath", "light", "bdpt", "vcm", "photon"}) {
+    const client::Image image = picture(
+        {.scene = scene, .integrator = integrator, .layers = bounces, .spp = 4, .max_depth = kDeepest});
+    Layers added;
+    for (std::uint32_t depth = 0; depth <= kDeepest; ++depth) {
+      added.push_back(bounces[depth]);
+      const client::Image shallow =
+          picture({.scene = scene, .integrator = integrator, .spp = 4, .max_depth = depth});
+      for (const char* band : {"R", "G", "B"}) {
+        const std::vector<float>& wanted = plane(shallow, band);
+        std::vector<double> sum(wanted.size());
+        for (const auto& layer : added) {
+          const std::vector<float>& part = plane(image, absl::StrCat(layer.first, ".", band));
+          for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
+        }
+        for (std::size_t i = 0; i < sum.size(); ++i)
+          ASSERT_NEAR(sum[i], wanted[i], kRoundingOfPasses * wanted[i] + 1e-30)
+              << integrator << " of depth " << depth << ", " << band << " of pixel " << i;
+      }
+    }
+    EXPECT_GT(mean(image, "bounce4.R"), 0) << integrator;
   }
 }
 
@@ -247,7 +246,7 @@ TEST(LayersOfPictures, DirectLightIsThatOfTheAlgorithm) {
 TEST(LayersOfPictures, CausticsComeOfGlassAlone) {
   const Layers layers = {{"caustics", "LS+DE"}, {"direct", "LDE"}, {"seen", "LE"}, {"mirrored", "L.*SE"}};
   const std::string under_lamp = absl::StrCat(kFloor, kMaterials, kLights);
-  for (const char* integrator : {"light", "path"}) {
+  for (const char* integrator : {"light", "path", "bdpt", "vcm", "photon"}) {
     const client::Image glass = picture({.scene = under_lamp + ball("b", "glass", 0, 0.8, 0, 0.6),
                                          .integrator = integrator,
                                          .layers = layers,
@@ -262,7 +261,7 @@ TEST(LayersOfPictures, CausticsComeOfGlassAlone) {
     EXPECT_GT(mean(clay, "direct.R"), 0.1) << integrator;
     EXPECT_GT(mean(clay, "seen.R"), 0) << integrator;  // the lamp is in the picture
     // Light tracing joins no mirror to the camera.
-    EXPECT_EQ(mean(glass, "mirrored.R") > 0, std::string(integrator) == "path");
+    EXPECT_EQ(mean(glass, "mirrored.R") > 0, std::string(integrator) != "light");
   }
 }
 

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <initializer_list>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "support/picture/scene_file.h"
+#include "wire/algorithm.h"
 
 namespace tessera::test {
 namespace {
@@ -259,9 +262,47 @@ TEST(LoadScene, AChannelOfAnImageIsOneThatThereIs) {
   EXPECT_THAT(std::string(loaded.status().message()), HasSubstr("its channel is unknown"));
 }
 
+/// Bytes of an array of numbers.
+template <class T>
+std::string bytes_of(std::initializer_list<T> values) {
+  return {reinterpret_cast<const char*>(values.begin()), values.size() * sizeof(T)};
+}
+
+TEST(LoadScene, WhatAlgorithmsCannotDoIsRefusedByName) {
+  const TestBlobs blobs = {{"points", bytes_of<float>({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 2, 1, 0, 0, 3, 1})},
+                           {"starts", bytes_of<std::uint32_t>({0})}};
+  const auto refusal = [&](const std::string& integrator, const std::string& scene,
+                           v1::PhotonMap map = v1::PHOTON_MAP_PROGRESSIVE) {
+    test::SceneJob job;
+    job.settings.set_integrator(integrator);
+    job.settings.mutable_photon()->set_map(map);
+    const auto file =
+        load_scene_text(absl::StrCat(scene, kCameraAndFilm), job, render::supported_isas().front(), blobs);
+    return std::string(file.status().message());
+  };
+  const std::string hair =
+      "shapes { curves { points { digest: 'points' } starts { digest: 'starts' } kind: CYLINDER } }";
+  const std::string mover =
+      "shapes { sphere { radius: 1 } world_from_object_end { elements: [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] "
+      "} }";
+  for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
+    if (traits.diffuse_only) continue;
+    const std::string of_hair = refusal(traits.name, hair), of_mover = refusal(traits.name, mover);
+    EXPECT_EQ(of_hair.find("cannot light flat curves") != std::string::npos, traits.starts_at_lights)
+        << traits.name << ": " << of_hair;
+    EXPECT_EQ(of_mover.find("stands still") == std::string::npos, traits.motion)
+        << traits.name << ": " << of_mover;
+  }
+  EXPECT_THAT(refusal("photon", mover, v1::PHOTON_MAP_CLASSIC), HasSubstr("stands still"));
+}
+
 TEST(LoadScene, AnEmptySceneIsBlack) {
-  const Mean mean = render_mean("", 4, 5, render::supported_isas().front());
-  for (const double c : mean.rgb) EXPECT_EQ(c, 0);
+  for (const std::string& isa : render::supported_isas()) {
+    for (const char* scene : {"", "media { name: 'air' } settings { integrator: 'volpath' }"}) {
+      const Mean mean = render_mean(scene, 4, 5, isa);
+      for (const double c : mean.rgb) EXPECT_EQ(c, 0);
+    }
+  }
 }
 
 }  // namespace

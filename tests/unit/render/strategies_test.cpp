@@ -57,7 +57,8 @@ wire::TileResult range_of_samples(const SceneContent& content, std::uint32_t beg
 
 class Strategies : public testing::Test {
  protected:
-  void load(const std::string& lights) {
+  /// `motion`: of the wall.
+  void load(const std::string& lights, const std::string& motion = "") {
     content_ = build_kernel_scene(R"(
       camera { perspective { fov_degrees: 60 lens_radius: 0.05 focal_distance: 3 }
                world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
@@ -65,7 +66,8 @@ class Strategies : public testing::Test {
       materials { name: 'paint' diffuse { reflectance { constant { constant: 0.7 } } } }
       materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } }
                                             roughness { u { constant: 0.5 } v { constant: 0.5 } } } }
-      shapes { disk { radius: 3 } material: 'paint' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } }
+      shapes { disk { radius: 3 } material: 'paint' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } )" +
+                                      motion + R"( }
       shapes { sphere { radius: 0.6 } material: 'metal' world_from_object { elements: [1,0,0,-0.7, 0,1,0,-0.4, 0,0,1,0, 0,0,0,1] } }
       shapes { sphere { radius: 0.5 } material: 'paint' world_from_object { elements: [1,0,0,0.8, 0,1,0,-0.2, 0,0,1,0, 0,0,0,1] } }
     )" + lights,
@@ -159,6 +161,14 @@ TEST_F(Strategies, MergedGoToThePathTracersPictureAsRadiiGoToZero) {
   // Something is merged, and more of it with a larger radius.
   EXPECT_NE(large.mean[4], small.mean[4]);
   EXPECT_NE(small.mean[4], none.mean[4]);
+}
+
+TEST_F(Strategies, MergedGoWithWhatMoves) {
+  load(kLamp, "world_from_object_end { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,2.5, 0,0,0,1] }");
+  const Quarters expected = by_path(), large = merged(0.6f);
+  // A large radius costs 0.4 % here; photons of other moments, which are elsewhere, would cost 3 %.
+  EXPECT_NEAR(large.mean[4], expected.mean[4], 0.01 * expected.mean[4]);
+  EXPECT_LT(6 * std::hypot(large.error[4], expected.error[4]), 0.02 * expected.mean[4]);
 }
 
 TEST_F(Strategies, OfASky) {

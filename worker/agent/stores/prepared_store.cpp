@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "agent/stores/or_exhausted.h"
 #include "transport/backoff.h"
 #include "transport/status.h"
 #include "wire/digest.h"
@@ -65,7 +66,11 @@ absl::StatusOr<std::shared_ptr<const render::Prepared>> PreparedStore::get(
     slots_.splice(slots_.begin(), slots_, found);
     const std::shared_ptr<Slot> slot = slots_.front();
     if (slot->prepared != nullptr) return whole(slot);
-    const auto is_over = [&] { return slot->prepared != nullptr || find() == slots_.end(); };
+    // Another thread may have begun anew before this one wakes.
+    const auto is_over = [&] {
+      const auto now = find();
+      return slot->prepared != nullptr || now == slots_.end() || *now != slot;
+    };
     if (!changed_.wait(lock, stop, is_over))
       return absl::CancelledError("stopped while another thread prepared what the unit reads");
   }
@@ -73,13 +78,19 @@ absl::StatusOr<std::shared_ptr<const render::Prepared>> PreparedStore::get(
   slots_.push_front(slot);
   lock.unlock();
 
-  absl::StatusOr<Inputs> inputs = fetch(job_id, unit, stop);
+  // Those who wait must hear of it, whatever happens.
+  Inputs inputs;
   using Result = absl::StatusOr<std::shared_ptr<const render::Prepared>>;
-  const Result prepared = inputs.ok() ? scene->scene->prepare(inputs->bytes) : Result{inputs.status()};
+  const Result prepared = or_exhausted("preparing what the unit reads", [&]() -> Result {
+    absl::StatusOr<Inputs> fetched = fetch(job_id, unit, stop);
+    if (!fetched.ok()) return fetched.status();
+    inputs = *std::move(fetched);
+    return scene->scene->prepare(inputs.bytes);
+  });
 
   lock.lock();
   if (prepared.ok()) {
-    slot->inputs = *std::move(inputs);
+    slot->inputs = std::move(inputs);
     slot->prepared = *prepared;
     if (slots_.size() > kKept && slots_.back()->prepared != nullptr) slots_.pop_back();
   } else {

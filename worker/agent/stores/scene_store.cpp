@@ -1,12 +1,12 @@
 #include "agent/stores/scene_store.h"
 
 #include <algorithm>
-#include <exception>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "agent/stores/or_exhausted.h"
 #include "wire/message_digest.h"
 
 namespace tessera::agent {
@@ -62,13 +62,8 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   slot->loading = true;
   lock.unlock();
   // Those who wait here too must hear of it, whatever happens.
-  absl::StatusOr<LoadedScene> loaded = [&]() -> absl::StatusOr<LoadedScene> {
-    try {
-      return loader_(spec, slot->abandoned.get_token());
-    } catch (const std::exception& error) {  // out of memory, above all
-      return absl::ResourceExhaustedError(absl::StrCat("loading the scene: ", error.what()));
-    }
-  }();
+  absl::StatusOr<LoadedScene> loaded =
+      or_exhausted("loading the scene", [&] { return loader_(spec, slot->abandoned.get_token()); });
   lock.lock();
   if (loaded.ok()) {
     slot->result = std::make_shared<const LoadedScene>(*std::move(loaded));

@@ -86,6 +86,9 @@ class Bsdf {
   /// With kSomeDiffuse: the part of the light of eval() that is of diffuse lobes, from 0 to 1; the rest is of
   /// glossy ones.
   virtual Float diffuse_share(const BsdfParams&, Vec3, Vec3, Mask) const { return Float(0.0f); }
+  /// With kReflectsOnly: alpha of the microfacets of its narrowest lobe that is not diffuse, or of facets
+  /// that spread light as much; 0 where that is a delta lobe, or not known.
+  virtual Float least_alpha(const BsdfParams&) const { return Float(0.0f); }
   /// An estimate of the surface's colour, for the albedo AOV.
   virtual Spectrum albedo(const BsdfParams&) const { return Spectrum(1.0f); }
   /// With kPrepared: completes the slots of `lanes` once constants and textures are in them.

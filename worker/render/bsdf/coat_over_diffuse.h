@@ -7,10 +7,10 @@
 //     Mask smooth;
 //     bool any_rough() const;
 //     Float transmittance(Vec3 w) const;                    // T(w)
-//     Float reflectance(Vec3 w) const;                      // of the coat, not all of the rest where it
-//     absorbs Float internal;                                       // R Float one_minus_colour(Float rho)
-//     const;              // 1 - rho R, or what stands for it Spectrum tinted(const BsdfParams&, Spectrum)
-//     const;   // light that the coat reflected
+//     Float reflectance(Vec3 w) const;                      // of the coat: less than 1 - T where it absorbs
+//     Float internal;                                       // R
+//     Float one_minus_colour(Float rho) const;              // 1 - rho R, or what stands for it
+//     Spectrum tinted(const BsdfParams&, Spectrum) const;   // light that the coat reflected
 //   };
 #pragma once
 

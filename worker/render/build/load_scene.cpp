@@ -49,6 +49,7 @@ class BuiltScene final : public RenderScene {
         auto self = std::unique_ptr<BuiltScene>(new BuiltScene(
             *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
+        if (options.geometry_read) options.geometry_read();
         return made_ready(std::move(self), scene, job);
       }
     }
@@ -92,8 +93,10 @@ class BuiltScene final : public RenderScene {
           {tables_, *content_->rays, tables_.sampler.seed + part.seed_offset, own, part.prepared}, part, stop,
           blob);
     });
-    if (!finished) return absl::CancelledError("the part was stopped");
-    return blob;
+    if (finished) return blob;
+    if (stop.stop_requested()) return absl::CancelledError("the part was stopped");
+    return absl::InvalidArgumentError(absl::StrCat("phase ", part.phase, " of integrator '", traits_.name,
+                                                   "' cannot be made of what the phases before have made"));
   }
 
   absl::StatusOr<std::string> merge(std::uint32_t phase,

@@ -54,10 +54,22 @@ struct ArrayBuilders {
     if (auto s = instances.build(scene.shapes(), scene.objects(), scene.instances()); !s.ok()) return s;
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
     if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
-    if (algorithm.motion || arrays.shapes.motion_steps.empty()) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat(
-        "integrator '", algorithm.name, "' wants a scene that stands still; shapes of this one move"));
+    return check_shapes();
   }
+
+  absl::Status check_shapes() const {
+    if (!algorithm.motion && !arrays.shapes.motion_steps.empty()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "integrator '", algorithm.name, "' wants a scene that stands still; shapes of this one move"));
+    }
+    if (algorithm.starts_at_lights && std::ranges::any_of(arrays.shapes.curves, turns_to_rays)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("integrator '", algorithm.name,
+                       "' cannot light flat curves and cylinders, which turn to whoever looks"));
+    }
+    return absl::OkStatus();
+  }
+  static bool turns_to_rays(const CurvesRecord& curves) { return curves.kind != CurveKind::kRibbon; }
 };
 
 namespace {
@@ -99,6 +111,18 @@ absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings
 
 }  // namespace
 
+namespace {
+
+/// What building reads of an algorithm: those that differ in nothing else share what is built. What views
+/// read of it (view.h) is not in the key.
+std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene& scene) {
+  const bool warns = !algorithm.media && scene.media_size() > 0;  // by its name
+  return absl::StrCat(warns ? algorithm.name : "", " ", algorithm.media, algorithm.samples_all_light,
+                      algorithm.starts_at_lights, algorithm.motion, algorithm.diffuse_only);
+}
+
+}  // namespace
+
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa) {
   v1::Scene relevant = scene;
   relevant.clear_name();
@@ -117,7 +141,10 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                     absl::Hex(std::bit_cast<std::uint64_t>(origin->z)), " ");
     camera.clear_world_from_camera();
   }
-  return absl::StrCat(key, wire::digest_of({&job.content().algorithms(), &relevant}));
+  v1::Algorithms algorithms = job.content().algorithms();
+  absl::StrAppend(&key, building_key(*wire::find_algorithm(algorithms.integrator()), scene), " ");
+  algorithms.clear_integrator();
+  return absl::StrCat(key, wire::digest_of({&algorithms, &relevant}));
 }
 
 absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables) {
@@ -168,6 +195,10 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
+  if (settings.photon.one_map && !arrays.shapes.motion_steps.empty()) {
+    return absl::InvalidArgumentError(
+        "one map of photons for all passes wants a scene that stands still; shapes of this one move");
+  }
   const auto medium = builders.media.names().find(scene.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");
   tables.camera.medium = *medium;
@@ -197,9 +228,6 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
   build_light_selection(settings.light_selection, centre, radius, arrays.lights);
   content.shape_numbers = shape_numbers(parts_->scene, builders.shapes.messages());
-  for (const v1::Material& material : parts_->scene.materials())
-    content.material_names.push_back(material.name());
-  content.material_names.resize(arrays.materials.materials.size(), "(default)");
   return parts_->content;
 }
 

@@ -22,6 +22,7 @@ struct Splat {
   float x, y;
   float value[3];
   std::uint32_t layers = 0;  // that it belongs to: bits
+  bool in_picture = true;    // and not to layers alone
 };
 
 class Film {
@@ -32,8 +33,7 @@ class Film {
   virtual FilmRect rect() const = 0;
 
   /// The samples of the latest SampleSource::next(), in its order: channel c of sample i is planes[c * stride
-  /// + i], the channels being those that samples have (wire::is_sampled), in
-  /// their order.
+  /// + i], the channels being those that samples have (wire::is_sampled), in their order.
   virtual void add(std::span<const SampleName> names, const float* planes, std::size_t stride) = 0;
 
   /// Adds light to all pixels whose filters reach it. Only for algorithms that work in passes: each pass is

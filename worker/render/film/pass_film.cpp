@@ -19,6 +19,7 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, st
       channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
       first_layer_(channels_ - 3 * layers),
+      layer_channels_(3 * layers),
       next_pass_(result.sample_begin) {
   std::iota(all_.begin(), all_.end(), 0u);
   sums_.begin_pixels(all_);
@@ -29,10 +30,15 @@ bool PassFilm::begin_pass() {
   pass_ = next_pass_++;
   next_pixel_ = 0;
   planes_.assign(channels_ * all_.size(), 0.0f);
+  layers_.assign(layer_channels_ * all_.size(), 0.0f);
   return true;
 }
 
 void PassFilm::end_pass() {
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    for (std::size_t k = 0; k < layer_channels_; ++k)
+      planes_[(first_layer_ + k) * all_.size() + i] = layers_[i * layer_channels_ + k];
+  }
   sums_.add_sample(planes_.data(), all_.size());
   if (next_pass_ == result_.sample_end) sums_.end_pixels();
 }
@@ -54,10 +60,14 @@ std::size_t PassFilm::pixel_at(std::uint32_t x, std::uint32_t y) const {
 }
 
 void PassFilm::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
-  for (std::size_t c = 0; c < channels_; ++c) {
+  for (std::size_t c = 0; c < first_layer_; ++c) {
     float* const plane = planes_.data() + c * all_.size();
     for (std::size_t i = 0; i < names.size(); ++i)
       plane[pixel_at(names[i].x, names[i].y)] += planes[c * stride + i];
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    float* const layers = layers_.data() + pixel_at(names[i].x, names[i].y) * layer_channels_;
+    for (std::size_t k = 0; k < layer_channels_; ++k) layers[k] += planes[(first_layer_ + k) * stride + i];
   }
 }
 
@@ -83,13 +93,15 @@ void PassFilm::add_splat(const Splat& splat) {
     for (std::int64_t x = first_x; x <= last_x; ++x) {
       const float weight = wy * filter_value(filter_.kind, filter_.x, splat.x - static_cast<float>(x) - 0.5f);
       const std::size_t pixel = pixel_at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-      const auto add_from = [&](std::size_t channel) {
-        for (std::size_t c = 0; c < 3; ++c)
-          planes_[(channel + c) * all_.size() + pixel] += splat.value[c] * weight;
-      };
-      add_from(0);
-      for (std::uint32_t left = splat.layers; left != 0; left &= left - 1)
-        add_from(first_layer_ + 3 * static_cast<std::size_t>(std::countr_zero(left)));
+      const float light[] = {splat.value[0] * weight, splat.value[1] * weight, splat.value[2] * weight};
+      if (splat.in_picture) {
+        for (std::size_t c = 0; c < 3; ++c) planes_[c * all_.size() + pixel] += light[c];
+      }
+      float* const layers = layers_.data() + pixel * layer_channels_;
+      for (std::uint32_t left = splat.layers; left != 0; left &= left - 1) {
+        float* const layer = layers + 3 * std::countr_zero(left);
+        for (std::size_t c = 0; c < 3; ++c) layer[c] += light[c];
+      }
     }
   }
 }

@@ -41,8 +41,12 @@ class PassFilm final : public SampleSource, public Film {
   std::vector<std::uint32_t> all_;          // pixels, rows from the top
   const std::size_t channels_;              // that come with samples
   const std::size_t first_layer_;           // channel
-  std::vector<float> planes_;               // of the pass: channel c of pixel i at c * pixels + i
-  std::size_t next_pixel_ = 0;              // in order_
+  const std::size_t layer_channels_;
+  std::vector<float> planes_;  // of the pass: channel c of pixel i at c * pixels + i
+  // The same of the layers, channel k of pixel i at i * layer_channels_ + k: light lands on one pixel after
+  // the other, and is of several of them.
+  std::vector<float> layers_;
+  std::size_t next_pixel_ = 0;  // in order_
   std::uint32_t pass_ = 0, next_pass_;
 };
 

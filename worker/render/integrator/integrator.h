@@ -38,7 +38,7 @@ class Integrator {
 /// One of an algorithm's phases, in the order of AlgorithmTraits::phases. The same arguments give the same
 /// bytes on all machines of an arithmetic class: farms compare them.
 struct AlgorithmPhase {
-  /// Makes one part, from what the phases before have made. False when it was stopped before the end.
+  /// Makes one part, from what phases before have made. False when stopped, or where it cannot read these.
   bool (*make)(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
                std::string& blob);
   /// Makes one blob of neighbouring ones, parts or merged before. False where they are not the phase's.

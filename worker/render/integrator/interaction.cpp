@@ -351,6 +351,16 @@ Float diffuse_share(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
   return select(mixed, share_of(first * share + second * other, first + second), share);
 }
 
+Float least_alpha(const MaterialPart& part, Mask active) {
+  Float alpha(0.0f);
+  for_each_distinct(part.kind, active & ((part.flags & kReflectsOnly) != 0),
+                    [&](std::int32_t kind, Mask lanes) {
+                      const Bsdf& model = *bsdf_model(static_cast<BsdfKind>(kind));
+                      alpha = select(lanes, model.least_alpha(part.params), alpha);
+                    });
+  return alpha;
+}
+
 Spectrum albedo_of(const Interaction& at, Mask active) {
   const Spectrum albedo = albedo_of_part(at, active);
   const Mask mixed = active & ((at.flags & kMixed) != 0);

@@ -46,6 +46,9 @@ BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mas
 /// The part of eval_bsdf() that is of diffuse lobes, from 0 to 1; the rest is of glossy ones.
 Float diffuse_share(const Interaction& at, Vec3 wo, Vec3 wi, Mask active);
 
+/// Bsdf::least_alpha() of a part; of models that do not reflect only, 0.
+Float least_alpha(const MaterialPart& part, Mask active);
+
 /// An estimate of the surface's colour for the albedo AOV.
 Spectrum albedo_of(const Interaction& at, Mask active);
 

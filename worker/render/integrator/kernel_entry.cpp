@@ -10,6 +10,7 @@
 #include "render/integrator/irradiance_cache/phase.h"
 #include "render/integrator/kernel.h"
 #include "render/integrator/light/light_tracer.h"
+#include "render/integrator/mlt/metropolis.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/photon/photon_mapper.h"
 #include "render/integrator/preview/preview.h"
@@ -62,6 +63,7 @@ constexpr Algorithm kAlgorithms[] = {
     {"radiosity", &make<Radiosity>, radiosity::kPhases, &radiosity::prepare},
     {.name = "preview", .make = &make<Preview>, .prepare = &Preview::prepare},
     {"photon", &make<PhotonMapper>},
+    {"mlt", &make<Metropolis>},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

@@ -5,16 +5,38 @@
 #include <cstdint>
 #include <vector>
 
+#include "layers/strategies.h"
+
 namespace tessera::render {
+
+/// States of paths that begin at one end, the camera or the lights, and are read to the other.
+struct LayerAutomaton {
+  std::int32_t states = 0, events = 0, ends = 0;
+  std::vector<std::int32_t> begin;  // first state of a path: one, or from lights one a source
+  std::vector<std::int32_t> next;   // [state * events + event]
+  // Bits of layers, where the other end comes next: [state * ends + end]
+  std::vector<std::int32_t> layers;   // of light that arrives
+  std::vector<std::int32_t> shadows;  // of light that something is in the way of; empty: of no layer
+};
+
+/// Layers of light that some strategies find.
+struct LayersOfStrategies {
+  layers::Strategies strategies;
+  std::int32_t layers = 0;  // bits
+};
 
 struct LayerTable {
   std::int32_t count = 0;    // of layers; 0: light is not told apart, and the rest is empty
-  bool from_lights = false;  // paths begin at the lights: states are those of the reversed automaton
   bool tells_lobes = false;  // diffuse and glossy events differ somewhere
-  std::int32_t events = 0, ends = 0;
-  std::vector<std::int32_t> begin;   // first state of a path: one, or with from_lights one a source
-  std::vector<std::int32_t> next;    // [state * events + event]
-  std::vector<std::int32_t> layers;  // bits of layers: [state * ends + source], with from_lights [state]
+  bool has_shadows = false;  // some layers are of light that something is in the way of
+  LayerAutomaton from_camera;
+  // Only for algorithms whose paths begin at the lights, too
+  LayerAutomaton from_lights;
+  std::vector<std::int32_t>
+      joined;                   // bits of layers: [state from the camera * from_lights.states + the other]
+  std::int32_t unweighted = 0;  // bits of layers of what strategies find by themselves
+  std::int32_t of_any_strategy = 0;  // bits of layers that ask for none
+  std::vector<LayersOfStrategies> of_strategies;
   std::vector<std::int32_t> first_event_of_shape;  // to which the kind of event is added; empty: 0 for all
   std::vector<std::int32_t> source_of_light;       // of each LightRecord
   std::int32_t one_source = -1;                    // that of all lights, if there is but one

@@ -93,10 +93,6 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    if (is_touched(i)) layers_[i] = {};
-  }
-  touched_ = 0;
   stats_.camera_rays += static_cast<std::uint64_t>(size_);
   stats_.samples += static_cast<std::uint64_t>(size_);
   return size_ > 0;
@@ -149,14 +145,29 @@ void SampleBatch::add_to_layers(Spectrum more, Int layers, Int slot, Mask lanes)
   }
 }
 
+void SampleBatch::add_to_layers(const LayerSums& sums, Int slot, Mask lanes) {
+  sums.for_each([&](int layer, const Spectrum& more) {
+    touched_ |= 1u << layer;
+    SpectrumLanes& to = layers_[static_cast<std::size_t>(layer)];
+    for (int c = 0; c < kSpectrumLanes; ++c)
+      scatter(gather(to.c[c], slot, lanes) + more.c[c], to.c[c], slot, lanes);
+  });
+}
+
 void SampleBatch::add_contributions(const ConnectionQueue& queue) {
   for (int i = 0; i < queue.size; ++i) {
     if (queue.distance[i] < 0) continue;
     const std::int32_t slot = queue.slot[i];
     for (int c = 0; c < kSpectrumLanes; ++c) radiance_.c[c][slot] += queue.contribution.c[c][i];
     if (layers_.empty()) continue;
-    for_each_layer(queue.layers[i], [&](SpectrumLanes& layer) {
+    const std::int32_t apart = scene_.layers.unweighted;
+    for_each_layer(queue.layers[i] & ~apart, [&](SpectrumLanes& layer) {
       for (int c = 0; c < kSpectrumLanes; ++c) layer.c[c][slot] += queue.contribution.c[c][i];
+    });
+    if (apart == 0) continue;
+    for_each_layer(queue.layers[i] & apart, [&](SpectrumLanes& layer) {
+      for (int c = 0; c < kSpectrumLanes; ++c)
+        layer.c[c][slot] += queue.contribution.c[c][i] * queue.inverse_weight[i];
     });
   }
 }
@@ -178,16 +189,24 @@ void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
   scatter(to_float(instance), instance_id_, slot, placed);
 }
 
+Mask SampleBatch::bad_samples(int i) const {
+  const Spectrum light = radiance(i);
+  Mask summable = Mask::all();
+  for (int c = 0; c < kSpectrumLanes; ++c) summable &= is_summable(light.c[c] * scene_.exposure);
+  return and_not(Mask::first(size_ - i), summable);
+}
+
+Spectrum SampleBatch::summable_radiance(int i) {
+  const Mask bad = bad_samples(i);
+  stats_.dropped_samples += static_cast<std::uint64_t>(std::popcount(bad.bits()));
+  return select(bad, Spectrum(0.0f), radiance(i));
+}
+
 void SampleBatch::drop_bad_samples() {
   for (int i = 0; i < size_; i += kWidth) {
-    const Mask valid = Mask::first(size_ - i);
-    Spectrum radiance;
-    load_lanes(radiance_, i, radiance);
-    Mask summable = Mask::all();
-    for (int c = 0; c < kSpectrumLanes; ++c) summable &= is_summable(radiance.c[c] * scene_.exposure);
-    const Mask bad = and_not(valid, summable);
+    const Mask bad = bad_samples(i);
     if (none(bad)) continue;
-    store_lanes(select(bad, Spectrum(0.0f), radiance), radiance_, i);
+    store_lanes(select(bad, Spectrum(0.0f), radiance(i)), radiance_, i);
     for (SpectrumLanes& layer : layers_) {
       Spectrum part;
       load_lanes(layer, i, part);
@@ -204,7 +223,8 @@ void SampleBatch::drop_bad_samples() {
   }
 }
 
-/// The last of the planes, which are filled plane by plane: many are empty, batch by batch.
+/// The last of the planes, which are filled plane by plane: many are empty, batch by batch. Leaves the layers
+/// black for the next batch, while they are in the cache.
 void SampleBatch::fill_layers(std::size_t stride) {
   float* plane = planes_.data() + planes_.size() - kBands * layers_.size() * stride;
   for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
@@ -220,7 +240,11 @@ void SampleBatch::fill_layers(std::size_t stride) {
         (light * scene_.exposure * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
       }
     }
+    if (is_touched(layer)) {
+      for (auto& lane : layers_[layer].c) std::fill_n(lane, stride, 0.0f);
+    }
   }
+  touched_ = 0;
 }
 
 /// Leaves the samples in planes_, channels in the order of wire::channels_of; returns the stride

@@ -9,6 +9,7 @@
 #include "render/film/film.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/integrator.h"
+#include "render/integrator/vertex/layer_sums.h"
 #include "render/integrator/vertex/path_state.h"
 #include "render/integrator/vertex/sample_keys.h"
 #include "render/integrator/vertex/vertex.h"
@@ -70,12 +71,27 @@ class SampleBatch {
     load_lanes(radiance_, i, result);
     return result;
   }
+  /// The same; black, and counted as dropped, where it is not finite or beyond 1e15.
+  Spectrum summable_radiance(int i);
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
   /// The same for samples of which several may be one.
   void add_each(Spectrum more, Int slot, Mask lanes);
   /// The same, for the layers whose bits are set, where there are any.
   void add_to_layers(Spectrum more, Int layers, Int slot, Mask lanes);
+  /// The same, for layers of weighted and of unweighted light.
+  void add_to_layers(Spectrum weighted, Spectrum unweighted, Int layers, Int slot, Mask lanes) {
+    const std::int32_t apart = scene_.layers.unweighted;
+    add_to_layers(weighted, layers & Int(~apart), slot, lanes);
+    if (apart != 0) add_to_layers(unweighted, layers & Int(apart), slot, lanes);
+  }
+  void add_to_layers(const WideConnection& ray, Mask arrived) {
+    const Spectrum light = ray.contribution;
+    add_to_layers(light, scene_.layers.unweighted != 0 ? light * ray.inverse_weight : light, ray.layers,
+                  ray.slot, arrived);
+  }
+  /// The same, for each layer its sum.
+  void add_to_layers(const LayerSums& sums, Int slot, Mask lanes);
   /// The same, for those of the queue that nothing is in the way of.
   void add_contributions(const ConnectionQueue& queue);
 
@@ -86,6 +102,8 @@ class SampleBatch {
 
  private:
   void name_next(SampleSource& source, int most);
+  /// Of 16 samples from sample i on, those whose radiance cannot be summed.
+  Mask bad_samples(int i) const;
   void drop_bad_samples();
   std::size_t fill_planes();
   void fill_layers(std::size_t stride);

@@ -9,6 +9,7 @@
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/layer_table.h"
+#include "render/integrator/mlt/metropolis_config.h"
 #include "render/integrator/photon/photon_config.h"
 #include "render/integrator/preview/preview_settings.h"
 #include "render/integrator/radiosity/radiosity_settings.h"
@@ -42,6 +43,7 @@ struct IrradianceCacheSettings {
   std::int32_t samples = 1024;
   float least_reach = 3, most_reach = 32;  // widths of a pixel
   bool view = false;
+  std::int32_t glossy_bands = 8;  // of spherical harmonics; 0: no records at glossy surfaces
 };
 
 /// Copies share the arrays, which must outlive them, and may be given another camera, film and sampler.
@@ -70,6 +72,7 @@ struct SceneTables {
   RadiositySettings radiosity;
   PreviewSettings preview;
   PhotonConfig photon;
+  MetropolisConfig metropolis;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

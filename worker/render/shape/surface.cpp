@@ -181,13 +181,13 @@ void place_instances(const Placement& at, Mask placed, bool want_tangents, Surfa
 Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents) {
   static_assert(offsetof(ShapeRecord, kind) == 0 && offsetof(ShapeRecord, material) == 4 &&
                 offsetof(ShapeRecord, flags) == 8 && offsetof(ShapeRecord, first_light) == 12);
-  const Int4 what = gather_row(table, 0, hit.shape, active);
-  const Int kind = what.c[0], flags = what.c[2], first_light = what.c[3];
-
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
   Surface s{zero,          Float(0.0f),   zero,   zero,    {Float(0.0f), Float(0.0f)},
             zero,          zero,          Int(0), Int(-1), hit.shape,
             hit.primitive, {hit.u, hit.v}};
+  if (none(active)) return s;  // the table may be empty, which nothing can be read from
+  const Int4 what = gather_row(table, 0, hit.shape, active);
+  const Int kind = what.c[0], flags = what.c[2], first_light = what.c[3];
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
   const Mask placed = active & (hit.instance >= 0);
   Placement placement;

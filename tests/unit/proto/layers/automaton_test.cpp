@@ -114,6 +114,19 @@ std::uint32_t layers_from_light(const Automaton& automaton, const std::vector<st
   return static_cast<std::uint32_t>(automaton.layers[static_cast<std::size_t>(state)]);
 }
 
+/// The first `meeting` events are read from the camera, the others from the light.
+std::uint32_t layers_from_both(const Automaton& from_camera, const Automaton& from_lights,
+                               const std::vector<std::int32_t>& joined,
+                               const std::vector<std::int32_t>& events, std::size_t meeting,
+                               std::int32_t source) {
+  std::int32_t eye = from_camera.begin[0], light = from_lights.begin[static_cast<std::size_t>(source)];
+  for (std::size_t i = 0; i < meeting; ++i)
+    eye = from_camera.next[static_cast<std::size_t>(eye * from_camera.events + events[i])];
+  for (std::size_t i = events.size(); i > meeting; --i)
+    light = from_lights.next[static_cast<std::size_t>(light * from_lights.events + events[i - 1])];
+  return static_cast<std::uint32_t>(joined[static_cast<std::size_t>(eye * from_lights.states + light)]);
+}
+
 std::string written(const std::vector<std::int32_t>& events, std::int32_t source) {
   std::string path = "@";
   for (const std::int32_t event : events)
@@ -136,6 +149,7 @@ TEST(LayerAutomaton, AgreesWithRegularExpressionsOnEveryPathFromBothEnds) {
     const auto forward = layers::compile(asked, kAlphabet, Direction::kFromCamera);
     const auto backward = layers::compile(asked, kAlphabet, Direction::kFromLights);
     ASSERT_TRUE(forward.ok() && backward.ok()) << forward.status() << backward.status();
+    const std::vector<std::int32_t> joined = layers::layers_of_joins(*forward, *backward);
     int turn = 0;
     for_each_path(3, [&](const std::vector<std::int32_t>& events) {
       // All lights of short paths, one in turn of longer ones.
@@ -144,6 +158,8 @@ TEST(LayerAutomaton, AgreesWithRegularExpressionsOnEveryPathFromBothEnds) {
         const std::string path = written(events, source);
         const std::uint32_t found = layers_from_camera(*forward, events, source);
         ASSERT_EQ(found, layers_from_light(*backward, events, source)) << path;
+        for (std::size_t meeting = 0; meeting <= events.size(); ++meeting)
+          ASSERT_EQ(found, layers_from_both(*forward, *backward, joined, events, meeting, source)) << path;
         for (std::size_t i = 0; i < count; ++i) {
           const bool wanted = std::regex_match(path, patterns[i]);
           ASSERT_EQ((found >> i & 1) != 0, wanted) << cases[first + i].expression << " and " << path;

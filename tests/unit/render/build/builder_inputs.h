@@ -96,6 +96,6 @@ inline const wire::AlgorithmTraits kFromLights{.name = "from lights",
                                                .work = wire::WorkKind::kPasses,
                                                .samples_all_light = true,
                                                .starts_at_lights = true,
-                                               .joins_camera = true};
+                                               .projects_points = true};
 
 }  // namespace tessera::render

@@ -138,7 +138,7 @@ TEST(IrradianceCache, TheHierarchyFindsWhatAllRecordsAre) {
     Mask covered = Mask::none();
     for (const IrradianceRecord& record : records)
       covered |= split_sphere_error(record, p, kUp) < 0.7f * kError;
-    EXPECT_EQ(cache.covers(p, kUp, 0.7f * kError, Mask::all()).bits(), covered.bits());
+    EXPECT_EQ(cache.covers(p, kUp, 0.7f * kError, Mask::none(), Mask::all()).bits(), covered.bits());
     EXPECT_TRUE(none(and_not(covered, cache.look_up(p, kUp, Mask::all()).found)));
   }
 }
@@ -179,7 +179,7 @@ TEST(RecordBlobs, GiveBackWhatWentIn) {
   const std::vector<IrradianceRecord> records = scattered(7);
   std::vector<IrradianceRecord> read;
   ASSERT_TRUE(append_records(blob_of(records), read));
-  ASSERT_TRUE(append_records(blob_of({}), read));
+  ASSERT_TRUE(append_records(blob_of(std::vector<IrradianceRecord>{}), read));
   ASSERT_EQ(read.size(), records.size());
   EXPECT_EQ(std::memcmp(read.data(), records.data(), sizeof(records[0]) * records.size()), 0);
 }

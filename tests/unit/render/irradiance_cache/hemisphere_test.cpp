@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::render::TESSERA_ISA::hemisphere {  // apart from tests that are compiled with these
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -132,4 +132,4 @@ TEST(Hemisphere, TurningAwayFromADiskLamp) {
 }
 
 }  // namespace
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace tessera::render::TESSERA_ISA::hemisphere

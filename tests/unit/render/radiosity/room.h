@@ -52,14 +52,34 @@ class EveryTriangle final : public RayQuery {
 struct Square {
   Vec corner, a, b;
   float reflectance = 0, exitance = 0;
+  int painted_as = -1;  // the material that it shares; -1: one of its own, numbered as they come
 };
+
+/// A lamp that has no surface.
+struct PointLamp {
+  Vec place;
+  float intensity = 0;  // W/sr
+};
+
+/// Solves for light until a sweep moves no more than `residual`.
+inline Forest::Outcome solve(Forest& forest, double residual) {
+  while (!forest.advance(residual)) {
+  }
+  return forest.outcome();
+}
 
 /// Squares as a scene: square i has sides 4 i and 4 i + 2 to the front, 4 i + 1 and 4 i + 3 to the back.
 class Room {
  public:
   /// `sees_through`: nothing is in the way of anything.
-  explicit Room(const std::vector<Square>& squares, bool sees_through = true) {
+  explicit Room(const std::vector<Square>& squares, bool sees_through = true,
+                const std::vector<PointLamp>& lamps = {}) {
     for (const Square& square : squares) add(square);
+    for (const PointLamp& lamp : lamps) {
+      LightRecord& light = arrays_.lights.lights.emplace_back();
+      for (float& value : light.radiance) value = lamp.intensity;
+      for (std::size_t i = 0; i < 3; ++i) light.position[i] = static_cast<float>(lamp.place[i]);
+    }
     arrays_.shapes.world_shape_count = static_cast<std::int32_t>(arrays_.shapes.shapes.size());
     arrays_.lights.sources = light_sources();
     arrays_.lights.shapes = &arrays_.shapes;
@@ -90,11 +110,15 @@ class Room {
     return links;
   }
   Forest grow(const Links& links) const { return *Forest::grow(scene_, *surfaces_, *clusters_, links); }
+  bool grows(const Links& links, int deepest = Name::kDeepest) const {
+    return Forest::grow(scene_, *surfaces_, *clusters_, links, deepest).has_value();
+  }
+  void set_memory_limit(std::uint64_t bytes) { scene_.radiosity.memory_limit = bytes; }
 
  private:
   void add(const Square& square) {
     ShapeRecord shape;
-    shape.material = static_cast<std::int32_t>(arrays_.materials.materials.size());
+    shape.material = square.painted_as;
     shape.first_triangle = static_cast<std::int32_t>(arrays_.shapes.triangles.size() / 3);
     shape.first_vertex = static_cast<std::int32_t>(arrays_.shapes.vertices.size());
     shape.triangle_count = 2;
@@ -106,9 +130,11 @@ class Room {
       arrays_.shapes.vertices.push_back(vertex);
     }
     for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) arrays_.shapes.triangles.push_back(corner);
-    MaterialRecord material;
-    for (float& value : material.spectra[slot::kReflectance].value) value = square.reflectance;
-    arrays_.materials.materials.push_back(material);
+    if (shape.material < 0) {
+      shape.material = static_cast<std::int32_t>(arrays_.materials.materials.size());
+      MaterialRecord& material = arrays_.materials.materials.emplace_back();
+      for (float& value : material.spectra[slot::kReflectance].value) value = square.reflectance;
+    }
     if (square.exitance > 0) shape.first_light = static_cast<std::int32_t>(arrays_.lights.lights.size());
     arrays_.shapes.shapes.push_back(shape);
     if (square.exitance <= 0) return;

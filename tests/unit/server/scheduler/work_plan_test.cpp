@@ -175,6 +175,14 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_farm()->clear_blobs(); }),
               HasSubstr("its scene is not among its blobs"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.clear_content(); }), HasSubstr("client of another version"));
+  EXPECT_THAT(message([](v1::JobSpec& s) {
+                s.mutable_farm()->mutable_auto_choice()->set_reason(std::string(100'000, 'a'));
+              }),
+              HasSubstr("how its integrator was chosen"));
+  EXPECT_THAT(message([](v1::JobSpec& s) {
+                for (int i = 0; i < 1000; ++i) s.mutable_farm()->mutable_auto_choice()->add_candidates();
+              }),
+              HasSubstr("how its integrator was chosen"));
   // With noise, a unit has all samples of whole blocks of pixels.
   const auto noisy = [&](const std::function<void(v1::JobSpec&)>& spoil) {
     return message([&](v1::JobSpec& s) {

@@ -27,6 +27,7 @@ class CoatedConductorBsdf final : public Bsdf {
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float least_alpha(const BsdfParams& params) const override;
   Spectrum albedo(const BsdfParams& params) const override;
   void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
 };
@@ -227,6 +228,11 @@ BsdfSample CoatedConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float 
           .valid = out,
           .specular = specular,
           .transmission = Mask::none()};
+}
+
+Float CoatedConductorBsdf::least_alpha(const BsdfParams& params) const {
+  const Float coat = min(params.scalars[slot::kAlphaX], params.scalars[slot::kAlphaY]);
+  return min(coat, min(params.extended[slot::kBaseAlphaX], params.extended[slot::kBaseAlphaY]));
 }
 
 Spectrum CoatedConductorBsdf::albedo(const BsdfParams& params) const {

@@ -37,6 +37,7 @@ class CoatedDiffuseBsdf final : public Bsdf {
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
   Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
+  Float least_alpha(const BsdfParams& params) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -136,6 +137,10 @@ BsdfSample CoatedDiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_
 
 Float CoatedDiffuseBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
   return share_below_coat<Coat>(params, wo, wi, active);
+}
+
+Float CoatedDiffuseBsdf::least_alpha(const BsdfParams& params) const {
+  return min(params.scalars[slot::kAlphaX], params.scalars[slot::kAlphaY]);
 }
 
 Spectrum CoatedDiffuseBsdf::albedo(const BsdfParams& params) const {

@@ -22,6 +22,7 @@ class ConductorBsdf final : public Bsdf {
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Float least_alpha(const BsdfParams& params) const override;
   Spectrum albedo(const BsdfParams& params) const override;
   void prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) const override;
 };
@@ -99,6 +100,10 @@ BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe
           .valid = valid,
           .specular = smooth,
           .transmission = Mask::none()};
+}
+
+Float ConductorBsdf::least_alpha(const BsdfParams& params) const {
+  return min(params.scalars[slot::kAlphaX], params.scalars[slot::kAlphaY]);
 }
 
 Spectrum ConductorBsdf::albedo(const BsdfParams& params) const {

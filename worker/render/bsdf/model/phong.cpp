@@ -22,6 +22,7 @@ class PhongBsdf final : public Bsdf {
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
   Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
+  Float least_alpha(const BsdfParams& params) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -132,6 +133,14 @@ BsdfSample PhongBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Ve
 Float PhongBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
   const Spectrum whole = eval(params, wo, wi, Transport::kRadiance, active).f_cos;
   return share_of(Lobes(params).base * (abs_cos_theta(wi) * kInvPi), whole);
+}
+
+Float PhongBsdf::least_alpha(const BsdfParams& params) const {
+  // Near its direction a lobe falls like a Gaussian: that of facets, exp(-(angle / alpha)^2), is of the half
+  // vector, by twice whose angle the reflected light turns.
+  const Lobes lobes(params);
+  const Float alpha = sqrt(select(lobes.blinn, Float(2.0f), Float(0.5f)) / max(lobes.exponent, 1e-3f));
+  return select(lobes.mirror, Float(0.0f), alpha);
 }
 
 Spectrum PhongBsdf::albedo(const BsdfParams& params) const {

@@ -29,6 +29,7 @@ class PlasticBsdf final : public Bsdf {
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
   Float diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const override;
+  Float least_alpha(const BsdfParams& params) const override;
   Spectrum albedo(const BsdfParams& params) const override;
 };
 
@@ -93,6 +94,10 @@ BsdfSample PlasticBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, 
 
 Float PlasticBsdf::diffuse_share(const BsdfParams& params, Vec3 wo, Vec3 wi, Mask active) const {
   return share_below_coat<Coat>(params, wo, wi, active);
+}
+
+Float PlasticBsdf::least_alpha(const BsdfParams& params) const {
+  return min(params.scalars[slot::kAlphaX], params.scalars[slot::kAlphaY]);
 }
 
 Spectrum PlasticBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }

@@ -96,13 +96,13 @@ absl::Status check_memory(const ShapeTable& shapes, std::uint64_t limit) {
   const std::uint64_t triangles = count_triangles(shapes), needed = radiosity::least_memory(2 * triangles);
   constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 30;
   if (needed <= limit && triangles <= kMostTriangles) return absl::OkStatus();
-  constexpr double kGiB = 1 << 30;
+  constexpr double kMiB = 1 << 20;
   return absl::InvalidArgumentError(
-      absl::StrFormat("radiosity of %d triangles needs %.2f GiB at least, for patches on both of their sides "
+      absl::StrFormat("radiosity of %d triangles needs %.1f MiB at least, for patches on both of their sides "
                       "and %d links each; "
-                      "the memory limit is %.2f GiB (--memory-limit)",
-                      triangles, static_cast<double>(needed) / kGiB, radiosity::kLeastLinks,
-                      static_cast<double>(limit) / kGiB));
+                      "the memory limit is %.1f MiB (--memory-limit)",
+                      triangles, static_cast<double>(needed) / kMiB, radiosity::kLeastLinks,
+                      static_cast<double>(limit) / kMiB));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "render/build/diffuse/radiosity_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "render/build/placement/render_space.h"
@@ -34,6 +35,14 @@ bool shines(const Solution& solution, const std::vector<const SolutionPatch*>& p
   });
 }
 
+/// Appends patches as triangles, whose corners go counterclockwise where they are seen from.
+void add(const std::vector<const SolutionPatch*>& patches, bool turned, RadiosityMesh& mesh) {
+  for (const SolutionPatch* patch : patches) {
+    const auto& [a, b, c] = patch->corners;
+    mesh.triangles.push_back(turned ? std::array{a, c, b} : std::array{a, b, c});
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<RadiosityMesh> read_radiosity_mesh(const v1::Scene& scene, std::string_view blob) {
@@ -56,13 +65,9 @@ absl::StatusOr<RadiosityMesh> read_radiosity_mesh(const v1::Scene& scene, std::s
     collect(*solution, static_cast<std::int32_t>(side), front);
     collect(*solution, static_cast<std::int32_t>(side) + 1, back);
     const bool back_shines = shines(*solution, back);
-    if (!back_shines || shines(*solution, front)) {
-      for (const SolutionPatch* patch : front)
-        mesh.triangles.push_back({patch->corners[0], patch->corners[1], patch->corners[2]});
-    }
-    if (!back_shines) continue;
-    for (const SolutionPatch* patch : back)
-      mesh.triangles.push_back({patch->corners[0], patch->corners[2], patch->corners[1]});
+    const bool turned = solution->turned[side / 2] != 0;
+    if (!back_shines || shines(*solution, front)) add(front, turned, mesh);
+    if (back_shines) add(back, !turned, mesh);
   }
   return mesh;
 }

@@ -11,7 +11,8 @@
 
 namespace tessera::render {
 
-/// Patches as triangles. Where both sides of a triangle shine, it is there twice, wound either way.
+/// Patches as triangles, counterclockwise where their light is seen from. Where both sides of a triangle
+/// shine, it is there twice, wound either way.
 struct RadiosityMesh {
   std::vector<std::array<float, 3>> positions;  // world space
   std::vector<std::array<float, 3>> radiosity;  // of each, R, G, B, W/m^2

@@ -66,7 +66,7 @@ absl::Status check_for_algorithm(const v1::Camera& camera, FilmSize film,
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", algorithm.name, "' works on all pixels of the film at once; 2^30 are the most"));
   }
-  if ((algorithm.joins_camera || algorithm.rasterizes) && camera.has_spherical()) {
+  if (algorithm.projects_points && camera.has_spherical()) {
     return absl::InvalidArgumentError(
         absl::StrCat("camera: integrator '", algorithm.name, "' needs a perspective or orthographic one"));
   }

@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "layers/layer_rule.h"
+
 namespace tessera::render {
 
 namespace {
@@ -124,6 +126,47 @@ bool tells_lobes(const layers::Automaton& automaton) {
   return false;
 }
 
+/// `shadows`: bits of the layers of light that something is in the way of.
+LayerAutomaton table_of(layers::Automaton automaton, std::int32_t shadows) {
+  LayerAutomaton table{.states = automaton.states,
+                       .events = automaton.events,
+                       .ends = automaton.ends,
+                       .begin = std::move(automaton.begin),
+                       .next = std::move(automaton.next),
+                       .layers = std::move(automaton.layers),
+                       .shadows = {}};
+  if (shadows != 0) table.shadows = table.layers;
+  for (std::int32_t& found : table.layers) found &= ~shadows;
+  for (std::int32_t& found : table.shadows) found &= shadows;
+  return table;
+}
+
+/// Which part of their paths' light layers hold; returns the bits of shadows.
+std::int32_t take_rules(std::span<const layers::Layer> layers, LayerTable& table) {
+  std::int32_t shadows = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const auto bit = static_cast<std::int32_t>(1u << i);
+    const absl::StatusOr<layers::LayerRule> rule = layers::parse_rule(layers[i].expression);
+    if (!rule.ok()) continue;  // they have been checked
+    switch (rule->part) {
+      case layers::Part::kAll:
+        table.of_any_strategy |= bit;
+        break;
+      case layers::Part::kShadow:
+        shadows |= bit;
+        break;
+      case layers::Part::kUnweighted:
+        table.unweighted |= bit;
+        [[fallthrough]];
+      case layers::Part::kOfStrategies:
+        table.of_strategies.push_back({rule->strategies, bit});
+        break;
+    }
+  }
+  table.has_shadows = shadows != 0;
+  return shadows;
+}
+
 }  // namespace
 
 std::vector<std::int32_t> shape_numbers(const v1::Scene& scene, std::span<const v1::Shape* const> messages) {
@@ -145,17 +188,19 @@ absl::StatusOr<LayerTable> build_layers(const v1::Scene& scene, std::span<const 
   label_shapes(shapes, numbers, asked, alphabet, table);
   label_lights(scene, shapes, numbers, arrays.lights.lights, asked, alphabet, table);
 
-  table.from_lights = states == wire::LayerStates::kFromLights;
-  auto automaton = layers::compile(
-      layers, alphabet, table.from_lights ? layers::Direction::kFromLights : layers::Direction::kFromCamera);
-  if (!automaton.ok()) return automaton.status();
+  const std::int32_t shadows = take_rules(layers, table);
+  auto from_camera = layers::compile(layers, alphabet, layers::Direction::kFromCamera);
+  if (!from_camera.ok()) return from_camera.status();
   table.count = static_cast<std::int32_t>(layers.size());
-  table.tells_lobes = tells_lobes(*automaton);
-  table.events = automaton->events;
-  table.ends = automaton->ends;
-  table.begin = std::move(automaton->begin);
-  table.next = std::move(automaton->next);
-  table.layers = std::move(automaton->layers);
+  table.tells_lobes = tells_lobes(*from_camera);
+  if (states == wire::LayerStates::kFromBothEnds) {
+    auto from_lights = layers::compile(layers, alphabet, layers::Direction::kFromLights);
+    if (!from_lights.ok()) return from_lights.status();
+    table.joined = layers::layers_of_joins(*from_camera, *from_lights);
+    for (std::int32_t& found : table.joined) found &= ~shadows;
+    table.from_lights = table_of(*std::move(from_lights), shadows);
+  }
+  table.from_camera = table_of(*std::move(from_camera), shadows);
   table.source_of_media = static_cast<std::int32_t>(layers::Source::kMedium);
   return table;
 }

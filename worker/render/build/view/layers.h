@@ -17,7 +17,7 @@ namespace tessera::render {
 /// through.
 std::vector<std::int32_t> shape_numbers(const v1::Scene& scene, std::span<const v1::Shape* const> messages);
 
-/// The automaton of the layers, which have been checked, for paths that carry its state as `states` says, and
+/// The automata of the layers, which have been checked, for paths that carry states as `states` says, and
 /// the numbers of the scene's shapes and lights in it. `numbers`: of each shape of the arrays, as above.
 absl::StatusOr<LayerTable> build_layers(const v1::Scene& scene, std::span<const layers::Layer> layers,
                                         wire::LayerStates states, std::span<const std::int32_t> numbers,

@@ -59,7 +59,8 @@ Settings read_settings(const v1::JobSpec& job) {
                                .samples = static_cast<std::int32_t>(cache.samples()),
                                .least_reach = static_cast<float>(cache.least_reach()),
                                .most_reach = static_cast<float>(cache.most_reach()),
-                               .view = cache.view()};
+                               .view = cache.view(),
+                               .glossy_bands = static_cast<std::int32_t>(cache.glossy_bands())};
   }
   const v1::RadiositySettings& radiosity = asked.radiosity();
   result.radiosity = {.error_bound = radiosity.error_bound(),
@@ -69,6 +70,13 @@ Settings read_settings(const v1::JobSpec& job) {
                       .memory_limit = radiosity.memory_limit()};
   result.ignore_non_diffuse = radiosity.ignore_non_diffuse();
   result.photon = photon_config(asked.photon());
+  if (asked.has_metropolis()) {
+    const v1::MetropolisSettings& metropolis = asked.metropolis();
+    result.metropolis = {.mutations = metropolis.mutations(),
+                         .candidates = metropolis.candidates(),
+                         .large_steps = static_cast<float>(metropolis.large_steps()),
+                         .step = static_cast<float>(metropolis.step())};
+  }
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
   result.sampler.seed = view.seed();

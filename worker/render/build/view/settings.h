@@ -24,6 +24,7 @@ struct Settings {
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;
   PhotonConfig photon;
+  MetropolisConfig metropolis;
 };
 
 /// The settings of a job that has been checked (wire/job_check.h).

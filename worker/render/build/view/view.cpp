@@ -58,6 +58,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.radiosity = settings.radiosity;
   tables.preview = settings.preview;
   tables.photon = settings.photon;
+  tables.metropolis = settings.metropolis;
   return absl::OkStatus();
 }
 

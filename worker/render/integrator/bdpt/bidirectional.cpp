@@ -3,6 +3,8 @@
 #include "render/camera/camera.h"
 #include "render/integrator/vcm/merging.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
+#include "render/integrator/vertex/pass_time.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -16,7 +18,8 @@ Bidirectional::Bidirectional(const IntegratorContext& context, StrategyFilter fi
       batch_(context),
       lights_(context, filter),
       merging_(std::move(merging)),
-      transit_(context) {}
+      transit_(context),
+      shadow_layers_(make_shadow_layers(context)) {}
 
 Bidirectional::~Bidirectional() = default;
 
@@ -24,19 +27,38 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
   const std::uint32_t pass = work.pass();
   if (merging_) {
     // All photons of a pass are caught, and joined to the camera, before any of them is looked for.
+    if (!merging_->knows_what_to_expect()) merging_->expect(photons_a_path());
+    time_ = time_of_pass(scene_, seed_, pass);
     merging_->begin(pass);
     lights_.merge(merging_->photons_a_join());
     if (!trace_lights(pass, {}, film, stop)) return false;
     merging_->end();
   }
-  while (batch_.start(work, frontier_.paths, kSubpaths)) {
+  while (batch_.start(work, frontier_.paths, kSubpaths, SamplePlaces::kRandom, time_)) {
     if (stop.stop_requested()) return false;
-    lights_.trace(batch_.keys(), batch_.size(), {.keep = true, .film = merging_ ? nullptr : &film});
+    lights_.trace(batch_.keys(), batch_.size(),
+                  {.keep = true, .film = merging_ ? nullptr : &film, .time = time_});
     frontier_.begin(batch_.size());
     for (int depth = 0; frontier_.size() > 0; ++depth) advance(depth);
     batch_.finish(film, scene_.max_depth > 0);
   }
   return merging_ != nullptr || !sees_points(scene_.camera) || trace_lights(pass, film.rect(), film, stop);
+}
+
+double Bidirectional::photons_a_path() {
+  // The numbers are none of the film's: any will do.
+  constexpr std::uint32_t kBatches = 8;
+  merging_->begin(0);
+  for (std::uint32_t batch = 0; batch < kBatches; ++batch) {
+    for (int slot = 0; slot < kSubpaths; slot += kWidth) {
+      Sampler::pixel_hash(seed_, UInt::iota(batch * kSubpaths + static_cast<std::uint32_t>(slot)),
+                          UInt(0x70686f74u))
+          .store(other_keys_.pixel_hash + slot);
+      UInt(0u).store(other_keys_.reversed_sample + slot);
+    }
+    lights_.trace(other_keys_, kSubpaths, {.sink = merging_.get()});
+  }
+  return static_cast<double>(merging_->photons()) / (kBatches * kSubpaths);
 }
 
 bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& film, std::stop_token stop) {
@@ -53,7 +75,8 @@ bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& 
       reversed.store(other_keys_.reversed_sample + slot);
     }
     const bool caught = merging_ && merging_->wants_batch(batch++);
-    lights_.trace(other_keys_, count, {.film = &film, .sink = caught ? merging_.get() : nullptr});
+    lights_.trace(other_keys_, count,
+                  {.film = &film, .sink = caught ? merging_.get() : nullptr, .time = time_});
     count = 0;
   };
   for (std::uint32_t py = 0; py < height; ++py) {
@@ -81,6 +104,7 @@ void Bidirectional::advance(int depth) {
   }
   shade(depth);
   trace_joins(depth);
+  if (shadow_layers_) shadow_layers_->trace(batch_, depth);
 }
 
 void Bidirectional::intersect(int depth) {
@@ -106,6 +130,7 @@ void Bidirectional::trace_joins(int depth) {
   if (scene_.volumetric) {
     transit_.march(joins_, join_hits_, depth, [&](const WideConnection& ray, Mask arrived) {
       batch_.add_each(ray.contribution, ray.slot, arrived);
+      if (tells_layers(scene_)) batch_.add_to_layers(ray, arrived);
     });
     return;
   }

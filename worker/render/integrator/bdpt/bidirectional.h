@@ -19,11 +19,13 @@
 #include "render/integrator/integrator.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/shadow_layers.h"
 #include "render/integrator/vertex/transit.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 class Merging;
+struct EyeVertex;
 
 class Bidirectional final : public Integrator {
  public:
@@ -38,6 +40,8 @@ class Bidirectional final : public Integrator {
   struct Event;
   /// Traces subpaths from the lights of all the film's pixels but these: they may land anywhere.
   bool trace_lights(std::uint32_t pass, const FilmRect& but, Film& film, std::stop_token stop);
+  /// Vertices that subpaths from lights have and merging catches, in the mean.
+  double photons_a_path();
   void advance(int depth);
   void intersect(int depth);
   void shade(int depth);
@@ -46,20 +50,22 @@ class Bidirectional final : public Integrator {
   // The steps of shade(), for 16 paths.
   void add_environment(const Event& e, Mask missed);
   void add_emission(const Event& e, Mask hit);
-  void arrive(Event& e, Mask hit) const;
+  EyeVertex eye_vertex(const Event& e) const;
   void sample_one_light(const Event& e, Mask wanted);
   void join_to_light_subpaths(const Event& e, Mask wanted);
   void join(const Event& e, const LightVertex& y, int event, Mask wanted);
   void merge(const Event& e, Mask wanted);
   void scatter(const Event& e, Mask hit);
-  /// Density, by solid angle, with which a path from the light that comes `from` there would go back along
-  /// this one.
-  Float back_density(const Event& e, Vec3 from, Mask active) const;
-  /// `weight()`, or 1 where one strategy counts alone.
-  template <class Weight>
-  Float weight_unless_alone(Weight&& weight) const {
-    return filter_.all() ? weight() : Float(1.0f);
-  }
+  /// Layers, as bits, of what is found by joining the vertex to `s` vertices from the light.
+  Int layers_of_way(const Event& e, int s) const;
+  /// Adds light, and what it would be with a weight of 1, to those of these layers that are of lights that
+  /// are met.
+  void add_to_layers_of_hits(const Event& e, Spectrum light, Spectrum unweighted, Int light_number,
+                             Mask lanes);
+  void look_for_shadow(const Event& e, WideConnection ray, Spectrum light, Int state, Int light_number,
+                       Mask shines);
+  /// The state of the layers' automaton behind the vertex, whose light comes from `wi`.
+  Int state_after_join(const Event& e, Vec3 wi, Mask active) const;
   void queue(const Event& e, WideConnection ray, std::uint32_t salt, Mask shines);
   void trace_joins(int depth);
 
@@ -71,6 +77,7 @@ class Bidirectional final : public Integrator {
   SampleBatch batch_;
   LightSubpaths lights_;
   const std::unique_ptr<Merging> merging_;  // may be none
+  std::optional<float> time_;               // of a pass that is merged, in scenes with motion
   Frontier frontier_;
   WeightState weights_;
   ConnectionQueue joins_;  // to lights and to vertices of the other subpath
@@ -78,6 +85,7 @@ class Bidirectional final : public Integrator {
   HitState join_hits_;
   SampleKeys other_keys_;
   std::optional<StageTimer> shading_;
+  const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,12 +1,11 @@
 // A vertex of 16 subpaths from the eye: lights that it has hit, lights that shine on it, vertices of subpaths
 // from lights that it is joined to, and where it goes on.
-#include "render/camera/camera.h"
 #include "render/core/constants.h"
 #include "render/integrator/bdpt/bidirectional.h"
+#include "render/integrator/bdpt/ways.h"
 #include "render/integrator/vcm/merging.h"
 #include "render/integrator/vertex/dimensions.h"
-#include "render/integrator/vertex/light_choice.h"
-#include "render/integrator/vertex/light_end.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -19,7 +18,7 @@ struct Bidirectional::Event {
   Receiver reference;  // where the path was last scattered
   Sampler sampler;
   int first_pair;          // of this event's dimensions
-  PartialWeights weights;  // before arrive() as the path left its last vertex
+  PartialWeights weights;  // before arrive_at() as the path left its last vertex
   Vec2 choice;             // light, BSDF lobe
   Vec2 roulette;           // Russian roulette, mixed material
   Vertex vertex;
@@ -35,13 +34,6 @@ struct Bidirectional::Event {
         first_pair(dimension::kFirstEvent + event * dimension::kPairsPerEvent),
         weights(sums) {}
 };
-
-namespace {
-
-/// Subpaths end at random only after this many further events, as those of the path tracer do.
-constexpr int kRouletteStart = 2;
-
-}  // namespace
 
 void Bidirectional::shade_packet(int packet, int depth) {
   const Mask active = frontier_.lanes(packet);
@@ -88,7 +80,8 @@ void Bidirectional::shade_packet(int packet, int depth) {
     frontier_.drop(packet);
     return;
   }
-  arrive(e, events);
+  e.weights = arrive_at(scene_, v, depth, e.reference.p, e.sampler.get_2d(dimension::kLens),
+                        lights_.paths_a_pass(), e.weights, events);
   const Mask wanted = joinable(v, events);
   sample_one_light(e, wanted);
   join_to_light_subpaths(e, wanted);
@@ -114,14 +107,12 @@ void Bidirectional::add_environment(const Event& e, Mask missed) {
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Spectrum radiance = environment_radiance(scene_.lights, light, e.reference.p, direction, missed);
-    const auto weight = [&] {
-      const Float pdf = sampling_density(scene_.lights, Int(light), e.reference, direction, e.reference.p,
-                                         direction, missed);
-      return light_end(scene_.lights, Int(light), pdf, e.reference.p, Float(1.0f), -direction, Float(1.0f),
-                       missed)
-          .hit_weight(e.weights);
-    };
-    sum += radiance * (e.depth == 0 || !filter_.all() ? Float(1.0f) : weight());
+    const bool weighs = e.depth > 0 && filter_.all();
+    const Spectrum weighed =
+        radiance *
+        (weighs ? weight_of_hit(scene_, e.weights, e.reference, direction, Int(light), missed) : Float(1.0f));
+    sum += weighed;
+    if (tells_layers(scene_)) add_to_layers_of_hits(e, weighed, radiance, Int(light), missed);
   }
   batch_.add_radiance(sum * e.path.beta, e.path.slot, missed);
 }
@@ -130,64 +121,61 @@ void Bidirectional::add_emission(const Event& e, Mask hit) {
   const Surface& surface = e.vertex.surface;
   const Mask lit = hit & (surface.light >= 0);
   if (none(lit) || !filter_.wants(0, e.depth + 2)) return;
-  Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit);
+  const Spectrum unweighted = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit);
+  Spectrum radiance = unweighted;
   if (e.depth > 0 && filter_.all()) {
-    const Float pdf = sampling_density(scene_.lights, surface.light, e.reference, e.path.direction, surface.p,
-                                       surface.ng, lit);
-    const LightEnd end = light_end(scene_.lights, surface.light, pdf, surface.p, dot(surface.ng, e.vertex.wo),
-                                   e.vertex.wo, length_squared(surface.p - e.reference.p), lit);
-    radiance *= end.hit_weight(e.weights);
+    radiance *=
+        weight_of_hit(scene_, e.weights, e.reference, e.path.direction, surface.light, surface.p, surface.ng,
+                      dot(surface.ng, e.vertex.wo), length_squared(surface.p - e.reference.p), lit);
   }
   batch_.add_radiance(radiance * e.path.beta, e.path.slot, lit);
+  if (tells_layers(scene_)) add_to_layers_of_hits(e, radiance, unweighted, surface.light, lit);
 }
 
-void Bidirectional::arrive(Event& e, Mask hit) const {
-  const Vertex& v = e.vertex;
-  const Float cosine = cosine_at(v, v.wo);
-  if (e.depth > 0) {
-    e.weights.arrive(length_squared(v.surface.p - e.reference.p), cosine);
-    return;
-  }
-  e.weights = {Float(0.0f), Float(0.0f)};
-  if (!sees_points(scene_.camera)) return;
-  // Joining the vertex to the same point of the lens would find it so many times a pass.
-  const CameraConnection eye =
-      connect_to_camera(scene_.camera, v.surface.p, e.sampler.get_2d(dimension::kLens), v.time, hit);
-  e.weights.last = power(lights_.paths_a_pass() / max(eye.importance * cosine, 1e-30f));
+Int Bidirectional::layers_of_way(const Event& e, int s) const {
+  return Int(layers_of_strategy(scene_.layers, s, e.depth + 2));
+}
+
+void Bidirectional::add_to_layers_of_hits(const Event& e, Spectrum light, Spectrum unweighted,
+                                          Int light_number, Mask lanes) {
+  const Int layers = layers_at_light(scene_.layers, e.path.layer_state, light_number, lanes);
+  batch_.add_to_layers(light * e.path.beta, unweighted * e.path.beta, layers & layers_of_way(e, 0),
+                       e.path.slot, lanes);
+}
+
+EyeVertex Bidirectional::eye_vertex(const Event& e) const {
+  return {e.vertex, e.weights, e.path.beta, e.depth, lights_.merged_at(e.vertex)};
 }
 
 void Bidirectional::sample_one_light(const Event& e, Mask wanted) {
   if (!samples_lights(scene_.lights) || none(wanted) || !filter_.wants(1, e.depth + 2)) return;
-  const Vertex& v = e.vertex;
   const LightChoice choice =
-      choose_light(scene_.lights, receiver_at(scene_, v),
+      choose_light(scene_.lights, receiver_at(scene_, e.vertex),
                    e.sampler.get_2d(e.first_pair + dimension::kLightPoint), e.choice.x, wanted);
-  const LightSample& light = choice.sample;
-  const Mask reachable = choice.pick.picked & light.valid;
-  if (none(reachable)) return;
-  const BsdfEval bsdf = eval_scattering(scene_, v, light.wi, reachable);
-  const Float pdf = light.pdf * choice.pick.pmf;
-  const Spectrum unweighted =
-      e.path.beta * bsdf.f_cos * light.radiance * (1.0f / select(reachable, pdf, 1.0f));
-  const Mask shines = and_not(reachable, is_black(unweighted));
-  if (none(shines)) return;
-
-  const Vec3 point = fma(light.wi, light.distance, v.surface.p);
-  const Float weight = weight_unless_alone([&] {
-    const LightEnd end = light_end(scene_.lights, choice.pick.light, pdf, point, light.cosine, -light.wi,
-                                   sqr(light.distance), shines);
-    return end.sampling_weight(e.weights, cosine_at(v, light.wi), bsdf.pdf, back_density(e, light.wi, shines),
-                               lights_.merged_at(v));
-  });
-  WideConnection ray = connect(scene_, v, light.wi, point, shines);
-  ray.contribution = unweighted * weight;
-  queue(e, ray, 0, shines);
+  WayLight way = light_of(scene_, eye_vertex(e), choice, filter_.all());
+  if (none(way.shines)) return;
+  way.ray.contribution = way.unweighted * way.weight;
+  if (tells_layers(scene_)) {
+    const Int state = state_after_join(e, way.w, way.shines), light = choice.pick.light;
+    way.ray.layers = layers_at_light(scene_.layers, state, light, way.shines) & layers_of_way(e, 1);
+    if (scene_.layers.unweighted != 0) way.ray.inverse_weight = inverse_of(way.weight);
+    if (shadow_layers_) look_for_shadow(e, way.ray, way.unweighted, state, light, way.shines);
+  }
+  queue(e, way.ray, 0, way.shines);
 }
 
-Float Bidirectional::back_density(const Event& e, Vec3 from, Mask active) const {
-  // From the first vertex a path from the light can only go on to the lens, which chance never finds.
-  if (e.depth == 0) return Float(0.0f);
-  return eval_scattering(scene_, e.vertex, from, e.vertex.wo, active, Transport::kImportance).pdf;
+void Bidirectional::look_for_shadow(const Event& e, WideConnection ray, Spectrum light, Int state,
+                                    Int light_number, Mask shines) {
+  ray.contribution = light;
+  ray.slot = e.path.slot;
+  ray.layers = shadows_at_light(scene_.layers, state, light_number, shines);
+  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(batch_.key(e.path.slot, shines));
+  shadow_layers_->add(ray, shines, batch_, e.depth);
+}
+
+Int Bidirectional::state_after_join(const Event& e, Vec3 wi, Mask active) const {
+  return state_after(scene_, e.vertex, e.path.layer_state, e.vertex.wo, wi, Mask::none(),
+                     {e.sampler, e.depth, true}, active);
 }
 
 void Bidirectional::join_to_light_subpaths(const Event& e, Mask wanted) {
@@ -203,61 +191,49 @@ void Bidirectional::join_to_light_subpaths(const Event& e, Mask wanted) {
 }
 
 void Bidirectional::join(const Event& e, const LightVertex& y, int event, Mask wanted) {
-  const Vertex &z = e.vertex, &x = y.vertex;
-  const Vec3 to_light = x.surface.p - z.surface.p;
-  const Float distance_squared = length_squared(to_light);
-  const Mask apart = wanted & (distance_squared > 0.0f);
-  const Float inverse_square = 1.0f / select(apart, distance_squared, 1.0f);
-  const Vec3 w = to_light * sqrt(inverse_square);
-  const BsdfEval at_eye = eval_scattering(scene_, z, w, apart);
-  const BsdfEval at_light = eval_scattering(scene_, x, -w, x.wo, apart);
-  const Spectrum unweighted = e.path.beta * at_eye.f_cos * y.beta * at_light.f_cos *
-                              (adjoint_ratio(x, w) * inverse_square * lights_.paths_a_pass());
-  const Mask shines = and_not(apart & is_finite(unweighted), is_black(unweighted));
-  if (none(shines)) return;
-
-  const Float weight = weight_unless_alone([&] {
-    const Float forward = eval_scattering(scene_, x, x.wo, -w, shines, Transport::kImportance).pdf;
-    const Float from_light =
-        y.weights.ways(at_eye.pdf * cosine_at(x, w) * inverse_square, at_light.pdf, lights_.merged_at(x));
-    const Float from_eye = e.weights.ways(forward * cosine_at(z, w) * inverse_square,
-                                          back_density(e, w, shines), lights_.merged_at(z));
-    return weight_of_way(from_light, from_eye);
-  });
-  WideConnection ray =
-      connect(scene_, z, w, select(x.in_medium, x.surface.p, offset_origin(x.surface, -w)), shines);
-  ray.contribution = unweighted * weight;
-  queue(e, ray, join_salt(event), and_not(shines, is_black(ray.contribution)));
+  WayLight way = light_of(scene_, eye_vertex(e), y, lights_.paths_a_pass(), lights_.merged_at(y.vertex),
+                          filter_.all(), wanted);
+  if (none(way.shines)) return;
+  way.ray.contribution = way.unweighted * way.weight;
+  if (tells_layers(scene_)) {
+    // Both subpaths have the numbers of the same sample.
+    const Int from_light = light_state_after(scene_, y.vertex, y.layer_state, -way.w, y.vertex.wo,
+                                             Mask::none(), light_lobe(e.sampler, event, true), way.shines);
+    way.ray.layers =
+        layers_of_join(scene_.layers, state_after_join(e, way.w, way.shines), from_light, way.shines) &
+        layers_of_way(e, event + 2);
+    if (scene_.layers.unweighted != 0) way.ray.inverse_weight = inverse_of(way.weight);
+  }
+  queue(e, way.ray, join_salt(event), and_not(way.shines, is_black(way.ray.contribution)));
 }
 
 void Bidirectional::merge(const Event& e, Mask wanted) {
   const Mask merges = and_not(wanted, e.vertex.in_medium);
   if (none(merges) || !filter_.all()) return;
-  const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges);
+  if (!tells_layers(scene_)) {
+    const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges, nullptr);
+    batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
+    return;
+  }
+  GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
+  const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges, &layers);
   batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
+  layers.sums.scale(e.path.beta);
+  batch_.add_to_layers(layers.sums, e.path.slot, merges);
 }
 
 void Bidirectional::scatter(const Event& e, Mask hit) {
   const Vertex& v = e.vertex;
-  const Vec2 u = e.sampler.get_2d(e.first_pair + dimension::kBsdfDirection);
-  const BsdfSample bsdf = sample_scattering(scene_, v, e.choice.y, u, hit);
-  WidePath next = e.path;
-  next.origin = next.reference = offset_origin(v.surface, bsdf.wi);
-  next.direction = bsdf.wi;
-  next.beta = e.path.beta * bsdf.weight;
-  next.roulette_scale =
-      select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
-  if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
-  if (scene_.volumetric)
-    next.medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, and_not(hit, v.in_medium));
-  Mask alive = and_not(hit & bsdf.valid, is_black(next.beta));
-  if (e.depth > kRouletteStart) alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
-
-  const Float back = back_density(e, bsdf.wi, and_not(alive, bsdf.specular));
-  weights_.store(
-      e.weights.scattered(cosine_at(v, bsdf.wi), bsdf.pdf, back, lights_.merged_at(v), bsdf.specular),
-      e.packet);
-  frontier_.replace(scene_, e.packet, next, alive);
+  EyeStep step = step_from_eye(scene_, eye_vertex(e), e.path, e.choice.y,
+                               e.sampler.get_2d(e.first_pair + dimension::kBsdfDirection), hit);
+  WidePath& next = step.next;
+  if (tells_layers(scene_)) {
+    next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, next.direction, step.specular,
+                                   {e.sampler, e.depth, false}, step.alive);
+  }
+  if (e.depth > kRouletteStart) step.alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
+  weights_.store(step.weights, e.packet);
+  frontier_.replace(scene_, e.packet, next, step.alive);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

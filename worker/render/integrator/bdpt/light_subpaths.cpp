@@ -4,8 +4,7 @@
 
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
-#include "render/integrator/vertex/light_end.h"
-#include "render/integrator/vertex/medium_at.h"
+#include "render/integrator/vertex/light_step.h"
 #include "render/integrator/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -23,21 +22,12 @@ int first_pair(int event) { return dimension::kFirstLightEvent + event * dimensi
 /// Numbers on the way of subpaths from lights, apart from those of the same samples' subpaths from the eye.
 TransitNumbers numbers_of(const SampleKeys& keys) { return {keys, dimension::kLightFlight, 0x4c696768u}; }
 
-/// Lanes whose density of samples is only an estimate.
-Mask estimates_density(const Interaction& at, Mask active) {
-  const Mask second = active & ((at.flags & kMixed) != 0);
-  Mask result = active & ((at.flags & kEstimatedDensity) != 0);
-  if (any(second)) result |= second & ((at.second.flags & kEstimatedDensity) != 0);
-  return result;
-}
-
 }  // namespace
 
 void LightSubpaths::trace(const SampleKeys& keys, int count, const LightUses& uses) {
-  used_ = 0;
   kept_.clear();
   if (!emits_paths(scene_) || scene_.max_depth == 0) return;
-  start(keys, count);
+  start(keys, count, uses.time);
   for (int event = 0; frontier_.size() > 0; ++event) {
     {
       const StageTimer timer(stats_.times, Stage::kIntersection);
@@ -56,43 +46,23 @@ void LightSubpaths::trace(const SampleKeys& keys, int count, const LightUses& us
   }
 }
 
-void LightSubpaths::start(const SampleKeys& keys, int count) {
+void LightSubpaths::start(const SampleKeys& keys, int count, std::optional<float> time) {
   const StageTimer timer(stats_.times, Stage::kCamera);
   frontier_.clear();
-  ways_.size = 0;
+  starts_.clear();
   for (int k = 0; k < kPackets && k * kWidth < count; ++k) {
     const Mask active = Mask::first(count - k * kWidth);
     const Int slot = Int::iota(k * kWidth);
     const Sampler numbers = keys.sampler(scene_.sampler.kind, slot, active);
     LightStart start = start_at_light(scene_, numbers, paths_a_pass_, slot, active);
-    start.light.store(light_ + k * kWidth);
-    store_lanes(start.ray.origin, point_, k * kWidth);
-    store_lanes(start.ray.normal, normal_, k * kWidth);
-    if (scene_.volumetric) {
-      start.path.reference = start.ray.origin;
-      start.path.medium = Int(-1);
-      ways_.size += append(scene_, way_from_camera(scene_, start.path.origin, start.path.time, slot),
-                           start.alive, ways_, ways_.size);
-    }
+    if (time) start.path.time = Float(*time);
+    starts_.add(k, start);
+    if (tells_layers(scene_))
+      start.path.layer_state = state_at_light(scene_.layers, start.light, start.alive);
     frontier_.replace(scene_, k, start.path, start.alive);
   }
   frontier_.end_step();
-  if (!scene_.media.media.empty()) enter_media();
-}
-
-void LightSubpaths::enter_media() {
-  find_media(context_, ways_, frontier_.hits, media_);
-  PathState& paths = frontier_.paths;
-  for (int k = 0; k < kPackets; ++k) {
-    const Mask active = frontier_.lanes(k);
-    if (none(active)) continue;
-    const Int entry = frontier_.entries(k), light = Int::load(light_ + k * kWidth);
-    const Vec3 direction = gather_lanes<Vec3>(paths.direction, entry, active);
-    Vec3 point;
-    load_lanes(point_, k * kWidth, point);
-    const Int medium = Int::load(media_ + k * kWidth);
-    scatter(medium_at_light(scene_, light, point, direction, medium, active), paths.medium, entry, active);
-  }
+  starts_.enter_media(frontier_);
 }
 
 void LightSubpaths::shade(const SampleKeys& keys, int event, const LightUses& uses) {
@@ -110,29 +80,21 @@ void LightSubpaths::shade(const SampleKeys& keys, int event, const LightUses& us
     }
     const WidePath path = frontier_.path(scene_, entry, active);
     const Sampler numbers = keys.sampler(scene_.sampler.kind, path.slot, active);
-    LightVertex& here = uses.keep ? new_vertex(event, k) : passing_;
+    LightVertex& here = uses.keep ? kept_.add(event, k) : passing_;
     meet_surface(scene_, path, found, numbers, first_pair(event), hit, here.vertex);
     here.beta = path.beta;
     here.joinable = joinable(here.vertex, events);
     here.weights = arrive(event, k, path, here.vertex, events);
+    if (tells_layers(scene_)) here.layer_state = path.layer_state;
     if (uses.sink) uses.sink->add(here, event);
     if (uses.film) {
       const UInt key =
           scene_.volumetric ? hash(numbers_of(keys).key(path.slot, active) ^ join_salt(event)) : UInt(0);
-      join_to_camera(here, event, numbers.get_2d(first_pair(event) + dimension::kJoinLens), key,
-                     uses.film->rect());
+      join_to_camera(here, event, numbers, key, uses.film->rect());
     }
     go_on(here, path, numbers, event, k, event + 1 < scene_.max_depth ? events : Mask::none());
   }
   frontier_.end_step();
-}
-
-LightVertex& LightSubpaths::new_vertex(int event, int packet) {
-  if (used_ == pool_.size()) pool_.push_back(std::unique_ptr<LightVertex>(new LightVertex));
-  const auto place = static_cast<std::size_t>(event * kPackets + packet);
-  if (kept_.size() <= place) kept_.resize(static_cast<std::size_t>(event + 1) * kPackets, -1);
-  kept_[place] = static_cast<std::int32_t>(used_);
-  return *pool_[used_++];
 }
 
 PartialWeights LightSubpaths::arrive(int event, int packet, const WidePath& path, const Vertex& v,
@@ -144,27 +106,27 @@ PartialWeights LightSubpaths::arrive(int event, int packet, const WidePath& path
     weights.arrive(length_squared(v.surface.p - before), cosine);
     return weights;
   }
-  const Int light = Int::load(light_ + packet * kWidth);
-  Vec3 point, normal;
-  load_lanes(point_, packet * kWidth, point);
-  load_lanes(normal_, packet * kWidth, normal);
-  const Mask flat = length_squared(normal) > 0.0f;
-  const Float pdf = sampling_density(scene_.lights, light, receiver_at(scene_, v), v.wo, point, normal, hit);
-  const Float light_cosine = select(flat, dot(normal, -v.wo), 1.0f);
-  return light_end(scene_.lights, light, pdf, point, light_cosine, -v.wo, length_squared(v.surface.p - point),
-                   hit)
-      .first_vertex(cosine);
+  return starts_.first_weights(packet, v, hit);
 }
 
-void LightSubpaths::join_to_camera(const LightVertex& here, int event, Vec2 u_lens, UInt key,
+void LightSubpaths::join_to_camera(const LightVertex& here, int event, const Sampler& numbers, UInt key,
                                    const FilmRect& rect) {
   if (!sees_points(scene_.camera) || none(here.joinable) || !filter_.wants(event + 2, 1)) return;
+  const Vec2 u_lens = numbers.get_2d(first_pair(event) + dimension::kJoinLens);
   CameraJoin join = camera_join(scene_, here.vertex, here.beta, u_lens, rect, here.joinable);
   if (none(join.seen)) return;
   if (filter_.all()) {
     const Float density = join.eye.importance * cosine_at(here.vertex, join.w) * (1.0f / paths_a_pass_);
-    join.value *=
+    const Float weight =
         weight_of_way(here.weights.ways(density, join.back.pdf, merged_at(here.vertex)), Float(0.0f));
+    join.value *= weight;
+    if (scene_.layers.unweighted != 0) join.inverse_weight = inverse_of(weight);
+  }
+  if (tells_layers(scene_)) {
+    const Int state = light_state_after(scene_, here.vertex, here.layer_state, join.w, here.vertex.wo,
+                                        Mask::none(), light_lobe(numbers, event, true), join.seen);
+    join.layers =
+        layers_at_eye(scene_.layers, state, join.seen) & Int(layers_of_strategy(scene_.layers, event + 2, 1));
   }
   joins_.add(here.vertex, join, key, join.seen);
 }
@@ -177,26 +139,19 @@ void LightSubpaths::go_on(const LightVertex& here, const WidePath& path, const S
   }
   const Vertex& v = here.vertex;
   const int pair = first_pair(event);
-  const BsdfSample bsdf =
-      sample_scattering(scene_, v, numbers.get_2d(pair + dimension::kLobe).x,
-                        numbers.get_2d(pair + dimension::kLightBsdfDirection), hit, Transport::kImportance);
-  const Mask spread = and_not(hit & bsdf.valid, bsdf.specular);
-  // The light that leaves is what paths from the eye would find: their value, over the density of this side.
-  const BsdfEval back = eval_scattering(scene_, v, bsdf.wi, v.wo, spread);
-  const Spectrum exact = back.f_cos * (adjoint_ratio(v, bsdf.wi) / max(bsdf.pdf, 1e-37f));
-  const Spectrum sampled =
-      bsdf.weight * select(v.in_medium, 1.0f, normal_ratio(v.surface, v.at.frame, v.wo, bsdf.wi));
-  WidePath next = path;
-  next.origin = next.reference = offset_origin(v.surface, bsdf.wi);
-  next.direction = bsdf.wi;
-  if (scene_.volumetric)
-    next.medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, and_not(hit, v.in_medium));
-  next.beta = path.beta * select(and_not(spread, estimates_density(v.at, spread)), exact, sampled);
-  Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
+  LightStep step = step_from_light(scene_, v, path, numbers.get_2d(pair + dimension::kLobe).x,
+                                   numbers.get_2d(pair + dimension::kLightBsdfDirection), hit);
+  WidePath& next = step.next;
+  if (tells_layers(scene_)) {
+    next.layer_state = light_state_after(scene_, v, path.layer_state, next.direction, v.wo, step.specular,
+                                         light_lobe(numbers, event, false), step.alive);
+  }
   const Float u = numbers.get_2d(pair + dimension::kLightRoulette).x;
-  alive &= survive_roulette(next.beta, next.roulette_scale, u, event < kLongSubpath ? 1.0f : kLongSurvival);
-  weights_.store(
-      here.weights.scattered(cosine_at(v, bsdf.wi), bsdf.pdf, back.pdf, merged_at(v), bsdf.specular), packet);
+  const Mask alive = step.alive & survive_roulette(next.beta, next.roulette_scale, u,
+                                                   event < kLongSubpath ? 1.0f : kLongSurvival);
+  weights_.store(here.weights.scattered(cosine_at(v, next.direction), step.pdf, step.back_pdf, merged_at(v),
+                                        step.specular),
+                 packet);
   frontier_.replace(scene_, packet, next, alive);
 }
 

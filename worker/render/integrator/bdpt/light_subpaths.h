@@ -3,25 +3,22 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "render/integrator/bdpt/frontier.h"
+#include "render/integrator/bdpt/light_starts.h"
+#include "render/integrator/bdpt/light_vertices.h"
 #include "render/integrator/bdpt/strategy.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/vertex/camera_joins.h"
+#include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_start.h"
 #include "render/integrator/vertex/sample_keys.h"
 #include "render/integrator/vertex/transit.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-/// Sixteen vertices of subpaths from lights, the same number of events away from these.
-struct LightVertex {
-  Mask joinable;
-  Spectrum beta;  // flux that arrives
-  PartialWeights weights;
-  Vertex vertex;  // its wo points back to the light
-};
 
 /// Takes vertices of subpaths from lights.
 class LightVertexSink {
@@ -30,11 +27,18 @@ class LightVertexSink {
   virtual void add(const LightVertex& vertices, int event) = 0;
 };
 
+/// Which lobes an event of a subpath from a light is of, apart from those of the path from the eye that has
+/// the same numbers.
+TESSERA_INLINE LobeChoice light_lobe(const Sampler& numbers, int event, bool to_connection) {
+  return {numbers, event, to_connection, dimension::kLightLayerLobes};
+}
+
 /// What becomes of subpaths from lights.
 struct LightUses {
   bool keep = false;                // vertices that a subpath from the eye may be joined to
   Film* film = nullptr;             // takes their light, joined to the camera
   LightVertexSink* sink = nullptr;  // takes all vertices that can be joined
+  std::optional<float> time = {};   // of all, in scenes with motion; else each has its own
 };
 
 class LightSubpaths {
@@ -47,6 +51,7 @@ class LightSubpaths {
         filter_(filter),
         paths_a_pass_(static_cast<float>(context.scene.camera.width) *
                       static_cast<float>(context.scene.camera.height)),
+        starts_(context),
         transit_(context),
         joins_(context) {}
 
@@ -60,25 +65,21 @@ class LightSubpaths {
   void trace(const SampleKeys& keys, int count, const LightUses& uses);
 
   /// Events, counted from 0, that some vertices are kept of.
-  int events() const { return static_cast<int>(kept_.size()) / kPackets; }
+  int events() const { return kept_.events(); }
   /// Null where none of a packet's subpaths comes so far.
-  const LightVertex* at(int event, int packet) const {
-    const std::int32_t index = kept_[static_cast<std::size_t>(event * kPackets + packet)];
-    return index < 0 ? nullptr : pool_[static_cast<std::size_t>(index)].get();
-  }
+  const LightVertex* at(int event, int packet) const { return kept_.at(event, packet); }
 
   /// Paths that one pass joins to the camera: so many samples the whole film has of that strategy.
   float paths_a_pass() const { return paths_a_pass_; }
 
  private:
-  void start(const SampleKeys& keys, int count);
-  void enter_media();
+  void start(const SampleKeys& keys, int count, std::optional<float> time);
   void shade(const SampleKeys& keys, int event, const LightUses& uses);
   PartialWeights arrive(int event, int packet, const WidePath& path, const Vertex& v, Mask hit) const;
-  void join_to_camera(const LightVertex& here, int event, Vec2 u_lens, UInt key, const FilmRect& rect);
+  void join_to_camera(const LightVertex& here, int event, const Sampler& numbers, UInt key,
+                      const FilmRect& rect);
   void go_on(const LightVertex& here, const WidePath& path, const Sampler& numbers, int event, int packet,
              Mask hit);
-  LightVertex& new_vertex(int event, int packet);
 
   const IntegratorContext context_;
   const SceneTables& scene_;
@@ -89,17 +90,11 @@ class LightSubpaths {
   Float merged_ = Float(0.0f);
   Frontier frontier_;
   WeightState weights_;
-  // By slot, of the subpath's start
-  alignas(64) Lanes<std::int32_t> light_;
-  Vec3Lanes point_, normal_;
-  Transit transit_;       // volumetric scenes only, like the next two
-  ConnectionQueue ways_;  // to the media of the lights
-  alignas(64) Lanes<std::int32_t> media_;
+  LightStarts starts_;
+  Transit transit_;  // volumetric scenes only
   CameraJoins joins_;
   LightVertex passing_;  // that is not kept
-  std::vector<std::unique_ptr<LightVertex>> pool_;
-  std::size_t used_ = 0;            // of the pool
-  std::vector<std::int32_t> kept_;  // index into the pool, by event and packet; -1: none
+  LightVertices kept_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

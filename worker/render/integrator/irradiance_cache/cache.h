@@ -5,7 +5,9 @@
 
 #include "render/color/spectrum.h"
 #include "render/film/prepared.h"
+#include "render/integrator/irradiance_cache/glossy_cache.h"
 #include "render/integrator/irradiance_cache/record.h"
+#include "render/integrator/irradiance_cache/record_tree.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -17,36 +19,26 @@ struct Irradiance {
 
 class IrradianceCache final : public Prepared {
  public:
-  /// Records are used where their error is below `error`.
-  IrradianceCache(std::vector<IrradianceRecord> records, float error);
+  /// Records are used where their error is below `error`; those of glossy surfaces may be left out.
+  IrradianceCache(std::vector<IrradianceRecord> records, float error, GlossyRecords glossy = {});
 
   /// Interpolates at points `p` with normals `n`: the mean of the records that reach them, each extrapolated
   /// by its gradients and weighted by how far it is within its error [Ward & Heckbert 1992; the weights are
   /// those of Tabellion & Lamorlette 2004, which fall to zero]. A lane's bits do not depend on the others.
   Irradiance look_up(Vec3 p, Vec3 n, Mask active) const;
-  /// Lanes that some record reaches with an error below `error`, which is not above that of the cache.
-  Mask covers(Vec3 p, Vec3 n, float error, Mask active) const;
+  /// Lanes that some record reaches with an error below `error`, which is not above that of the cache; for
+  /// lanes of `glossy` those of glossy surfaces count.
+  Mask covers(Vec3 p, Vec3 n, float error, Mask glossy, Mask active) const;
   /// Lanes that lie at a record, as the film has it: where --cache-view shows a point.
-  Mask at_record(Vec3 p, Mask active) const;
+  Mask at_record(Vec3 p, Mask glossy, Mask active) const;
 
-  const std::vector<IrradianceRecord>& records() const { return records_; }
+  const GlossyCache& glossy() const { return glossy_; }
 
  private:
-  /// A box around the spheres that the records from `first` on reach. Leaves have `count` records; else the
-  /// next node is the one child, and `other` the second.
-  struct Node {
-    float low[3], high[3];
-    std::int32_t first, count, other;
-  };
-  void build(std::size_t begin, std::size_t end);
-  /// Calls visit(record) for all that may reach some of the points; those that reach a point come in the same
-  /// order whatever the other lanes hold.
-  template <class Visit>
-  void visit(Vec3 p, Mask active, Visit&& visit) const;
-
   const float error_;
-  std::vector<IrradianceRecord> records_;  // in the order of the leaves
-  std::vector<Node> nodes_;
+  RecordTree tree_;
+  std::vector<IrradianceRecord> records_;  // in the order of the tree
+  GlossyCache glossy_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,8 +1,12 @@
 // Making one record: paths through the cells of a hemisphere, traced like those of the picture.
 #pragma once
 
+#include <vector>
+
+#include "render/integrator/irradiance_cache/glossy_record.h"
 #include "render/integrator/irradiance_cache/hemisphere.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
+#include "render/integrator/irradiance_cache/radiance_hemisphere.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -13,6 +17,7 @@ struct RecordPlace {
   float n[3];         // unit, on the side that the light comes from
   float pixel;        // width of a pixel of the film there
   std::uint32_t key;  // of its random numbers
+  bool glossy;        // one of incoming radiance
 };
 
 class Gather final : private IrradianceCached {
@@ -21,14 +26,29 @@ class Gather final : private IrradianceCached {
   Gather(const IntegratorContext& context, const IrradianceCache* given);
 
   IrradianceRecord make_record(const RecordPlace& place);
+  /// Appends one of incoming radiance.
+  void make_record(const RecordPlace& place, GlossyRecords& records);
 
  private:
   /// Takes the distance of what the first segments met, too.
   Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override;
-  void trace_cells(const RecordPlace& place, int first, int n);
+  /// The level of the hemisphere for a record that reaches so far.
+  std::size_t level_of(const RecordSite& site) const;
+  /// The estimate of a hemisphere of as many cells as the record's reach is worth, and its site.
+  template <class H>
+  typename H::Estimate look_around(const RecordPlace& place, std::vector<H>& hemispheres, RecordSite& site);
+  static void keep(Hemisphere& hemisphere, int first, int n, Vec3, Vec3 light, Float distance);
+  static void keep(RadianceHemisphere& hemisphere, int first, int n, Vec3 directions, Vec3 light,
+                   Float distance);
+  /// Follows paths through all cells of `hemisphere`.
+  void trace_cells(const RecordPlace& place, auto& hemisphere);
+  void start_paths(const RecordPlace& place, const auto& hemisphere, int first, int n);
 
-  Hemisphere hemisphere_;
-  alignas(64) Lanes<float> distance_;  // of the samples in flight
+  // Ever finer ones.
+  std::vector<Hemisphere> hemispheres_;
+  std::vector<RadianceHemisphere> glossy_hemispheres_;
+  alignas(64) Lanes<float> distance_;      // of the samples in flight
+  alignas(64) Lanes<float> direction_[3];  // of their cells, about +z
 };
 
 }  // namespace tessera::render::TESSERA_ISA

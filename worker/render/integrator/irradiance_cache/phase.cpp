@@ -17,6 +17,37 @@ namespace {
 /// the picture are reached by several, and their weights fall to zero without a seam.
 constexpr float kOverlap = 0.7f;
 
+/// Most bytes of a part's records of either kind: where there is no room, paths are followed.
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+
+/// All that a blob holds.
+struct Records {
+  std::vector<IrradianceRecord> even;
+  GlossyRecords glossy;
+};
+
+std::string blob_of(const Records& records) {
+  return blob_of(std::span(records.even)) + blob_of(records.glossy);
+}
+
+/// Appends the records of a blob. False where it is none, or has other bands.
+bool append_records(std::string_view blob, Records& records) {
+  return take_records(blob, records.even) && append_records(blob, records.glossy);
+}
+
+bool append_records(std::span<const std::string_view> blobs, Records& records) {
+  return std::all_of(blobs.begin(), blobs.end(),
+                     [&](std::string_view blob) { return append_records(blob, records); });
+}
+
+/// Whether one of the sites from `first` on reaches the place.
+bool is_reached(const RecordPlace& place, const auto& sites, std::size_t first, float error) {
+  const Vec3 p{Float(place.p[0]), Float(place.p[1]), Float(place.p[2])},
+      n{Float(place.n[0]), Float(place.n[1]), Float(place.n[2])};
+  return std::any_of(sites.begin() + static_cast<std::ptrdiff_t>(first), sites.end(),
+                     [&](const RecordSite& site) { return any(split_sphere_error(site, p, n) < error); });
+}
+
 /// Pixels of a part, each with its first sample.
 class PixelsOfPart final : public SampleSource {
  public:
@@ -52,36 +83,52 @@ class PixelsOfPart final : public SampleSource {
 class Recorder final : private Wavefront {
  public:
   Recorder(const IntegratorContext& context, const IrradianceCache* given)
-      : Wavefront(context), given_(given), gather_(context, given) {}
+      : Wavefront(context), given_(given), gather_(context, given) {
+    records_.glossy.bands = scene_.irradiance_cache.glossy_bands;
+  }
 
   bool look_at(SampleSource& pixels, std::stop_token stop) {
     while (batch_.start(pixels, paths_) && !stop.stop_requested()) {
       std::fill_n(travelled_, kPadded, 0.0f);
       trace(0, batch_.size());
-      const std::size_t known = records_.size();
+      const std::size_t even = records_.even.size(), glossy = records_.glossy.sites.size();
       for (const RecordPlace& place : bare_) {
         if (stop.stop_requested()) return false;
-        if (!is_reached(place, known)) records_.push_back(gather_.make_record(place));
+        if (place.glossy ? !is_reached(place, records_.glossy.sites, glossy, error_)
+                         : !is_reached(place, records_.even, even, error_))
+          make_record(place);
       }
       bare_.clear();
     }
     return !stop.stop_requested();
   }
-  const std::vector<IrradianceRecord>& records() const { return records_; }
+  const Records& records() const { return records_; }
 
  private:
+  /// Where there is room, and where the light that was found makes one that lookups can trust.
+  void make_record(const RecordPlace& place) {
+    GlossyRecords& glossy = records_.glossy;
+    if (place.glossy) {
+      if ((glossy.sites.size() + 1) * glossy.record_bytes() > kMostBytes) return;
+      gather_.make_record(place, glossy);
+      take_back_unsound(glossy);
+      return;
+    }
+    if ((records_.even.size() + 1) * sizeof(IrradianceRecord) > kMostBytes) return;
+    const IrradianceRecord record = gather_.make_record(place);
+    if (is_sound_record(record)) records_.even.push_back(record);
+  }
+
   Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override {
     const Float way = gather(travelled_, path.slot, hit) + t;
     scatter(way, travelled_, path.slot, hit);
-    const Mask wanted = is_cacheable(scene_, v, hit, depth);
-    if (none(wanted)) return wanted;
+    const Cacheable wanted = cacheable(scene_, v, hit, depth);
+    if (none(wanted.any())) return wanted.any();
     const Vec3 n = cached_normal(v);
-    Mask bare = wanted;
-    if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error_, bare));
-    for (const IrradianceRecord& record : records_) {
-      if (none(bare)) break;
-      bare = and_not(bare, split_sphere_error(record, v.surface.p, n) < error_);
-    }
+    Mask bare = wanted.any();
+    if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error_, wanted.glossy, bare));
+    bare = left_of(records_.even, v.surface.p, n, bare & wanted.even) |
+           left_of(records_.glossy.sites, v.surface.p, n, bare & wanted.glossy);
     const Float pixel = pixel_width(scene_.camera, way);
     const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(depth)));
     const Vec3 &p = v.surface.p, &ng = v.surface.ng;
@@ -92,24 +139,25 @@ class Recorder final : private Wavefront {
                        .error = v.surface.error.lane(lane),
                        .n = {n.x.lane(lane), n.y.lane(lane), n.z.lane(lane)},
                        .pixel = pixel.lane(lane),
-                       .key = key.lane(lane)});
+                       .key = key.lane(lane),
+                       .glossy = (wanted.glossy.bits() >> lane & 1) != 0});
     }
-    return wanted;
+    return wanted.any();
   }
 
-  /// Whether one of the records from `first` on reaches the place.
-  bool is_reached(const RecordPlace& place, std::size_t first) const {
-    const Vec3 p{Float(place.p[0]), Float(place.p[1]), Float(place.p[2])},
-        n{Float(place.n[0]), Float(place.n[1]), Float(place.n[2])};
-    return std::any_of(
-        records_.begin() + static_cast<std::ptrdiff_t>(first), records_.end(),
-        [&](const IrradianceRecord& record) { return any(split_sphere_error(record, p, n) < error_); });
+  /// The lanes that none of the sites reaches.
+  Mask left_of(const auto& sites, Vec3 p, Vec3 n, Mask lanes) const {
+    for (const RecordSite& site : sites) {
+      if (none(lanes)) break;
+      lanes = and_not(lanes, split_sphere_error(site, p, n) < error_);
+    }
+    return lanes;
   }
 
   const float error_ = kOverlap * scene_.irradiance_cache.error;
   const IrradianceCache* const given_;  // made before; may be null
   Gather gather_;
-  std::vector<IrradianceRecord> records_;
+  Records records_;
   std::vector<RecordPlace> bare_;       // of the batch, which nothing reached when it began
   alignas(64) Lanes<float> travelled_;  // by the path of each sample
 };
@@ -130,21 +178,26 @@ bool make_records(const IntegratorContext& context, const PartRequest& part, std
 }
 
 bool merge_records(std::span<const std::string_view> blobs, std::string& merged) {
-  std::vector<IrradianceRecord> all;
-  for (const std::string_view blob : blobs) {
-    if (!append_records(blob, all)) return false;
+  Records all;
+  if (!blobs.empty()) {
+    // Whatever bands the first has, the others must have, too.
+    std::string_view rest = blobs.front();
+    std::vector<IrradianceRecord> first;
+    if (!take_records(rest, first)) return false;
+    all.glossy.bands = bands_of(rest);
   }
+  if (all.glossy.bands < 0 || !append_records(blobs, all)) return false;
   merged = blob_of(all);
   return true;
 }
 
 std::unique_ptr<const Prepared> prepare_records(const SceneTables& scene,
                                                 std::span<const std::string_view> blobs) {
-  std::vector<IrradianceRecord> all;
-  for (const std::string_view blob : blobs) {
-    if (!append_records(blob, all)) return nullptr;
-  }
-  return std::make_unique<IrradianceCache>(std::move(all), scene.irradiance_cache.error);
+  Records all;
+  all.glossy.bands = scene.irradiance_cache.glossy_bands;
+  if (!append_records(blobs, all)) return nullptr;
+  return std::make_unique<IrradianceCache>(std::move(all.even), scene.irradiance_cache.error,
+                                           std::move(all.glossy));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,9 +1,10 @@
 #include "render/integrator/irradiance_cache/record.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <type_traits>
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -18,20 +19,15 @@ struct Header {
 static_assert(sizeof(IrradianceRecord) % sizeof(float) == 0 &&
               std::is_trivially_copyable_v<IrradianceRecord>);
 
-/// Whether lookups may trust the numbers: finite, with a unit normal, and light that is not negative.
-bool is_sound(const IrradianceRecord& record) {
+}  // namespace
+
+bool is_sound_record(const IrradianceRecord& record) {
   float numbers[sizeof(record) / sizeof(float)];
   std::memcpy(numbers, &record, sizeof(record));
-  const auto usual = [](float x) { return std::isfinite(x) && std::abs(x) < 1e18f; };
-  if (!std::all_of(std::begin(numbers), std::end(numbers), usual)) return false;
-  const float* const n = record.n;
-  return std::abs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-3f && record.radius > 0 &&
-         record.pixel >= 0 &&
+  return are_usual(numbers, std::size(numbers)) && is_sound(record) &&
          std::all_of(std::begin(record.irradiance), std::end(record.irradiance),
                      [](float x) { return x >= 0; });
 }
-
-}  // namespace
 
 std::string blob_of(std::span<const IrradianceRecord> records) {
   Header header;
@@ -42,21 +38,30 @@ std::string blob_of(std::span<const IrradianceRecord> records) {
   return blob;
 }
 
-bool append_records(std::string_view blob, std::vector<IrradianceRecord>& records) {
+bool take_records(std::string_view& blob, std::vector<IrradianceRecord>& records) {
   Header header;
   const Header expected;
   if (blob.size() < sizeof(header)) return false;
   std::memcpy(&header, blob.data(), sizeof(header));
-  blob.remove_prefix(sizeof(header));
+  std::string_view rest = blob.substr(sizeof(header));
   if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0 ||
-      header.record_bytes != expected.record_bytes || blob.size() % sizeof(IrradianceRecord) != 0 ||
-      header.count != blob.size() / sizeof(IrradianceRecord))
+      header.record_bytes != expected.record_bytes || header.count > rest.size() / sizeof(IrradianceRecord))
     return false;
+  const std::size_t before = records.size(), bytes = header.count * sizeof(IrradianceRecord);
+  records.resize(before + header.count);
+  if (bytes != 0) std::memcpy(static_cast<void*>(records.data() + before), rest.data(), bytes);
+  if (!std::all_of(records.begin() + static_cast<std::ptrdiff_t>(before), records.end(), is_sound_record)) {
+    records.resize(before);
+    return false;
+  }
+  blob = rest.substr(bytes);
+  return true;
+}
+
+bool append_records(std::string_view blob, std::vector<IrradianceRecord>& records) {
   const std::size_t before = records.size();
-  records.resize(before + blob.size() / sizeof(IrradianceRecord));
-  if (!blob.empty()) std::memcpy(records.data() + before, blob.data(), blob.size());
-  if (std::all_of(records.begin() + static_cast<std::ptrdiff_t>(before), records.end(), is_sound))
-    return true;
+  if (!take_records(blob, records)) return false;
+  if (blob.empty()) return true;
   records.resize(before);
   return false;
 }

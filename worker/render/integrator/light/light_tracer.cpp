@@ -31,8 +31,8 @@ void LightTracer::join_to_camera(const LightEvent& e, Mask hit, const FilmRect& 
   CameraJoin join = camera_join(scene_, e.vertex, e.path.beta, lens, rect, wanted);
   if (none(join.seen)) return;
   if (tells_layers(scene_)) {
-    const Int state = state_after(scene_, e.vertex, e.path.layer_state, join.w, e.vertex.wo, Mask::none(),
-                                  {e.sampler, e.depth, true}, join.seen);
+    const Int state = light_state_after(scene_, e.vertex, e.path.layer_state, join.w, e.vertex.wo,
+                                        Mask::none(), {e.sampler, e.depth, true}, join.seen);
     join.layers = layers_at_eye(scene_.layers, state, join.seen);
   }
   joins_.add(e.vertex, join, UInt(0), join.seen);

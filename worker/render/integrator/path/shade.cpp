@@ -4,10 +4,12 @@
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
+#include "render/integrator/vertex/partial_weights.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/integrator/vertex/power_heuristic.h"
 #include "render/integrator/vertex/roulette.h"
 #include "render/light/area/interpolated_normal.h"
+#include "render/light/light_access.h"
 #include "render/sampling/sampler.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -35,10 +37,6 @@ struct Wavefront::Event {
 };
 
 namespace {
-
-/// Paths end at random only after this many further events. Measured:
-/// docs/decisions/0006-media-and-passing.md.
-constexpr int kRouletteStart = 2;
 
 /// At this event and later ones, lights are sampled roughly (measured: docs/decisions/0012-lights.md). Not in
 /// media, whose points come arbitrarily close to lamps.
@@ -186,16 +184,53 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
   WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
-  if (tells_layers(scene_)) ray.layers = layers_by_way_of(e, choice.light, light.wi, depth, shines);
   if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(batch_.key(ray.slot, shines));
+  if (tells_layers(scene_)) {
+    const Int state = state_behind(e, light.wi, depth, shines);
+    ray.layers = layers_at_light(scene_.layers, state, choice.light, shines);
+    if (shadow_layers_) look_for_shadow(e, ray, state, choice.light, weight, depth, shines);
+  }
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
 }
 
-/// The layers of light that comes along `wi` and is scattered here.
-Int Wavefront::layers_by_way_of(const Event& e, Int light, Vec3 wi, int depth, Mask lanes) const {
-  const Int state = state_after(scene_, e.vertex, e.path.layer_state, e.vertex.wo, wi, Mask::none(),
-                                {e.sampler, depth, true}, lanes);
-  return layers_at_light(scene_.layers, state, light, lanes);
+/// The state of the layers' automaton behind the vertex, for light that comes along `wi` and is scattered
+/// there.
+Int Wavefront::state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const {
+  return state_after(scene_, e.vertex, e.path.layer_state, e.vertex.wo, wi, Mask::none(),
+                     {e.sampler, depth, true}, lanes);
+}
+
+/// A sampled light tells all of its shadow, but that of the sky, of which some is not sampled: that is
+/// weighed as light is.
+void Wavefront::look_for_shadow(const Event& e, WideConnection ray, Int state, Int light, Float weight,
+                                int depth, Mask shines) {
+  const Mask sky = kind_of(scene_.lights, light, shines) == static_cast<std::int32_t>(LightKind::kInfinite);
+  ray.contribution = ray.contribution * select(sky, 1.0f, inverse_of(weight));
+  ray.layers = shadows_at_light(scene_.layers, state, light, shines);
+  shadow_layers_->add(ray, shines, batch_, depth);
+}
+
+/// The other part of it: in the direction in which the path goes on.
+void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, Spectrum beta, int depth,
+                                       Mask lanes) {
+  if (none(lanes)) return;
+  const Vertex& v = e.vertex;
+  const Int state = state_behind(e, bsdf.wi, depth, lanes);
+  Receiver here = receiver_at(scene_, v);
+  here.roughly = depth >= kFirstRoughEvent && !scene_.volumetric;
+  WideConnection ray =
+      connect(scene_, v, bsdf.wi, fma(bsdf.wi, Float(kInfiniteDistance), v.surface.p), lanes);
+  ray.slot = e.path.slot;
+  // Apart from the numbers on the way to sampled lights.
+  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(hash(batch_.key(ray.slot, lanes) ^ 0x536b7921u));
+  for (const std::int32_t light : scene_.lights.infinite_lights) {
+    const Float pdf = light_pdf(scene_.lights, Int(light), here, bsdf.wi, v.surface.p, bsdf.wi, lanes) *
+                      pick_pmf(scene_.lights, Int(light), here, lanes);
+    ray.contribution = environment_radiance(scene_.lights, light, v.surface.p, bsdf.wi, lanes) *
+                       power_heuristic(bsdf.pdf, pdf) * beta;
+    ray.layers = shadows_at_light(scene_.layers, state, Int(light), lanes);
+    shadow_layers_->add(ray, lanes, batch_, depth);
+  }
 }
 
 void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) {
@@ -220,6 +255,8 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   if (tells_layers(scene_)) {
     next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, bsdf.wi, bsdf.specular,
                                    {e.sampler, depth, false}, alive);
+    if (shadow_layers_)
+      look_for_shadow_of_sky(e, bsdf, next.beta, depth, and_not(joinable(v, alive), bsdf.specular));
   }
   if (depth > kRouletteStart) alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
 

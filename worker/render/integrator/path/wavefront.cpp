@@ -28,6 +28,7 @@ void Wavefront::advance(int depth) {
   }
   shade(depth);
   const StageTimer timer(stats_.times, Stage::kShadow);
+  if (shadow_layers_) shadow_layers_->trace(batch_, depth);
   if (scene_.volumetric) {
     // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
     transit_.march(shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {

@@ -2,12 +2,14 @@
 // [Laine, Karras & Aila 2013].
 #pragma once
 
+#include <memory>
 #include <stop_token>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/shadow_layers.h"
 #include "render/integrator/vertex/transit.h"
 #include "render/integrator/vertex/vertex.h"
 #include "render/light/light.h"
@@ -25,7 +27,8 @@ class Wavefront : public Integrator {
         batch_(context),
         rays_(context.rays),
         max_depth_(max_depth),
-        transit_(context) {}
+        transit_(context),
+        shadow_layers_(make_shadow_layers(context)) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
@@ -57,7 +60,10 @@ class Wavefront : public Integrator {
   void add_emission(const Event& e, Mask hit);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
-  Int layers_by_way_of(const Event& e, Int light, Vec3 wi, int depth, Mask lanes) const;
+  Int state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const;
+  void look_for_shadow(const Event& e, WideConnection ray, Int state, Int light, Float weight, int depth,
+                       Mask shines);
+  void look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, Spectrum beta, int depth, Mask lanes);
 
   /// Paths and what they met in the order in which they are shaded.
   struct SortedState {
@@ -74,7 +80,8 @@ class Wavefront : public Integrator {
   HitState hits_;
   SortedState sorted_;  // scenes with shading groups only
   ConnectionQueue shadows_;
-  Transit transit_;  // volumetric scenes only
+  Transit transit_;                                    // volumetric scenes only
+  const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
 };
 
 }  // namespace tessera::render::TESSERA_ISA

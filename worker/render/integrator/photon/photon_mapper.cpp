@@ -4,7 +4,11 @@
 
 #include "render/core/constants.h"
 #include "render/integrator/photon/radius.h"
+#include "render/integrator/photon_map/photon_steps.h"
+#include "render/integrator/photon_map/radius_of_pass.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
+#include "render/integrator/vertex/pass_time.h"
 #include "render/integrator/vertex/power_heuristic.h"
 #include "render/integrator/vertex/roulette.h"
 #include "render/light/area/interpolated_normal.h"
@@ -22,9 +26,6 @@ std::int32_t paths_of_pass(const SceneTables& scene) {
       std::min(std::int64_t{scene.camera.width} * scene.camera.height, kMostByDefault));
 }
 
-/// Specular paths end at random only after this many further events.
-constexpr int kRouletteStart = 2;
-
 }  // namespace
 
 PhotonMapper::PhotonMapper(const IntegratorContext& context)
@@ -38,28 +39,23 @@ PhotonMapper::PhotonMapper(const IntegratorContext& context)
       batch_(context) {}
 
 bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) {
-  const std::uint32_t pass = scene_.photon.one_map ? 0 : work.pass();
-  if (mapped_ != pass) {
-    if (!trace_photons(pass, stop)) return false;
+  const std::uint32_t map = scene_.photon.one_map ? 0 : work.pass();
+  if (mapped_ != map) {
+    if (!trace_photons(map, stop)) return false;
     const StageTimer timer(stats_.times, Stage::kPhotonMap);
-    radius_ = radius_of_pass(first_radius_, pass);
+    radius_ = radius_of_pass(first_radius_, map);
     map_.build(radius_);
-    mapped_ = pass;
+    mapped_ = map;
   }
-  while (batch_.start(work, paths_, kBatch, SamplePlaces::kRandom, time_of(pass))) {
+  // One map for all passes is that of a scene that stands still: the camera may move.
+  const std::optional<float> time = time_of_pass(scene_, seed_, work.pass());
+  while (batch_.start(work, paths_, kBatch, SamplePlaces::kRandom, time)) {
     if (stop.stop_requested()) return false;
     alive_ = batch_.size();
     for (int depth = 0; alive_ > 0; ++depth) advance(depth);
     batch_.finish(film, scene_.max_depth > 0);
   }
   return true;
-}
-
-std::optional<float> PhotonMapper::time_of(std::uint32_t pass) const {
-  if (!scene_.any_motion) return std::nullopt;
-  const Sampler passes(scene_.sampler.kind, Sampler::pixel_hash(seed_, UInt(0u), UInt(0x50617373u)),
-                       reverse_bits(UInt(pass)));
-  return passes.get_2d(dimension::kTime).x.lane(0);
 }
 
 // ---------------------------------------------------------------- photons
@@ -69,9 +65,10 @@ bool PhotonMapper::trace_photons(std::uint32_t pass, std::stop_token stop) {
   photons_named_ = 0;
   halvings_ = 0;
   if (!emits_paths(scene_)) return true;
+  const std::optional<float> time = time_of_pass(scene_, seed_, pass);
   for (std::int32_t first = 0; first < photons_; first += kBatch) {
     if (stop.stop_requested()) return false;
-    light_paths_.start(first, std::min<std::int32_t>(kBatch, photons_ - first), pass, time_of(pass));
+    light_paths_.start(first, std::min<std::int32_t>(kBatch, photons_ - first), pass, time);
     for (int depth = 0; light_paths_.alive(); ++depth) {
       light_paths_.advance(depth, [&](const LightEvent& e, Mask hit) { keep_photons(e, hit, depth); });
     }
@@ -92,9 +89,12 @@ void PhotonMapper::keep_photons(const LightEvent& e, Mask hit, int depth) {
   photons_named_ += kWidth;
   Mask kept = joinable(e.vertex, hit) & is_finite(e.path.beta);
   if (halvings_ > 0) kept &= are_kept(names);
-  map_.append(
-      {.position = e.vertex.surface.p, .direction = e.vertex.wo, .flux = e.path.beta, .depth = Int(depth)},
-      kept);
+  map_.append({.position = e.vertex.surface.p,
+               .direction = e.vertex.wo,
+               .flux = e.path.beta,
+               .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0)),
+               .alone = select(e.path.pdf > 0.0f, Int(0), Int(1))},
+              kept);
 }
 
 Mask PhotonMapper::are_kept(UInt names) const { return (hash(names) & ((1u << halvings_) - 1)) == 0u; }
@@ -116,8 +116,7 @@ void PhotonMapper::advance(int depth) {
       Vertex& v = e.vertex;
       v.wo = -path.direction;
       v.time = found.time;
-      if (any(e.hit))
-        v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
+      v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
       add_emission(e, active);
       if (none(e.hit) || (depth == scene_.max_depth && depth > 0)) continue;
       interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.hit, v.at);
@@ -169,6 +168,10 @@ void PhotonMapper::add_emission(const Event& e, Mask active) {
                                              length(surface.p - path.origin), path.pdf, lit);
     }
     batch_.add_radiance(radiance * path.beta, path.slot, lit);
+    if (tells_layers(scene_)) {
+      const Int layers = layers_at_light(scene_.layers, path.layer_state, surface.light, lit);
+      batch_.add_to_layers(radiance * path.beta, layers, path.slot, lit);
+    }
   }
   const Mask missed = and_not(active, e.hit);
   if (none(missed)) return;
@@ -177,6 +180,10 @@ void PhotonMapper::add_emission(const Event& e, Mask active) {
         environment_radiance(scene_.lights, light, path.origin, path.direction, missed) *
         weight(Int(light), path.origin, path.direction, missed);
     batch_.add_radiance(radiance * path.beta, path.slot, missed);
+    if (tells_layers(scene_)) {
+      const Int layers = layers_at_light(scene_.layers, path.layer_state, Int(light), missed);
+      batch_.add_to_layers(radiance * path.beta, layers, path.slot, missed);
+    }
   }
 }
 
@@ -202,14 +209,29 @@ void PhotonMapper::sample_one_light(const Event& e, Mask wanted) {
   WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
   ray.contribution = contribution;
   ray.slot = e.path.slot;
+  if (tells_layers(scene_)) {
+    const Int state = state_after(scene_, v, e.path.layer_state, v.wo, light.wi, Mask::none(),
+                                  {e.sampler, e.depth, true}, shines);
+    ray.layers = layers_at_light(scene_.layers, state, choice.light, shines);
+  }
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
 }
 
 void PhotonMapper::gather(const Event& e, Mask wanted) {
   if (map_.size() == 0) return;
   const InnerStageTimer timer(stats_.times, Stage::kGather, Stage::kShading);
-  const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, scene_.max_depth - e.depth, wanted);
-  batch_.add_radiance(radiance * e.path.beta * static_cast<float>(1u << halvings_), e.path.slot, wanted);
+  const int depth_end = scene_.max_depth - e.depth;
+  const auto scale = static_cast<float>(1u << halvings_);
+  if (!tells_layers(scene_)) {
+    const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, depth_end, wanted, nullptr);
+    batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
+    return;
+  }
+  GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
+  const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, depth_end, wanted, &layers);
+  batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
+  layers.sums.scale(e.path.beta * scale);
+  batch_.add_to_layers(layers.sums, e.path.slot, wanted);
 }
 
 void PhotonMapper::follow(const Event& e, int& kept) {
@@ -234,6 +256,10 @@ void PhotonMapper::follow(const Event& e, int& kept) {
   if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
   next.time = v.time;
   alive = and_not(alive, is_black(next.beta));
+  if (tells_layers(scene_)) {
+    next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, bsdf.wi, bsdf.specular,
+                                   {e.sampler, e.depth, false}, alive);
+  }
   if (e.depth > kRouletteStart)
     alive &= survive_roulette(next.beta, next.roulette_scale, e.random(dimension::kRoulette).x);
 

@@ -4,8 +4,8 @@
 //
 // Paths from the eye follow mirrors, glass and narrow lobes, and gather wherever there is more to scatter
 // light. Light that comes straight from its source is sampled there; the photons bring all that was scattered
-// on its way, caustics and diffuse light alike. With one map for all passes it is the classic algorithm
-// [Jensen 1996].
+// on its way, caustics and diffuse light alike. Where following would find the same light as photons do, it
+// is left to following. With one map for all passes it is the classic algorithm [Jensen 1996].
 #pragma once
 
 #include <cstdint>
@@ -51,8 +51,6 @@ class PhotonMapper final : public Integrator {
   void keep_photons(const LightEvent& e, Mask hit, int depth);
   /// Lanes of photons `names`, numbers of their own, that are among those kept.
   Mask are_kept(UInt names) const;
-  /// The time of all paths of a pass, where things move.
-  std::optional<float> time_of(std::uint32_t pass) const;
 
   void advance(int depth);
   void find_points(int depth);
@@ -71,7 +69,7 @@ class PhotonMapper final : public Integrator {
 
   LightPaths light_paths_;
   RadianceMap map_;
-  std::optional<std::uint32_t> mapped_;  // the pass that the map is of
+  std::optional<std::uint32_t> mapped_;  // the pass whose photons the map has
   float radius_ = 0;
   std::uint32_t photons_named_ = 0;
   int halvings_ = 0;  // of the photons kept

@@ -4,6 +4,7 @@
 
 #include "render/core/constants.h"
 #include "render/integrator/fireflies.h"
+#include "render/integrator/photon_map/photon_steps.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -25,23 +26,39 @@ struct PointLanes {
   Vec3 lane(int i) const { return {Float(x[i]), Float(y[i]), Float(z[i])}; }
 };
 
-/// Sums of the flux near points whose BSDF is a constant, by one point after the other.
-Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int depth_end, Mask active) {
+/// Sums of the flux near points whose BSDF is a constant, by one point after the other; also by layers,
+/// unless these are null.
+Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int depth_end, Mask active,
+                   GatheredLayers* layers) {
   const PointLanes p(v.surface.p), ng(v.surface.ng), ns(face_forward(v.at.frame.z, v.wo));
   alignas(64) float sums[kSpectrumLanes][kWidth] = {};
+  alignas(64) std::int32_t states[kWidth];
+  if (layers != nullptr) layers->state_after_diffuse_reflection(v, active).store(states);
   for (std::uint32_t left = active.bits(); left != 0; left &= left - 1) {
     const int lane = std::countr_zero(left);
     const Vec3 place = p.lane(lane), geometric = ng.lane(lane), shading = ns.lane(lane);
     const Float thick(thickness);
     Spectrum sum(0.0f);
+    LayerSums layer_sums;
     map.for_each_near(p.x[lane], p.y[lane], p.z[lane], [&](std::int32_t first, Mask near, Float) {
       const PhotonFields<Wide16> photons = map.load(first);
       const Float cosine = dot(photons.direction, shading);
-      const Mask counts = near & (cosine > 0.0f) & (photons.depth < depth_end) &
+      const Mask counts = near & (cosine > 0.0f) & has_fewer_events(photons.steps, depth_end) &
                           (abs(dot(photons.position - place, geometric)) <= thick);
-      sum += select_or_zero(counts, photons.flux * (cosine * inverse_cosine(photons.direction, geometric)));
+      const Spectrum flux = photons.flux * (cosine * inverse_cosine(photons.direction, geometric));
+      sum += select_or_zero(counts, flux);
+      if (layers == nullptr) return;
+      const Int found =
+          layers_of_join(layers->scene.layers, Int(states[lane]), layer_state_of(photons.steps), counts);
+      layer_sums.add(flux, found, counts);
     });
     for (int c = 0; c < kSpectrumLanes; ++c) sums[c][lane] = sum_of(sum.c[c]);
+    if (layers == nullptr) continue;
+    layer_sums.for_each([&](int layer, const Spectrum& light) {
+      Spectrum total;
+      for (int c = 0; c < kSpectrumLanes; ++c) total.c[c] = Float(sum_of(light.c[c]));
+      layers->sums.add_to(layer, total, Mask::from_bits(1u << lane));
+    });
   }
   Spectrum flux;
   for (int c = 0; c < kSpectrumLanes; ++c) flux.c[c] = Float::load(sums[c]);
@@ -50,8 +67,8 @@ Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int
 
 }  // namespace
 
-Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end,
-                           Mask active) {
+Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active,
+                           GatheredLayers* layers) {
   const float thickness = kThickness * radius, area = kPi * radius * radius;
   const Mask even =
       active & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & (kMixed | kBendsSoftly)) == 0);
@@ -59,18 +76,23 @@ Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius
   if (any(even)) {
     // Towards the normal the cosine is 1.
     const Spectrum f = eval_bsdf(v.at, v.wo, face_forward(v.at.frame.z, v.wo), even).f_cos;
-    radiance = select_or_zero(even, f * flux_near(map, v, thickness, depth_end, even));
+    radiance = select_or_zero(even, f * flux_near(map, v, thickness, depth_end, even, layers));
+    if (layers != nullptr) layers->sums.scale(f);
   }
   if (const Mask others = and_not(active, even); any(others)) {
     map.for_each_near(v.surface.p, others, [&](const PhotonFields<Wide16>& photons, Mask near) {
-      const Mask close = near & (photons.depth < depth_end) &
+      const Mask close = near & has_fewer_events(photons.steps, depth_end) &
                          (abs(dot(photons.position - v.surface.p, v.surface.ng)) <= thickness);
       if (none(close)) return;
       const BsdfEval bsdf = eval_bsdf(v.at, v.wo, photons.direction, close);
-      radiance += select_or_zero(and_not(close, is_focused(bsdf)),
-                                 photons.flux * bsdf.f_cos * inverse_cosine(photons.direction, v.surface.ng));
+      const Mask left_to_others = is_focused(bsdf) & (photons.alone == 0);
+      const Mask counts = and_not(close, left_to_others);
+      const Spectrum light = photons.flux * bsdf.f_cos * inverse_cosine(photons.direction, v.surface.ng);
+      radiance += select_or_zero(counts, light);
+      if (layers != nullptr) layers->add(v, light, photons.direction, layer_state_of(photons.steps), counts);
     });
   }
+  if (layers != nullptr) layers->sums.scale(Spectrum(1.0f / area));
   return radiance * (1.0f / area);
 }
 

@@ -3,6 +3,7 @@
 
 #include "render/integrator/photon_map/photon.h"
 #include "render/integrator/photon_map/photon_map.h"
+#include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -18,7 +19,8 @@ inline constexpr float kFocused = 1;
 TESSERA_INLINE Mask is_focused(const BsdfEval& bsdf) { return bsdf.pdf > kFocused; }
 
 /// The radiance that leaves the vertices along wo, of all photons within `radius`, for which the map was
-/// built, that were scattered less than `depth_end` times.
-Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active);
+/// built, that were scattered less than `depth_end` times. Adds it to `layers` too, unless that is null.
+Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active,
+                           GatheredLayers* layers);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,7 +1,6 @@
 #include "render/integrator/photon/radius.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "render/camera/camera.h"
@@ -10,10 +9,6 @@
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-/// Variance of a pass falls by i^(1 - alpha) more slowly than its bias does: 2/3 makes the squares of both
-/// fall together, as N^(-2/3) [Knaus & Zwicker 2011, section 4].
-constexpr double kAlpha = 2.0 / 3;
 
 /// Measured: docs/decisions/0030-photons.md.
 constexpr float kFootprints = 3;
@@ -35,10 +30,6 @@ Vec2 place_on_film(const CameraRecord& camera, int ray) {
 }
 
 }  // namespace
-
-float radius_of_pass(float first, std::uint32_t pass) {
-  return static_cast<float>(double{first} * std::pow(1.0 + pass, (kAlpha - 1) / 2));
-}
 
 float radius_by_footprint(const SceneTables& scene, const RayQuery& rays) {
   Vec3Lanes origin, direction;

@@ -8,7 +8,10 @@ struct alignas(64) PhotonFields {
   typename Form::Vector position;   // render space
   typename Form::Vector direction;  // unit, to where the light came from
   typename Form::Colour flux;
-  typename Form::Integer depth;  // events that scattered it on the way
+  typename Form::Integer steps;  // events that scattered it on the way: photon_steps.h
+  // 1 where it comes from a delta light by perfect mirrors and glass alone, if by anything: no path from the
+  // eye finds that light. Else 0.
+  typename Form::Integer alone;
 
   /// Calls f for each field, in all of these forms at once.
   template <class F, class... Photons>
@@ -16,7 +19,8 @@ struct alignas(64) PhotonFields {
     f(photons.position...);
     f(photons.direction...);
     f(photons.flux...);
-    f(photons.depth...);
+    f(photons.steps...);
+    f(photons.alone...);
   }
 };
 

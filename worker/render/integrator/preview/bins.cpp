@@ -12,6 +12,11 @@ TESSERA_INLINE Float apply(const float (&row)[4], Vec3 p) {
   return fma(p.x, Float(row[0]), fma(p.y, Float(row[1]), fma(p.z, Float(row[2]), Float(row[3]))));
 }
 
+/// Near ones first; ties in the order of the scene, so that equal depths give equal pictures.
+bool is_before(const BinEntry& a, const BinEntry& b) {
+  return std::tuple(-a.nearness, a.draw, a.cluster) < std::tuple(-b.nearness, b.draw, b.cluster);
+}
+
 /// Pixels up to which `place` on the film reaches, as an integer within [0, most].
 TESSERA_INLINE Int pixel_within(Float place, int most) {
   return to_int(clamp(floor(place), 0.0f, static_cast<float>(most)));
@@ -75,10 +80,33 @@ Bins::Bins(const Clusters& clusters, const ShapeTable& shapes, const Projection&
       projection_(projection),
       columns_((projection.width + kBinSide - 1) / kBinSide),
       rows_((projection.height + kBinSide - 1) / kBinSide),
-      found_(static_cast<std::size_t>((clusters.drawn() + kPieceSize - 1) / kPieceSize)) {}
+      found_(static_cast<std::size_t>((clusters.drawn() + kPieceSize - 1) / kPieceSize)) {
+  for (int columns = columns_, rows = rows_;; columns = (columns + 1) / 2, rows = (rows + 1) / 2) {
+    levels_.push_back({columns, cells_});
+    cells_ += static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+    if (columns <= 2 && rows <= 2) break;
+  }
+}
+
+void Bins::add(const BinEntry& entry, std::vector<Found>& found) const {
+  int level = 0;
+  while ((entry.last_column >> level) - (entry.column0 >> level) > 1 ||
+         (entry.last_row >> level) - (entry.row0 >> level) > 1)
+    ++level;
+  const Level& at = levels_[static_cast<std::size_t>(level)];
+  for (int row = entry.row0 >> level; row <= entry.last_row >> level; ++row) {
+    for (int column = entry.column0 >> level; column <= entry.last_column >> level; ++column) {
+      const std::size_t cell = at.first_cell +
+                               static_cast<std::size_t>(row) * static_cast<std::size_t>(at.columns) +
+                               static_cast<std::size_t>(column);
+      found.push_back({static_cast<std::uint32_t>(cell), entry});
+    }
+  }
+}
 
 void Bins::find(std::size_t piece, const std::vector<std::uint8_t>& seen) {
   std::vector<Found>& found = found_[piece];
+  found.clear();
   const std::uint64_t begin = piece * kPieceSize, end = std::min(begin + kPieceSize, clusters_.drawn());
   for (std::size_t d = clusters_.draw_at(begin); d < clusters_.draws().size(); ++d) {
     const Draw& draw = clusters_.draws()[d];
@@ -100,43 +128,60 @@ void Bins::find(std::size_t piece, const std::vector<std::uint8_t>& seen) {
       on_film.nearness.store(nearness);
       for (std::uint32_t bits = on_film.seen.bits(); bits != 0; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        const BinEntry entry{nearness[i], static_cast<std::uint32_t>(d),
-                             static_cast<std::uint32_t>(c) + static_cast<std::uint32_t>(i)};
-        for (int row = y0[i] / kBinSide; row <= (y1[i] - 1) / kBinSide; ++row) {
-          for (int column = x0[i] / kBinSide; column <= (x1[i] - 1) / kBinSide; ++column)
-            found.push_back({static_cast<std::uint32_t>(row * columns_ + column), entry});
-        }
+        const auto bin_of = [](std::int32_t pixel) { return static_cast<std::uint16_t>(pixel / kBinSide); };
+        add({.nearness = nearness[i],
+             .draw = static_cast<std::uint32_t>(d),
+             .cluster = static_cast<std::uint32_t>(c) + static_cast<std::uint32_t>(i),
+             .column0 = bin_of(x0[i]),
+             .row0 = bin_of(y0[i]),
+             .last_column = bin_of(x1[i] - 1),
+             .last_row = bin_of(y1[i] - 1)},
+            found);
       }
     }
   }
 }
 
 void Bins::sort() {
-  std::vector<std::size_t> count(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1);
+  std::vector<std::size_t> count(cells_ + 1);
   for (const std::vector<Found>& piece : found_) {
-    for (const Found& found : piece) ++count[found.bin + 1];
+    for (const Found& found : piece) ++count[found.cell + 1];
   }
   for (std::size_t i = 1; i < count.size(); ++i) count[i] += count[i - 1];
   begin_ = count;
   entries_.resize(count.back());
   for (const std::vector<Found>& piece : found_) {
-    for (const Found& found : piece) entries_[count[found.bin]++] = found.entry;
+    for (const Found& found : piece) entries_[count[found.cell]++] = found.entry;
   }
   std::vector<std::vector<Found>>().swap(found_);
   for (std::size_t i = 0; i + 1 < begin_.size(); ++i) {
-    // Ties in the order of the scene, so that equal depths give equal pictures.
     std::sort(entries_.begin() + static_cast<std::ptrdiff_t>(begin_[i]),
-              entries_.begin() + static_cast<std::ptrdiff_t>(begin_[i + 1]),
-              [](const BinEntry& a, const BinEntry& b) {
-                return std::tuple(-a.nearness, a.draw, a.cluster) <
-                       std::tuple(-b.nearness, b.draw, b.cluster);
-              });
+              entries_.begin() + static_cast<std::ptrdiff_t>(begin_[i + 1]), is_before);
   }
 }
 
-std::span<const BinEntry> Bins::bin(int column, int row) const {
-  const auto i = static_cast<std::size_t>(row * columns_ + column);
-  return std::span(entries_).subspan(begin_[i], begin_[i + 1] - begin_[i]);
+Bins::Walk::Walk(const Bins& bins, int column, int row) : column_(column), row_(row) {
+  for (std::size_t k = 0; k < bins.levels_.size(); ++k) {
+    const Level& level = bins.levels_[k];
+    const std::size_t cell = level.first_cell +
+                             static_cast<std::size_t>(row >> k) * static_cast<std::size_t>(level.columns) +
+                             static_cast<std::size_t>(column >> k);
+    const std::size_t begin = bins.begin_[cell], end = bins.begin_[cell + 1];
+    if (begin < end) rest_.push_back(std::span(bins.entries_).subspan(begin, end - begin));
+  }
+}
+
+const BinEntry* Bins::Walk::next() {
+  std::span<const BinEntry>* nearest = nullptr;
+  for (std::span<const BinEntry>& rest : rest_) {
+    while (!rest.empty() && !rest.front().covers(column_, row_)) rest = rest.subspan(1);
+    if (rest.empty() || (nearest != nullptr && !is_before(rest.front(), nearest->front()))) continue;
+    nearest = &rest;
+  }
+  if (nearest == nullptr) return nullptr;
+  const BinEntry* const found = &nearest->front();
+  *nearest = nearest->subspan(1);
+  return found;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

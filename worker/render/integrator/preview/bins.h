@@ -29,14 +29,21 @@ TESSERA_INLINE Float nearness_of(bool perspective, Float depth) {
   return perspective ? 1.0f / depth : -depth;
 }
 
-/// A cluster that may cover a bin.
+/// A cluster, and the bins that it may cover.
 struct BinEntry {
   float nearness;  // none of it is nearer
   std::uint32_t draw;
-  std::uint32_t cluster;  // within its shape
+  std::uint32_t cluster;                               // within its shape
+  std::uint16_t column0, row0, last_column, last_row;  // the last are among them
+
+  bool covers(int column, int row) const {
+    return column0 <= column && column <= last_column && row0 <= row && row <= last_row;
+  }
 };
 
-/// Clusters of a view by bins, near ones first.
+/// Clusters of a view by the bins that they may cover. So that those of many bins take no more memory than
+/// others, they are kept by cells of a pyramid, whose cells of level k are squares of 2^k bins: a cluster is
+/// in the four cells at most that it lies in at the first level where there are no more.
 class Bins {
  public:
   /// Clusters that a piece of the work looks at.
@@ -46,7 +53,7 @@ class Bins {
 
   std::size_t pieces() const { return found_.size(); }
   /// Looks at one piece of all drawn clusters; `seen` says whether a shape is seen in this view. Threads may
-  /// do so for different pieces.
+  /// do so for different pieces, and again for one that memory ran out for.
   void find(std::size_t piece, const std::vector<std::uint8_t>& seen);
   /// Orders what was found, once all pieces are done.
   void sort();
@@ -54,20 +61,41 @@ class Bins {
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   const Projection& projection() const { return projection_; }
-  std::span<const BinEntry> bin(int column, int row) const;
+
+  /// Clusters that may cover a bin, near ones first; ties in the order of the scene.
+  class Walk {
+   public:
+    Walk(const Bins& bins, int column, int row);
+    /// The next of them; null after the last.
+    const BinEntry* next();
+
+   private:
+    int column_, row_;
+    std::vector<std::span<const BinEntry>> rest_;  // of the cells above the bin, what is still to come
+  };
+  Walk walk(int column, int row) const { return {*this, column, row}; }
+  /// Clusters in all cells together, once sorted.
+  std::size_t entries() const { return entries_.size(); }
 
  private:
+  struct Level {
+    int columns = 0;
+    std::size_t first_cell = 0;  // of the level's rows, one after the other
+  };
   struct Found {
-    std::uint32_t bin;
+    std::uint32_t cell;
     BinEntry entry;
   };
+  void add(const BinEntry& entry, std::vector<Found>& found) const;
 
   const Clusters& clusters_;
   const ShapeTable& shapes_;
   const Projection projection_;
   const int columns_, rows_;
+  std::vector<Level> levels_;
+  std::size_t cells_ = 0;
   std::vector<std::vector<Found>> found_;  // by piece
-  std::vector<std::size_t> begin_;         // of each bin, and the end of the last
+  std::vector<std::size_t> begin_;         // of each cell, and the end of the last
   std::vector<BinEntry> entries_;
 };
 

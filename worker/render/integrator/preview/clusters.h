@@ -37,7 +37,7 @@ class Clusters {
   /// Finds the boxes of clusters [first, last); any number of threads may do so for different ones.
   void fill(std::size_t first, std::size_t last);
 
-  /// Of all shapes, each counted once.
+  /// The number of clusters of all shapes, each shape counted once.
   std::size_t size() const { return count_; }
   /// Clusters as they are drawn: those of an object once an instance.
   std::uint64_t drawn() const { return drawn_; }

@@ -55,18 +55,17 @@ void PreviewFrame::add_eye(const CameraRecord& camera, int reach, std::int32_t w
 std::vector<SharedWork::Stage> PreviewFrame::stages() {
   const std::size_t cluster_pieces = (clusters_.size() + kClustersAPiece - 1) / kClustersAPiece;
   const std::size_t pieces = eyes_.front().bins->pieces();
-  return {
-      {[=] { return cluster_pieces; },
-       [this](std::size_t i, const RayQuery&) {
-         clusters_.fill(i * kClustersAPiece, std::min((i + 1) * kClustersAPiece, clusters_.size()));
-       }},
-      {[this, pieces] { return eyes_.size() * pieces; },
-       [this, pieces](std::size_t i, const RayQuery&) {
-         const Eye& eye = eyes_[i / pieces];
-         eye.bins->find(i % pieces, eye.seen);
-       }},
-      {[this] { return eyes_.size(); }, [this](std::size_t i, const RayQuery&) { eyes_[i].bins->sort(); }},
-      {[this] { return rows_.size(); }, [this](std::size_t i, const RayQuery& rays) { draw_row(i, rays); }}};
+  return {{cluster_pieces,
+           [this](std::size_t i, const RayQuery&) {
+             clusters_.fill(i * kClustersAPiece, std::min((i + 1) * kClustersAPiece, clusters_.size()));
+           }},
+          {eyes_.size() * pieces,
+           [this, pieces](std::size_t i, const RayQuery&) {
+             const Eye& eye = eyes_[i / pieces];
+             eye.bins->find(i % pieces, eye.seen);
+           }},
+          {eyes_.size(), [this](std::size_t i, const RayQuery&) { eyes_[i].bins->sort(); }},
+          {rows_.size(), [this](std::size_t i, const RayQuery& rays) { draw_row(i, rays); }}};
 }
 
 void PreviewFrame::draw_row(std::size_t piece, const RayQuery& rays) const {

@@ -27,7 +27,7 @@ class PreviewFrame final : public Prepared {
 
   const Clusters& clusters() const { return clusters_; }
   const Lighting& lighting() const { return lighting_; }
-  /// Of the first lamps; empty without shadows.
+  /// Maps of the first lamps; empty without shadows.
   const std::vector<std::unique_ptr<ShadowMap>>& shadows() const { return shadows_; }
   /// The camera's view, with samples at a place in their pixels.
   View view(std::int32_t sample_x, std::int32_t sample_y) const {

@@ -99,8 +99,7 @@ void Preview::shade(int first) {
   Vertex v;
   v.wo = -path.direction;
   v.time = Float(0.0f);
-  if (any(hit))
-    v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
+  v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
   found.t = distance_to(v.surface, path.origin, path.direction);
   if (scene_.camera.far_clip > 0)
     hit &= found.t <= visible_distance(scene_.camera, path.direction, Float(0.0f));

@@ -51,7 +51,9 @@ void Raster::render(const View& view, int column, int row) {
   begin(view, column, row);
   float far = -kInfinity;
   std::size_t looked = 0;
-  for (const BinEntry& entry : view.bins.bin(column, row)) {
+  Bins::Walk walk = view.bins.walk(column, row);
+  while (const BinEntry* const found = walk.next()) {
+    const BinEntry& entry = *found;
     if (++looked % kEntriesALook == 0) far = farthest();
     // All others are hidden as well: they come in order [Greene et al. 1993].
     if (entry.nearness <= far) break;

@@ -30,7 +30,7 @@ struct BinHits {
   alignas(64) std::int32_t shape[kBinPixels];
   alignas(64) std::int32_t primitive[kBinPixels];
   alignas(64) std::int32_t instance[kBinPixels];
-  // Of what rays met; of triangles 0, for the ray through the sample says it.
+  // Where rays met a shape; 0 for triangles, which the ray through the sample tells.
   alignas(64) float t[kBinPixels], u[kBinPixels], v[kBinPixels];
 };
 
@@ -43,7 +43,7 @@ class Raster {
   /// through the pixels that their boxes cover.
   void render(const View& view, int column, int row);
 
-  /// Of the latest bin, rows from the top: how near what is seen is (nearness_of()); -infinity where there is
+  /// How near the latest bin's surfaces are (nearness_of()), rows from the top; -infinity where there is
   /// nothing, infinity beyond the film.
   const float* nearness() const { return nearness_; }
   void resolve(BinHits& hits) const;

@@ -39,7 +39,8 @@ struct VertexHash {
   }
 };
 
-/// Numbers for the corners of sides: neighbours that go on smoothly have the same number.
+/// Numbers for the corners of sides: neighbours that go on smoothly have the same number. A triangle without
+/// area has no normal that could go on.
 std::vector<std::array<std::uint32_t, 3>> join_corners(const ShapeTable& shapes, const Surfaces& surfaces) {
   struct Corner {
     Vec p, normal;
@@ -48,7 +49,14 @@ std::vector<std::array<std::uint32_t, 3>> join_corners(const ShapeTable& shapes,
     std::int32_t material;
   };
   std::vector<Corner> corners;
+  std::vector<std::array<std::uint32_t, 3>> numbers(surfaces.sides());
+  std::uint32_t next = 0;
   for (Side side = 0; side < surfaces.sides(); ++side) {
+    if (!(surfaces.area(side) > 0)) {
+      numbers[side] = {next, next + 1, next + 2};
+      next += 3;
+      continue;
+    }
     const Patch patch = surfaces.patch(Name::of_side(side));
     const auto shape = static_cast<std::size_t>(surfaces.origin(side).shape);
     for (std::uint32_t i = 0; i < 3; ++i)
@@ -59,8 +67,6 @@ std::vector<std::array<std::uint32_t, 3>> join_corners(const ShapeTable& shapes,
   };
   std::sort(corners.begin(), corners.end(),
             [&](const Corner& a, const Corner& b) { return place(a) < place(b); });
-  std::vector<std::array<std::uint32_t, 3>> numbers(surfaces.sides());
-  std::uint32_t next = 0;
   for (std::size_t first = 0, end; first < corners.size(); first = end) {
     for (end = first + 1; end < corners.size(); ++end) {
       const Corner &a = corners[first], &b = corners[end];
@@ -167,6 +173,7 @@ class Vertices {
 Solution show(const ShapeTable& shapes, const Surfaces& surfaces, const Forest& forest) {
   Solution solution;
   solution.sides = surfaces.sides();
+  for (Side side = 0; side < surfaces.sides(); side += 2) solution.turned.push_back(surfaces.is_turned(side));
   Vertices vertices(shapes, surfaces);
   std::vector<std::vector<Name>> by_level(Name::kDeepest + 1);
   const auto grid_of = [](Name name) {

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "render/integrator/radiosity/blob.h"
 #include "render/light/light.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
 namespace {
 
-using render::radiosity::put_array;
-using render::radiosity::take_array;
+/// Pairs that are looked at together: findings take 400 bytes each.
+constexpr std::size_t kPairsALook = 4096;
 
 /// Rays from a point to a light that is not a point itself.
 constexpr int kRaysToSky = 2 * kWidth;
@@ -34,6 +34,24 @@ double largest_factor(const Patch& receiver, const Cluster& source) {
   return std::min(sphere, source.area / (std::numbers::pi * rest * rest));
 }
 
+/// Evenly over the third of a triangle that is nearest to a corner, of numbers in [0, 1): a shadow that
+/// misses a point or two of a large patch is met.
+Weights near_corner(int corner, double u, double v) {
+  if (u + v > 1) u = 1 - u, v = 1 - v;
+  const double w[3] = {1 - u - v, u, v};
+  const std::ptrdiff_t largest = std::max_element(w, w + 3) - w;
+  Weights at;
+  for (std::ptrdiff_t i = 0; i < 3; ++i)
+    at.w[static_cast<std::size_t>((corner + i) % 3)] = w[(largest + i) % 3];
+  return at;
+}
+
+/// Values that a blob may have: lights of a scene may add up to anything.
+Colour bounded(Colour light) {
+  for (float& value : light.band) value = value > 0 ? std::min(value, std::numeric_limits<float>::max()) : 0;
+  return light;
+}
+
 }  // namespace
 
 void pull(const Surfaces& surfaces, const Clusters& clusters, Brightness& brightness) {
@@ -51,22 +69,6 @@ void pull(const Surfaces& surfaces, const Clusters& clusters, Brightness& bright
       mean.emitted += share * brightness.clusters[child].emitted;
     }
   }
-}
-
-std::string Links::blob() const {
-  std::string blob;
-  put_array(links, blob);
-  put_array(direct, blob);
-  put_array(std::vector{cut_short}, blob);
-  return blob;
-}
-
-bool Links::append(std::string_view blob) {
-  std::vector<std::uint64_t> cut;
-  if (!take_array(blob, links) || !take_array(blob, direct) || !take_array(blob, cut)) return false;
-  if (cut.size() != 1 || !blob.empty()) return false;
-  cut_short += cut.front();
-  return true;
 }
 
 double Linker::Finding::factor(int point) const {
@@ -99,19 +101,19 @@ void Linker::link(Side side, Links& to) {
   const Name name = Name::of_side(side);
   std::vector<Pair> pairs{{name, Name::of_cluster(0)}}, asked, next;
   for (const std::int32_t light : lights_) pairs.push_back({name, {}, light});
-  const std::size_t first = to.links.size() + to.direct.size();
-  const auto most =
-      bounds_.links_per_area > 0
-          ? kLeastLinks + static_cast<std::size_t>(bounds_.links_per_area * surfaces_.area(side))
-          : SIZE_MAX;
+  const std::size_t first = to.links.size();
+  const double most = bounds_.links_per_side + bounds_.links_per_area * surfaces_.area(side);
+  std::size_t decided = 0;  // pairs of lights
+  lit_.clear();
   std::vector<Finding> findings;
   bool cut_short = false;
   while (!pairs.empty()) {
     next.clear(), asked.clear();
-    // A split takes one pair away and adds four at most.
-    std::size_t count = to.links.size() + to.direct.size() - first + pairs.size();
+    // A split takes one pair away and adds four at most. Lights count with what they are split into: those
+    // that are decided at one patch are one.
+    std::size_t count = to.links.size() - first + decided + pairs.size() - lights_.size();
     const auto has_room = [&] {
-      if (count + 3 <= most) return true;
+      if (static_cast<double>(count + 3) <= most) return true;
       cut_short = true;
       return false;
     };
@@ -127,14 +129,18 @@ void Linker::link(Side side, Links& to) {
         asked.push_back(pair);
       }
     }
-    examine(asked, findings);
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-      const Decision decision = after_rays(asked[i], findings[i]);
-      if (decision == Decision::kDrop) continue;
-      if (decision != Decision::kLink && has_room()) {
-        split_up(asked[i], decision);
-      } else {
-        append(asked[i], findings[i], to);
+    for (std::size_t begin = 0; begin < asked.size(); begin += kPairsALook) {
+      const auto look = std::span(asked).subspan(begin, std::min(kPairsALook, asked.size() - begin));
+      examine(look, findings);
+      for (std::size_t i = 0; i < look.size(); ++i) {
+        const Decision decision = after_rays(look[i], findings[i]);
+        if (decision == Decision::kDrop) continue;
+        if (decision != Decision::kLink && has_room()) {
+          split_up(look[i], decision);
+        } else {
+          append(look[i], findings[i], to);
+          decided += look[i].light >= 0;
+        }
       }
     }
     pairs.swap(next);
@@ -158,7 +164,12 @@ void Linker::append(const Pair& pair, const Finding& finding, Links& to) {
   if (pair.light >= 0) {
     Colour sum;
     for (const Colour& irradiance : finding.arrives) sum += irradiance * (1.0f / kPoints);
-    if (largest(sum) > 0) to.direct.push_back({pair.receiver, sum, pair.light});
+    if (!(largest(sum) > 0)) return;
+    const auto [known, is_new] = lit_.try_emplace(pair.receiver.bits(), to.direct.size());
+    if (is_new) to.direct.push_back({pair.receiver, {}});
+    DirectLight& light = to.direct[known->second];
+    light.irradiance = bounded(light.irradiance + sum);
+    ++light.lights;
     return;
   }
   double factor = 0;
@@ -292,36 +303,38 @@ void Linker::aim_at_cluster(const Pair& pair, const Patch& receiver, std::size_t
 
 void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t index) {
   const SceneTables& scene = context_.scene;
-  const auto wide = [](const Vec& v) {
-    return Vec3{Float(static_cast<float>(v[0])), Float(static_cast<float>(v[1])),
-                Float(static_cast<float>(v[2]))};
-  };
-  Spread spread(key_of(pair.receiver, pair.source, pair.light));
+  const Vec& n = receiver.normal;
+  const Vec3 normal{Float(static_cast<float>(n[0])), Float(static_cast<float>(n[1])),
+                    Float(static_cast<float>(n[2]))};
+  const std::uint64_t key = key_of(pair.receiver, pair.source, pair.light);
+  Spread spread(key), places(~key);
   for (int point = 0; point < kPoints; ++point) {
-    const Vec from = receiver.point(kPoint[point]);
     for (int packet = 0; packet < kRaysToSky / kWidth; ++packet) {
-      alignas(64) float u[kWidth], v[kWidth];
-      for (int i = 0; i < kWidth; ++i, spread.next())
+      Vec from[kWidth];
+      alignas(64) float p[3][kWidth], u[kWidth], v[kWidth];
+      for (int i = 0; i < kWidth; ++i, spread.next(), places.next()) {
+        from[i] = receiver.point(near_corner(point, places.u(), places.v()));
+        for (std::size_t axis = 0; axis < 3; ++axis) p[axis][i] = static_cast<float>(from[i][axis]);
         u[i] = static_cast<float>(0x1p-24 * std::floor(spread.u() * 0x1p24)),
         v[i] = static_cast<float>(0x1p-24 * std::floor(spread.v() * 0x1p24));
-      const LightSample sample =
-          sample_light(scene.lights, Int(pair.light), {wide(from), wide(receiver.normal)},
-                       {Float::load(u), Float::load(v)}, Mask::all());
+      }
+      const LightSample sample = sample_light(
+          scene.lights, Int(pair.light), {{Float::load(p[0]), Float::load(p[1]), Float::load(p[2])}, normal},
+          {Float::load(u), Float::load(v)}, Mask::all());
       // All samples of a light at a point, or that shines in one direction, are the same.
       const bool is_one = any(sample.delta);
-      const int rays = is_one ? 1 : kWidth;
-      const float share = is_one ? 1.0f : 1.0f / kRaysToSky;
-      const Float cosine = dot(sample.wi, wide(receiver.normal));
-      const Mask shines = sample.valid & (cosine > 0.0f) & Mask::first(rays);
+      const float share = is_one ? 1.0f / kWidth : 1.0f / kRaysToSky;
+      const Float cosine = dot(sample.wi, normal);
+      const Mask shines = sample.valid & (cosine > 0.0f);
       alignas(64) float w[3][kWidth], distance[kWidth], band[kBands][kWidth];
       sample.wi.x.store(w[0]), sample.wi.y.store(w[1]), sample.wi.z.store(w[2]);
       sample.distance.store(distance);
       const Float scale = share * cosine / select(shines, sample.pdf, 1.0f);
       for (int b = 0; b < kBands; ++b)
         (band_mean(b, [&](int lane) { return sample.radiance.c[lane]; }) * scale).store(band[b]);
-      for (int i = 0; i < rays; ++i) {
+      for (int i = 0; i < kWidth; ++i) {
         if ((shines.bits() >> i & 1) == 0) continue;
-        visibility_.add(from, receiver.normal, Vec{w[0][i], w[1][i], w[2][i]}, double{distance[i]});
+        visibility_.add(from[i], n, Vec{w[0][i], w[1][i], w[2][i]}, double{distance[i]});
         rays_.push_back({index, point, {{band[0][i], band[1][i], band[2][i]}}});
       }
       if (is_one) break;

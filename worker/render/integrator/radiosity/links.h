@@ -4,16 +4,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/radiosity/clusters.h"
 #include "render/integrator/radiosity/form_factor.h"
 #include "render/integrator/radiosity/matter.h"
-#include "render/integrator/radiosity/memory.h"
 #include "render/integrator/radiosity/visibility.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
@@ -24,15 +26,15 @@ struct Link {
   double factor = 0;  // form factor, with what is in the way
 };
 
-/// Irradiance by lights that are on no surface, W/m^2.
+/// Irradiance by lights that are on no surface, W/m^2, all that are decided at this patch together.
 struct DirectLight {
   Name receiver;
   Colour irradiance;
-  std::int32_t light = 0;
+  std::uint32_t lights = 0;  // how many
 };
 static_assert(sizeof(Link) == 24 && sizeof(DirectLight) == 24);
 
-/// By the receiver's side, ascending.
+/// Links by the receiver's side, ascending.
 struct Links {
   std::vector<Link> links;
   std::vector<DirectLight> direct;
@@ -41,7 +43,13 @@ struct Links {
   std::string blob() const;
   /// Appends those of a blob. False where it is none.
   bool append(std::string_view blob);
+  /// The blob of all that blobs hold, one after the other. Absent where one of them is none.
+  static std::optional<std::string> merge(std::span<const std::string_view> blobs);
 };
+
+/// Whether they may be a Linker's: names of what is there, patches at level `deepest` at most, in the right
+/// order; factors in [0, 1] and irradiances that are finite and not below 0.
+bool are_sound(const Links& links, const Surfaces& surfaces, const Clusters& clusters, int deepest);
 
 /// What is known of the light of sides and clusters before it is linked: radiosities, W/m^2, the largest
 /// band.
@@ -65,15 +73,14 @@ struct LinkBounds {
   double factor = 1;          // largest form factor of a cluster
   double smallest_area = 0;   // below which no patch is split
   int rays = 5;               // from each of a receiver's points to a source
-  double links_per_area = 0;  // most links of a side, over its area, beyond kLeastLinks; 0: no end
+  // Most links of a side, and how many more over its area.
+  double links_per_side = std::numeric_limits<double>::infinity();
+  double links_per_area = 0;
 };
 
 /// Makes the links of sides, one after the other.
 class Linker {
  public:
-  /// However little memory there is, a side may have this many.
-  static constexpr std::size_t kLeastLinks = render::radiosity::kLeastLinks;
-
   Linker(const IntegratorContext& context, const Surfaces& surfaces, const Clusters& clusters,
          const Brightness& brightness, const LinkBounds& bounds);
 
@@ -117,7 +124,7 @@ class Linker {
   Decision patch_after_rays(const Pair& pair, const Finding& finding) const;
   Decision light_after_rays(const Pair& pair, const Finding& finding) const;
   void split(const Pair& pair, Decision decision, std::vector<Pair>& to) const;
-  static void append(const Pair& pair, const Finding& finding, Links& to);
+  void append(const Pair& pair, const Finding& finding, Links& to);
 
   const IntegratorContext& context_;
   const Surfaces& surfaces_;
@@ -125,6 +132,8 @@ class Linker {
   const Brightness& brightness_;
   const LinkBounds bounds_;
   std::vector<std::int32_t> lights_;  // that are on no surface
+  // Places in Links::direct of patches of the side at hand, by the bits of their names.
+  std::unordered_map<std::uint64_t, std::size_t> lit_;
   Visibility visibility_;
   std::vector<Ray> rays_;  // of visibility_
 };

@@ -74,7 +74,7 @@ void Surfaces::add_shape(const ShapeTable& shapes, std::size_t shape, std::int32
     Triangle triangle;
     triangle.origin = {static_cast<std::int32_t>(shape), primitive, instance};
     const std::size_t first = 3 * static_cast<std::size_t>(record.first_triangle + primitive);
-    bool turned = false;
+    triangle.turned = false;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t vertex =
           static_cast<std::size_t>(record.first_vertex) + std::size_t{shapes.triangles[first + i]};
@@ -84,13 +84,13 @@ void Surfaces::add_shape(const ShapeTable& shapes, std::size_t shape, std::int32
       } else {
         const Affine& to = shapes.instances[static_cast<std::size_t>(instance)].render_from_instance;
         triangle.corner[i] = placed(to, p);
-        turned = mirrors(to);
+        triangle.turned = mirrors(to);
       }
     }
     const Vec across =
         cross(triangle.corner[1] - triangle.corner[0], triangle.corner[2] - triangle.corner[0]);
     triangle.area = length(across) / 2;
-    triangle.normal = vec64::unit(across) * (turned ? -1 : 1);
+    triangle.normal = vec64::unit(across) * (triangle.turned ? -1 : 1);
     triangles_.push_back(triangle);
   }
 }

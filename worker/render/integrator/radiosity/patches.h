@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/integrator/radiosity/solution.h"
 #include "render/light/vec64.h"
 #include "render/shape/shape_table.h"
 
@@ -20,7 +21,7 @@ using Side = std::uint32_t;
 /// Name of whatever gives or takes light: a side or a part of it, or a cluster of sides.
 class Name {
  public:
-  static constexpr int kDeepest = 14;  // splits
+  static constexpr int kDeepest = render::radiosity::kDeepest;  // splits
 
   Name() = default;
   static Name of_side(Side side) { return Name(std::uint64_t{side} << 32); }
@@ -77,6 +78,8 @@ class Surfaces {
 
   Side sides() const { return 2 * static_cast<Side>(triangles_.size()); }
   double area(Side side) const { return triangles_[side / 2].area; }
+  /// The triangle's corners go clockwise, seen from where its side 0 is: an instance has mirrored it.
+  bool is_turned(Side side) const { return triangles_[side / 2].turned; }
   /// Of one side of everything.
   double whole_area() const { return whole_area_; }
   Patch patch(Name name) const;
@@ -99,6 +102,7 @@ class Surfaces {
     Vec normal;
     double area;
     Origin origin;
+    bool turned;
   };
   void add_shape(const ShapeTable& shapes, std::size_t shape, std::int32_t instance);
 

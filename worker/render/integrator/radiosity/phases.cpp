@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "render/integrator/radiosity/memory.h"
 #include "render/integrator/stage_timer.h"
@@ -54,73 +56,103 @@ bool make_links(const IntegratorContext& context, const PartRequest& part, std::
   return true;
 }
 
-/// Light before it is known: that of lamps.
-Brightness lamps(const SceneTables& scene, const Surfaces& surfaces, const Clusters& clusters) {
-  std::vector<Name> names;
-  for (Side side = 0; side < surfaces.sides(); ++side) names.push_back(Name::of_side(side));
-  Brightness result;
-  for (const Matter& matter : matter_of(scene, surfaces, names)) {
-    const float emitted = *std::max_element(std::begin(matter.emission.band), std::end(matter.emission.band));
-    result.sides.push_back({emitted, emitted});
+/// What parts of the estimate read: patches, and light before it is known, that of lamps.
+struct Lamps {
+  explicit Lamps(const SceneTables& scene) : surfaces(scene.shapes), clusters(surfaces) {
+    std::vector<Name> names;
+    for (Side side = 0; side < surfaces.sides(); ++side) names.push_back(Name::of_side(side));
+    for (const Matter& matter : matter_of(scene, surfaces, names)) {
+      const float emitted =
+          *std::max_element(std::begin(matter.emission.band), std::end(matter.emission.band));
+      brightness.sides.push_back({emitted, emitted});
+    }
+    pull(surfaces, clusters, brightness);
   }
-  pull(surfaces, clusters, result);
-  return result;
+
+  const Surfaces surfaces;
+  const Clusters clusters;
+  Brightness brightness;
+};
+
+/// The same for all threads that need it at once: with one each, memory would grow with their number.
+std::shared_ptr<const Lamps> shared_lamps(const SceneTables& scene) {
+  static std::mutex mutex;
+  static std::map<const SceneTables*, std::weak_ptr<const Lamps>> known;
+  const std::lock_guard lock(mutex);
+  std::erase_if(known, [](const auto& entry) { return entry.second.expired(); });
+  if (const auto found = known.find(&scene); found != known.end()) {
+    if (std::shared_ptr<const Lamps> lamps = found->second.lock()) return lamps;
+  }
+  auto lamps = std::make_shared<const Lamps>(scene);
+  known[&scene] = lamps;
+  return lamps;
+}
+
+/// Bytes that there are for links besides those that sides have anyhow.
+double spare_bytes(const Surfaces& surfaces, std::uint64_t memory_limit) {
+  const std::uint64_t least = render::radiosity::least_memory(surfaces.sides());
+  return memory_limit > least ? static_cast<double>(memory_limit - least) : 0;
 }
 
 bool make_estimate(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
                    std::string& blob) {
-  const Linked linked(context.scene);
-  if (linked.clusters.empty())
-    return make_links(context, part, stop, linked.surfaces, linked.clusters, {}, {}, blob);
-  const Brightness brightness = lamps(context.scene, linked.surfaces, linked.clusters);
+  const std::shared_ptr<const Lamps> lamps = shared_lamps(context.scene);
+  if (lamps->clusters.empty())
+    return make_links(context, part, stop, lamps->surfaces, lamps->clusters, {}, {}, blob);
+  // Links between whole sides are as many on small ones as on large ones.
+  const double bytes_per_side =
+      render::radiosity::kLeastLinks * render::radiosity::kBytesPerLink +
+      spare_bytes(lamps->surfaces, context.scene.radiosity.memory_limit) / lamps->surfaces.sides();
   const LinkBounds bounds{.split = false,
-                          .error = kEstimateError * double{brightness.clusters.front().whole},
+                          .error = kEstimateError * double{lamps->brightness.clusters.front().whole},
                           .factor = kEstimateFactor,
-                          .rays = 2};
-  return make_links(context, part, stop, linked.surfaces, linked.clusters, brightness, bounds, blob);
-}
-
-/// Links that a square unit may have, with what remains of the memory; those of a side, that it has anyhow,
-/// apart.
-double links_per_area(const Surfaces& surfaces, std::uint64_t memory_limit) {
-  const std::uint64_t least = render::radiosity::least_memory(surfaces.sides());
-  if (memory_limit <= least) return 1e-300;
-  // Both sides of everything. A link's patch counts with it: there is at most one of these for a link.
-  return static_cast<double>(memory_limit - least) / render::radiosity::kBytesPerLink /
-         (2 * surfaces.whole_area());
+                          .rays = 2,
+                          .links_per_side = bytes_per_side / render::radiosity::kBytesPerEstimateLink};
+  return make_links(context, part, stop, lamps->surfaces, lamps->clusters, lamps->brightness, bounds, blob);
 }
 
 bool make_final_links(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
                       std::string& blob) {
   const auto& before = *static_cast<const Linked*>(part.prepared);
   const RadiositySettings& settings = context.scene.radiosity;
+  {
+    const StageTimer timer(context.stats.times, Stage::kShading);
+    if (!before.estimate->finish(settings.residual, stop)) return false;
+  }
+  const Estimate& estimate = *before.estimate;
+  // Both sides of everything. A link's patch counts with it: there is at most one of these for a link.
+  const double links = spare_bytes(before.surfaces, settings.memory_limit) / render::radiosity::kBytesPerLink;
   const LinkBounds bounds{.split = true,
-                          .error = settings.error_bound * before.mean_irradiance,
+                          .error = settings.error_bound * estimate.mean_irradiance(),
                           .relative_error = std::sqrt(settings.error_bound),
                           .factor = kLargestFactor,
                           .smallest_area = settings.smallest_area > 0
                                                ? settings.smallest_area
                                                : kSmallestPatch * before.surfaces.whole_area(),
-                          .links_per_area = links_per_area(before.surfaces, settings.memory_limit)};
-  return make_links(context, part, stop, before.surfaces, before.clusters, before.brightness, bounds, blob);
+                          .links_per_side = render::radiosity::kLeastLinks,
+                          .links_per_area = links / (2 * before.surfaces.whole_area())};
+  return make_links(context, part, stop, before.surfaces, before.clusters, estimate.brightness(), bounds,
+                    blob);
 }
 
 bool merge_links(std::span<const std::string_view> blobs, std::string& merged) {
-  Links links;
-  for (const std::string_view blob : blobs) {
-    if (!links.append(blob)) return false;
-  }
-  merged = links.blob();
+  std::optional<std::string> all = Links::merge(blobs);
+  if (!all) return false;
+  merged = *std::move(all);
   return true;
 }
 
-bool make_solution(const IntegratorContext& context, const PartRequest& part, std::stop_token,
+bool make_solution(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,
                    std::string& blob) {
   const auto& linked = *static_cast<const Linked*>(part.prepared);
   const StageTimer timer(context.stats.times, Stage::kShading);
   std::optional<Forest> forest = Forest::grow(context.scene, linked.surfaces, linked.clusters, linked.links);
   if (!forest) return false;
-  const Forest::Outcome outcome = forest->solve(context.scene.radiosity.residual);
+  const double residual = context.scene.radiosity.residual;
+  while (!forest->advance(residual)) {
+    if (stop.stop_requested()) return false;
+  }
+  const Forest::Outcome& outcome = forest->outcome();
   Solution solution = show(context.scene.shapes, linked.surfaces, *forest);
   solution.links = linked.links.links.size();
   solution.cut_short = linked.links.cut_short;
@@ -130,6 +162,12 @@ bool make_solution(const IntegratorContext& context, const PartRequest& part, st
     context.stats.warnings.push_back("radiosity: " + std::to_string(solution.cut_short) +
                                      " sides of triangles have coarser links than the error bound asks for: "
                                      "memory_limit has no room for more");
+  }
+  if (!(outcome.residual <= residual)) {
+    context.stats.warnings.push_back("radiosity: after " + std::to_string(outcome.sweeps) +
+                                     " sweeps the solution still moves " + std::to_string(outcome.residual) +
+                                     " of all light a sweep, more than the residual: some surfaces reflect "
+                                     "nearly all light");
   }
   blob = solution.blob();
   return true;
@@ -144,18 +182,32 @@ bool merge_solutions(std::span<const std::string_view> blobs, std::string& merge
 std::unique_ptr<const Prepared> prepare_links(const SceneTables& scene,
                                               std::span<const std::string_view> blobs) {
   auto linked = std::make_unique<Linked>(scene);
-  Links estimate;
-  if (!estimate.append(blobs[0])) return nullptr;
-  std::optional<Forest> forest = Forest::grow(scene, linked->surfaces, linked->clusters, estimate);
+  Links links;
+  if (!links.append(blobs.back())) return nullptr;
+  if (blobs.size() == 2) {
+    if (!are_sound(links, linked->surfaces, linked->clusters, Name::kDeepest)) return nullptr;
+    linked->links = std::move(links);
+    return linked;
+  }
+  std::optional<Forest> forest = Forest::grow(scene, linked->surfaces, linked->clusters, links, 0);
   if (!forest) return nullptr;
-  if (blobs.size() == 2) return linked->links.append(blobs[1]) ? std::move(linked) : nullptr;
-  forest->solve(scene.radiosity.residual);
-  linked->brightness = forest->brightness();
-  linked->mean_irradiance = forest->mean_irradiance();
+  linked->estimate = std::make_unique<Estimate>(*std::move(forest));
   return linked;
 }
 
 }  // namespace
+
+bool Estimate::finish(double residual, std::stop_token stop) {
+  for (;;) {
+    const std::lock_guard lock(mutex_);
+    if (!forest_) return true;
+    if (stop.stop_requested()) return false;
+    if (!forest_->advance(residual)) continue;
+    brightness_ = forest_->brightness();
+    mean_irradiance_ = forest_->mean_irradiance();
+    forest_.reset();
+  }
+}
 
 const AlgorithmPhase kPhases[3] = {
     {make_estimate, merge_links}, {make_final_links, merge_links}, {make_solution, merge_solutions}};

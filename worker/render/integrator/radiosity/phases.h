@@ -3,26 +3,47 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
+#include <stop_token>
 #include <string_view>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/radiosity/display.h"
+#include "render/integrator/radiosity/solve.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
 /// "estimate", "links" and "solution" (wire/algorithm.cpp).
 extern const AlgorithmPhase kPhases[3];
 
+/// Light by links between whole sides, which tells how exact the final ones have to be.
+class Estimate {
+ public:
+  explicit Estimate(Forest forest) : forest_(std::move(forest)) {}
+
+  /// Solves for it; threads that call this take turns, a sweep each. False when stopped before the end.
+  bool finish(double residual, std::stop_token stop);
+  // Once it is finished.
+  const Brightness& brightness() const { return brightness_; }
+  double mean_irradiance() const { return mean_irradiance_; }
+
+ private:
+  std::mutex mutex_;
+  std::optional<Forest> forest_;  // until it is finished
+  Brightness brightness_;
+  double mean_irradiance_ = 0;
+};
+
 /// What a phase reads of those before it.
 struct Linked final : Prepared {
-  Linked(const SceneTables& scene) : surfaces(scene.shapes), clusters(surfaces) {}
+  explicit Linked(const SceneTables& scene) : surfaces(scene.shapes), clusters(surfaces) {}
 
   const Surfaces surfaces;
   const Clusters clusters;
-  Brightness brightness;  // by the estimate
-  double mean_irradiance = 0;
-  Links links;  // for the solution
+  std::unique_ptr<Estimate> estimate;  // for the final links
+  Links links;                         // for the solution
 };
 
 /// What the picture reads.

@@ -67,9 +67,8 @@ void Radiosity::meet(int depth) {
       Vertex& v = point.vertex;
       v.wo = -point.path.direction;
       v.time = Float(0.0f);
-      if (any(point.hit))
-        v.surface = surface_at(scene_.shapes, point.found, point.path.origin, point.path.direction, point.hit,
-                               scene_.any_tangents);
+      v.surface = surface_at(scene_.shapes, point.found, point.path.origin, point.path.direction, point.hit,
+                             scene_.any_tangents);
       // Sampled light is found from the point before.
       if (depth == 0) add_emission(point, active);
       if (none(point.hit)) continue;

@@ -1,5 +1,7 @@
 #include "render/integrator/radiosity/solution.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include "render/integrator/radiosity/blob.h"
@@ -14,15 +16,30 @@ struct Numbers {
   double residual;
 };
 
-bool is_consistent(const Solution& solution) {
+/// Every node but the sides is the part of one other, which comes before it, and none is too deep.
+bool is_forest(const Solution& solution) {
+  constexpr std::uint8_t kNone = 255;
   const auto patches = static_cast<std::int64_t>(solution.patches.size());
-  const auto nodes = static_cast<std::int64_t>(solution.nodes.size());
-  if (std::int64_t{solution.sides} > nodes) return false;
-  for (std::int64_t i = 0; i < nodes; ++i) {
-    const std::int64_t node = solution.nodes[static_cast<std::size_t>(i)];
-    // Parts come after what they are parts of, so that every way down ends.
-    if (node < 0 ? -node > patches : node <= i || node + 4 > nodes) return false;
+  const std::size_t nodes = solution.nodes.size(), sides = solution.sides;
+  if (sides > nodes) return false;
+  std::vector<std::uint8_t> level(nodes, kNone);
+  std::fill_n(level.begin(), sides, std::uint8_t{0});
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const std::int64_t node = solution.nodes[i];
+    if (level[i] == kNone) return false;
+    if (node < 0 && -node <= patches) continue;
+    const auto first = static_cast<std::size_t>(node);
+    if (node < 0 || first <= i || first < sides || first + 4 > nodes || level[i] == kDeepest) return false;
+    for (std::size_t part = first; part < first + 4; ++part) {
+      if (level[part] != kNone) return false;
+      level[part] = static_cast<std::uint8_t>(level[i] + 1);
+    }
   }
+  return true;
+}
+
+bool is_consistent(const Solution& solution) {
+  if (!is_forest(solution) || solution.sides != 2 * solution.turned.size()) return false;
   for (const SolutionPatch& patch : solution.patches) {
     for (const std::uint32_t corner : patch.corners) {
       if (corner >= solution.vertices.size()) return false;
@@ -38,6 +55,7 @@ std::string Solution::blob() const {
   put_array(nodes, blob);
   put_array(patches, blob);
   put_array(vertices, blob);
+  put_array(turned, blob);
   put_array(std::vector<Numbers>{{links, cut_short, sweeps, sides, residual}}, blob);
   return blob;
 }
@@ -46,8 +64,8 @@ std::optional<Solution> Solution::read(std::string_view blob) {
   Solution solution;
   std::vector<Numbers> numbers;
   if (!take_array(blob, solution.nodes) || !take_array(blob, solution.patches) ||
-      !take_array(blob, solution.vertices) || !take_array(blob, numbers) || numbers.size() != 1 ||
-      !blob.empty())
+      !take_array(blob, solution.vertices) || !take_array(blob, solution.turned) ||
+      !take_array(blob, numbers) || numbers.size() != 1 || !blob.empty())
     return std::nullopt;
   solution.links = numbers.front().links;
   solution.cut_short = numbers.front().cut_short;

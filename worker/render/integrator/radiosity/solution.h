@@ -9,6 +9,9 @@
 
 namespace tessera::render::radiosity {
 
+/// Splits that lead to a patch, at most.
+inline constexpr int kDeepest = 14;
+
 /// A corner of patches. Colours are R, G, B, in W/m^2.
 struct SolutionVertex {
   float position[3];  // render space
@@ -28,6 +31,8 @@ struct Solution {
   // Of each node, sides first: the first of its four parts, or, where it has none, -1 - its patch.
   std::vector<std::int32_t> nodes;
   std::uint32_t sides = 0;
+  // Of each triangle, 1 where its corners go clockwise, seen from where its side 0 is.
+  std::vector<std::uint8_t> turned;
   std::vector<SolutionPatch> patches;
   std::vector<SolutionVertex> vertices;
   // How it was found.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+
+#include "render/integrator/radiosity/memory.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
@@ -15,26 +18,29 @@ float largest(const Colour& light) { return *std::max_element(std::begin(light.b
 }  // namespace
 
 std::optional<Forest> Forest::grow(const SceneTables& scene, const Surfaces& surfaces,
-                                   const Clusters& clusters, const Links& links) {
+                                   const Clusters& clusters, const Links& links, int deepest) {
+  if (!are_sound(links, surfaces, clusters, deepest)) return std::nullopt;
+  static_assert(sizeof(Node) + 2 * sizeof(Colour) == render::radiosity::kBytesPerNode);
   Forest forest(surfaces, clusters);
+  forest.most_nodes_ = static_cast<std::size_t>(
+      std::min<std::uint64_t>(scene.radiosity.memory_limit / render::radiosity::kBytesPerNode, kCluster - 4));
   forest.nodes_.resize(surfaces.sides());
   for (Side side = 0; side < surfaces.sides(); ++side) forest.nodes_[side].name = Name::of_side(side);
   if (!forest.add(links)) return std::nullopt;
   forest.gathered_.resize(forest.nodes_.size());
   forest.set_matter(scene);
+  forest.limit_shares();
   forest.pull_clusters();
   return forest;
 }
 
-/// The node with this name, split off where it is not there yet.
+/// The node with this name, split off where it is not there yet. Absent where there is no room.
 std::optional<std::uint32_t> Forest::find(Name name) {
-  if (name.is_cluster() || name.side() >= surfaces_->sides() || name.level() > Name::kDeepest)
-    return std::nullopt;
   std::uint32_t node = name.side();
   for (int level = 0; level < name.level(); ++level) {
     if (nodes_[node].first_part == 0) {
       const Name parent = nodes_[node].name;
-      if (nodes_.size() >= kCluster - 4) return std::nullopt;
+      if (nodes_.size() + 4 > most_nodes_) return std::nullopt;
       nodes_[node].first_part = static_cast<std::uint32_t>(nodes_.size());
       for (unsigned i = 0; i < 4; ++i) {
         nodes_.emplace_back();
@@ -51,11 +57,10 @@ bool Forest::add(const Links& links) {
   side_begin_.assign(std::size_t{surfaces_->sides()} + 1, 0);
   Side last = 0;
   for (const Link& link : links.links) {
-    if (link.source.is_cluster() && link.source.cluster() >= clusters_->all().size()) return false;
     const std::optional<std::uint32_t> receiver = find(link.receiver);
     const std::optional<std::uint32_t> source =
         link.source.is_cluster() ? kCluster | link.source.cluster() : find(link.source);
-    if (!receiver || !source || link.receiver.side() < last) return false;
+    if (!receiver || !source) return false;
     last = link.receiver.side();
     links_.push_back({*receiver, *source, static_cast<float>(link.factor)});
     side_begin_[last + 1] = links_.size();
@@ -95,16 +100,31 @@ void Forest::set_matter(const SceneTables& scene) {
   }
 }
 
-Colour Forest::push_pull(std::uint32_t index, Colour from_above) {
+/// Factors are estimates, and nothing keeps their sum over a patch at or below 1. Where a patch would so
+/// reflect more than all that can come to it, light could grow from sweep to sweep without end.
+void Forest::limit_shares() {
+  std::vector<float> sum(nodes_.size());
+  for (const NodeLink& link : links_) sum[link.receiver] += link.factor;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    Node& node = nodes_[i];
+    for (std::uint32_t part = 0; node.first_part != 0 && part < 4; ++part)
+      sum[node.first_part + part] += sum[i];
+    if (node.first_part == 0 && sum[i] * largest(node.matter.reflectance) > 1) node.share = 1 / sum[i];
+  }
+}
+
+Colour Forest::push_pull(std::uint32_t index, Colour from_above, Colour over_links) {
   Node& node = nodes_[index];
   from_above += direct_[index] + gathered_[index];
+  over_links += gathered_[index];
   gathered_[index] = {};
+  if (node.share < 1) from_above += over_links * (node.share - 1);
   node.irradiance = from_above;
   if (node.first_part == 0)
     return node.radiosity = node.matter.emission + node.matter.reflectance * from_above;
   Colour sum, irradiance;
   for (std::uint32_t part = 0; part < 4; ++part) {
-    sum += push_pull(node.first_part + part, from_above);
+    sum += push_pull(node.first_part + part, from_above, over_links);
     irradiance += nodes_[node.first_part + part].irradiance;
   }
   node.irradiance = irradiance * 0.25f;
@@ -122,7 +142,7 @@ double Forest::sweep(double& power) {
       gathered_[link.receiver] += source * link.factor;
     }
     const float before = nodes_[side].radiosity.mean();
-    const float after = push_pull(side, {}).mean();
+    const float after = push_pull(side, {}, {}).mean();
     moved += surfaces_->area(side) * std::abs(double{after} - double{before});
     power += surfaces_->area(side) * double{after};
   }
@@ -144,16 +164,17 @@ void Forest::pull_clusters() {
   }
 }
 
-Forest::Outcome Forest::solve(double residual) {
-  Outcome outcome;
-  while (outcome.sweeps < kMostSweeps) {
-    double power = 0;
-    const double moved = sweep(power);
-    ++outcome.sweeps;
-    outcome.residual = power > 0 ? moved / power : 0;
-    if (outcome.residual <= residual) break;
-  }
-  return outcome;
+bool Forest::advance(double residual) {
+  const auto is_over = [&] {
+    return outcome_.sweeps == kMostSweeps ||
+           (outcome_.sweeps > 0 && (outcome_.residual <= residual || !std::isfinite(outcome_.residual)));
+  };
+  if (is_over()) return true;
+  double power = 0;
+  const double moved = sweep(power);
+  ++outcome_.sweeps;
+  outcome_.residual = power == 0 ? 0 : moved / power;
+  return is_over();
 }
 
 Brightness Forest::brightness() const {

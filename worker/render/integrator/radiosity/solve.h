@@ -19,28 +19,29 @@ class Forest {
     Colour irradiance;             // of whole ones: that of the patches that they are parts of, too; W/m^2
     Colour radiosity;              // W/m^2; of others the mean of their parts
     Matter matter;                 // of whole ones
+    // Of whole ones: how much of what its links bring counts. Below 1 where it would reflect more than all
+    // that can come to it.
+    float share = 1;
   };
 
-  /// Splits what the links name. Not there where they name what is not.
+  /// Splits what the links name. Absent where these are not sound, name patches deeper than level `deepest`,
+  /// or more of them than the scene's memory limit has room for.
   static std::optional<Forest> grow(const SceneTables& scene, const Surfaces& surfaces,
-                                    const Clusters& clusters, const Links& links);
+                                    const Clusters& clusters, const Links& links,
+                                    int deepest = Name::kDeepest);
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const Node& node(std::size_t i) const { return nodes_[i]; }
-  /// Bytes of `patches` nodes with `links`.
-  static std::size_t bytes(std::size_t patches, std::size_t links) {
-    return patches * sizeof(Node) + links * sizeof(NodeLink);
-  }
-
   struct Outcome {
     int sweeps = 0;
     double residual = 0;  // power that the last sweep moved, over all that leaves the surfaces
   };
-  /// Gauss-Seidel sweeps over the sides: each gathers the light over its links, pushes it down to its parts
-  /// and pulls radiosity up from them [Hanrahan, Salzman & Aupperle 1991]; clusters follow after each sweep.
-  /// The rest of an infinite series of sweeps moves at most residual r / (1 - r) of the power, with r the
-  /// largest reflectance.
-  Outcome solve(double residual);
+  /// A Gauss-Seidel sweep more over the sides: each gathers the light over its links, pushes it down to its
+  /// parts and pulls radiosity up from them [Hanrahan, Salzman & Aupperle 1991]; clusters follow. True once a
+  /// sweep moves no more than `residual`, or no sweep more would help. The rest of an infinite series of
+  /// sweeps moves at most residual r / (1 - r) of the power, with r the largest reflectance.
+  bool advance(double residual);
+  const Outcome& outcome() const { return outcome_; }
 
   /// Radiosities of sides and clusters.
   Brightness brightness() const;
@@ -58,17 +59,20 @@ class Forest {
   std::optional<std::uint32_t> find(Name name);
   bool add(const Links& links);
   void set_matter(const SceneTables& scene);
-  Colour push_pull(std::uint32_t node, Colour from_above);
+  void limit_shares();
+  Colour push_pull(std::uint32_t node, Colour from_above, Colour over_links);
   double sweep(double& power);
   void pull_clusters();
 
   const Surfaces* surfaces_;
   const Clusters* clusters_;
+  std::size_t most_nodes_ = 0;
   std::vector<Node> nodes_;
   std::vector<Colour> direct_, gathered_;  // irradiance of nodes, without that of patches they are parts of
   std::vector<Colour> cluster_radiosity_;
   std::vector<NodeLink> links_;          // by the receiver's side
   std::vector<std::size_t> side_begin_;  // of each side's links; one more at the end
+  Outcome outcome_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA::radiosity

@@ -11,6 +11,7 @@
 
 #include "render/integrator/bdpt/light_subpaths.h"
 #include "render/integrator/photon_map/photon_map.h"
+#include "render/integrator/vertex/layers.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -21,7 +22,7 @@ struct alignas(64) MergeablePhotonFields {
   typename Form::Vector direction;  // unit, back to the light
   typename Form::Colour flux;
   typename Form::Scalar last, rest;  // PartialWeights
-  typename Form::Integer event;
+  typename Form::Integer steps;      // events before this one: photon_steps.h
 
   template <class F, class... Photons>
   static void for_each(F&& f, Photons&... photons) {
@@ -30,7 +31,7 @@ struct alignas(64) MergeablePhotonFields {
     f(photons.flux...);
     f(photons.last...);
     f(photons.rest...);
-    f(photons.event...);
+    f(photons.steps...);
   }
 };
 
@@ -39,8 +40,15 @@ class Merging final : public LightVertexSink {
   /// `first_radius`: of the first pass, in units of render space; 0: a part of the scene's size.
   explicit Merging(const SceneTables& scene, float first_radius = 0);
 
+  /// Most photons that are expected of a pass: 48 bytes each, twice while they are sorted.
+  static constexpr std::int64_t kMostPhotons = 1 << 22;
+
+  /// Has to be told, before the first pass, how many vertices a subpath has that are caught, in the mean.
+  void expect(double photons_a_path);
+  bool knows_what_to_expect() const { return stride_ > 0; }
+
   /// Whether vertices of the pass's batch number `batch` of kSubpaths subpaths are to be caught: of large
-  /// films not those of all, so that memory is bounded.
+  /// films, and where subpaths are long, not those of all, so that memory is bounded.
   bool wants_batch(std::uint32_t batch) const { return batch % stride_ == 0; }
 
   void begin(std::uint32_t pass);
@@ -48,21 +56,24 @@ class Merging final : public LightVertexSink {
   /// All light of the pass has been caught.
   void end() { map_.build(radius_); }
 
+  std::int64_t photons() const { return map_.size(); }
+
   /// What merging a vertex adds to the sums over ways, before powers: how many photons a vertex meets for one
   /// that would be joined.
   float photons_a_join() const { return static_cast<float>(photon_paths_) * area(); }
 
   /// Weighed reflected light of the photons near the vertices `at`, on surfaces. `eye`: sums there, at event
-  /// `depth`.
-  Spectrum gather(const Vertex& at, const PartialWeights& eye, int depth, Mask active) const;
+  /// `depth`. Adds it to `layers` too, unless that is null.
+  Spectrum gather(const Vertex& at, const PartialWeights& eye, int depth, Mask active,
+                  GatheredLayers* layers) const;
 
  private:
   float area() const;
 
   const SceneTables& scene_;
   const float first_radius_;
-  std::uint32_t stride_ = 1;
-  std::int64_t photon_paths_ = 0;  // a pass
+  std::uint32_t stride_ = 0;
+  std::int64_t photon_paths_ = 1;  // a pass
   float radius_ = 0;
   PhotonMap<MergeablePhotonFields> map_;
 };

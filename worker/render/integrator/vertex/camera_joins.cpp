@@ -35,16 +35,22 @@ CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta,
   return join;
 }
 
-void CameraJoins::add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines) {
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const CameraJoin& join, Mask& shines) {
   shines = and_not(shines, is_black(join.value));
   for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(join.value.c[c]);
-  WideConnection ray = connect(scene_, v, join.w, join.eye.lens, shines);
+  WideConnection ray = connect(scene, v, join.w, join.eye.lens, shines);
   // Things before the near plane are not seen, and block nothing.
-  const float near_clip = scene_.camera.near_clip;
+  const float near_clip = scene.camera.near_clip;
   if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(join.eye.depth, 1e-30f));
   ray.contribution = join.value;
+  return ray;
+}
+
+void CameraJoins::add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines) {
+  WideConnection ray = ray_of(scene_, v, join, shines);
   ray.key = bit_cast<std::int32_t>(key);
   ray.layers = join.layers;
+  ray.inverse_weight = join.inverse_weight;
   const int at = connections_.size;
   compress_store(join.eye.film.x, shines, film_x_ + at);
   compress_store(join.eye.film.y, shines, film_y_ + at);
@@ -61,7 +67,8 @@ void CameraJoins::trace(Film& film) {
         const int lane = __builtin_ctz(bits);
         float light[kSpectrumLanes];
         for (int c = 0; c < kSpectrumLanes; ++c) light[c] = ray.contribution.c[c].lane(lane);
-        splat(ray.slot.lane(lane), light, scene_.layers.count > 0 ? ray.layers.lane(lane) : 0);
+        splat(ray.slot.lane(lane), light, scene_.layers.count > 0 ? ray.layers.lane(lane) : 0,
+              scene_.layers.unweighted != 0 ? ray.inverse_weight.lane(lane) : 1);
       }
     });
   } else {
@@ -73,17 +80,26 @@ void CameraJoins::trace(Film& film) {
       if (connections_.distance[i] < 0) continue;
       float light[kSpectrumLanes];
       for (int c = 0; c < kSpectrumLanes; ++c) light[c] = connections_.contribution.c[c][i];
-      splat(i, light, scene_.layers.count > 0 ? connections_.layers[i] : 0);
+      splat(i, light, scene_.layers.count > 0 ? connections_.layers[i] : 0,
+            scene_.layers.unweighted != 0 ? connections_.inverse_weight[i] : 1);
     }
     connections_.size = 0;
   }
   film.splat(splats_);
 }
 
-void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers) {
+void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers,
+                        float inverse_weight) {
   const auto band = [&](int number) { return band_mean(number, [&](int lane) { return light[lane]; }); };
-  splats_.push_back(
-      {film_x_[place], film_y_[place], {band(0), band(1), band(2)}, static_cast<std::uint32_t>(layers)});
+  Splat splat{film_x_[place], film_y_[place], {band(0), band(1), band(2)}};
+  splat.layers = static_cast<std::uint32_t>(layers & ~scene_.layers.unweighted);
+  splats_.push_back(splat);
+  const std::int32_t apart = layers & scene_.layers.unweighted;
+  if (apart == 0) return;
+  for (float& value : splat.value) value *= inverse_weight;
+  splat.layers = static_cast<std::uint32_t>(apart);
+  splat.in_picture = false;
+  splats_.push_back(splat);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

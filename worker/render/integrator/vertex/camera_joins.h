@@ -13,16 +13,21 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen vertices and the camera.
 struct CameraJoin {
   CameraConnection eye;
-  Vec3 w;          // unit, towards the lens
-  BsdfEval back;   // of what scatters there: value, and density of going back to the light
-  Spectrum value;  // of the splat, were nothing in between
-  Mask seen;       // from the rectangle's pixels
-  Int layers{0};   // that the light belongs to: bits; where there are any
+  Vec3 w;                      // unit, towards the lens
+  BsdfEval back;               // of what scatters there: value, and density of going back to the light
+  Spectrum value;              // of the splat, were nothing in between
+  Mask seen;                   // from the rectangle's pixels
+  Int layers{0};               // that the light belongs to: bits; where there are any
+  Float inverse_weight{1.0f};  // of ConnectionFields
 };
 
 /// `beta` is what the path carries to the vertex.
 CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
                        const FilmRect& rect, Mask wanted);
+
+/// The ray of such a join, with what it carries. Lanes of `shines` whose light cannot be summed, or that have
+/// none, are taken from it.
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const CameraJoin& join, Mask& shines);
 
 /// Joins that wait to be traced.
 class CameraJoins {
@@ -36,7 +41,7 @@ class CameraJoins {
   void trace(Film& film);
 
  private:
-  void splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers);
+  void splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers, float inverse_weight);
 
   const SceneTables& scene_;
   const RayQuery& rays_;

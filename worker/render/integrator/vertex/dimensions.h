@@ -41,6 +41,8 @@ inline constexpr int kLightFlight = 4 << 20;  // distance in a medium
 // Whether an event is a diffuse or a glossy one, for layers alone: towards a light, and where the path goes
 // on; one pair each event, far beyond all others.
 inline constexpr int kLayerLobes = 12 << 20;
+// The same on paths from lights that have the dimensions of a path from the eye beside their own.
+inline constexpr int kLightLayerLobes = 13 << 20;
 
 /// The deepest event.
 inline constexpr int kDeepest = static_cast<int>(wire::kMaxDepth);
@@ -49,6 +51,7 @@ static_assert(kFlight + kDeepest < kOpacity);
 static_assert(kOpacity + kDeepest < kLightPath);
 static_assert(kFirstLightEvent + (kDeepest + 1) * kPairsPerLightEvent <= kLightFlight);
 static_assert(kLightFlight + kDeepest < kLayerLobes);
+static_assert(kLayerLobes + kDeepest < kLightLayerLobes);
 
 // Number streams (medium.h), for decisions whose number is not known beforehand: one for each use, event and
 // round.

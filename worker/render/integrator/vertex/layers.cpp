@@ -45,4 +45,15 @@ Int event_at(const SceneTables& scene, const Vertex& v, Vec3 wo, Vec3 wi, Mask s
   return select(v.in_medium, number(Event::kVolume), event);
 }
 
+// Not inline: gathering without layers was 2 % slower with this within its loop.
+
+Int GatheredLayers::state_after_diffuse_reflection(const Vertex& v, Mask lanes) const {
+  return state_after(scene, v, state, v.wo, face_forward(v.at.frame.z, v.wo), Mask::none(), choice, lanes);
+}
+
+void GatheredLayers::add(const Vertex& v, Spectrum light, Vec3 directions, Int photon_states, Mask lanes) {
+  const Int here = state_after(scene, v, state, v.wo, directions, Mask::none(), choice, lanes);
+  sums.add(light, layers_of_join(scene.layers, here, photon_states, lanes), lanes);
+}
+
 }  // namespace tessera::render::TESSERA_ISA

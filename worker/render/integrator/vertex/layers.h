@@ -1,9 +1,9 @@
 // The state of the layers' automaton on its way along paths: which event a vertex is, and which layers the
 // light has that is found there. Nothing of it is asked where a job has no layers.
 //
-// An algorithm that joins paths from both ends says LayerStates::kFromCamera. Its eye paths carry states, and
-// the vertices of its light paths keep their events: next_state() for each of these, from the connection back
-// to the light, and layers_at_light() at its end give the layers of the whole path.
+// Paths from the camera carry states of the automaton, paths from lights those of the reversed one. Where two
+// are joined, or a photon is gathered, the pair of both states says which layers the whole path has: all that
+// the one has read, and all that the other has, are known by them (layers_of_join).
 #pragma once
 
 #include <optional>
@@ -11,6 +11,7 @@
 
 #include "render/integrator/layer_table.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/layer_sums.h"
 #include "render/integrator/vertex/vertex.h"
 #include "render/sampling/sampler.h"
 
@@ -27,8 +28,7 @@ TESSERA_INLINE Int look_up(const std::vector<std::int32_t>& table, Int index, Ma
 
 /// The state of paths that begin at the eye, before their first event.
 TESSERA_INLINE Int state_at_eye(const SceneTables& scene) {
-  const LayerTable& table = scene.layers;
-  return Int(tells_layers(scene) && !table.from_lights ? table.begin.front() : 0);
+  return Int(tells_layers(scene) ? scene.layers.from_camera.begin.front() : 0);
 }
 TESSERA_INLINE Int source_of(const LayerTable& table, Int light, Mask active) {
   if (table.one_source >= 0) return Int(table.one_source);
@@ -36,21 +36,40 @@ TESSERA_INLINE Int source_of(const LayerTable& table, Int light, Mask active) {
 }
 /// The state of paths that begin at these lights.
 TESSERA_INLINE Int state_at_light(const LayerTable& table, Int light, Mask active) {
-  return look_up(table.begin, source_of(table, light, active), active);
+  return look_up(table.from_lights.begin, source_of(table, light, active), active);
 }
 
-/// The layers of a path in this state that comes to a source of light, as bits. With from_lights: of light
-/// that reaches the eye from there without an event.
+/// The layers of a path in this state that comes to a source of light, as bits.
 TESSERA_INLINE Int layers_at_source(const LayerTable& table, Int state, Int source, Mask active) {
-  if (table.from_lights) return look_up(table.layers, look_up(table.begin, source, active), active);
-  return look_up(table.layers, state * table.ends + source, active);
+  return look_up(table.from_camera.layers, state * table.from_camera.ends + source, active);
 }
 TESSERA_INLINE Int layers_at_light(const LayerTable& table, Int state, Int light, Mask active) {
   return layers_at_source(table, state, source_of(table, light, active), active);
 }
-/// With from_lights: of a path in this state that comes to the eye.
+/// The layers of shadows of a path in this state, which is behind an event, where something is between this
+/// and the light.
+TESSERA_INLINE Int shadows_at_light(const LayerTable& table, Int state, Int light, Mask active) {
+  return look_up(table.from_camera.shadows, state * table.from_camera.ends + source_of(table, light, active),
+                 active);
+}
+/// The layers of a path from a light that comes to the eye in this state.
 TESSERA_INLINE Int layers_at_eye(const LayerTable& table, Int state, Mask active) {
-  return look_up(table.layers, state, active);
+  return look_up(table.from_lights.layers, state, active);
+}
+/// The layers of a path from the eye in the state `eye` that ends where one from a light is in the state
+/// `light`, every event being in one of them.
+TESSERA_INLINE Int layers_of_join(const LayerTable& table, Int eye, Int light, Mask active) {
+  return look_up(table.joined, eye * table.from_lights.states + light, active);
+}
+
+/// The layers, as bits, of all light that a strategy of `s` vertices from the light and `t` from the eye
+/// finds.
+inline std::int32_t layers_of_strategy(const LayerTable& table, int s, int t) {
+  std::int32_t layers = table.of_any_strategy;
+  for (const LayersOfStrategies& asked : table.of_strategies) {
+    if (asked.strategies.has(s, t)) layers |= asked.layers;
+  }
+  return layers;
 }
 
 /// A number that decides whether an event is of the diffuse or of the glossy lobes, where both give light
@@ -58,10 +77,11 @@ TESSERA_INLINE Int layers_at_eye(const LayerTable& table, Int state, Mask active
 struct LobeChoice {
   const Sampler& sampler;
   int event;           // of the path
-  bool to_connection;  // the vertex is joined to a light or to the eye; else the path goes on
+  bool to_connection;  // the vertex is joined to a light, the eye or another path; else the path goes on
+  int pairs = dimension::kLayerLobes;  // of dimensions, one an event
 
   TESSERA_INLINE Float number() const {
-    const Vec2 u = sampler.get_2d(dimension::kLayerLobes + event);
+    const Vec2 u = sampler.get_2d(pairs + event);
     return to_connection ? u.x : u.y;
   }
 };
@@ -73,12 +93,32 @@ Int event_at(const SceneTables& scene, const Vertex& v, Vec3 wo, Vec3 wi, Mask s
              const LobeChoice& choice, Mask active);
 
 /// The state after an event.
-TESSERA_INLINE Int next_state(const LayerTable& table, Int state, Int event, Mask active) {
-  return look_up(table.next, state * table.events + event, active);
+TESSERA_INLINE Int next_state(const LayerAutomaton& automaton, Int state, Int event, Mask active) {
+  return look_up(automaton.next, state * automaton.events + event, active);
 }
+/// The same for the event at a vertex, of paths from the camera and from lights; directions as in event_at().
 TESSERA_INLINE Int state_after(const SceneTables& scene, const Vertex& v, Int state, Vec3 wo, Vec3 wi,
                                Mask specular, const LobeChoice& choice, Mask active) {
-  return next_state(scene.layers, state, event_at(scene, v, wo, wi, specular, choice, active), active);
+  return next_state(scene.layers.from_camera, state, event_at(scene, v, wo, wi, specular, choice, active),
+                    active);
 }
+TESSERA_INLINE Int light_state_after(const SceneTables& scene, const Vertex& v, Int state, Vec3 wo, Vec3 wi,
+                                     Mask specular, const LobeChoice& choice, Mask active) {
+  return next_state(scene.layers.from_lights, state, event_at(scene, v, wo, wi, specular, choice, active),
+                    active);
+}
+
+/// Layers of the light that is gathered at 16 vertices of paths from the eye from photons around them.
+struct GatheredLayers {
+  const SceneTables& scene;
+  Int state;  // before the event that the vertex is
+  LobeChoice choice;
+  LayerSums sums;
+
+  /// The states behind vertices that reflect all light diffusely.
+  Int state_after_diffuse_reflection(const Vertex& v, Mask lanes) const;
+  /// Adds light of photons that came from `directions` to the vertices, in these states.
+  void add(const Vertex& v, Spectrum light, Vec3 directions, Int photon_states, Mask lanes);
+};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -26,12 +26,18 @@ struct DeltaLights {
 
 }  // namespace
 
+Mask delta_lights(const LightTable& table, Int light, Mask active) {
+  return DeltaLights(table, light, active).delta;
+}
+
 LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Float cosine, Vec3 direction,
                    Float distance_squared, Mask active) {
   const EmissionDensity emission = emission_density(table, light, point, cosine, direction, active);
   const DeltaLights lights(table, light, active);
   LightEnd end;
-  end.emitted = discrete_pmf(table.selection, light, active) * emission.place * emission.direction;
+  // Places are infinitely dense on the disk around a scene of one point, whose sky starts no path.
+  const Float pmf = discrete_pmf(table.selection, light, active);
+  end.emitted = select_or_zero(pmf > 0.0f, pmf * emission.place * emission.direction);
   end.sampled = pdf * abs(cosine) * select(lights.at_a_point, distance_squared, 1.0f);
   end.hit = select_or_zero(~lights.delta, abs(cosine));
   return end;

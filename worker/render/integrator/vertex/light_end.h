@@ -6,12 +6,12 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Densities of 16 such ends and of the edge to the vertex beside them, all without the geometry that the
-/// three ways to make them have in common.
+/// Densities of 16 such ends and of the edge to the vertex beside them. What the three ways to make them have
+/// in common is left out: the inverse square of the edge, and for lights at infinity nothing.
 struct LightEnd {
   Float sampled;  // sampled as a light that shines on that vertex
-  Float emitted;  // a path from the light; times the cosine at the vertex
-  Float hit;      // met by a path from the eye; times the density of its direction. 0 for delta lights
+  Float emitted;  // a path from the light, still without the cosine at the vertex
+  Float hit;  // met by a path from the eye, still without the density of its direction; 0 for delta lights
 
   /// Sums at the first vertex of a path from the light, met under this cosine.
   TESSERA_INLINE PartialWeights first_vertex(Float cosine) const {
@@ -32,6 +32,9 @@ struct LightEnd {
                          fma(power(emitted * scale), eye.rest, power(sampled * scale) * eye.last));
   }
 };
+
+/// Lanes whose light is one of those that only light sampling and emission find.
+Mask delta_lights(const LightTable& table, Int light, Mask active);
 
 /// The end at `point` of light `light`, from where light leaves along the unit `direction`, which has this
 /// cosine (positive where it shines) with its surface; 1 without one. Light sampling gives it with density

@@ -1,6 +1,7 @@
 #include "render/integrator/vertex/light_paths.h"
 
 #include "render/integrator/vertex/layers.h"
+#include "render/integrator/vertex/light_end.h"
 #include "render/integrator/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -20,6 +21,7 @@ void LightPaths::start(std::int32_t first, std::int32_t count, std::uint32_t pas
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
     LightStart start = start_at_light(scene_, sampler, paths_of_pass_, Int::iota(slot), active);
     if (time) start.path.time = Float(*time);
+    start.path.pdf = select(delta_lights(scene_.lights, start.light, start.alive), Float(0.0f), Float(1.0f));
     if (tells_layers(scene_))
       start.path.layer_state = state_at_light(scene_.layers, start.light, start.alive);
     alive_ += append(scene_, start.path, start.alive, paths_, alive_);
@@ -43,11 +45,12 @@ int LightPaths::scatter(const LightEvent& e, Mask hit, int kept) {
   WidePath next = e.path;
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
+  next.pdf = select(bsdf.specular, e.path.pdf, Float(1.0f));
   next.beta = e.path.beta * bsdf.weight * normals;
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
   if (tells_layers(scene_)) {
-    next.layer_state = state_after(scene_, v, e.path.layer_state, bsdf.wi, v.wo, bsdf.specular,
-                                   {e.sampler, e.depth, false}, alive);
+    next.layer_state = light_state_after(scene_, v, e.path.layer_state, bsdf.wi, v.wo, bsdf.specular,
+                                         {e.sampler, e.depth, false}, alive);
   }
   alive &= survive_roulette(next.beta, next.roulette_scale,
                             e.sampler.get_2d(e.first_pair + dimension::kLightRoulette).x);

@@ -42,7 +42,8 @@ class LightPaths {
         paths_of_pass_(paths) {}
 
   /// Starts paths first .. first + count - 1 of a pass, kBatch of them at most, in slots 0 .. count - 1; at
-  /// one time, in scenes with motion, or each at its own.
+  /// one time, in scenes with motion, or each at its own. A path's pdf is 0 as long as it comes from a delta
+  /// light and has met nothing but perfect mirrors and glass, then 1.
   void start(std::int32_t first, std::int32_t count, std::uint32_t pass,
              std::optional<float> time = std::nullopt);
   /// Some path is still on its way.

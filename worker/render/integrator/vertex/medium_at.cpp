@@ -1,8 +1,11 @@
 #include "render/integrator/vertex/medium_at.h"
 
+#include <algorithm>
+
 #include "render/camera/camera.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/passing.h"
+#include "render/light/light_access.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -63,6 +66,21 @@ Int medium_at_light(const SceneTables& scene, Int light, Vec3 point, Vec3 direct
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
   const Surface surface = surface_at(scene.shapes, hit, point, zero, on_shape, false);
   return medium_behind(scene.shapes, surface, direction, medium, on_shape);
+}
+
+Mask is_lost(const SceneTables& scene, Int light, Int medium, Mask active) {
+  Mask lost = Mask::none();
+  const Mask inside = active & (medium >= 0);
+  for_each_distinct(kind_of(scene.lights, light, inside), inside, [&](std::int32_t kind, Mask lanes) {
+    if (!light_model(static_cast<LightKind>(kind)).traits.at_infinity) return;
+    for_each_distinct(medium, lanes, [&](std::int32_t index, Mask within) {
+      const MediumRecord& record = scene.media.media[static_cast<std::size_t>(index)];
+      const float* const sigma_t = record.sigma_t.value;
+      if (record.homogeneous && std::any_of(sigma_t, sigma_t + kBands, [](float s) { return s > 0; }))
+        lost |= within;
+    });
+  });
+  return lost;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

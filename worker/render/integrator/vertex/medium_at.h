@@ -18,4 +18,7 @@ void find_media(const IntegratorContext& context, ConnectionQueue& ways, HitStat
 /// border.
 Int medium_at_light(const SceneTables& scene, Int light, Vec3 point, Vec3 direction, Int medium, Mask active);
 
+/// Lanes whose light has come from infinity through a medium without an end, of which nothing arrives.
+Mask is_lost(const SceneTables& scene, Int light, Int medium, Mask active);
+
 }  // namespace tessera::render::TESSERA_ISA

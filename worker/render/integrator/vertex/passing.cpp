@@ -51,6 +51,7 @@ Float opacity_of(const SceneTables& scene, Int material, const Surface& surface,
 }
 
 Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
+  if (none(active)) return active;  // there may be no shapes, whose table cannot be read
   constexpr int kStride = sizeof(MaterialRecord) / 4;
   const ShapeRecord* shapes = scene.shapes.shapes.data();
   const MaterialRecord* materials = scene.materials.materials.data();

@@ -66,6 +66,8 @@ struct alignas(64) ConnectionFields {
   typename Form::Integer medium;  // around the origin
   typename Form::Integer key;     // of its random numbers
   typename Form::Integer layers;  // that the light belongs to if it arrives: bits; where there are any
+  typename Form::Scalar
+      inverse_weight;  // with layers of unweighted light: what the contribution lacks to be it
 
   template <class F, class... Connections>
   static TESSERA_INLINE void for_each(const SceneTables& scene, F&& f, Connections&... connections) {
@@ -80,6 +82,7 @@ struct alignas(64) ConnectionFields {
       f(connections.key...);
     }
     if (scene.layers.count > 0) f(connections.layers...);
+    if (scene.layers.unweighted != 0) f(connections.inverse_weight...);
   }
 };
 using WideConnection = ConnectionFields<Wide16>;

@@ -9,6 +9,10 @@ namespace tessera::render::TESSERA_ISA {
 /// docs/decisions/0006-media-and-passing.md.
 inline constexpr float kRouletteCaution = 2;
 
+/// Paths from the eye end at random only after this many further events. Measured:
+/// docs/decisions/0006-media-and-passing.md.
+inline constexpr int kRouletteStart = 2;
+
 /// The lanes that go on, with more throughput. `scale` makes beta what the path can still bring, about 1 at
 /// its start; `most` is the largest probability of going on.
 TESSERA_INLINE Mask survive_roulette(Spectrum& beta, Float scale, Float u, float most = 1) {

@@ -62,7 +62,9 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
   if (any(inside)) {
     const Float distance = select(met, hit.t, kEndless);
     Vec2 u{numbers.next(), numbers.next()};
-    if (round == 0) {
+    if (round == 0 && flying.numbers.distance_x) {
+      u = {gather(flying.numbers.distance_x, slot, active), gather(flying.numbers.distance_y, slot, active)};
+    } else if (round == 0) {
       const SampleKeys& keys = flying.numbers.keys;
       u = keys.sampler(scene_.sampler.kind, slot, active).get_2d(flying.numbers.flight + flying.event);
     }
@@ -73,7 +75,9 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
       if (tells_layers(scene_)) {
         const Int layers = layers_at_source(scene_.layers, gather(paths.layer_state, path, lit),
                                             Int(scene_.layers.source_of_media), lit);
-        flying.emission->add_to_layers(beta * flight.emission, layers, slot, lit);
+        // It is met by chance, as lights are that paths run into.
+        const std::int32_t found = layers_of_strategy(scene_.layers, 0, flying.event + 2);
+        flying.emission->add_to_layers(beta * flight.emission, layers & Int(found), slot, lit);
       }
     }
     beta = select(inside, beta * flight.weight, beta);

@@ -17,6 +17,9 @@ struct TransitNumbers {
   const SampleKeys& keys;
   int flight;          // the first of the pairs of dimensions for distances in media, one an event
   std::uint32_t salt;  // 0, or what sets these paths apart from those of the same keys that have 0
+  // The pair for the distance at this event, by slot, in place of the keys' own; null: those
+  const float* distance_x = nullptr;
+  const float* distance_y = nullptr;
 
   /// The key of a sample's number streams.
   UInt key(Int slot, Mask active) const {

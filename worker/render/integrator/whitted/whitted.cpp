@@ -128,6 +128,11 @@ void Whitted::add_light(std::int32_t light, int depth) {
       const Int state = state_after(scene_, v, point.path.layer_state, v.wo, sample.wi, Mask::none(),
                                     {batch_.sampler(point.path.slot, point.hit), depth, true}, reachable);
       ray.layers = layers_at_light(scene_.layers, state, Int(light), reachable);
+      if (shadow_layers_) {
+        WideConnection blocked = ray;
+        blocked.layers = shadows_at_light(scene_.layers, state, Int(light), reachable);
+        shadow_layers_->add(blocked, reachable, batch_, depth);
+      }
     }
     shadows_.size +=
         append(scene_, ray, and_not(reachable, is_black(ray.contribution)), shadows_, shadows_.size);
@@ -136,6 +141,7 @@ void Whitted::add_light(std::int32_t light, int depth) {
   rays_.occluded(arrays_of(shadows_.origin, shadows_.direction, times), shadows_.size, shadows_.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
   batch_.add_contributions(shadows_);
+  if (shadow_layers_) shadow_layers_->trace(batch_, depth);
 }
 
 void Whitted::follow(int depth, Level& next, int& reflected, int& refracted) const {

@@ -10,6 +10,7 @@
 #include "render/integrator/integrator.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/shadow_layers.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -28,6 +29,7 @@ class Whitted final : public Integrator {
         max_depth_(std::min(max_depth, kDeepest)),
         follows_(mirrors == Mirrors::kFollowed),
         batch_(context),
+        shadow_layers_(make_shadow_layers(context)),
         points_(kBatch / kWidth) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
@@ -64,6 +66,7 @@ class Whitted final : public Integrator {
   const std::int32_t max_depth_;
   const bool follows_;  // reflected and refracted rays
   SampleBatch batch_;
+  const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
   PathState camera_rays_;
   HitState hits_;
   std::vector<Point> points_;  // of the rays that are traced
