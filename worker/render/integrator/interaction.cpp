@@ -169,6 +169,8 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
                         active, part.params);
   }
   set_frame(scene, surface, wo, route.record, active, part);
+  part.lambertian = (part.params.some_flags & (kOneSided | kBendsSoftly)) == 0 &&
+                    none(active & (part.kind != static_cast<std::int32_t>(BsdfKind::kDiffuse)));
 }
 
 /// Fills both parts of mixes; of mixes of mixes, one part of each.
@@ -203,6 +205,7 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
   const Int both =
       (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) | (at.flags & ~(kAllDelta | kOwn));
   at.flags = select(mixed, both | kMixed, at.flags);
+  at.lambertian = false;
 }
 
 /// Lanes in which the part scatters light from wi to wo at all, given both in its frame.
@@ -306,7 +309,7 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
   }
 }
 
-BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport) {
+BsdfEval eval_any_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport) {
   BsdfEval result = eval_part(at, wo, wi, transport, active);
   const Mask mixed = active & ((at.flags & kMixed) != 0);
   if (none(mixed)) return result;

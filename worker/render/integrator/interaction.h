@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/bsdf/bsdf.h"
+#include "render/bsdf/lambertian.h"
 #include "render/integrator/scene_tables.h"
 #include "render/shape/surface.h"
 
@@ -18,6 +19,8 @@ struct MaterialPart {
   // With kHasBump only
   Vec3 ns;            // shading normal before those
   Float bump_alpha2;  // squared roughness of a surface that is tilted as much as the bent normal
+  // All lanes that were asked for are Lambertian, from both sides and with normals that are not bent.
+  bool lambertian = false;
 };
 
 /// Matter that scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed
@@ -36,9 +39,15 @@ TESSERA_INLINE Mask reflects_only(const Interaction& at) {
   return and_not((at.flags & kReflectsOnly) != 0, (at.flags & kMixed) != 0);
 }
 
-/// f |cos| and pdf in render space, lanes of any kind.
-BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,
-                   Transport transport = Transport::kRadiance);
+/// eval_bsdf() of lanes of any kind.
+BsdfEval eval_any_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport);
+/// f |cos| and pdf in render space.
+TESSERA_INLINE BsdfEval eval_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active,
+                                  Transport transport = Transport::kRadiance) {
+  if (!at.lambertian) return eval_any_bsdf(at, wo, wi, active, transport);
+  const Vec3& n = at.frame.z;
+  return eval_lambertian(at.params.spectra[slot::kReflectance], dot(wo, n), dot(wi, n), active);
+}
 /// One part of a mix is chosen; pdf and weight are of both, unless it was a delta lobe.
 BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
                        Transport transport = Transport::kRadiance);

@@ -57,6 +57,36 @@ class InteractionTest : public testing::Test {
   static constexpr float kRounding = 1e-6f;
 };
 
+TEST_F(InteractionTest, LambertianPacketsHaveTheSameBitsAsAnyOther) {
+  arrays_.materials.materials = {diffuse(0.7f)};
+  Surface bent = surface();
+  bent.ns = unit(0.1f, -0.2f, 1);
+  Interaction at;
+  interact(scene_, bent, above_, Float(0.5f), Mask::all(), at);
+  ASSERT_TRUE(at.lambertian);
+  for (const Vec3& wi : {above2_, below2_}) {
+    const BsdfEval quick = eval_bsdf(at, above_, wi, Mask::first(15)),
+                   any_kind = eval_any_bsdf(at, above_, wi, Mask::first(15), Transport::kImportance);
+    for (int i = 0; i < kWidth; ++i) {
+      EXPECT_EQ(quick.f_cos.c[1].lane(i), any_kind.f_cos.c[1].lane(i));
+      EXPECT_EQ(quick.pdf.lane(i), any_kind.pdf.lane(i));
+    }
+  }
+}
+
+TEST_F(InteractionTest, PacketsWithAnotherMaterialAreNotLambertian) {
+  MaterialRecord glass;
+  glass.kind = BsdfKind::kInterface;
+  arrays_.materials.materials = {diffuse(0.7f), glass};
+  Surface s = surface();
+  s.material = select(Mask::first(15), Int(0), Int(1));
+  Interaction at;
+  interact(scene_, s, above_, Float(0.5f), Mask::all(), at);
+  EXPECT_FALSE(at.lambertian);
+  interact(scene_, s, above_, Float(0.5f), Mask::first(15), at);
+  EXPECT_TRUE(at.lambertian);
+}
+
 TEST_F(InteractionTest, OneSidedMaterialsAreBlackFromBehind) {
   arrays_.materials.materials = {diffuse(0.5f)};
   EXPECT_NEAR(f_cos(below_, below2_), 0.5f * cos_over_pi_, kRounding);

@@ -3,6 +3,7 @@
 // spectra[0]  reflectance, clamped to [0, 1]
 #include "render/bsdf/models.h"
 
+#include "render/bsdf/lambertian.h"
 #include "render/core/constants.h"
 #include "render/sampling/warp.h"
 
@@ -22,8 +23,7 @@ class DiffuseBsdf final : public Bsdf {
 }  // namespace
 
 BsdfEval DiffuseBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport, Mask active) const {
-  const Float pdf = select_or_zero(active & same_hemisphere(wo, wi), abs_cos_theta(wi) * kInvPi);
-  return {clamp(params.spectra[slot::kReflectance], 0.0f, 1.0f) * pdf, pdf};
+  return eval_lambertian(params.spectra[slot::kReflectance], wo.z, wi.z, active);
 }
 
 BsdfSample DiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport,

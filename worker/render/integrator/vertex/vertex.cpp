@@ -13,6 +13,7 @@ void open_surface(const SceneTables& scene, Float u, Mask partly, Vertex& v) {
   const Mask open = partly & (u >= opacity_of(scene, v.at.material, v.surface, partly));
   v.at.kind = select(open, Int(static_cast<std::int32_t>(kNoSurface)), v.at.kind);
   v.at.flags = select(open, Int(kAllDelta), v.at.flags);
+  v.at.lambertian = v.at.lambertian && none(open);
 }
 
 }  // namespace tessera::render::TESSERA_ISA
