@@ -8,13 +8,11 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "render/integrator/mlt/path_space/limits.h"
 #include "render/integrator/vertex/lanes.h"
 #include "render/shape/surface.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-/// Most scattering events of paths that are mutated.
-inline constexpr int kMostEvents = 64;
 
 /// Where the end of a path on a light is.
 enum EndPlace : std::int32_t { kOnSurface, kAtPoint, kAtInfinity };
@@ -68,10 +66,12 @@ struct ExplicitPath {
   float lens_x = 0, lens_y = 0;  // in the unit square
   float time = 0;
   float film_x = 0, film_y = 0;  // pixels
-  /// The measurement contribution function [Veach 1997, section 8.2], and its luminance: 0 where the path
-  /// carries no light, and nothing below is known.
+  /// The measurement contribution function [Veach 1997, section 8.2] but for inverse squares and cosines of
+  /// its edges, and the luminance of that; with them: 0 where the path carries no light, and nothing below is
+  /// known.
   float light[kSpectrumLanes] = {};
-  float brightness = 0;
+  float luminance = 0;
+  double brightness = 0;
 
   PathPoint points[kMostEvents + 2];  // but for the first
 
@@ -96,6 +96,7 @@ struct ExplicitPath {
     time = other.time;
     film_x = other.film_x, film_y = other.film_y;
     std::copy_n(other.light, kSpectrumLanes, light);
+    luminance = other.luminance;
     brightness = other.brightness;
     sampled = other.sampled, emitted = other.emitted, end_slope = other.end_slope;
     const int vertices = events + 2;

@@ -1,5 +1,7 @@
 #include "render/integrator/mlt/path_space/measure.h"
 
+#include <algorithm>
+
 #include "render/camera/camera.h"
 #include "render/film/summable.h"
 #include "render/integrator/mlt/path_space/delta_lobe.h"
@@ -125,6 +127,9 @@ void PathMeasure::measure(ExplicitPath* const (&paths)[kWidth], Mask wanted) con
   Mask valid = wanted & eye.valid & (eye.film.x >= film_.left) & (eye.film.y >= film_.top) &
                (eye.film.x < film_.left + film_.width) & (eye.film.y < film_.top + film_.height);
   Spectrum light(scene_.exposure);
+  // Products of inverse squares leave the range of floats.
+  double geometries[kWidth];
+  std::fill_n(geometries, kWidth, 1.0);
   Float density = eye.importance * (1.0f / film_.area()), geometry = eye.importance;
   Float cosine_before(1.0f), distance2_before(1.0f);
   Vec3 before = eye.lens;
@@ -149,17 +154,19 @@ void PathMeasure::measure(ExplicitPath* const (&paths)[kWidth], Mask wanted) con
 
     const Float cosine = cosine_at(v.from_eye, v.from_eye.wo);
     write(lanes, density * cosine, [&](ExplicitPath& path) -> float& { return path.from_eye[i]; });
-    light = select(lanes, light * s.f_cos * (geometry * cosine), light);
+    light = select(lanes, light * s.f_cos, light);
+    const Float slope = geometry * cosine;
+    for (std::uint32_t bits = lanes.bits(); bits != 0; bits &= bits - 1) {
+      const int k = __builtin_ctz(bits);
+      geometries[k] *= double{slope.lane(k)};
+      paths[k]->transmits[i] = (s.transmits.bits() >> k & 1) != 0;
+    }
     if (i > 1) {
       write(lanes, s.to_eye * cosine_before / distance2_before,
             [&](ExplicitPath& path) -> float& { return path.from_light[i - 1]; });
     }
     write(lanes, s.to_light, [&](ExplicitPath& path) -> float& { return path.eye_choice[i]; });
     write(lanes, s.light_choice, [&](ExplicitPath& path) -> float& { return path.light_choice[i]; });
-    for (std::uint32_t bits = lanes.bits(); bits != 0; bits &= bits - 1) {
-      const int k = __builtin_ctz(bits);
-      paths[k]->transmits[i] = (s.transmits.bits() >> k & 1) != 0;
-    }
     if (any(last)) {
       const End end = end_at(v, next, wi, last);
       light = select(last, light * end.light, light);
@@ -176,12 +183,13 @@ void PathMeasure::measure(ExplicitPath* const (&paths)[kWidth], Mask wanted) con
     density = s.to_light * geometry;
   }
   for (int c = 0; c < kSpectrumLanes; ++c) valid &= is_summable(light.c[c]);
-  const Float brightness = select_or_zero(valid, max(luminance(light), 0.0f));
+  const Float bright = select_or_zero(valid, max(luminance(light), 0.0f));
   for (std::uint32_t bits = wanted.bits(); bits != 0; bits &= bits - 1) {
     const int i = __builtin_ctz(bits);
     ExplicitPath& path = *paths[i];
     path.film_x = eye.film.x.lane(i), path.film_y = eye.film.y.lane(i);
-    path.brightness = brightness.lane(i);
+    path.luminance = bright.lane(i);
+    path.brightness = double{path.luminance} * geometries[i];
     for (int c = 0; c < kSpectrumLanes; ++c) path.light[c] = light.c[c].lane(i);
   }
 }

@@ -154,7 +154,7 @@ double Mutations::acceptance(Strategy strategy, const ExplicitPath& from, const 
                              const KeptEnds& kept) const {
   if (!(to.brightness > 0)) return 0;
   const double there = density(strategy, from, to, kept), back = density(strategy, to, from, kept);
-  const double ratio = double{to.brightness} * back / (double{from.brightness} * there);
+  const double ratio = to.brightness / from.brightness * (back / there);
   // What is next to impossible to find, or to leave, may overflow: from both of its sides.
   return std::isfinite(ratio) && there > 0 && back > 0 ? std::min(ratio, 1.0) : 0;
 }

@@ -106,7 +106,7 @@ double PathChains::make_candidates(std::stop_token stop) {
       const ExplicitPath& path = offered_[i];
       if (!(path.brightness > 0)) continue;
       const double density = density_of_ways(path, {}) / (path.events + 2) * depths_.probability(path.events);
-      const double light = double{path.brightness} / density;
+      const double light = path.brightness / density;
       if (std::isfinite(light)) sum += candidate_light_[first + i] = light;
     }
   }

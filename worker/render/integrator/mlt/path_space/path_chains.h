@@ -36,7 +36,7 @@ class PathChains {
   void change(Strategy strategy, int first, std::uint32_t first_number, Film& film);
   void decide(Chain& chain, const ExplicitPath& offered, float accepted, float u);
   void splat(const ExplicitPath& path, float weight) {
-    splats_.add(path.film_x, path.film_y, path.light, path.brightness, weight);
+    splats_.add(path.film_x, path.film_y, path.light, path.luminance, weight);
   }
 
   const SceneTables& scene_;
