@@ -22,6 +22,7 @@ struct PhotonWishes {
 struct MetropolisWishes {
   std::optional<std::uint32_t> mutations, candidates;
   std::optional<double> large_steps, step;
+  v1::MutationKind kind{};
 };
 
 /// v1::RadiositySettings

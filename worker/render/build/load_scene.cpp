@@ -8,6 +8,7 @@
 #include "render/accel/ray_log.h"
 #include "render/build/scene_content.h"
 #include "render/build/view/layers.h"
+#include "render/build/view/path_mutations.h"
 #include "render/film/adaptive_tile.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
@@ -156,6 +157,7 @@ class BuiltScene final : public RenderScene {
   static absl::StatusOr<std::unique_ptr<RenderScene>> made_ready(std::unique_ptr<BuiltScene> self,
                                                                  const v1::Scene& scene,
                                                                  const v1::JobSpec& job) {
+    if (auto s = check_path_mutations(self->tables_); !s.ok()) return s;
     if (!job.view().layers().empty()) {
       auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
                                  self->content_->shape_numbers, self->content_->arrays);
