@@ -53,7 +53,7 @@ class BuiltScene final : public RenderScene {
         return made_ready(std::move(self), scene, job);
       }
     }
-    auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
+    auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->accel, kernel->light_sources);
     if (!build.ok()) return build.status();
     auto content = build->finish();
     if (!content.ok()) return content.status();
