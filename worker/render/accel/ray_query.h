@@ -27,6 +27,9 @@ struct RayVisits {
     nodes += other.nodes, primitives += other.primitives;
     return *this;
   }
+  RayVisits operator-(const RayVisits& other) const {
+    return {nodes - other.nodes, primitives - other.primitives};
+  }
 };
 
 /// Shapes and instances are numbered as in ShapeTable. Safe to use from any number of threads at once.

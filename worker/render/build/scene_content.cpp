@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "render/accel/accel_kernel.h"
 #include "render/accel/embree/accelerator.h"
 #include "render/build/diffuse/diffuse_scene.h"
@@ -121,9 +122,11 @@ absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings
   std::future<absl::Status> images =
       std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
                  [&] { return builders.images.decode(builders.blobs, options.threads); });
+  const std::chrono::nanoseconds start = base::process_cpu_time();
   const absl::Status built =
       settings.structure ? build_of_courses(*settings.structure, settings, options, accel.structures, content)
                          : build_embree(builders, settings, options, accel.embree, content);
+  content.accelerator_cpu_seconds = base::in_seconds(base::process_cpu_time() - start);
   if (auto s = images.get(); !s.ok()) return s;
   return built;
 }

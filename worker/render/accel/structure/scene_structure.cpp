@@ -73,12 +73,6 @@ StructureFigures figures_of(const KdTree& tree) {
   return figures;
 }
 
-double cpu_seconds() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 }  // namespace
 
 template <class Tree>
@@ -100,7 +94,6 @@ absl::Status TreeStructure<Tree>::build_level(const StructureOptions& options, L
 
 template <class Tree>
 absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const StructureOptions& options) {
-  const double start = cpu_seconds();
   objects_.resize(shapes_.objects.size());
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const ObjectRange& range = shapes_.objects[i];
@@ -128,7 +121,6 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
     for (int k = 0; k < 3; ++k) centre_[k] = box.centre(k);
     radius_ = 0.5f * std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
   }
-  build_cpu_seconds_ = cpu_seconds() - start;
   return absl::OkStatus();
 }
 

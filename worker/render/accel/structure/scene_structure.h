@@ -46,11 +46,10 @@ struct StructureOptions {
 class SceneStructure : public RayStructure {
  public:
   StructureKind kind() const { return kind_; }
-  const StructureFigures& figures() const { return figures_; }
-  double build_cpu_seconds() const { return build_cpu_seconds_; }
   const ShapeTable& shapes() const { return shapes_; }
   const TextureTable& textures() const { return textures_; }
 
+  StructureFigures figures() const final { return figures_; }
   std::size_t memory_bytes() const final { return static_cast<std::size_t>(figures_.bytes); }
   float bounding_radius() const final { return radius_; }
   const float* bounding_centre() const final { return centre_; }
@@ -63,7 +62,6 @@ class SceneStructure : public RayStructure {
   const ShapeTable& shapes_;
   const TextureTable& textures_;
   StructureFigures figures_;
-  double build_cpu_seconds_ = 0;
   float radius_ = 0, centre_[3] = {0, 0, 0};
 };
 
