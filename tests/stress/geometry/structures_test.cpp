@@ -12,17 +12,25 @@ namespace {
 struct Named {
   const char* name;
   StructureKind kind;
+  bool wide = false;
 };
 constexpr Named kBrute{"brute", StructureKind::kBrute};
-constexpr Named kJudged[] = {{"bvh-median", StructureKind::kBvhMedian},   {"bvh-sah", StructureKind::kBvhSah},
-                             {"sphere-tree", StructureKind::kSphereTree}, {"grid", StructureKind::kGrid},
-                             {"octree", StructureKind::kOctree},          {"bsp", StructureKind::kBsp},
-                             {"kd-median", StructureKind::kKdMedian},     {"kd-sah", StructureKind::kKdSah}};
+constexpr Named kJudged[] = {{"bvh-median of 16", StructureKind::kBvhMedian, true},
+                             {"bvh-sah of 16", StructureKind::kBvhSah, true},
+                             {"bvh-median", StructureKind::kBvhMedian},
+                             {"bvh-sah", StructureKind::kBvhSah},
+                             {"sphere-tree", StructureKind::kSphereTree},
+                             {"grid", StructureKind::kGrid},
+                             {"octree", StructureKind::kOctree},
+                             {"bsp", StructureKind::kBsp},
+                             {"kd-median", StructureKind::kKdMedian},
+                             {"kd-sah", StructureKind::kKdSah}};
 
 class Structured {
  public:
-  Structured(StructureKind kind, const ShapeTable& table, int threads = 2) {
-    auto built = build_structure(kind, table, textures_, structure_kernel().analytic, {.threads = threads});
+  Structured(const Named& named, const ShapeTable& table) {
+    auto built = build_structure(named.kind, table, textures_, structure_kernel().analytic,
+                                 {.threads = 2, .wide = named.wide});
     EXPECT_TRUE(built.ok()) << built.status();
     structure_ = *std::move(built);
     query_ = structure_kernel().make_query(*structure_);
@@ -78,12 +86,12 @@ bool same_bits(float a, float b) {
 }
 
 void expect_same_hits(const ShapeTable& table, double scale, Point centre, std::int64_t rays) {
-  const Structured judge(kBrute.kind, table);
+  const Structured judge(kBrute, table);
   TimedRays expected, found;
   std::int64_t hits = 0, all = 0;
   std::vector<Structured> structures;
   structures.reserve(std::size(kJudged));
-  for (const Named& one : kJudged) structures.emplace_back(one.kind, table);
+  for (const Named& one : kJudged) structures.emplace_back(one, table);
   Numbers random(17);
   for (; all < rays; all += TimedRays::kSize) {
     fill(expected, table, scale, centre, random);
@@ -153,7 +161,7 @@ TEST(Structures, FindNothingWhereThereIsNothing) {
   fill(rays, empty, 1, {}, random);
   for (const Named& one : kJudged) {
     SCOPED_TRACE(one.name);
-    const Structured structured(one.kind, empty);
+    const Structured structured(one, empty);
     EXPECT_EQ(structured.structure().bounding_radius(), 0);
     structured.query().nearest(rays.timed(), TimedRays::kSize, false, rays.hits());
     for (int i = 0; i < TimedRays::kSize; ++i) EXPECT_LT(rays.shape[i], 0);
@@ -170,7 +178,7 @@ TEST(Structures, LeaveNoHoles) {
   TimedRays rays;
   for (const Named& one : kJudged) {
     SCOPED_TRACE(one.name);
-    const Structured structured(one.kind, table);
+    const Structured structured(one, table);
     Numbers random(19);
     std::int64_t missed = 0;
     for (std::int64_t all = 0; all < stress_count(2e4, 1e6); all += TimedRays::kSize) {
@@ -191,11 +199,45 @@ TEST(Structures, LeaveNoHoles) {
   }
 }
 
+/// What bench tells of a structure: each ray's nodes add up to the query's own count, and nearly all
+/// primitives are left out.
+TEST(Structures, CountWhatTheyVisit) {
+  const ShapeTable table = stadium();
+  const std::uint64_t triangles = table.triangles.size() / 3;
+  TimedRays rays;
+  alignas(64) std::int32_t nodes[TimedRays::kSize];
+  for (const Named& one : kJudged) {
+    SCOPED_TRACE(one.name);
+    const Structured structured(one, table);
+    Numbers random(29);
+    for (int i = 0; i < TimedRays::kSize; ++i) {
+      rays.time[i] = 0;
+      rays.set(i, in_cube(random, 3), random.direction());
+    }
+    HitArrays hits = rays.hits();
+    hits.visits = nodes;
+    structured.query().nearest(rays.timed(), TimedRays::kSize, false, hits);
+    const RayVisits all = structured.query().visits();
+    std::uint64_t sum = 0;
+    for (const std::int32_t n : nodes) sum += static_cast<std::uint64_t>(n);
+    EXPECT_EQ(sum, all.nodes);
+    EXPECT_GT(sum, 0u);
+    // The grid has all of the mesh in one cell, which is what a stadium is for.
+    if (one.kind != StructureKind::kGrid) {
+      EXPECT_LT(all.primitives, TimedRays::kSize * triangles / 10);
+    }
+    const StructureFigures figures = structured.structure().figures();
+    EXPECT_EQ(figures.primitives, triangles);
+    EXPECT_GE(figures.references, triangles);
+    EXPECT_GE(structured.structure().memory_bytes(), triangles * sizeof(Primitive));
+  }
+}
+
 /// Embree's own tests are in float: a ray within some roundings of an edge may meet the neighbour, or come to
 /// another t by as much.
 TEST(Structures, FindWhatEmbreeFinds) {
   for (const ShapeTable& table : {stadium(), many_kinds()}) {
-    const Structured structured(StructureKind::kBvhSah, table);
+    const Structured structured({"bvh-sah", StructureKind::kBvhSah}, table);
     const TracedTable embree(table, true);
     TimedRays ours, theirs;
     Numbers random(23);
@@ -213,7 +255,9 @@ TEST(Structures, FindWhatEmbreeFinds) {
                           (ours.shape[i] < 0 || (ours.primitive[i] == theirs.primitive[i] &&
                                                  ours.instance[i] == theirs.instance[i]));
         if (same) {
-          if (ours.shape[i] >= 0) EXPECT_NEAR(ours.t[i], theirs.t[i], 1e-4 * (1 + ours.t[i]));
+          if (ours.shape[i] >= 0) {
+            EXPECT_NEAR(ours.t[i], theirs.t[i], 1e-4 * (1 + ours.t[i]));
+          }
           continue;
         }
         ++other;
@@ -282,7 +326,7 @@ TEST(Structures, EndWhereNothingCanBeParted) {
   for (int i = 0; i < 16; ++i) rays.time[i] = 0, rays.set(i, {0.2, 0.2, 5}, {0, 0.001 * i, -1});
   for (const Named& one : kJudged) {
     SCOPED_TRACE(one.name);
-    const Structured structured(one.kind, table);
+    const Structured structured(one, table);
     structured.query().nearest(rays.timed(), 16, false, rays.hits());
     for (int i = 0; i < 16; ++i) EXPECT_EQ(rays.primitive[i], 0);
     EXPECT_LE(structured.structure().figures().references, static_cast<std::uint64_t>(65 * n));

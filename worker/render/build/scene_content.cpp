@@ -108,7 +108,7 @@ absl::Status build_embree(const ArrayBuilders& builders, const Settings& setting
 absl::Status build_of_courses(StructureKind kind, const Settings& settings, const LoadOptions& options,
                               const StructureKernel& kernel, SceneContent& content) {
   auto built = build_structure(kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
-                               {options.threads, settings.grid_density});
+                               {.threads = options.threads, .wide = !settings.single_rays});
   if (!built.ok()) return built.status();
   content.rays = kernel.make_query(**built);
   content.accelerator = *std::move(built);

@@ -1,4 +1,4 @@
-// Halves a set along the longest axis at the median object [Kay & Kajiya 1986, sec. 3].
+// Halves a set along the longest axis at the median object [KayKajiya1986].
 #include "render/accel/bvh/bvh.h"
 
 namespace tessera::render {

@@ -1,4 +1,4 @@
-// Parts a set where the surface area heuristic expects least cost: by twelve buckets [Wald 2007; Pharr2023,
+// Parts a set where the surface area heuristic expects least cost: by twelve buckets [Wald2007; Pharr2023,
 // sec. 7.3.2], by an exact sweep over all ways to part the sorted set where it is small.
 #include <array>
 

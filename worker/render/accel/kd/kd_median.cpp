@@ -1,5 +1,5 @@
 // Axes take turns; the plane stands where half of the cell's primitives have their centres below it
-// [Bentley 1975].
+// [Bentley1975].
 #include "render/accel/kd/kd_tree.h"
 
 namespace tessera::render {

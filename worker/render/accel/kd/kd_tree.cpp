@@ -16,7 +16,7 @@ class KdBuilder {
       : rule_(rule), primitives_(primitives), deepest_(kd_depth(primitives.size())), forks_(threads) {}
 
   /// `bad` counts the splits on the way here that cost more than they brought: one may lead to better ones,
-  /// but after three of them a branch ends [Pharr2023, 3rd ed., sec. 4.4.2].
+  /// but after three of them a branch ends [Pharr2016, sec. 4.4.2].
   std::int32_t grow(std::vector<KdRef> refs, const Box& cell, int depth, int bad, double budget,
                     KdTree& tree) {
     constexpr int kMostBad = 3;

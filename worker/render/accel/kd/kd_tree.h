@@ -1,4 +1,4 @@
-// kd-tree [Bentley 1975; Kaplan 1985]: space is parted by planes across the axes, and a primitive lies in
+// kd-tree [Bentley1975; Kaplan1985]: space is parted by planes across the axes, and a primitive lies in
 // every cell that it reaches into.
 #pragma once
 
@@ -38,7 +38,7 @@ struct KdSplit {
 KdSplit split_at_median(const std::vector<KdRef>& refs, const Box& cell, int depth);
 KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell);
 
-/// 8 + 1.3 log2 n [Pharr2023, 3rd ed., sec. 4.4.1; Havran2000].
+/// 8 + 1.3 log2 n [Havran2000].
 int kd_depth(std::size_t n);
 
 /// The same tree for any number of threads.

@@ -6,7 +6,7 @@
 
 namespace tessera::render {
 
-/// The surface area heuristic [MacDonald & Booth 1990]: the cost of a ray is what it is expected to visit,
+/// The surface area heuristic [MacDonaldBooth1990]: the cost of a ray is what it is expected to visit,
 /// and a convex cell within another is met by a random line with the ratio of their areas. Costs are those of
 /// Wald and Havran: a step down a tree 15, a test of a primitive 20 [Wald2006, sec. 5].
 inline constexpr double kStepCost = 15, kTestCost = 20;

@@ -23,6 +23,7 @@ absl::Status build_tree(StructureKind kind, const StructureOptions& options,
                         std::vector<Primitive>& primitives, Bvh& tree) {
   tree = build_bvh(kind == StructureKind::kBvhSah ? BvhRule::kSah : BvhRule::kMedian, primitives,
                    options.threads);
+  if (options.wide) widen(tree);
   return absl::OkStatus();
 }
 

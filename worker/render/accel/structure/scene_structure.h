@@ -39,6 +39,7 @@ enum class StructureKind {
 
 struct StructureOptions {
   int threads = 1;
+  bool wide = false;  // sixteen boxes at a step, where a structure can (BVH); else as it is read
   double grid_density = kGridDensity;  // cells a primitive
 };
 
