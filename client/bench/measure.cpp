@@ -132,7 +132,8 @@ absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
                        .build_cpu_seconds = variant.scene->build_cpu_seconds(),
                        .runs = {},
                        .biases = {},
-                       .ceiling = {}});
+                       .ceiling = {},
+                       .structure = variant.scene->structure()});
   }
   for (const std::uint32_t spp : plan.spp) {
     if (auto s = measure_count(variants, reference, plan, spp, progress, stop, results); !s.ok()) return s;

@@ -52,7 +52,8 @@ struct BenchVariantResult {
   double import_cpu_seconds = 0, build_cpu_seconds = 0;
   std::vector<BenchRun> runs;  // by sample count, then seed
   std::vector<BenchBias> biases;
-  BenchCeiling ceiling;  // the one of median share
+  BenchCeiling ceiling;                     // the one of median share
+  std::map<std::string, double> structure;  // BenchScene::structure
 };
 
 /// A variant that was asked for and cannot be measured.

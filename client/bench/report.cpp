@@ -77,6 +77,38 @@ std::string stages_line(const BenchCost& cost) {
   return absl::StrJoin(parts, ", ");
 }
 
+/// What rays are looked for in, how fast each kind finds it, and how much it visits.
+std::string structure_text(const BenchVariantResult& variant) {
+  const auto figure = [&](const char* name) {
+    const auto found = variant.structure.find(name);
+    return found == variant.structure.end() ? 0.0 : found->second;
+  };
+  std::string text = absl::StrFormat("  structure               built in %.2f CPU s, %.4g MB",
+                                     figure("build_cpu_seconds"), 1e-6 * figure("bytes"));
+  if (figure("primitives") > 0) {
+    absl::StrAppendFormat(&text, "; %.0f primitives, %.0f nodes, %.0f leaves, %.0f empty",
+                          figure("primitives"), figure("nodes"), figure("leaves"), figure("empty_leaves"));
+    absl::StrAppendFormat(&text, ", %.3g references a primitive, depth %.0f",
+                          figure("references") / figure("primitives"), figure("depth"));
+    if (figure("sah_cost") > 0) absl::StrAppendFormat(&text, ", SAH cost %.4g", figure("sah_cost"));
+  }
+  std::vector<std::string> kinds;
+  constexpr std::array kNames{"camera", "bounce", "shadow"};
+  for (std::size_t kind = 0; kind < kNames.size(); ++kind) {
+    const BenchRays& rays = variant.ceiling.by_kind[kind];
+    if (rays.count == 0) continue;
+    const auto count = static_cast<double>(rays.count);
+    std::string one = absl::StrFormat("%s %.2f", kNames[kind], 1e-6 * count / rays.cpu_seconds);
+    if (rays.primitives > 0) {
+      absl::StrAppendFormat(&one, " (%.1f nodes, %.1f primitives)", static_cast<double>(rays.nodes) / count,
+                            static_cast<double>(rays.primitives) / count);
+    }
+    kinds.push_back(std::move(one));
+  }
+  absl::StrAppend(&text, "\n  Mray/s alone            ", absl::StrJoin(kinds, ", "), "\n");
+  return text;
+}
+
 std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   BenchCost all;
   for (const BenchRun& run : variant.runs) all += run.cost;
@@ -101,6 +133,7 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   absl::StrAppendFormat(&text, "  of the rays alone       %.1f %% (%.2f of %.2f Mray/s)\n",
                         100 * ceiling.share(), rays / ceiling.render_cpu_seconds,
                         rays / ceiling.replay_cpu_seconds);
+  absl::StrAppend(&text, structure_text(variant));
   absl::StrAppendFormat(&text, "  rendering               %s\n", stages_line(all));
   absl::StrAppendFormat(&text, "  before rendering        import %.2f, build %.2f CPU s\n",
                         variant.import_cpu_seconds, variant.build_cpu_seconds);

@@ -62,6 +62,15 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
                      {"rays", variant.ceiling.rays},
                      {"render_cpu_seconds", variant.ceiling.render_cpu_seconds},
                      {"replay_cpu_seconds", variant.ceiling.replay_cpu_seconds}};
+  constexpr std::array kKinds{"camera", "bounce", "shadow"};
+  for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
+    const BenchRays& rays = variant.ceiling.by_kind[kind];
+    json["ceiling"][kKinds[kind]] = {{"rays", rays.count},
+                                     {"cpu_seconds", rays.cpu_seconds},
+                                     {"nodes", rays.nodes},
+                                     {"primitives", rays.primitives}};
+  }
+  json["structure"] = variant.structure;
   for (const BenchRun& run : variant.runs) json["runs"].push_back(json_of(run, noise));
   return json;
 }

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "bench/analysis.h"
 #include "bench/report.h"
@@ -22,6 +24,7 @@
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
+#include "wire/enum_words.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -57,9 +60,41 @@ struct VariantOption {
   std::string name() const { return option.empty() ? "" : absl::StrCat(option, "=", value); }
 };
 
-/// "integrator=all" is a comparison of what can render the scene.
+/// "integrator=all" and "accelerator=all" are comparisons of what can render the scene.
 constexpr const char* kIntegrator = "integrator";
-constexpr const char* kAllIntegrators = "integrator=all";
+constexpr const char* kAccelerator = "accelerator";
+
+bool asks_for_all(const BenchOptions& options) {
+  return options.compare == absl::StrCat(kIntegrator, "=all") ||
+         options.compare == absl::StrCat(kAccelerator, "=all");
+}
+
+/// All values of the option in `text` where it is "OPTION=all" of one of those; else none.
+std::vector<VariantOption> all_values(const std::string& text) {
+  std::vector<VariantOption> variants;
+  if (text == absl::StrCat(kIntegrator, "=all")) {
+    for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
+      variants.push_back({kIntegrator, algorithm.name});
+  } else if (text == absl::StrCat(kAccelerator, "=all")) {
+    for (const std::string& word : wire::words_of(*v1::Accelerator_descriptor()))
+      variants.push_back({kAccelerator, word});
+  }
+  return variants;
+}
+
+/// A scene of so many primitives is not searched without any structure, unless that is named.
+constexpr double kMostForBrute = 2e4;
+
+std::string too_many_for_brute(const v1::JobSpec& spec, const BenchScene& scene) {
+  const std::map<std::string, double> figures = scene.structure();
+  const auto primitives = figures.find("primitives");
+  if (spec.content().algorithms().accelerator() != v1::ACCELERATOR_BRUTE || primitives == figures.end() ||
+      primitives->second <= kMostForBrute)
+    return "";
+  return absl::StrFormat(
+      "every ray would be tested against %.0f primitives; a comparison that names it has it",
+      primitives->second);
+}
 
 absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
   if (text.empty()) return std::vector<VariantOption>(1);
@@ -67,11 +102,7 @@ absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text
   if (sides.size() != 2 || sides[0].empty())
     return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
   std::vector<VariantOption> variants;
-  if (text == kAllIntegrators) {
-    for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
-      variants.push_back({kIntegrator, algorithm.name});
-    return variants;
-  }
+  if (variants = all_values(text); !variants.empty()) return variants;
   for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
     variants.push_back({sides[0], value});
   }
@@ -119,11 +150,18 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
     return Failed{report(absl::IsInvalidArgument(scene.status()) ? kBadScene : kJobFailed,
                          std::string{scene.status().message()})};
   }
+  if (refusal != nullptr) {
+    if (const std::string many = too_many_for_brute(spec, **scene); !many.empty()) {
+      *refusal = absl::InvalidArgumentError(many);
+      return Failed{kBadScene};
+    }
+  }
   loaded.variant = {name, spec, *std::move(scene), loaded.job->import_cpu_seconds};
   return std::nullopt;
 }
 
-/// All variants of a scene; of all integrators, those that can render it, and why the others cannot.
+/// All variants of a scene; where all there are were asked for, those that can render it, and why the others
+/// cannot.
 std::optional<Failed> load_variants(const BenchOptions& options, const std::string& scene,
                                     const std::vector<VariantOption>& variants,
                                     std::vector<LoadedVariant>& loaded, std::vector<BenchRefusal>& refusals) {
@@ -135,9 +173,8 @@ std::optional<Failed> load_variants(const BenchOptions& options, const std::stri
     render->threads = options.plan.threads;
     render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
     absl::Status refusal;
-    const std::optional<Failed> failed =
-        load_variant(*render, variant.name(), options.compare == kAllIntegrators ? &refusal : nullptr,
-                     loaded.emplace_back());
+    const std::optional<Failed> failed = load_variant(
+        *render, variant.name(), asks_for_all(options) ? &refusal : nullptr, loaded.emplace_back());
     if (!refusal.ok()) {
       refusals.push_back({variant.name(), std::string{refusal.message()}});
       loaded.pop_back();
@@ -146,7 +183,7 @@ std::optional<Failed> load_variants(const BenchOptions& options, const std::stri
     }
   }
   if (!loaded.empty()) return std::nullopt;
-  return Failed{report(kBadScene, absl::StrCat("no integrator can render ", scene))};
+  return Failed{report(kBadScene, absl::StrCat("nothing that is compared can render ", scene))};
 }
 
 /// Tells what is being done: on a terminal in one line, else a line each.
@@ -291,9 +328,10 @@ void add_bench_command(CommandLine& line) {
       .in_range(1, 1000)
       .with_default();
   command
-      .add("--compare", options->compare,
-           "render with each value of an option in turn, and say which wins; integrator=all: with all that "
-           "can render the scene")
+      .add(
+          "--compare", options->compare,
+          "render with each value of an option in turn, and say which wins; integrator=all, accelerator=all: "
+          "with all that can render the scene")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.group("Output");

@@ -129,6 +129,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
              "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
       .type_name("NAME=EXPRESSION,...");
   command.group("Computation");
+  add_word(command, "--accelerator", job.accelerator,
+           "structure that rays search: embree, brute, bvh-median, bvh-sah, sphere-tree, grid, octree, bsp, "
+           "kd-median or kd-sah (docs/accelerators.md)");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   add_word(command, "--direct-light", job.direct_light,

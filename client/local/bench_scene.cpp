@@ -163,6 +163,22 @@ absl::StatusOr<BenchRender> BenchScene::render(std::uint32_t sample_begin, std::
   return rendered;
 }
 
+std::map<std::string, double> BenchScene::structure() const {
+  const render::RenderScene::Structure built = parts_->scene->structure();
+  const render::StructureFigures& f = built.figures;
+  std::map<std::string, double> figures{{"build_cpu_seconds", built.build_cpu_seconds},
+                                        {"bytes", static_cast<double>(f.bytes)}};
+  if (f.primitives == 0) return figures;
+  figures.insert({{"primitives", static_cast<double>(f.primitives)},
+                  {"nodes", static_cast<double>(f.nodes)},
+                  {"leaves", static_cast<double>(f.leaves)},
+                  {"empty_leaves", static_cast<double>(f.empty_leaves)},
+                  {"references", static_cast<double>(f.references)},
+                  {"depth", f.depth},
+                  {"sah_cost", f.sah_cost}});
+  return figures;
+}
+
 absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std::stop_token stop) const {
   BenchCeiling total;
   const absl::StatusOr<BenchPhases> phases = make_phases(0, stop);
@@ -173,8 +189,14 @@ absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std:
     tile.prepared = phases->prepared.get();
     const render::RenderScene::Ceiling ceiling = parts_->scene->measure_ceiling(tile);
     total.render_cpu_seconds += ceiling.render_cpu_seconds;
-    total.replay_cpu_seconds += ceiling.replay_cpu_seconds;
     total.rays += ceiling.stats.rays();
+    for (std::size_t kind = 0; kind < total.by_kind.size(); ++kind) {
+      const auto& rays = ceiling.rays[kind];
+      BenchRays& sum = total.by_kind[kind];
+      sum.count += rays.count, sum.cpu_seconds += rays.cpu_seconds;
+      sum.nodes += rays.visits.nodes, sum.primitives += rays.visits.primitives;
+      total.replay_cpu_seconds += rays.cpu_seconds;
+    }
   }
   return total;
 }

@@ -39,11 +39,18 @@ struct BenchRender {
   BenchCost cost;
 };
 
-/// Rendering against Embree tracing the same rays with no shading at all, the two taking turns tile by tile,
-/// on one thread.
+/// Rays of one kind, traced with no shading at all.
+struct BenchRays {
+  std::uint64_t count = 0, nodes = 0, primitives = 0;  // with what they visited; none is known of Embree's
+  double cpu_seconds = 0;
+};
+
+/// Rendering against tracing the same rays with no shading at all, the two taking turns tile by tile, on one
+/// thread.
 struct BenchCeiling {
   double render_cpu_seconds = 0, replay_cpu_seconds = 0;
   std::uint64_t rays = 0;
+  std::array<BenchRays, 3> by_kind;  // camera, bounce, shadow
 
   /// Share of the ceiling's rays a second that rendering reaches.
   double share() const { return replay_cpu_seconds / render_cpu_seconds; }
@@ -78,6 +85,9 @@ class BenchScene {
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }
+  /// What rays are looked for in: "build_cpu_seconds", "bytes" and, of structures other than Embree's,
+  /// "primitives", "nodes", "leaves", "empty_leaves", "references", "depth" and "sah_cost".
+  std::map<std::string, double> structure() const;
   /// Warnings of what the scene asked for and was approximated or left out.
   const std::vector<std::string>& warnings() const;
 

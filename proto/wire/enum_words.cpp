@@ -2,6 +2,8 @@
 
 #include <google/protobuf/descriptor.h>
 
+#include <algorithm>
+
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -30,7 +32,9 @@ std::string spaced(const std::string& name, char separator) {
 std::string word_for(const EnumValueDescriptor& value) {
   const std::string prefix = absl::AsciiStrToUpper(spaced(value.type()->name(), '_')) + "_";
   const std::string& name = value.name();
-  return absl::AsciiStrToLower(name.starts_with(prefix) ? name.substr(prefix.size()) : name);
+  std::string word = absl::AsciiStrToLower(name.starts_with(prefix) ? name.substr(prefix.size()) : name);
+  std::ranges::replace(word, '_', '-');
+  return word;
 }
 
 bool is_unspecified(const EnumValueDescriptor& value) {

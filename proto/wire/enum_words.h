@@ -1,5 +1,6 @@
 // The words that people write for values of the contract's enums: names of values without that of the enum,
-// in lower case. "light selection" is LightSelection, and "tree" its LIGHT_SELECTION_TREE.
+// in lower case, with hyphens. "light selection" is LightSelection, "tree" its LIGHT_SELECTION_TREE, and
+// "kd-sah" is ACCELERATOR_KD_SAH.
 #pragma once
 
 #include <google/protobuf/generated_enum_reflection.h>

@@ -23,6 +23,9 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   algorithms.set_direct_light(or_default(wishes.direct_light()));
   algorithms.set_light_selection(or_default(wishes.light_selection()));
   algorithms.set_traversal(or_default(wishes.traversal()));
+  const v1::Accelerator accelerator = or_default(wishes.accelerator());
+  algorithms.set_accelerator(accelerator == v1::ACCELERATOR_EMBREE ? v1::ACCELERATOR_UNSPECIFIED
+                                                                   : accelerator);
   resolve_own_settings(wishes, algorithms);
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "absl/strings/str_cat.h"
 #include "image/exr.h"
 #include "integration/farm_under_test.h"
 
@@ -51,6 +52,16 @@ TEST(CommandLine, BenchComparesAllIntegratorsThatCanRenderAScene) {
   const std::string media = bench("tests/statistical/unbiased/scenes/media.textproto");
   EXPECT_THAT(media, HasSubstr("integrator=volpath, unbiased\n"));
   EXPECT_THAT(media, HasSubstr("not measured: integrator=path: sees no media\n"));
+}
+
+TEST(CommandLine, BenchComparesAllAccelerators) {
+  const support::Finished done =
+      tessera({"bench", "scenes/first-light/scene.textproto", "--compare", "accelerator=all", "--resolution",
+               "16x16", "--spp", "1", "--seeds", "1", "--make-reference", "2", "--quiet"});
+  EXPECT_EQ(done.status.code, 0) << done.err;
+  for (const char* name : {"embree", "brute", "bvh-sah", "sphere-tree", "kd-median"})
+    EXPECT_THAT(done.out, HasSubstr(absl::StrCat("accelerator=", name, ", unbiased\n")));
+  EXPECT_THAT(done.out, HasSubstr("references a primitive"));
 }
 
 TEST(CommandLine, ValuesThatMakeNoSenseAreUsageErrors) {

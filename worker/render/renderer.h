@@ -2,6 +2,7 @@
 // build/load_scene.h.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <stop_token>
@@ -10,6 +11,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "render/accel/ray_log.h"
+#include "render/accel/structure/figures.h"
 #include "render/film/tile_request.h"
 #include "wire/tile_result.h"
 
@@ -51,11 +54,24 @@ class RenderScene {
 
   /// Renders like render_tile, recording every ray; then measures how fast those rays alone can be traced.
   struct Ceiling {
+    /// The same rays, traced with no shading, by their kind.
+    struct Rays {
+      std::uint64_t count = 0;
+      double cpu_seconds = 0;
+      RayVisits visits;  // none with Embree
+    };
     double render_cpu_seconds = 0;  // of rendering, without recording
-    double replay_cpu_seconds = 0;  // of tracing the same rays with no shading
+    std::array<Rays, kRayKinds> rays;
     RenderStats stats;
   };
   virtual Ceiling measure_ceiling(const TileRequest& tile) const = 0;
+
+  /// What rays are looked for in, and the CPU time that it took to build.
+  struct Structure {
+    StructureFigures figures;
+    double build_cpu_seconds = 0;
+  };
+  virtual Structure structure() const { return {}; }
 
   /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;

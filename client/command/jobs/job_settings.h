@@ -35,6 +35,7 @@ struct JobSettings {
   std::optional<v1::PixelFilter::Kind> filter;  // with its usual radius
   v1::Intersection intersection{};
   v1::DirectLight direct_light{};
+  v1::Accelerator accelerator{};
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
   OwnWishes own;

@@ -82,6 +82,8 @@ TEST(Estimators, LightsPickedByTree) { expect_same_as_default("light_selection: 
 
 TEST(Estimators, SingleRays) { expect_same_as_default("traversal: TRAVERSAL_SINGLE"); }
 
+TEST(Estimators, HitsFoundWithoutEmbree) { expect_same_as_default("accelerator: ACCELERATOR_BVH_SAH"); }
+
 TEST(Estimators, RobustIntersection) { expect_same_as_default("intersection: INTERSECTION_ROBUST"); }
 
 TEST(Estimators, EveryInstructionSet) {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "render/accel/embree/trace.h"
+#include "render/accel/accel_entry.h"
 #include "render/build/scene_content.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
@@ -42,7 +42,7 @@ inline std::shared_ptr<const SceneContent> build_kernel_scene(
     return absl::NotFoundError("scenes of tests have no blobs");
   };
   const LoadOptions options{.isa = TESSERA_ISA_TEXT, .threads = 1};
-  auto build = ContentBuild::begin(scene, job, no_blobs, options, embree_kernel(), light_sources());
+  auto build = ContentBuild::begin(scene, job, no_blobs, options, accel_kernel(), light_sources());
   EXPECT_TRUE(build.ok()) << build.status();
   if (!build.ok()) return nullptr;
   if (edit) edit(build->arrays());

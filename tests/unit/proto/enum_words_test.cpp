@@ -18,6 +18,7 @@ TEST(EnumWords, AreTheNamesOfValuesWithoutThatOfTheEnum) {
   EXPECT_EQ(word_of(v1::INCOMPLETE), "incomplete");
   EXPECT_THAT(words_of(*v1::LightSelection_descriptor()),
               ElementsAre("auto", "tree", "mixed", "power", "uniform"));
+  EXPECT_EQ(word_of(v1::ACCELERATOR_KD_SAH), "kd-sah");
   EXPECT_THAT(words_of(*v1::PixelFilter::Kind_descriptor()),
               ElementsAre("box", "triangle", "gaussian", "mitchell", "lanczos"));
 }
@@ -26,7 +27,7 @@ TEST(EnumWords, EveryWordLeadsBackToItsValue) {
   for (const EnumType* const type :
        {v1::Sampler_descriptor(), v1::Intersection_descriptor(), v1::DirectLight_descriptor(),
         v1::LightSelection_descriptor(), v1::Traversal_descriptor(), v1::AOV_descriptor(),
-        v1::Bits_descriptor()}) {
+        v1::Bits_descriptor(), v1::Accelerator_descriptor()}) {
     EXPECT_EQ(static_cast<int>(words_of(*type).size()), type->value_count() - 1) << type->name();
     for (const std::string& word : words_of(*type)) {
       const absl::StatusOr<int> number = number_of(*type, word, "value");

@@ -31,13 +31,15 @@ void RecordingQuery::occluded(const RayArrays& rays, int n, float* distance_in_b
   query_.occluded(rays, n, distance_in_blocked_out);
 }
 
-std::uint64_t replay(const RayQuery& query, const RayLog& log) {
+Replayed replay(const RayQuery& query, const RayLog& log, RayKind kind) {
   constexpr std::size_t kMost = 2048;
   alignas(64) static thread_local float arrays[7][kMost];
   alignas(64) static thread_local float t[kMost], u[kMost], v[kMost];
   alignas(64) static thread_local std::int32_t primitive[kMost], shape[kMost], instance[kMost];
-  std::uint64_t met = 0;
+  Replayed replayed;
   for (const RayLog::Call& call : log.calls) {
+    if (call.kind() != kind) continue;
+    replayed.rays += static_cast<std::uint64_t>(call.count);
     const std::size_t stride = std::min(call.stride(), kMost);
     for (std::size_t a = 0; a < (call.occluded ? 7u : 6u); ++a) {
       std::copy_n(log.data.data() + call.first + a * call.stride(), stride, arrays[a]);
@@ -45,13 +47,13 @@ std::uint64_t replay(const RayQuery& query, const RayLog& log) {
     const RayArrays rays{arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]};
     if (call.occluded) {
       query.occluded(rays, call.count, arrays[6]);
-      for (int i = 0; i < call.count; ++i) met += arrays[6][i] < 0;
+      for (int i = 0; i < call.count; ++i) replayed.hits += arrays[6][i] < 0;
     } else {
       query.nearest(rays, call.count, call.coherent, {t, u, v, primitive, shape, instance});
-      for (int i = 0; i < call.count; ++i) met += shape[i] >= 0;
+      for (int i = 0; i < call.count; ++i) replayed.hits += shape[i] >= 0;
     }
   }
-  return met;
+  return replayed;
 }
 
 }  // namespace tessera::render

@@ -9,6 +9,9 @@
 
 namespace tessera::render {
 
+enum class RayKind { kCamera, kBounce, kShadow };
+inline constexpr int kRayKinds = 3;
+
 /// Their times are not kept: of what moves, it is traced where it is when the shutter opens.
 struct RayLog {
   /// One call of the query.
@@ -18,6 +21,9 @@ struct RayLog {
     std::int32_t count;  // rays
     std::size_t
         first;  // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded)
+    RayKind kind() const {
+      return occluded ? RayKind::kShadow : coherent ? RayKind::kCamera : RayKind::kBounce;
+    }
     std::size_t stride() const { return (static_cast<std::size_t>(count) + 15) / 16 * 16; }
   };
   std::vector<Call> calls;
@@ -36,7 +42,11 @@ class RecordingQuery final : public RayQuery {
   RayLog& log_;
 };
 
-/// Asks all of the log again; returns how many rays hit something (so that nothing is optimised away).
-std::uint64_t replay(const RayQuery& query, const RayLog& log);
+/// Asks all rays of a kind in the log again; returns how many there are, and how many hit something (so that
+/// nothing is optimised away).
+struct Replayed {
+  std::uint64_t rays = 0, hits = 0;
+};
+Replayed replay(const RayQuery& query, const RayLog& log, RayKind kind);
 
 }  // namespace tessera::render

@@ -16,6 +16,20 @@ struct RayArrays {
 struct HitArrays {
   float *t, *u, *v;
   std::int32_t *primitive, *shape, *instance;
+  std::int32_t* visits = nullptr;  // nodes that the search opened, where somebody asks and the query counts
+};
+
+/// What searches have opened and tested.
+struct RayVisits {
+  std::uint64_t nodes = 0, primitives = 0;
+
+  RayVisits& operator+=(const RayVisits& other) {
+    nodes += other.nodes, primitives += other.primitives;
+    return *this;
+  }
+  RayVisits operator-(const RayVisits& other) const {
+    return {nodes - other.nodes, primitives - other.primitives};
+  }
 };
 
 /// Shapes and instances are numbered as in ShapeTable. Safe to use from any number of threads at once.
@@ -30,6 +44,9 @@ class RayQuery {
   /// Sets blocked[i] to a negative number where something lies within `distance` along the ray, else leaves
   /// the distance. Rays that are not finite are blocked.
   virtual void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const = 0;
+
+  /// Of all rays so far; none where the query does not count.
+  virtual RayVisits visits() const { return {}; }
 };
 
 }  // namespace tessera::render

@@ -54,7 +54,7 @@ class BuiltScene final : public RenderScene {
         return made_ready(std::move(self), scene, job);
       }
     }
-    auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->embree, kernel->light_sources);
+    auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->accel, kernel->light_sources);
     if (!build.ok()) return build.status();
     auto content = build->finish();
     if (!content.ok()) return content.status();
@@ -124,10 +124,19 @@ class BuiltScene final : public RenderScene {
       ceiling.render_cpu_seconds = thread_cpu_seconds() - start;
     }
     ceiling.stats.times = {};  // in ticks
-    const double start = thread_cpu_seconds();
-    replay(*content_->rays, log);
-    ceiling.replay_cpu_seconds = thread_cpu_seconds() - start;
+    for (int kind = 0; kind < kRayKinds; ++kind) {
+      Ceiling::Rays& rays = ceiling.rays[static_cast<std::size_t>(kind)];
+      const RayVisits before = content_->rays->visits();
+      const double start = thread_cpu_seconds();
+      rays.count = replay(*content_->rays, log, static_cast<RayKind>(kind)).rays;
+      rays.cpu_seconds = thread_cpu_seconds() - start;
+      rays.visits = content_->rays->visits() - before;
+    }
     return ceiling;
+  }
+
+  Structure structure() const override {
+    return {content_->accelerator->figures(), content_->accelerator_cpu_seconds};
   }
 
   const std::vector<std::string>& warnings() const override { return content_->warnings; }

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "render/accel/embree/embree_kernel.h"
+#include "base/cpu_time.h"
+#include "render/accel/accel_kernel.h"
+#include "render/accel/embree/accelerator.h"
 #include "render/build/diffuse/diffuse_scene.h"
 #include "render/build/light/light_builder.h"
 #include "render/build/material/material_builder.h"
@@ -89,24 +91,44 @@ void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& ta
   tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
 }
 
-/// The BVH of the shapes while the images are decoded, which it has nothing to do with. A worker of one
-/// thread uses one.
-absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
-                               const EmbreeKernel& embree, SceneContent& content) {
+absl::Status build_embree(const ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
+                          const EmbreeKernel& embree, SceneContent& content) {
   const ShapeTable& shapes = content.arrays.shapes;
-  std::future<absl::Status> images =
-      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
-                 [&] { return builders.images.decode(builders.blobs, options.threads); });
   const bool robust =
       wants_robust_intersection(shapes, builders.shapes.names(), settings.intersection, content.warnings);
   auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, robust});
-  if (auto s = images.get(); !s.ok()) return s;
   if (!built.ok()) return built.status();
+  content.rays = embree.make_query((*built)->scene(), static_cast<std::int32_t>(shapes.shapes.size()),
+                                   settings.single_rays);
   content.accelerator = *std::move(built);
-  content.rays = embree.make_query(content.accelerator->scene(),
-                                   static_cast<std::int32_t>(shapes.shapes.size()), settings.single_rays);
   return absl::OkStatus();
+}
+
+absl::Status build_of_courses(StructureKind kind, const Settings& settings, const LoadOptions& options,
+                              const StructureKernel& kernel, SceneContent& content) {
+  auto built = build_structure(kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
+                               {.threads = options.threads, .wide = !settings.single_rays});
+  if (!built.ok()) return built.status();
+  content.rays = kernel.make_query(**built);
+  content.accelerator = *std::move(built);
+  return absl::OkStatus();
+}
+
+/// The structure over the shapes while the images are decoded, which it has nothing to do with. A worker of
+/// one thread uses one.
+absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
+                               const AccelKernel& accel, SceneContent& content) {
+  std::future<absl::Status> images =
+      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
+                 [&] { return builders.images.decode(builders.blobs, options.threads); });
+  const std::chrono::nanoseconds start = base::process_cpu_time();
+  const absl::Status built =
+      settings.structure ? build_of_courses(*settings.structure, settings, options, accel.structures, content)
+                         : build_embree(builders, settings, options, accel.embree, content);
+  content.accelerator_cpu_seconds = base::in_seconds(base::process_cpu_time() - start);
+  if (auto s = images.get(); !s.ok()) return s;
+  return built;
 }
 
 }  // namespace
@@ -157,7 +179,7 @@ absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneT
 struct ContentBuild::Parts {
   const v1::Scene& scene;
   const LoadOptions& options;
-  const EmbreeKernel& embree;
+  const AccelKernel& accel;
   const Settings settings;
   const std::shared_ptr<SceneContent> content;
   ArrayBuilders builders;
@@ -171,7 +193,7 @@ SceneArrays& ContentBuild::arrays() { return parts_->content->arrays; }
 
 absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v1::JobSpec& job,
                                                  const BlobSource& blobs, const LoadOptions& options,
-                                                 const EmbreeKernel& embree, LightSources light_sources) {
+                                                 const AccelKernel& accel, LightSources light_sources) {
   const Settings settings = read_settings(job);
   const auto origin = render_origin(scene);
   if (!origin.ok()) return origin.status();
@@ -182,7 +204,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   arrays.lights.textures = &arrays.textures;
   std::unique_ptr<Parts> parts(new Parts{.scene = scene,
                                          .options = options,
-                                         .embree = embree,
+                                         .accel = accel,
                                          .settings = settings,
                                          .content = content,
                                          .builders = {.scene = scene,
@@ -221,7 +243,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();
 
-  if (auto s = build_accelerator(builders, settings, parts_->options, parts_->embree, content); !s.ok())
+  if (auto s = build_accelerator(builders, settings, parts_->options, parts_->accel, content); !s.ok())
     return s;
   const float* const centre = content.accelerator->bounding_centre();
   const float radius = content.accelerator->bounding_radius();

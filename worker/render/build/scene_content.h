@@ -6,23 +6,24 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "render/accel/embree/accelerator.h"
 #include "render/accel/ray_query.h"
+#include "render/accel/ray_structure.h"
 #include "render/build/load_scene.h"
 #include "render/integrator/scene_tables.h"
 
 namespace tessera::render {
 
-struct EmbreeKernel;
+struct AccelKernel;
 
 /// `tables` has the view of the job that it was built for.
 struct SceneContent {
   SceneArrays arrays;
   SceneTables tables{arrays};
   std::vector<std::string> warnings, material_names;
-  std::vector<std::int32_t> shape_numbers;   // of the messages of arrays.shapes: view/layers.h
-  std::unique_ptr<Accelerator> accelerator;  // reads the arrays: goes first
-  std::unique_ptr<RayQuery> rays;            // asks it
+  std::vector<std::int32_t> shape_numbers;    // of the messages of arrays.shapes: view/layers.h
+  std::unique_ptr<RayStructure> accelerator;  // reads the arrays: goes first
+  std::unique_ptr<RayQuery> rays;             // asks it
+  double accelerator_cpu_seconds = 0;         // of building it
 };
 
 /// Key of the content: jobs that share it differ only in what view_content() sets. Positions are relative to
@@ -38,7 +39,7 @@ class ContentBuild {
   /// Turns the scene's messages into arrays.
   static absl::StatusOr<ContentBuild> begin(const v1::Scene& scene, const v1::JobSpec& job,
                                             const BlobSource& blobs, const LoadOptions& options,
-                                            const EmbreeKernel& embree, LightSources light_sources);
+                                            const AccelKernel& accel, LightSources light_sources);
   ContentBuild(ContentBuild&&) noexcept;
   ~ContentBuild();
 

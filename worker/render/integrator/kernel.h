@@ -12,11 +12,11 @@
 
 namespace tessera::render {
 
-struct EmbreeKernel;
+struct AccelKernel;
 
 struct Kernel {
   const char* isa;
-  const EmbreeKernel* embree;
+  const AccelKernel* accel;
   /// One for each of wire::algorithms().
   std::span<const Algorithm> algorithms;
   LightSources light_sources;

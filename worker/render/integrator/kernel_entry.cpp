@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "render/accel/accel_entry.h"
 #include "render/accel/arithmetic.h"
-#include "render/accel/embree/trace.h"
 #include "render/integrator/ambient_occlusion/ambient_occlusion.h"
 #include "render/integrator/bdpt/bidirectional.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
@@ -72,7 +72,7 @@ std::uint64_t read_clock() { return clock_ticks(); }
 
 const Kernel& kernel() {
   static const Kernel exported{
-      TESSERA_STRING(TESSERA_ISA), &embree_kernel(), kAlgorithms, light_sources(), &read_clock,
+      TESSERA_STRING(TESSERA_ISA), &accel_kernel(), kAlgorithms, light_sources(), &read_clock,
       &arithmetic_checksum};
   return exported;
 }

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "unit/render/build/builder_inputs.h"
 #include "wire/limits.h"
+#include "wire/resolve_settings.h"
 
 namespace tessera::render {
 namespace {
@@ -38,6 +41,33 @@ TEST(ReadSettings, TakesWhatTheJobNames) {
   const Settings by_chance = settings_of(
       "content { algorithms { direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_TREE } }");
   EXPECT_EQ(by_chance.light_selection, LightSelection::kNone);
+}
+
+TEST(ReadSettings, EveryAcceleratorButEmbreesIsAStructure) {
+  EXPECT_FALSE(settings_of("").structure);
+  EXPECT_FALSE(settings_of("content { algorithms { accelerator: ACCELERATOR_EMBREE } }").structure);
+  std::set<StructureKind> kinds;
+  for (int a = v1::ACCELERATOR_BRUTE; a <= v1::Accelerator_MAX; ++a) {
+    v1::JobSpec job;
+    job.mutable_content()->mutable_algorithms()->set_accelerator(static_cast<v1::Accelerator>(a));
+    const Settings settings = read_settings(job);
+    ASSERT_TRUE(settings.structure) << a;
+    kinds.insert(*settings.structure);
+  }
+  EXPECT_EQ(static_cast<int>(kinds.size()), v1::Accelerator_MAX - 1);
+}
+
+/// A worker keeps scenes and a coordinator results under the digest of a job's content.
+TEST(ReadSettings, JobsOfBeforeThereWereAcceleratorsKeepTheirDigests) {
+  v1::JobSpec absent, named, other;
+  v1::RenderSettings wishes;
+  wire::resolve_settings(wishes, absent);
+  wishes.set_accelerator(v1::ACCELERATOR_EMBREE);
+  wire::resolve_settings(wishes, named);
+  EXPECT_EQ(absent.SerializeAsString(), named.SerializeAsString());
+  wishes.set_accelerator(v1::ACCELERATOR_GRID);
+  wire::resolve_settings(wishes, other);
+  EXPECT_EQ(other.content().algorithms().accelerator(), v1::ACCELERATOR_GRID);
 }
 
 }  // namespace

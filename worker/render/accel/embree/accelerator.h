@@ -12,6 +12,7 @@
 #include "render/accel/embree/embree.h"
 #include "render/accel/embree/embree_kernel.h"
 #include "render/accel/embree/shape_geometry.h"
+#include "render/accel/ray_structure.h"
 #include "render/core/affine_data.h"
 
 namespace tessera::render {
@@ -29,9 +30,9 @@ struct BuildOptions {
 /// "3.13.5", of the library that is loaded, whatever this was compiled with.
 std::string embree_version();
 
-class Accelerator {
+class Accelerator final : public RayStructure {
  public:
-  ~Accelerator();
+  ~Accelerator() override;
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;
 
@@ -44,10 +45,9 @@ class Accelerator {
 
   RTCScene scene() const { return world_; }
   /// Bytes of Embree's own structures.
-  std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_bytes_.load()); }
-  /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
-  float bounding_radius() const { return bounding_radius_; }
-  const float* bounding_centre() const { return bounding_centre_; }
+  std::size_t memory_bytes() const override { return static_cast<std::size_t>(memory_bytes_.load()); }
+  float bounding_radius() const override { return bounding_radius_; }
+  const float* bounding_centre() const override { return bounding_centre_; }
 
  private:
   Accelerator() = default;

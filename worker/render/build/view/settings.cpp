@@ -24,6 +24,31 @@ LightSelection selection_of(const v1::Algorithms& asked) {
   }
 }
 
+std::optional<StructureKind> structure_of(v1::Accelerator asked) {
+  switch (asked) {
+    case v1::ACCELERATOR_BRUTE:
+      return StructureKind::kBrute;
+    case v1::ACCELERATOR_BVH_MEDIAN:
+      return StructureKind::kBvhMedian;
+    case v1::ACCELERATOR_BVH_SAH:
+      return StructureKind::kBvhSah;
+    case v1::ACCELERATOR_SPHERE_TREE:
+      return StructureKind::kSphereTree;
+    case v1::ACCELERATOR_GRID:
+      return StructureKind::kGrid;
+    case v1::ACCELERATOR_OCTREE:
+      return StructureKind::kOctree;
+    case v1::ACCELERATOR_BSP:
+      return StructureKind::kBsp;
+    case v1::ACCELERATOR_KD_MEDIAN:
+      return StructureKind::kKdMedian;
+    case v1::ACCELERATOR_KD_SAH:
+      return StructureKind::kKdSah;
+    default:
+      return std::nullopt;
+  }
+}
+
 ShadowKind shadows_of(v1::Shadows asked) {
   switch (asked) {
     case v1::SHADOWS_NONE:
@@ -67,6 +92,7 @@ Settings read_settings(const v1::JobSpec& job) {
   const v1::Algorithms& asked = job.content().algorithms();
   Settings result;
   result.algorithm = wire::find_algorithm(asked.integrator());
+  result.structure = structure_of(asked.accelerator());
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "render/accel/structure/scene_structure.h"
 #include "render/integrator/scene_tables.h"
 #include "render/light/light_build.h"
 #include "tessera/v1/job.pb.h"
@@ -20,6 +22,7 @@ struct Settings {
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
   PreviewSettings preview;
+  std::optional<StructureKind> structure;  // none: Embree's
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;

@@ -1,0 +1,125 @@
+#include "render/accel/bvh/bvh.h"
+
+#include "render/accel/structure/forks.h"
+
+namespace tessera::render {
+
+namespace {
+
+/// A subtree, as its parent refers to it.
+struct BvhChild {
+  Box box;
+  std::int32_t child, count;
+};
+
+class BvhBuilder {
+ public:
+  BvhBuilder(BvhRule rule, std::span<BvhRef> refs, int threads) : rule_(rule), refs_(refs), forks_(threads) {}
+
+  /// Of refs [first, first + n), with its nodes at the end of `nodes`.
+  BvhChild grow(std::size_t first, std::size_t n, int depth, std::vector<BvhNode>& nodes) {
+    const std::span<BvhRef> refs = refs_.subspan(first, n);
+    Box box, centres;
+    for (const BvhRef& ref : refs) {
+      box.add(ref.box);
+      const float centre[3] = {ref.box.centre(0), ref.box.centre(1), ref.box.centre(2)};
+      centres.add(centre);
+    }
+    const std::size_t left = part(refs, box, centres, depth);
+    if (left == 0) return {box, ~static_cast<std::int32_t>(first), static_cast<std::int32_t>(n)};
+    const std::size_t self = nodes.size();
+    nodes.emplace_back();
+    BvhChild children[2];
+    if (n < kForkSize) {
+      children[0] = grow(first, left, depth + 1, nodes);
+      children[1] = grow(first + left, n - left, depth + 1, nodes);
+    } else {
+      std::vector<BvhNode> right;
+      forks_.both([&] { children[0] = grow(first, left, depth + 1, nodes); },
+                  [&] { children[1] = grow(first + left, n - left, depth + 1, right); });
+      append(right, nodes, children[1]);
+    }
+    set(children, nodes[self]);
+    return {box, static_cast<std::int32_t>(self), 0};
+  }
+
+  static void set(const BvhChild (&children)[2], BvhNode& node) {
+    for (int c = 0; c < 2; ++c) {
+      node.child[c] = children[c].child, node.count[c] = children[c].count;
+      for (int k = 0; k < 3; ++k)
+        node.planes[k][c] = children[c].box.low[k], node.planes[k][2 + c] = children[c].box.high[k];
+    }
+  }
+
+ private:
+  std::size_t part(std::span<BvhRef> refs, const Box& box, const Box& centres, int depth) const {
+    if (refs.size() <= 1) return 0;
+    // Halving from there on ends before the walk's stack does, whatever the primitives are.
+    constexpr int kDeepest = kBvhDepth - 34;
+    if (rule_ == BvhRule::kMedian || depth > kDeepest)
+      return refs.size() <= kMedianLeaf ? 0 : part_at_median(refs, centres);
+    return part_by_sah(refs, box, centres);
+  }
+
+  static void append(const std::vector<BvhNode>& from, std::vector<BvhNode>& to, BvhChild& root) {
+    const auto base = static_cast<std::int32_t>(to.size());
+    for (BvhNode node : from) {
+      for (std::int32_t& child : node.child) child += child >= 0 ? base : 0;
+      to.push_back(node);
+    }
+    if (root.child >= 0) root.child += base;
+  }
+
+  const BvhRule rule_;
+  const std::span<BvhRef> refs_;
+  Forks forks_;
+};
+
+Box child_box(const BvhNode& node, int c) {
+  Box box;
+  for (int k = 0; k < 3; ++k) box.low[k] = node.planes[k][c], box.high[k] = node.planes[k][2 + c];
+  return box;
+}
+
+/// Fills in what is found along the tree; `area` is that of the root.
+void measure(const Bvh& tree, std::int32_t node, std::int32_t depth, double area, StructureFigures& f) {
+  const BvhNode& at = tree.nodes[static_cast<std::size_t>(node)];
+  f.depth = std::max(f.depth, depth + 1);
+  for (int c = 0; c < 2; ++c) {
+    const double share = area > 0 ? child_box(at, c).area() / area : 1;
+    if (at.child[c] >= 0) {
+      f.sah_cost += kStepCost * share;
+      measure(tree, at.child[c], depth + 1, area, f);
+    } else if (at.count[c] > 0) {
+      ++f.leaves;
+      f.sah_cost += kTestCost * share * at.count[c];
+    }
+  }
+}
+
+}  // namespace
+
+Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads) {
+  Bvh tree;
+  if (primitives.empty()) return tree;
+  std::vector<BvhRef> refs(primitives.size());
+  for (std::size_t i = 0; i < refs.size(); ++i)
+    refs[i] = {box_of(primitives[i]), static_cast<std::uint32_t>(i)};
+  BvhBuilder builder(rule, refs, threads);
+  const BvhChild root = builder.grow(0, refs.size(), 0, tree.nodes);
+  // A lone leaf hangs on a node with nothing on its other side.
+  if (root.child < 0) BvhBuilder::set({root, {root.box, ~0, 0}}, tree.nodes.emplace_back());
+  std::vector<Primitive> ordered(primitives.size());
+  for (std::size_t i = 0; i < refs.size(); ++i) ordered[i] = primitives[refs[i].index];
+  primitives.swap(ordered);
+
+  StructureFigures& f = tree.figures;
+  f.nodes = tree.nodes.size();
+  f.references = primitives.size();
+  f.bytes = tree.nodes.size() * sizeof(BvhNode);
+  f.sah_cost = kStepCost;
+  measure(tree, 0, 0, root.box.area(), f);
+  return tree;
+}
+
+}  // namespace tessera::render

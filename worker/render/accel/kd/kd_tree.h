@@ -1,0 +1,50 @@
+// kd-tree [Bentley1975; Kaplan1985]: space is parted by planes across the axes, and a primitive lies in
+// every cell that it reaches into.
+#pragma once
+
+#include "render/accel/structure/cell_tree.h"
+#include "render/accel/structure/forks.h"
+
+namespace tessera::render {
+
+struct KdNode {
+  float split = 0;  // the plane's place along `axis`
+  std::int32_t axis = 0;
+  std::int32_t child[2] = {-1, -1};  // below the plane, and above it (CellTree)
+};
+using KdTree = CellTree<KdNode>;
+
+/// How a cell is parted.
+enum class KdRule {
+  kMedian,  // axes take turns; at the median of what lies in it
+  kSah,     // where the surface area heuristic finds least cost
+};
+
+/// A primitive while a tree is built: bounds of its part within the cell.
+struct KdRef {
+  Box part;
+  std::uint32_t index;
+};
+
+/// A plane, and what it is thought to cost to have it.
+struct KdSplit {
+  int axis = -1;  // -1: none
+  float place = 0;
+  double cost = std::numeric_limits<double>::infinity();
+  bool flat_below = true;  // what lies in the plane goes to the cell below
+};
+
+/// The two ways to choose a plane for a cell.
+KdSplit split_at_median(const std::vector<KdRef>& refs, const Box& cell, int depth);
+KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell);
+
+/// 8 + 1.3 log2 n [Havran2000].
+int kd_depth(std::size_t n);
+
+/// The same tree for any number of threads.
+KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads);
+
+/// Expected cost of a ray that meets the tree's box.
+double kd_sah_cost(const KdTree& tree);
+
+}  // namespace tessera::render

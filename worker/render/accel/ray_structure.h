@@ -1,0 +1,22 @@
+// What a scene has built to answer its rays, whoever does.
+#pragma once
+
+#include <cstddef>
+
+#include "render/accel/structure/figures.h"
+
+namespace tessera::render {
+
+class RayStructure {
+ public:
+  virtual ~RayStructure() = default;
+  /// Bytes of the structures alone, without the tables that they were built from.
+  virtual std::size_t memory_bytes() const = 0;
+  /// What is known of it: of Embree's, its memory alone.
+  virtual StructureFigures figures() const { return {.bytes = memory_bytes()}; }
+  /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
+  virtual float bounding_radius() const = 0;
+  virtual const float* bounding_centre() const = 0;
+};
+
+}  // namespace tessera::render

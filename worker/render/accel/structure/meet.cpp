@@ -1,0 +1,32 @@
+#include "render/accel/structure/meet.h"
+
+#include "render/accel/alpha.h"
+#include "render/shape/analytic_shape.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+bool meet_analytic(const Ray& ray, const ShapeTable& table, const Primitive& primitive, float most,
+                   Meeting& meeting) {
+  const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
+  if (box.empty() || box.enter > most) return false;
+  const ShapeRecord& shape = table.shapes[static_cast<std::size_t>(primitive.shape)];
+  const ShapeRays rays{{Float(ray.of[0]), Float(ray.of[1]), Float(ray.of[2])},
+                       {Float(ray.df[0]), Float(ray.df[1]), Float(ray.df[2])},
+                       Float(0.0f),
+                       Float(std::nextafter(most, __builtin_inff())),
+                       Mask::first(1)};
+  const float t = analytic_shape(shape.kind)->nearest(table, shape, primitive.number, rays).lane(0);
+  if (!(t > 0 && t <= most && t >= box.enter && t <= box.leave)) return false;
+  meeting = {t, 0, 0};
+  return true;
+}
+
+bool passes_through(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
+                    const Primitive& primitive, const Meeting& meeting) {
+  const Vec3 o{Float(ray.of[0]), Float(ray.of[1]), Float(ray.of[2])};
+  const Vec3 d{Float(ray.df[0]), Float(ray.df[1]), Float(ray.df[2])};
+  return any(let_pass(table, textures, primitive.shape, Int(primitive.number), Float(meeting.u),
+                      Float(meeting.v), o, d, Mask::first(1)));
+}
+
+}  // namespace tessera::render::TESSERA_ISA

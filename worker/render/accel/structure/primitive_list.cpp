@@ -1,0 +1,109 @@
+#include "render/accel/structure/primitive_list.h"
+
+#include "absl/strings/str_cat.h"
+#include "render/accel/structure/exact_affine.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render {
+
+namespace {
+
+/// Whether the normal that shading computes of a triangle (shape/triangle_normal.h) exists: it is computed
+/// the same way here, in float, after its sides are brought to size 1 by a power of two.
+bool has_normal(const float (&corners)[3][3]) {
+  float e1[3], e2[3], size = 0;
+  for (int k = 0; k < 3; ++k) {
+    e1[k] = corners[1][k] - corners[0][k], e2[k] = corners[2][k] - corners[0][k];
+    size = std::max({size, std::abs(e1[k]), std::abs(e2[k])});
+  }
+  if (!(size > 0) || !std::isfinite(size)) return false;
+  const int exponent = -std::ilogb(size);
+  for (int k = 0; k < 3; ++k) e1[k] = std::scalbn(e1[k], exponent), e2[k] = std::scalbn(e2[k], exponent);
+  float squared = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const float n = e1[i] * e2[j] - e1[j] * e2[i];
+    squared += n * n;
+  }
+  return squared > 0 && std::isfinite(squared);
+}
+
+void add_triangles(const ShapeTable& table, const ShapeRecord& shape, std::int32_t index,
+                   std::vector<Primitive>& list) {
+  for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
+    const std::uint32_t* const row =
+        table.triangles.data() +
+        3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(t));
+    Primitive primitive{};
+    primitive.shape = index;
+    primitive.number = t;
+    primitive.has_alpha = (shape.flags & kHasAlpha) != 0;
+    for (int c = 0; c < 3; ++c) {
+      const Vertex& vertex = table.vertices[static_cast<std::size_t>(shape.first_vertex) + row[c]];
+      std::copy_n(vertex.position, 3, primitive.corners[c]);
+    }
+    if (box_of(primitive).finite() && has_normal(primitive.corners)) list.push_back(primitive);
+  }
+}
+
+/// A primitive that is told by its box.
+void add_boxed(PrimitiveKind kind, std::int32_t shape, std::int32_t number, const Box& box,
+               std::vector<Primitive>& list) {
+  if (box.empty() || !box.finite()) return;
+  Primitive primitive{};
+  primitive.kind = kind;
+  primitive.shape = shape;
+  primitive.number = number;
+  std::copy_n(box.low, 3, primitive.corners[0]);
+  std::copy_n(box.high, 3, primitive.corners[1]);
+  list.push_back(primitive);
+}
+
+/// The box of a box that is moved, rounded outwards.
+Box moved_box(const ExactAffine& a, const Box& box) {
+  Box moved;
+  for (int i = 0; i < 3; ++i) {
+    const double* const row = a.m + 4 * i;
+    double low = row[3], high = row[3], size = std::abs(row[3]);
+    for (int k = 0; k < 3; ++k) {
+      const double x = row[k] * box.low[k], y = row[k] * box.high[k];
+      low += std::min(x, y), high += std::max(x, y);
+      size += std::max(std::abs(x), std::abs(y));
+    }
+    const double room = 0x1p-24 * size;  // more than the sums above and the rounding to float are off
+    moved.low[i] = static_cast<float>(low - room), moved.high[i] = static_cast<float>(high + room);
+  }
+  return moved;
+}
+
+}  // namespace
+
+absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
+                            std::vector<Primitive>& list) {
+  const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+  if (record.kind == ShapeKind::kCurves) {
+    return absl::InvalidArgumentError(absl::StrCat("curves (shape ", record.number,
+                                                   " of the scene) are met by accelerator 'embree' alone"));
+  }
+  if (record.kind == ShapeKind::kTriangles) {
+    add_triangles(table, record, shape, list);
+    return absl::OkStatus();
+  }
+  const std::int32_t count = analytic.count(table, shape);
+  for (std::int32_t p = 0; p < count; ++p)
+    add_boxed(PrimitiveKind::kAnalytic, shape, p, analytic.bounds(table, shape, p), list);
+  return absl::OkStatus();
+}
+
+void add_instance(const ShapeTable& table, std::int32_t instance, const Box& object,
+                  std::vector<Primitive>& list) {
+  if (object.empty()) return;
+  const InstanceRecord& record = table.instances[static_cast<std::size_t>(instance)];
+  // A point's way is straight between two steps: what is in the boxes of both stays in the box of both.
+  Box box = record.segments == 0 ? moved_box(exact(record.render_from_instance), object) : Box{};
+  for (std::int32_t k = 0; record.segments > 0 && k <= record.segments; ++k)
+    box.add(moved_box(exact(table.motion_steps[static_cast<std::size_t>(record.first_step + k)]), object));
+  add_boxed(PrimitiveKind::kInstance, -1, instance, box, list);
+}
+
+}  // namespace tessera::render

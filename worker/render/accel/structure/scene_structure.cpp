@@ -1,0 +1,171 @@
+#include "render/accel/structure/scene_structure.h"
+
+#include <exception>
+
+#include "absl/strings/str_cat.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render {
+
+namespace {
+
+// How each kind of tree is built, and what is told of it.
+
+absl::Status build_tree(StructureKind, const StructureOptions&, std::vector<Primitive>& primitives,
+                        Brute& tree) {
+  tree.count = static_cast<std::uint32_t>(primitives.size());
+  tree.figures.leaves = !primitives.empty();
+  tree.figures.references = primitives.size();
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind kind, const StructureOptions& options,
+                        std::vector<Primitive>& primitives, Bvh& tree) {
+  tree = build_bvh(kind == StructureKind::kBvhSah ? BvhRule::kSah : BvhRule::kMedian, primitives,
+                   options.threads);
+  if (options.wide) widen(tree);
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
+                        SphereTree& tree) {
+  tree = build_sphere_tree(primitives, options.threads);
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
+                        Grid& tree) {
+  absl::StatusOr<Grid> grid = build_grid(primitives, options.grid_density, options.threads);
+  if (!grid.ok()) return grid.status();
+  tree = *std::move(grid);
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
+                        Octree& tree) {
+  tree = build_octree(primitives, options.threads);
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
+                        BspTree& tree) {
+  tree = build_bsp_tree(primitives, options.threads);
+  return absl::OkStatus();
+}
+
+absl::Status build_tree(StructureKind kind, const StructureOptions& options,
+                        std::vector<Primitive>& primitives, KdTree& tree) {
+  tree = build_kd_tree(kind == StructureKind::kKdSah ? KdRule::kSah : KdRule::kMedian, primitives,
+                       options.threads);
+  return absl::OkStatus();
+}
+
+template <class Tree>
+StructureFigures figures_of(const Tree& tree) {
+  return tree.figures;
+}
+template <class Node>
+StructureFigures figures_of(const CellTree<Node>& tree) {
+  return tree.figures();
+}
+StructureFigures figures_of(const KdTree& tree) {
+  StructureFigures figures = tree.figures();
+  figures.sah_cost = kd_sah_cost(tree);
+  return figures;
+}
+
+}  // namespace
+
+template <class Tree>
+absl::Status TreeStructure<Tree>::build_level(const StructureOptions& options, Level<Tree>& level) {
+  for (const Primitive& primitive : level.primitives) level.box.add(box_of(primitive));
+  level.largest = level.primitives.empty() ? 0 : level.box.largest_coordinate();
+  constexpr std::size_t kMostPrimitives = std::size_t{1} << 30;
+  if (level.primitives.size() > kMostPrimitives) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(level.primitives.size(), " primitives in one structure; at most ", kMostPrimitives));
+  }
+  if (auto s = build_tree(kind_, options, level.primitives, level.tree); !s.ok()) return s;
+  StructureFigures figures = figures_of(level.tree);
+  figures.primitives = level.primitives.size();
+  figures.bytes += sizeof(Primitive) * level.primitives.size();
+  figures_.add(figures);
+  return absl::OkStatus();
+}
+
+template <class Tree>
+absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const StructureOptions& options) {
+  objects_.resize(shapes_.objects.size());
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const ObjectRange& range = shapes_.objects[i];
+    for (std::int32_t s = 0; s < range.shape_count; ++s) {
+      if (auto status = add_primitives(shapes_, range.first_shape + s, analytic, objects_[i].primitives);
+          !status.ok())
+        return status;
+    }
+    if (auto status = build_level(options, objects_[i]); !status.ok()) return status;
+  }
+  for (std::int32_t s = 0; s < shapes_.world_shape_count; ++s) {
+    if (auto status = add_primitives(shapes_, s, analytic, world_.primitives); !status.ok()) return status;
+  }
+  instance_from_render_.reserve(shapes_.instances.size());
+  for (std::size_t i = 0; i < shapes_.instances.size(); ++i) {
+    const InstanceRecord& instance = shapes_.instances[i];
+    instance_from_render_.push_back(inverse(exact(instance.render_from_instance)));
+    add_instance(shapes_, static_cast<std::int32_t>(i),
+                 objects_[static_cast<std::size_t>(instance.object)].box, world_.primitives);
+  }
+  if (auto status = build_level(options, world_); !status.ok()) return status;
+  figures_.sah_cost = figures_of(world_.tree).sah_cost;
+  figures_.bytes += sizeof(ExactAffine) * instance_from_render_.size();
+  if (const Box& box = world_.box; !world_.primitives.empty()) {
+    for (int k = 0; k < 3; ++k) centre_[k] = box.centre(k);
+    radius_ = 0.5f * std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
+  }
+  return absl::OkStatus();
+}
+
+namespace {
+
+template <class Tree>
+absl::StatusOr<std::unique_ptr<SceneStructure>> build_of(StructureKind kind, const ShapeTable& shapes,
+                                                         const TextureTable& textures,
+                                                         const AnalyticBounds& analytic,
+                                                         const StructureOptions& options) {
+  auto structure = std::make_unique<TreeStructure<Tree>>(kind, shapes, textures);
+  try {
+    if (auto s = structure->build(analytic, options); !s.ok()) return s;
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError("building the acceleration structure: out of memory");
+  }
+  return structure;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<SceneStructure>> build_structure(StructureKind kind, const ShapeTable& shapes,
+                                                                const TextureTable& textures,
+                                                                const AnalyticBounds& analytic,
+                                                                const StructureOptions& options) {
+  switch (kind) {
+    case StructureKind::kBrute:
+      return build_of<Brute>(kind, shapes, textures, analytic, options);
+    case StructureKind::kBvhMedian:
+    case StructureKind::kBvhSah:
+      return build_of<Bvh>(kind, shapes, textures, analytic, options);
+    case StructureKind::kSphereTree:
+      return build_of<SphereTree>(kind, shapes, textures, analytic, options);
+    case StructureKind::kGrid:
+      return build_of<Grid>(kind, shapes, textures, analytic, options);
+    case StructureKind::kOctree:
+      return build_of<Octree>(kind, shapes, textures, analytic, options);
+    case StructureKind::kBsp:
+      return build_of<BspTree>(kind, shapes, textures, analytic, options);
+    case StructureKind::kKdMedian:
+    case StructureKind::kKdSah:
+      return build_of<KdTree>(kind, shapes, textures, analytic, options);
+  }
+  return absl::InvalidArgumentError("no such structure");
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,195 @@
+#include "render/accel/structure/structure_query.h"
+
+#include <atomic>
+#include <tuple>
+
+#include "render/accel/brute/brute_walk.h"
+#include "render/accel/bsp/bsp_walk.h"
+#include "render/accel/bvh/bvh_walk.h"
+#include "render/accel/grid/grid_walk.h"
+#include "render/accel/kd/kd_walk.h"
+#include "render/accel/octree/octree_walk.h"
+#include "render/accel/sphere_tree/sphere_walk.h"
+#include "render/accel/structure/meet.h"
+#include "render/shape/analytic_shape.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// What a ray has met so far: the nearest, and of those that are equally near the one with the least numbers,
+/// so that the order of a walk does not matter. Where any hit will do, `t` stays.
+struct Found {
+  float t;
+  float u = 0, v = 0;
+  std::int32_t shape = -1, primitive = -1, instance = -1;
+
+  bool gives_way_to(const Meeting& other, const Primitive& p, std::int32_t in_instance) const {
+    if (other.t != t) return other.t < t;
+    return shape < 0 || std::tuple(p.shape, p.number, in_instance) < std::tuple(shape, primitive, instance);
+  }
+};
+
+/// What a walk shows primitives to (brute_walk.h): one ray in the space of one level.
+template <class Tree, bool kAny>
+struct Tracer {
+  const TreeStructure<Tree>& structure;
+  const Level<Tree>& level;
+  const Ray& ray;
+  const std::int32_t instance;
+  Found& found;
+  RayVisits& visits;
+
+  float reach() const { return found.t; }
+  void enter() { ++visits.nodes; }
+
+  void run() {
+    if (!level.primitives.empty()) walk(level.tree, level.box, ray, *this);
+  }
+
+  TESSERA_INLINE bool meet(std::uint32_t i) {
+    const Primitive& primitive = level.primitives[i];
+    ++visits.primitives;
+    Meeting meeting;
+    if (primitive.kind == PrimitiveKind::kTriangle) {
+      if (!meet_triangle(ray, primitive.corners, meeting) || meeting.t > found.t) return false;
+    } else if (primitive.kind == PrimitiveKind::kInstance) {
+      return meet_instance(primitive);
+    } else if (!meet_analytic(ray, structure.shapes(), primitive, found.t, meeting)) {
+      return false;
+    }
+    if (!found.gives_way_to(meeting, primitive, instance)) return false;
+    if (primitive.has_alpha &&
+        passes_through(ray, structure.shapes(), structure.textures(), primitive, meeting))
+      return false;
+    if (!kAny) found.t = meeting.t;
+    found.u = meeting.u, found.v = meeting.v;
+    found.shape = primitive.shape, found.primitive = primitive.number, found.instance = instance;
+    return kAny;
+  }
+
+  bool meet_instance(const Primitive& primitive) {
+    const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
+    if (box.empty() || box.enter > found.t) return false;
+    const ShapeTable& shapes = structure.shapes();
+    const InstanceRecord& record = shapes.instances[static_cast<std::size_t>(primitive.number)];
+    const Level<Tree>& object = structure.object(record.object);
+    const ExactAffine to_object = record.segments == 0 ? structure.instance_from_render(primitive.number)
+                                                       : inverse(placement_at(shapes, record, ray.time));
+    const Ray own = moved(ray, to_object, object.largest);
+    if (!own.sound()) return false;  // the instance has no extent
+    Tracer<Tree, kAny>{structure, object, own, primitive.number, found, visits}.run();
+    return kAny && found.shape >= 0;
+  }
+};
+
+/// Coordinates up to Embree's limit.
+bool is_sound(const RayArrays& rays, int i) {
+  constexpr float kFarthest = 1.8e18f;
+  bool somewhere = false;
+  for (const float* x : {rays.ox, rays.oy, rays.oz, rays.dx, rays.dy, rays.dz}) {
+    if (!(std::abs(x[i]) <= kFarthest)) return false;
+  }
+  for (const float* x : {rays.dx, rays.dy, rays.dz}) somewhere = somewhere || x[i] != 0;
+  return somewhere;
+}
+
+template <class Tree>
+class StructureQuery final : public RayQuery {
+ public:
+  explicit StructureQuery(const TreeStructure<Tree>& structure) : structure_(structure) {}
+
+  void nearest(const RayArrays& rays, int n, bool, const HitArrays& hits) const override {
+    RayVisits all;
+    for (int i = 0; i < n; ++i) {
+      RayVisits visits;
+      const Found found = trace<false>(rays, i, __builtin_inff(), visits);
+      hits.t[i] = found.t, hits.u[i] = found.u, hits.v[i] = found.v;
+      hits.primitive[i] = found.primitive, hits.shape[i] = found.shape, hits.instance[i] = found.instance;
+      if (hits.visits != nullptr) hits.visits[i] = static_cast<std::int32_t>(visits.nodes);
+      all += visits;
+    }
+    add(all);
+  }
+
+  void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const override {
+    RayVisits all;
+    for (int i = 0; i < n; ++i) {
+      float& distance = distance_in_blocked_out[i];
+      if (distance < 0) continue;
+      if (!is_sound(rays, i) || trace<true>(rays, i, distance, all).shape >= 0) distance = -__builtin_inff();
+    }
+    add(all);
+  }
+
+  RayVisits visits() const override { return {nodes_, primitives_}; }
+
+ private:
+  template <bool kAny>
+  Found trace(const RayArrays& rays, int i, float reach, RayVisits& visits) const {
+    Found found{.t = reach};
+    if (!is_sound(rays, i)) return found;
+    const double o[3] = {rays.ox[i], rays.oy[i], rays.oz[i]}, d[3] = {rays.dx[i], rays.dy[i], rays.dz[i]};
+    const Ray ray(o, d, rays.time != nullptr ? rays.time[i] : 0, structure_.world().largest);
+    Tracer<Tree, kAny>{structure_, structure_.world(), ray, -1, found, visits}.run();
+    return found;
+  }
+
+  void add(const RayVisits& visits) const {
+    nodes_.fetch_add(visits.nodes, std::memory_order_relaxed);
+    primitives_.fetch_add(visits.primitives, std::memory_order_relaxed);
+  }
+
+  const TreeStructure<Tree>& structure_;
+  mutable std::atomic<std::uint64_t> nodes_{0}, primitives_{0};
+};
+
+template <class Tree>
+std::unique_ptr<RayQuery> query_of(const SceneStructure& structure) {
+  return std::make_unique<StructureQuery<Tree>>(static_cast<const TreeStructure<Tree>&>(structure));
+}
+
+std::unique_ptr<RayQuery> make_structure_query(const SceneStructure& structure) {
+  switch (structure.kind()) {
+    case StructureKind::kBrute:
+      return query_of<Brute>(structure);
+    case StructureKind::kBvhMedian:
+    case StructureKind::kBvhSah:
+      return query_of<Bvh>(structure);
+    case StructureKind::kSphereTree:
+      return query_of<SphereTree>(structure);
+    case StructureKind::kGrid:
+      return query_of<Grid>(structure);
+    case StructureKind::kOctree:
+      return query_of<Octree>(structure);
+    case StructureKind::kBsp:
+      return query_of<BspTree>(structure);
+    case StructureKind::kKdMedian:
+    case StructureKind::kKdSah:
+      return query_of<KdTree>(structure);
+  }
+  return nullptr;
+}
+
+std::int32_t count_analytic(const ShapeTable& table, std::int32_t shape) {
+  const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+  return analytic_shape(record.kind)->primitive_count(table, record);
+}
+
+Box bounds_of_analytic(const ShapeTable& table, std::int32_t shape, std::int32_t primitive) {
+  const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+  const ShapeBounds bounds = analytic_shape(record.kind)->bounds(table, record, primitive);
+  Box box;
+  std::copy_n(bounds.low, 3, box.low);
+  std::copy_n(bounds.high, 3, box.high);
+  return box;
+}
+
+}  // namespace
+
+const StructureKernel& structure_kernel() {
+  static constexpr StructureKernel kKernel{{&count_analytic, &bounds_of_analytic}, &make_structure_query};
+  return kKernel;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
