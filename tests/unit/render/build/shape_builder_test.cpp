@@ -90,7 +90,7 @@ TEST_F(ShapeBuilderTest, ImplicitSurfacesAreProgramsAndPolynomials) {
   EXPECT_EQ(table_.shapes[0].kind, ShapeKind::kImplicit);
   const ImplicitRecord& polynomial = table_.implicits[0];
   EXPECT_EQ(polynomial.degree, 2);
-  EXPECT_EQ(polynomial.roots, ImplicitRoots::kSturm);
+  EXPECT_EQ(polynomial.roots, ImplicitRoots::kInterval);
   EXPECT_EQ(polynomial.coefficients.size(), 10u);
   EXPECT_EQ(polynomial.coefficients[0], 1);  // x^2
   EXPECT_EQ(polynomial.coefficients[7], 2);  // z^2
@@ -102,16 +102,18 @@ TEST_F(ShapeBuilderTest, ImplicitSurfacesAreProgramsAndPolynomials) {
       absl::OkStatus());
   EXPECT_EQ(table_.implicits[1].degree, 0);
   EXPECT_EQ(table_.implicits[1].roots, ImplicitRoots::kInterval);
+  ASSERT_EQ(add("implicit { expression: 'x' ball { radius: 1 } roots: STURM }"), absl::OkStatus());
+  EXPECT_EQ(table_.implicits[2].roots, ImplicitRoots::kSturm);
   ASSERT_EQ(add("implicit { expression: 'x' ball { radius: 1 } lipschitz: 1 roots: NEWTON }"),
             absl::OkStatus());
-  EXPECT_EQ(table_.implicits[2].roots, ImplicitRoots::kSphereTracing);
+  EXPECT_EQ(table_.implicits[3].roots, ImplicitRoots::kSphereTracing);
 }
 
 TEST_F(ShapeBuilderTest, SaysWhatIsAtFaultWithImplicitSurfaces) {
   EXPECT_THAT(refusal("implicit { expression: 'x + ' ball { radius: 1 } }"),
               HasSubstr("expression: column 5"));
   EXPECT_THAT(refusal("implicit { expression: 'x' }"), HasSubstr("needs bounds"));
-  EXPECT_THAT(refusal("implicit { expression: 'x' ball {} }"), HasSubstr("have no volume"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' ball {} }"), HasSubstr("has no radius"));
   EXPECT_THAT(refusal("implicit { expression: 'x' box { high { x: 1 y: 1 } } }"),
               HasSubstr("have no volume"));
   EXPECT_THAT(refusal("implicit { expression: '2 - 1' ball { radius: 1 } }"), HasSubstr("a constant"));

@@ -22,6 +22,7 @@ absl::Status set_bounds(const v1::ImplicitSurface& surface, ImplicitRecord& reco
   } else if (surface.has_ball()) {
     const v1::Point3& c = surface.ball().center();
     const double r = surface.ball().radius(), at[] = {c.x(), c.y(), c.z()};
+    if (!(r > 0)) return absl::InvalidArgumentError("the ball that bounds an implicit surface has no radius");
     record.in_sphere = 1;
     record.radius = static_cast<float>(r);
     for (int i = 0; i < 3; ++i) {
@@ -57,11 +58,8 @@ absl::Status set_roots(const v1::ImplicitSurface& surface, ImplicitRecord& recor
     case v1::ImplicitSurface::NEWTON:
       status = of_polynomials("newton", ImplicitRoots::kNewton);
       break;
-    case v1::ImplicitSurface::INTERVAL:
-      record.roots = ImplicitRoots::kInterval;
-      break;
     default:
-      record.roots = record.degree > 0 ? ImplicitRoots::kSturm : ImplicitRoots::kInterval;
+      record.roots = ImplicitRoots::kInterval;
   }
   if (lipschitz > 0) record.roots = ImplicitRoots::kSphereTracing, record.lipschitz = lipschitz;
   return status;

@@ -54,13 +54,13 @@ Link remainder_of(const Link& a, const Link& b) {
   return r;
 }
 
-/// Sturm's chain of a polynomial [Sturm1829].
+/// Sturm's chain of a polynomial [Sturm1829]: of the coefficients as they are, which belong to one that is as
+/// good as the true one (RayPolynomial::error). Errors are those of the chain's own arithmetic.
 class SturmChain {
  public:
   explicit SturmChain(const RayPolynomial& p) {
     links_[0].degree = p.degree;
     std::copy_n(p.c, p.degree + 1, links_[0].c);
-    links_[0].error = p.error;
     sound_ = links_[0].scale();
     Link& slope = links_[1];
     slope.degree = p.degree - 1;
