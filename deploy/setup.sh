@@ -25,7 +25,7 @@ libraries=(
   libpugixml-dev
 )
 # faketime and iproute2 for clocks that jump and networks that lose packets
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libfaketime iproute2)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libgmp-dev libfaketime iproute2)
 ci_packages=(slurm-wlm munge clang clang-format clang-tidy)
 cross_tools=(g++-aarch64-linux-gnu qemu-user-static)
 packages=("${tools[@]}" "${libraries[@]}" "${test_packages[@]}")

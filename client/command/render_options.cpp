@@ -18,6 +18,7 @@
 #include "command/report/choice_text.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
+#include "expression/polynomial.h"
 #include "import/import.h"
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
@@ -33,6 +34,25 @@ absl::StatusOr<v1::PixelFilter::Kind> parse_filter(const std::string& word) {
   const absl::StatusOr<int> kind = wire::number_of(*v1::PixelFilter::Kind_descriptor(), word, "pixel filter");
   if (!kind.ok()) return kind.status();
   return static_cast<v1::PixelFilter::Kind>(*kind);
+}
+
+/// Whether rays can find the surface so: Sturm's chains and deflation are of polynomials.
+bool is_found_by(v1::ImplicitSurface::Roots roots, const v1::ImplicitSurface& surface) {
+  if (roots != v1::ImplicitSurface::STURM && roots != v1::ImplicitSurface::NEWTON) return true;
+  const auto parsed = expression::parse(surface.expression());
+  return parsed.ok() && expression::expand(*parsed).has_value();
+}
+
+/// Of all surfaces for which there is such a method.
+void set_roots(v1::ImplicitSurface::Roots roots, v1::Scene& scene) {
+  const auto set = [roots](auto& shapes) {
+    for (v1::Shape& shape : shapes) {
+      if (shape.has_implicit() && is_found_by(roots, shape.implicit()))
+        shape.mutable_implicit()->set_roots(roots);
+    }
+  };
+  set(*scene.mutable_shapes());
+  for (v1::Object& object : *scene.mutable_objects()) set(*object.mutable_shapes());
 }
 
 std::string check_integrator(const std::string& name) {
@@ -145,6 +165,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.add("-D", options.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE")
       .checked_by(check_define);
+  add_parsed(
+      command, "--roots", options.roots, wire::value_of<v1::ImplicitSurface::Roots>,
+      "search along rays for implicit surfaces, whatever the scene says: auto, sturm, interval or newton")
+      .type_name("NAME");
   command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
   define_own_options(command, job.own);
 }
@@ -226,6 +250,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->imported = *std::move(imported);
+  if (options.roots) set_roots(*options.roots, loaded->imported.scene);
   const auto print_warnings = [&](const std::vector<std::string>& lines) {
     if (options.quiet) return;
     for (const std::string& line : lines) std::cerr << "warning: " << line << '\n';

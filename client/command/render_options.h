@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct RenderOptions {
   std::string scene;   // the file
   std::string output;  // .exr or .png
   JobSettings job;
-  std::vector<std::string> defines;  // NAME=VALUE
-  int threads = 0;                   // of this process
+  std::vector<std::string> defines;                 // NAME=VALUE
+  std::optional<v1::ImplicitSurface::Roots> roots;  // of all implicit surfaces; none: as the scene says
+  int threads = 0;                                  // of this process
   ExrOptions exr;
   std::string stats;       // a JSON file; empty: none
   std::string checkpoint;  // a folder; empty: none. `render` only

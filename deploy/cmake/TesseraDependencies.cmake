@@ -33,4 +33,5 @@ if(TESSERA_TESTS)
   find_package(GTest REQUIRED)
   find_package(benchmark CONFIG REQUIRED)
   pkg_check_modules(yaml REQUIRED IMPORTED_TARGET yaml-cpp)
+  pkg_check_modules(gmp REQUIRED IMPORTED_TARGET gmpxx)  # 256 bits, for judges
 endif()

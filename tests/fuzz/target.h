@@ -18,8 +18,8 @@ struct Target {
 
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kTextScene;
-// ---- proto/wire, proto/images, proto/layers
-extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers;
+// ---- proto/wire, proto/images, proto/layers, proto/expression
+extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression;
 // ---- server
 extern const Target kJournal, kUpload;
 // ---- worker

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/nearest_name.h"
+#include "expression/expression.h"
 #include "import/input/concat.h"
 
 namespace tessera::client::tessera_scene {
@@ -108,6 +109,10 @@ class SceneCheck {
       if (texture->kind_case() == v1::Texture::KIND_NOT_SET) missing("texture");
     } else if (const auto* shape = google::protobuf::DynamicCastToGenerated<v1::Shape>(&message)) {
       if (shape->kind_case() == v1::Shape::KIND_NOT_SET) missing("shape");
+    } else if (const auto* implicit =
+                   google::protobuf::DynamicCastToGenerated<v1::ImplicitSurface>(&message)) {
+      if (const auto parsed = expression::parse(implicit->expression()); !parsed.ok())
+        diagnostics_.error(where, concat("expression, ", std::string(parsed.status().message())));
     } else if (const auto* light = google::protobuf::DynamicCastToGenerated<v1::Light>(&message)) {
       if (light->kind_case() == v1::Light::KIND_NOT_SET) missing("light");
     } else if (const auto* matrix = google::protobuf::DynamicCastToGenerated<v1::Matrix>(&message)) {

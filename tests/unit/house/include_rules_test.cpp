@@ -23,6 +23,7 @@ const std::map<std::string, Rooms>& rules() {
       {"proto/base", {"base"}},
       {"proto/images", {"images"}},
       {"proto/layers", {"layers"}},
+      {"proto/expression", {"expression"}},
       {"proto/wire", {"wire", "base", "layers", "tessera/v1"}},
       {"proto/telemetry", {"telemetry", "base"}},
       {"proto/transport", {"transport", "base", "telemetry", "wire", "tessera/v1"}},
@@ -39,21 +40,21 @@ const std::map<std::string, Rooms>& rules() {
         "tessera/v1"}},
       {"client/farm", {"farm", "import", "base", "transport", "wire", "tessera/v1"}},
       {"client/image", {"image", "wire"}},
-      {"client/import", {"import", "base", "images", "tables", "wire", "tessera/v1"}},
+      {"client/import", {"import", "base", "expression", "images", "tables", "wire", "tessera/v1"}},
       {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
       {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/pilot", {"pilot", "bench", "image"}},
       {"client/command",
-       {"command", "base", "bench", "farm", "image", "import", "layers", "local", "mesh", "options", "pilot",
-        "plot", "transport", "wire", "tessera/v1"}},
+       {"command", "base", "bench", "expression", "farm", "image", "import", "layers", "local", "mesh",
+        "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},
       {"client/local",
        {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "wire",
         "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
       {"worker/render/color", {"render/color", "render/core", "images", "tables"}},
-      {"worker/render/shape", {"render/shape", "render/core"}},
+      {"worker/render/shape", {"render/shape", "render/core", "expression", "tables"}},
       {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
@@ -69,7 +70,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
         "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/sampling",
-        "render/shape", "base", "layers", "wire", "tessera/v1"}},
+        "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
   };
   return rules;
 }
@@ -77,10 +78,10 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render,
 /// "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",  "base",   "images",  "telemetry", "transport", "scheduler",
-                             "store", "tls",    "net",     "service",   "agent",     "farm",
-                             "image", "import", "command", "local",     "render",    "tessera",
-                             "plot",  "bench",  "options", "tables",    "layers",    "mesh"};
+  static const Rooms tops = {"wire",    "base",   "images",  "telemetry", "transport", "scheduler", "store",
+                             "tls",     "net",    "service", "agent",     "farm",      "image",     "import",
+                             "command", "local",  "render",  "tessera",   "plot",      "bench",     "options",
+                             "tables",  "layers", "mesh",    "expression"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

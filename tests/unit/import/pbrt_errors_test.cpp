@@ -32,6 +32,12 @@ TEST_F(PbrtErrors, NumbersMustBeFinite) {
   EXPECT_THAT(error("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 nan 0  0 1 0 ]"),
               HasSubstr("scene.pbrt:2:44: expected a finite number for \"P\", found \"nan\""));
   EXPECT_THAT(error("Shape \"sphere\" \"float radius\" inf"), HasSubstr("found \"inf\""));
+  EXPECT_THAT(error("Shape \"implicit\" \"string expression\" \"x + tan(y)\" \"float radius\" 1"),
+              HasSubstr("shape \"implicit\": expression, column 5: 'tan' is unknown"));
+  EXPECT_THAT(error("Shape \"implicit\" \"string expression\" \"x\""), HasSubstr("expected bounds"));
+  EXPECT_THAT(
+      error("Shape \"implicit\" \"string expression\" \"x\" \"float radius\" 1 \"string roots\" \"sturn\""),
+      HasSubstr("sturm"));
   EXPECT_THAT(error("Translate 0 0 1e999"), HasSubstr("found \"1e999\""));
   EXPECT_THAT(error("Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 1e39 0  0 1 0 ]"),
               HasSubstr("scene.pbrt:2:44: expected a finite number for \"P\", found \"1e39\""));

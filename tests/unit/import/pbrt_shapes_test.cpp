@@ -37,6 +37,26 @@ class PbrtShapes : public ImportTest {
   }
 };
 
+TEST_F(PbrtShapes, ImplicitSurfacesAreTakenOver) {
+  const ImportedScene scene = world(
+      "Shape \"implicit\" \"string expression\" \"x^2 + y^2 = z\" \"point3 pmin\" [-1 -2 -3] \"point3 pmax\" "
+      "[1 2 3]\n"
+      "  \"string roots\" \"interval\"\n"
+      "Shape \"implicit\" \"string expression\" \"sin(x)\" \"float radius\" 3 \"point3 center\" [0 1 0] "
+      "\"float lipschitz\" 1");
+  EXPECT_EQ(warnings_of(scene), "");
+  ASSERT_EQ(scene.scene.shapes_size(), 2);
+  const v1::ImplicitSurface &bowl = scene.scene.shapes(0).implicit(),
+                            &wave = scene.scene.shapes(1).implicit();
+  EXPECT_EQ(bowl.expression(), "x^2 + y^2 = z");
+  EXPECT_EQ(bowl.box().low().y(), -2);
+  EXPECT_EQ(bowl.box().high().z(), 3);
+  EXPECT_EQ(bowl.roots(), v1::ImplicitSurface::INTERVAL);
+  EXPECT_EQ(wave.ball().radius(), 3);
+  EXPECT_EQ(wave.ball().center().y(), 1);
+  EXPECT_EQ(wave.lipschitz(), 1);
+}
+
 constexpr char kCurve[] =
     "Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0  4 0 0  5 0 0  6 "
     "0 0 ]\n"

@@ -30,6 +30,11 @@ class AnalyticShape {
   /// The ray parameter of the nearest hit of each active lane; negative where there is none.
   virtual Float nearest(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive,
                         const ShapeRays& rays) const = 0;
+  /// Active lanes that hit it at all: of shapes that know this sooner than where.
+  virtual Mask occluded(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive,
+                        const ShapeRays& rays) const {
+    return rays.active & (nearest(table, shape, primitive, rays) >= 0.0f);
+  }
   /// Fills point, error, normals, parameters and, with `want_tangents`, tangents of lanes that hit the shape;
   /// `o` and `d` are the rays that did.
   virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
@@ -57,5 +62,6 @@ const AnalyticShape& sphere_shape();
 const AnalyticShape& disk_shape();
 const AnalyticShape& cylinder_shape();
 const AnalyticShape& sdf_grid_shape();
+const AnalyticShape& implicit_shape();
 
 }  // namespace tessera::render::TESSERA_ISA

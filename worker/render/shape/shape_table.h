@@ -11,12 +11,22 @@
 #include "render/core/affine_data.h"
 #include "render/core/big_array.h"
 #include "render/shape/curve_table.h"
+#include "render/shape/implicit/implicit_record.h"
 
 namespace tessera::render {
 
 /// Triangles, curves, and the models of analytic_shape.cpp, in its order; kinds from kCount on are those that
 /// add_analytic_shape() gives.
-enum class ShapeKind : std::int32_t { kTriangles, kSphere, kDisk, kCylinder, kSdfGrid, kCurves, kCount };
+enum class ShapeKind : std::int32_t {
+  kTriangles,
+  kSphere,
+  kDisk,
+  kCylinder,
+  kSdfGrid,
+  kCurves,
+  kImplicit,
+  kCount
+};
 
 /// Bits of ShapeRecord::flags.
 enum ShapeFlags : std::int32_t {
@@ -39,7 +49,8 @@ struct ShapeRecord {
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
   std::int32_t first_vertex = 0;    // in ShapeTable::vertices
   std::int32_t quadric = 0;         // kSphere, kDisk, kCylinder: in ShapeTable::quadrics; kSdfGrid: in
-                                    // ShapeTable::sdf_grids; kCurves: in ShapeTable::curves
+                                    // ShapeTable::sdf_grids; kCurves: in ShapeTable::curves; kImplicit: in
+                                    // ShapeTable::implicits
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
@@ -111,6 +122,7 @@ struct ShapeTable {
   std::vector<QuadricRecord> quadrics;
   std::vector<SdfGridRecord> sdf_grids;
   std::vector<CurvesRecord> curves;
+  std::vector<ImplicitRecord> implicits;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
   std::vector<Affine> motion_steps;       // render_from_instance of those that move, see core/motion.h
   BigArray<std::uint32_t> triangles;      // three vertex indices each, counted from first_vertex

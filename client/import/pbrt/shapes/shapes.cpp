@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "import/input/concat.h"
+#include "import/pbrt/shapes/implicit.h"
 #include "import/pbrt/shapes/mesh_parameters.h"
 
 namespace tessera::client::pbrt {
@@ -111,7 +112,8 @@ constexpr ShapeType kShapeTypes[] = {{"trianglemesh", write_triangle_mesh},
                                      {"disk", write_disk},
                                      {"bilinearmesh", write_bilinear_mesh},
                                      {"loopsubdiv", write_subdivision},
-                                     {"cylinder", write_cylinder}};
+                                     {"cylinder", write_cylinder},
+                                     {"implicit", write_implicit}};
 
 /// Area of all triangles, and whether each has the same.
 SurfaceArea mesh_area(const wire::MeshView& mesh, const Imath::M44d& world_from_object) {

@@ -85,6 +85,49 @@ TEST_F(ShapeBuilderTest, EveryKindHasItsArray) {
   EXPECT_EQ(table_.shapes[2].material, 2);  // the one of shapes that name none
 }
 
+TEST_F(ShapeBuilderTest, ImplicitSurfacesAreProgramsAndPolynomials) {
+  ASSERT_EQ(add("implicit { expression: 'x^2 + y^2 = 1 - 2*z^2' ball { radius: 2 } }"), absl::OkStatus());
+  EXPECT_EQ(table_.shapes[0].kind, ShapeKind::kImplicit);
+  const ImplicitRecord& polynomial = table_.implicits[0];
+  EXPECT_EQ(polynomial.degree, 2);
+  EXPECT_EQ(polynomial.roots, ImplicitRoots::kInterval);
+  EXPECT_EQ(polynomial.coefficients.size(), 10u);
+  EXPECT_EQ(polynomial.coefficients[0], 1);  // x^2
+  EXPECT_EQ(polynomial.coefficients[7], 2);  // z^2
+  EXPECT_EQ(polynomial.coefficients.back(), -1);
+  EXPECT_NEAR(polynomial.magnitude, 4 + 4 + 8 + 1, 1e-5);  // within a box of 2
+  EXPECT_NEAR(polynomial.slope, 4 + 4 + 8, 1e-5);
+  ASSERT_EQ(
+      add("implicit { expression: 'sin(x) + y' box { low { x: -1 y: -1 z: -1 } high { x: 1 y: 1 z: 1 } } }"),
+      absl::OkStatus());
+  EXPECT_EQ(table_.implicits[1].degree, 0);
+  EXPECT_EQ(table_.implicits[1].roots, ImplicitRoots::kInterval);
+  ASSERT_EQ(add("implicit { expression: 'x' ball { radius: 1 } roots: STURM }"), absl::OkStatus());
+  EXPECT_EQ(table_.implicits[2].roots, ImplicitRoots::kSturm);
+  ASSERT_EQ(add("implicit { expression: 'x' ball { radius: 1 } lipschitz: 1 roots: NEWTON }"),
+            absl::OkStatus());
+  EXPECT_EQ(table_.implicits[3].roots, ImplicitRoots::kSphereTracing);
+}
+
+TEST_F(ShapeBuilderTest, SaysWhatIsAtFaultWithImplicitSurfaces) {
+  EXPECT_THAT(refusal("implicit { expression: 'x + ' ball { radius: 1 } }"),
+              HasSubstr("expression: column 5"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' }"), HasSubstr("needs bounds"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' ball {} }"), HasSubstr("has no radius"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' box { high { x: 1 y: 1 } } }"),
+              HasSubstr("have no volume"));
+  EXPECT_THAT(refusal("implicit { expression: '2 - 1' ball { radius: 1 } }"), HasSubstr("a constant"));
+  EXPECT_THAT(refusal("implicit { expression: 'exp(x)' ball { radius: 1 } roots: STURM }"),
+              HasSubstr("sturm is for polynomials of degree 1 to 12"));
+  EXPECT_THAT(refusal("implicit { expression: 'x^13' ball { radius: 1 } roots: NEWTON }"),
+              HasSubstr("newton is for polynomials"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' ball { radius: 1 } lipschitz: -1 }"),
+              HasSubstr("a Lipschitz bound"));
+  EXPECT_THAT(refusal("implicit { expression: 'x^12' ball { radius: 1e18 } }"), HasSubstr("beyond 1e200"));
+  EXPECT_THAT(refusal("implicit { expression: 'x' ball { radius: 1 } } area_light {}"),
+              HasSubstr("an implicit surface cannot emit light"));
+}
+
 TEST_F(ShapeBuilderTest, ASurfaceOfNothingMattersAsABorderOnly) {
   ASSERT_EQ(add("sphere { radius: 1 } material: 'nothing'"), absl::OkStatus());
   EXPECT_THAT(table_.shapes, IsEmpty());

@@ -50,6 +50,7 @@ struct Primitive {
         index(static_cast<std::int32_t>(primitive)) {}
 
   Float operator()(const ShapeRays& rays) const { return model.nearest(table, shape, index, rays); }
+  Mask occluded(const ShapeRays& rays) const { return model.occluded(table, shape, index, rays); }
 };
 
 }  // namespace
@@ -87,7 +88,10 @@ void intersect_primitive(const RTCIntersectFunctionNArguments* args) {
 }
 
 void occluded_primitive(const RTCOccludedFunctionNArguments* args) {
-  const Primitive solve(args->geometryUserPtr, args->primID);
+  const Primitive primitive(args->geometryUserPtr, args->primID);
+  const auto solve = [&](const ShapeRays& rays) {
+    return select(primitive.occluded(rays), Float(1.0f), -1.0f);
+  };
   for_each_root(args->valid, args->ray, args->N, solve,
                 [&](unsigned first, const float*, std::uint32_t bits) {
                   for (; bits != 0; bits &= bits - 1) {

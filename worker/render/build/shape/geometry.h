@@ -26,6 +26,10 @@ absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_ob
 absl::Status add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_object,
                           const BlobSource& blobs, ShapeTable& table, ShapeRecord& record);
 
+// implicit.cpp
+absl::Status add_implicit(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
+                          ShapeRecord& record);
+
 // curves.cpp
 absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
                         ShapeTable& table, ShapeRecord& record);

@@ -42,6 +42,10 @@ absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform&
       return add_quadric(shape, placed_from_object, table_, record);
     case v1::Shape::kSdfGrid:
       return add_sdf_grid(shape, placed_from_object, inputs_.blobs, table_, record);
+    case v1::Shape::kImplicit:
+      if (record.flags & kHasAlpha)
+        warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
+      return add_implicit(shape, placed_from_object, table_, record);
     case v1::Shape::kCurves:
       return add_curves(shape, placed_from_object, inputs_.blobs, table_, record);
     case v1::Shape::KIND_NOT_SET:
@@ -53,6 +57,7 @@ absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform&
 absl::Status ShapeBuilder::add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,
                                        std::int32_t index) {
   if (shape.has_sdf_grid()) return absl::InvalidArgumentError("a grid of distances cannot emit light");
+  if (shape.has_implicit()) return absl::InvalidArgumentError("an implicit surface cannot emit light");
   if (shape.has_curves()) {
     warnings_.push_back(absl::StrCat(where, ": curves cannot emit light; their area light is left out"));
   } else if (instanced) {

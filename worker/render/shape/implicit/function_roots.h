@@ -1,0 +1,22 @@
+// First roots of functions that are no polynomials, along 16 rays.
+#pragma once
+
+#include "render/shape/implicit/object_ray.h"
+#include "render/shape/implicit/run_program.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// The ray parameter of the first root in each chord, or a negative number. Parts of the chord over which an
+/// enclosure of f has no zero are left behind; over the others f', enclosed, tells whether there is one root,
+/// or they are halved [Mitchell1990]. What is still undecided at 2^-34 of the chord is a hit, if f is
+/// bounded there: the surface is touched, or is beyond what doubles tell apart.
+Double first_roots_by_enclosure(const ImplicitRecord& surface, const ObjectChord& chord);
+
+/// The same by steps of |f| / lipschitz, which no root is nearer than [Hart1996]; after 512 of them, by
+/// enclosures.
+Double first_roots_by_sphere_tracing(const ImplicitRecord& surface, const ObjectChord& chord);
+
+/// Values of f below this are as good as zero for sphere tracing.
+double sphere_tracing_tolerance(const ImplicitRecord& surface);
+
+}  // namespace tessera::render::TESSERA_ISA
