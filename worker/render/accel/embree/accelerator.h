@@ -45,7 +45,7 @@ class Accelerator {
   RTCScene scene() const { return world_; }
   /// Bytes of Embree's own structures.
   std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_bytes_.load()); }
-  /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
+  /// A sphere about the centre of the scene's bounds, without half-spaces; zero radius for an empty scene.
   float bounding_radius() const { return bounding_radius_; }
   const float* bounding_centre() const { return bounding_centre_; }
 
@@ -54,6 +54,7 @@ class Accelerator {
   RTCScene new_scene(const BuildOptions& options) const;
   void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes,
                     const TextureTable& textures, const GeometryCallbacks& callbacks);
+  void set_bounds();
   void attach_instance(std::int32_t index, const ShapeTable& shapes);
   absl::Status status(const std::string& what) const;
 

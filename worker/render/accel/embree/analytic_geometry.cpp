@@ -1,5 +1,6 @@
 #include "render/accel/embree/analytic_geometry.h"
 
+#include "render/accel/alpha.h"
 #include "render/accel/embree/shape_geometry.h"
 #include "render/shape/analytic_shape.h"
 
@@ -38,18 +39,35 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
 
 /// Target of a geometry's user pointer.
 struct Primitive {
+  const ShapeGeometry& geometry;
   const ShapeTable& table;
   const ShapeRecord& shape;
   const AnalyticShape& model;
   std::int32_t index;
 
   Primitive(const void* user_pointer, unsigned primitive)
-      : table(*static_cast<const ShapeGeometry*>(user_pointer)->table),
-        shape(table.shapes[static_cast<std::size_t>(static_cast<const ShapeGeometry*>(user_pointer)->shape)]),
+      : geometry(*static_cast<const ShapeGeometry*>(user_pointer)),
+        table(*geometry.table),
+        shape(table.shapes[static_cast<std::size_t>(geometry.shape)]),
         model(*analytic_shape(shape.kind)),
         index(static_cast<std::int32_t>(primitive)) {}
 
-  Float operator()(const ShapeRays& rays) const { return model.nearest(table, shape, index, rays); }
+  Float operator()(const ShapeRays& rays) const {
+    const Float t = model.nearest(table, shape, index, rays);
+    return (shape.flags & kHasAlpha) == 0 ? t : behind_holes(rays, t);
+  }
+
+  /// Takes rays that pass a hole at `t` on to their next hit.
+  Float behind_holes(ShapeRays rays, Float t) const {
+    for (std::uint32_t crossing = 0;; ++crossing) {
+      const Hit hit{t, Float(0.0f), Float(0.0f), Int(index), Int(geometry.shape), Int(-1)};
+      rays.active = passes_alpha(table, *geometry.textures, geometry.shape, hit, rays.o, rays.d, crossing,
+                                 rays.active & (t >= 0.0f));
+      if (none(rays.active)) return t;
+      rays.t_near = select(rays.active, t, rays.t_near);
+      t = select(rays.active, model.nearest(table, shape, index, rays), t);
+    }
+  }
 };
 
 }  // namespace
