@@ -170,8 +170,10 @@ void DirectiveHandler::resolve_powers() {
     const double sides = light.two_sided() ? 2 : 1;
     const double emitted = sides * std::numbers::pi * area.total * pending.mean_image;
     if (!(emitted > 0)) {
-      context_.diagnostics.error(pending.where,
-                                 "\"power\" of an area light: the shape has no area, or its image is dark");
+      context_.diagnostics.error(
+          pending.where,
+          "\"power\" of an area light: the shape has no area, or none that is known here, or its "
+          "image is dark");
       continue;
     }
     const double scale = light.has_scale() ? light.scale() : 1;

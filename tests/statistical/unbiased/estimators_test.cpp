@@ -31,7 +31,8 @@ struct Scene {
   const char* integrator;
   std::uint32_t max_depth;
 };
-constexpr Scene kEstimated[] = {{"lens", "path", 5}, {"lens", "volpath", 5}, {"media", "volpath", 8}};
+constexpr Scene kEstimated[] = {
+    {"lens", "path", 5}, {"lens", "volpath", 5}, {"media", "volpath", 8}, {"solids", "path", 4}};
 
 Picture picture(const Scene& scene, const std::string& settings, const std::string& isa = "",
                 const std::string& without = "") {

@@ -14,17 +14,17 @@ class PbrtErrors : public ImportTest {
 
 TEST_F(PbrtErrors, SeveralAtOnceEachWithItsPlace) {
   const std::string message =
-      error("Shap \"sphere\" [ 1 2 ]\nShape \"box\"\n  Translate 1 x 2\nLightSource \"moon\"\n");
+      error("Shap \"sphere\" [ 1 2 ]\nShape \"crate\"\n  Translate 1 x 2\nLightSource \"moon\"\n");
   EXPECT_THAT(message,
               AllOf(HasSubstr("scene.pbrt:2:1: unknown directive \"Shap\"\n"),
-                    HasSubstr("scene.pbrt:3:1: unknown shape \"box\": expected trianglemesh, plymesh"),
+                    HasSubstr("scene.pbrt:3:1: unknown shape \"crate\": expected trianglemesh, plymesh"),
                     HasSubstr("scene.pbrt:4:15: expected a finite number, found \"x\""),
                     HasSubstr("scene.pbrt:5:1: unknown light type \"moon\"")));
 }
 
 TEST_F(PbrtErrors, StopAfterTwenty) {
   std::string text;
-  for (int i = 0; i < 100; ++i) text += "Shape \"box\"\n";
+  for (int i = 0; i < 100; ++i) text += "Shape \"crate\"\n";
   EXPECT_THAT(error(text), HasSubstr("stopped after 20 errors"));
 }
 

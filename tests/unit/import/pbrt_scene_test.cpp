@@ -210,6 +210,45 @@ TEST_F(PbrtScene, PartialSpheresAreClampedAsInPbrt) {
   EXPECT_FALSE(whole.has_z_min() || whole.has_z_max() || whole.has_phi_max_degrees());
 }
 
+TEST_F(PbrtScene, ShapesOfItsOwnLanguageAreThoseMessages) {
+  const ImportedScene scene = world(
+      "Shape \"halfspace\" \"float height\" 2\n"
+      "Shape \"cone\" \"float radius\" 3 \"float topradius\" 1 \"float height\" 2 \"bool capped\" \"true\" "
+      "\"float phimax\" 90\n"
+      "Shape \"polygon\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ]\n"
+      "Shape \"box\" \"point3 p0\" [ 1 2 3 ] \"point3 p1\" [ 4 5 6 ]\n"
+      "Shape \"polyhedron\" \"point3 P\" [ 0 0 0  1 0 0  0 1 0  0 0 1 ]\n"
+      "Shape \"polyhedron\" \"float planes\" [ 1 0 0 1  0 1 0 1  0 0 1 1  -1 -1 -1 1 ]\n"
+      "Shape \"torus\" \"float majorradius\" 2\n"
+      "Shape \"ellipsoid\" \"vector3 radii\" [ 1 2 3 ]\n"
+      "Shape \"cylinder\" \"bool capped\" \"true\"\n");
+  ASSERT_EQ(scene.scene.shapes_size(), 9);
+  const auto shape = [&](int i) { return scene.scene.shapes(i); };
+  EXPECT_EQ(shape(0).half_space().height(), 2);
+  EXPECT_EQ(shape(1).cone().radius(), 3);
+  EXPECT_EQ(shape(1).cone().top_radius(), 1);
+  EXPECT_EQ(shape(1).cone().phi_max_degrees(), 90);
+  EXPECT_TRUE(shape(1).cone().capped());
+  EXPECT_THAT(shape(2).polygon().corners(), ElementsAre(0, 0, 0, 1, 0, 0, 0, 1, 0));
+  EXPECT_THAT(shape(3).box().low(), ElementsAre(1, 2, 3));
+  EXPECT_THAT(shape(3).box().high(), ElementsAre(4, 5, 6));
+  EXPECT_EQ(shape(4).polyhedron().vertices_size(), 12);
+  EXPECT_EQ(shape(5).polyhedron().planes_size(), 16);
+  EXPECT_EQ(shape(6).torus().major_radius(), 2);
+  EXPECT_EQ(shape(6).torus().minor_radius(), 0.25);
+  EXPECT_THAT(shape(7).ellipsoid().radii(), ElementsAre(1, 2, 3));
+  EXPECT_TRUE(shape(8).cylinder().capped());
+  EXPECT_EQ(warnings_of(scene), "");
+}
+
+TEST_F(PbrtScene, PowerOfABoxIsThatOfItsArea) {
+  const ImportedScene scene = world(
+      "Scale 2 1 1 AreaLightSource \"diffuse\" \"float power\" 100 Shape \"box\" \"point3 p0\" [ 0 0 0 ] "
+      "\"point3 p1\" [ 1 1 1 ]\n");
+  // Sides of 2, 1 and 1: an area of 10.
+  EXPECT_NEAR(scene.scene.shapes(0).area_light().scale() * M_PI * 10, 100, 1e-3);
+}
+
 TEST_F(PbrtScene, WhatIsDefinedLaterIsFound) {
   // pbrt-v4 looks names up when it has read everything.
   const ImportedScene scene = world(

@@ -14,7 +14,7 @@ class RayStructure {
   virtual std::size_t memory_bytes() const = 0;
   /// What is known of it: of Embree's, its memory alone.
   virtual StructureFigures figures() const { return {.bytes = memory_bytes()}; }
-  /// A sphere about the centre of the scene's bounds; zero radius for an empty scene.
+  /// A sphere about the centre of the scene's bounds, without half-spaces; zero radius for an empty scene.
   virtual float bounding_radius() const = 0;
   virtual const float* bounding_centre() const = 0;
 };

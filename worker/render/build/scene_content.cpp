@@ -43,7 +43,8 @@ struct ArrayBuilders {
   MediumBuilder media{space, blobs, arrays.media};
   MaterialBuilder materials{textures, arrays.materials, warnings};
   MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
-  ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes},
+  ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes,
+                       algorithm.diffuse_only},
                       arrays.shapes,
                       warnings};
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings};
@@ -68,6 +69,16 @@ struct ArrayBuilders {
       return absl::InvalidArgumentError(
           absl::StrCat("integrator '", algorithm.name,
                        "' cannot light flat curves and cylinders, which turn to whoever looks"));
+    }
+    const auto from_afar = [&](const LightRecord& light) {
+      return arrays.lights.sources(light.kind).traits.at_infinity;
+    };
+    if (algorithm.starts_at_lights && any_unbounded(arrays.shapes) &&
+        std::ranges::any_of(arrays.lights.lights, from_afar)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("integrator '", algorithm.name,
+                       "' cannot start light at infinity that falls on all of a half-space: take another "
+                       "integrator, a disk or a box"));
     }
     return absl::OkStatus();
   }

@@ -10,9 +10,11 @@ namespace {
 constexpr std::size_t kMostModels = 64;
 
 /// In the order of ShapeKind; filled when the kernels are loaded, so that asking costs one load.
-const AnalyticShape* models[kMostModels] = {nullptr,           &sphere_shape(),   &disk_shape(),
-                                            &cylinder_shape(), &sdf_grid_shape(), nullptr,
-                                            &implicit_shape()};
+const AnalyticShape* models[kMostModels] = {
+    nullptr,           &sphere_shape(), &disk_shape(),       &cylinder_shape(),
+    &sdf_grid_shape(), nullptr,         &half_space_shape(), &frustum_shape(),
+    &polygon_shape(),  &box_shape(),    &polyhedron_shape(), &torus_shape(),
+    &implicit_shape()};
 std::size_t model_count = static_cast<std::size_t>(ShapeKind::kCount);
 
 }  // namespace

@@ -43,8 +43,8 @@ class AnalyticShape {
   // Solids that are combined (CSG) need all of a ray's ways through a closed shape, not the nearest hit
   // alone:
   //   virtual int spans(table, shape, rays, span of {enter, leave, normals}) const;
-  // will stand here, with a default of none for shapes that are not closed. A whole sphere and a cylinder
-  // between two disks have it from the two roots that `nearest` computes (quadric.h).
+  // will stand here, with a default of none for shapes that are not closed. A whole sphere has it from the
+  // two roots that `nearest` computes (quadric.h), solids of double_ray.h from their crossings.
 };
 
 /// The model of a kind; null for kTriangles and kCurves, which Embree meets itself.
@@ -62,6 +62,12 @@ const AnalyticShape& sphere_shape();
 const AnalyticShape& disk_shape();
 const AnalyticShape& cylinder_shape();
 const AnalyticShape& sdf_grid_shape();
+const AnalyticShape& half_space_shape();
+const AnalyticShape& frustum_shape();
+const AnalyticShape& polygon_shape();
+const AnalyticShape& box_shape();
+const AnalyticShape& polyhedron_shape();
+const AnalyticShape& torus_shape();
 const AnalyticShape& implicit_shape();
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -16,7 +16,7 @@ class CylinderShape final : public QuadricShape {
   }
 
  protected:
-  Float nearest_in_object(const QuadricRecord& q, const ObjectRays& r) const override {
+  Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {
     const Float a = sqr(r.d.x) + sqr(r.d.y);
     const Mask slanted = r.active & (a > 0.0f);
     const Float inv_a = 1.0f / select(slanted, a, 1.0f);
@@ -31,7 +31,7 @@ class CylinderShape final : public QuadricShape {
       return (p.z >= q.z_min) & (p.z <= q.z_max) & (q.partial ? azimuth(p) <= q.phi_max : Mask::all());
     });
   }
-  ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const override {
+  ObjectPoint point_in_object(const ShapeTable&, const QuadricRecord& q, Vec3 p) const override {
     ObjectPoint o;
     const Float scale = q.radius / sqrt(sqr(p.x) + sqr(p.y));
     o.p = {p.x * scale, p.y * scale, p.z};

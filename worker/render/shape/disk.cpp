@@ -12,7 +12,7 @@ class DiskShape final : public QuadricShape {
   }
 
  protected:
-  Float nearest_in_object(const QuadricRecord& q, const ObjectRays& r) const override {
+  Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {
     const Mask slanted = r.active & (r.d.z != 0.0f);
     const Float inv_z = 1.0f / select(slanted, r.d.z, 1.0f);
     const Float t = (q.height - r.o.z) * inv_z;
@@ -25,7 +25,7 @@ class DiskShape final : public QuadricShape {
                      (q.partial ? azimuth(p) <= q.phi_max : Mask::all());
     return select(hit, root, -1.0f);
   }
-  ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const override {
+  ObjectPoint point_in_object(const ShapeTable&, const QuadricRecord& q, Vec3 p) const override {
     ObjectPoint o;
     o.p = {p.x, p.y, Float(q.height)};
     const Float phi = azimuth(p);

@@ -26,7 +26,7 @@ void QuadricShape::surface(const ShapeTable& table, const ShapeRecord& shape, co
   const QuadricRecord& q = table.quadrics[shape.quadric];
   const Vec3 oo = transform_point(q.object_from_render, o), od = transform_vector(q.object_from_render, d);
   const Vec3 guess = fma(od, hit.t, oo);
-  ObjectPoint point = point_in_object(q, guess);
+  ObjectPoint point = point_in_object(table, q, guess);
   if (q.maps_uv) map_parameters(q, point);
   const Vec3 p = transform_point(q.render_from_object, point.p);
   Vec3 ng = normalize(transform_normal(q.object_from_render, point.n));

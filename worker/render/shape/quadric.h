@@ -1,4 +1,4 @@
-// Functions that spheres, disks and cylinders share: rays in object space, roots, and the surface in render
+// Functions that shapes with an object space of their own share: rays in it, roots, and the surface in render
 // space.
 #pragma once
 
@@ -79,28 +79,29 @@ TESSERA_INLINE Float azimuth(Vec3 p) {
   return select(phi < 0.0f, phi + 2 * kPi, phi);
 }
 
-/// Point, normal and parameters on one quadric, in its object space.
+/// Point, normal and parameters on a shape, in its object space.
 struct ObjectPoint {
   Vec3 p, n, dpdu, dpdv;
   Vec2 uv;
   Float extent;
 };
 
-/// All that is the same for the three.
+/// All that is the same for all of them.
 class QuadricShape : public AnalyticShape {
  public:
   Float nearest(const ShapeTable& table, const ShapeRecord& shape, std::int32_t,
                 const ShapeRays& rays) const final {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
-    return nearest_in_object(q, ObjectRays(q.object_from_render, rays));
+    return nearest_in_object(table, q, ObjectRays(q.object_from_render, rays));
   }
   void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
                bool want_tangents, Surface& s) const final;
 
  protected:
-  virtual Float nearest_in_object(const QuadricRecord& q, const ObjectRays& rays) const = 0;
+  virtual Float nearest_in_object(const ShapeTable& table, const QuadricRecord& q,
+                                  const ObjectRays& rays) const = 0;
   /// The point of the surface next to `p`.
-  virtual ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const = 0;
+  virtual ObjectPoint point_in_object(const ShapeTable& table, const QuadricRecord& q, Vec3 p) const = 0;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -5,6 +5,7 @@
 // an InstanceRecord places them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,12 @@ enum class ShapeKind : std::int32_t {
   kCylinder,
   kSdfGrid,
   kCurves,
+  kHalfSpace,
+  kFrustum,
+  kPolygon,
+  kBox,
+  kPolyhedron,
+  kTorus,
   kImplicit,
   kCount
 };
@@ -48,9 +55,9 @@ struct ShapeRecord {
   // kTriangles
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
   std::int32_t first_vertex = 0;    // in ShapeTable::vertices
-  std::int32_t quadric = 0;         // kSphere, kDisk, kCylinder: in ShapeTable::quadrics; kSdfGrid: in
-                                    // ShapeTable::sdf_grids; kCurves: in ShapeTable::curves; kImplicit: in
-                                    // ShapeTable::implicits
+  std::int32_t quadric = 0;         // kSdfGrid: in ShapeTable::sdf_grids; kCurves: in ShapeTable::curves;
+                                    // kImplicit: in ShapeTable::implicits; other analytic shapes: in
+                                    // ShapeTable::quadrics
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
@@ -64,6 +71,9 @@ struct ShapeRecord {
 };
 static_assert(sizeof(ShapeRecord) == 64);
 
+/// Whether its bounds say nothing about the size of the scene.
+inline bool is_unbounded(const ShapeRecord& shape) { return shape.kind == ShapeKind::kHalfSpace; }
+
 /// All of a vertex in half a cache line: a hit touches three lines for it (measured: docs/decisions/0005).
 struct alignas(32) Vertex {
   float position[3] = {0, 0, 0};
@@ -72,18 +82,31 @@ struct alignas(32) Vertex {
   float v = 0;                  // u and v with kHasUvs
 };
 
-/// A sphere about the origin, a disk in z = height or a cylinder about the z axis, in object space [pbrt-v4].
+/// A corner of a polygon in z = 0 (x, y), or a plane of a polyhedron: all points p of the solid have
+/// p . normal <= offset. Object space.
+struct Facet {
+  float normal[3] = {0, 0, 0};
+  float offset = 0;
+};
+
+/// A shape with an object space of its own: a sphere about the origin, a disk in z = height or a cylinder
+/// about the z axis [pbrt-v4]; and those that are of size 1 in theirs. kHalfSpace: z <= 0. kFrustum: about
+/// the z axis, from z = -1 to 1, the larger radius 1. kPolygon: in z = 0. kBox: the cube from -1 to 1.
+/// kPolyhedron: in that cube. kTorus: about the z axis, its circle of radius 1.
 struct QuadricRecord {
   Affine render_from_object;
   Affine object_from_render;
-  float radius = 1;
-  float inner_radius = 0;  // disk
+  float radius = 1;        // frustum: at z = -1; half-space: as far as its plane goes
+  float inner_radius = 0;  // disk; torus: of its tube
   float height = 0;        // disk
   float z_min = -1, z_max = 1, phi_max = 6.28318530718f;
-  std::int32_t partial = 0;  // a sphere that is not whole, or a disk or cylinder cut by phi_max
+  std::int32_t partial = 0;  // a sphere that is not whole, or one of the others cut by phi_max
   std::int32_t maps_uv =
       0;  // (u', v') = (uv_map[0] u + uv_map[1] v + uv_map[2], uv_map[3] u + ...) of pbrt's parameters
   float uv_map[6] = {1, 0, 0, 0, 1, 0};
+  float top_radius = 1;                           // frustum: at z = 1
+  std::int32_t capped = 0;                        // frustum
+  std::int32_t first_facet = 0, facet_count = 0;  // polygon, polyhedron: in ShapeTable::facets
 };
 
 /// The zero level of samples that are trilinear in between. They fill the unit cube of object space, the
@@ -120,6 +143,7 @@ struct ShapeTable {
   std::int32_t world_shape_count = 0;  // the first shapes stand in the world; the others belong to objects
   std::vector<ObjectRange> objects;
   std::vector<QuadricRecord> quadrics;
+  std::vector<Facet> facets;
   std::vector<SdfGridRecord> sdf_grids;
   std::vector<CurvesRecord> curves;
   std::vector<ImplicitRecord> implicits;
@@ -128,5 +152,15 @@ struct ShapeTable {
   BigArray<std::uint32_t> triangles;      // three vertex indices each, counted from first_vertex
   BigArray<Vertex> vertices;
 };
+
+/// The same of an instance: its object is one such shape alone.
+inline bool is_unbounded(const ShapeTable& table, const InstanceRecord& instance) {
+  const ObjectRange& object = table.objects[static_cast<std::size_t>(instance.object)];
+  return is_unbounded(table.shapes[static_cast<std::size_t>(object.first_shape)]);
+}
+
+inline bool any_unbounded(const ShapeTable& table) {
+  return std::ranges::any_of(table.shapes, [](const ShapeRecord& shape) { return is_unbounded(shape); });
+}
 
 }  // namespace tessera::render

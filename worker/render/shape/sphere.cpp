@@ -26,7 +26,7 @@ class SphereShape final : public QuadricShape {
   }
 
  protected:
-  Float nearest_in_object(const QuadricRecord& q, const ObjectRays& r) const override {
+  Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {
     const Float inv_a = 1.0f / length_squared(r.d);
     const Float t = -dot(r.o, r.d) * inv_a;
     const Vec3 near_it = r.at(t);
@@ -38,7 +38,7 @@ class SphereShape final : public QuadricShape {
     return nearest_root(r, meets, t, rest, safe_sqrt(discriminant * inv_a), nearest,
                         [&](Vec3 p) { return inside_limits(q, p); });
   }
-  ObjectPoint point_in_object(const QuadricRecord& q, Vec3 p) const override {
+  ObjectPoint point_in_object(const ShapeTable&, const QuadricRecord& q, Vec3 p) const override {
     ObjectPoint o;
     o.p = p * (q.radius / length(p));
     // The pole has no azimuth; any will do.

@@ -8,9 +8,7 @@
 #include "import/pbrt/shapes/subdivision.h"
 
 namespace tessera::client::pbrt {
-namespace {
 
-/// The floats of a parameter; empty where it is absent. Errors for values beyond the range of a float.
 std::vector<float> read_array(ValueReader& values, std::string_view name,
                               std::initializer_list<ParameterType> types) {
   const Parameter* parameter = values.parameters().find(name, types, values.diagnostics());
@@ -24,6 +22,8 @@ std::vector<float> read_array(ValueReader& values, std::string_view name,
   }
   return array;
 }
+
+namespace {
 
 /// P, N and uv, which must fit one another.
 bool read_vertices(ValueReader& values, wire::MeshData& mesh) {

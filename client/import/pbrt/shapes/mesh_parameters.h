@@ -20,4 +20,8 @@ std::optional<BilinearTessellation> read_bilinear_mesh(ValueReader& values);
 /// The vertices of a loopsubdiv's control mesh on its limit surface.
 std::optional<wire::MeshData> read_subdivision_mesh(ValueReader& values);
 
+/// The floats of a parameter; empty where it is absent. Errors for values beyond the range of a float.
+std::vector<float> read_array(ValueReader& values, std::string_view name,
+                              std::initializer_list<ParameterType> types);
+
 }  // namespace tessera::client::pbrt

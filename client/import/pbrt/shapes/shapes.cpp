@@ -8,6 +8,7 @@
 #include "import/input/concat.h"
 #include "import/pbrt/shapes/implicit.h"
 #include "import/pbrt/shapes/mesh_parameters.h"
+#include "import/pbrt/shapes/solids.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -92,6 +93,7 @@ ShapeResult write_cylinder(ValueReader& values, v1::Shape& shape) {
   cylinder.set_radius(static_cast<float>(values.get_float("radius", 1)));
   cylinder.set_z_min(static_cast<float>(std::min(z_first, z_second)));
   cylinder.set_z_max(static_cast<float>(std::max(z_first, z_second)));
+  cylinder.set_capped(values.get_bool("capped", false));
   const double phi_max = values.get_float("phimax", 360);
   if (phi_max < 360) cylinder.set_phi_max_degrees(static_cast<float>(std::max(phi_max, 0.0)));
   if (!(cylinder.radius() > 0) || !(cylinder.z_min() < cylinder.z_max())) {
@@ -113,6 +115,13 @@ constexpr ShapeType kShapeTypes[] = {{"trianglemesh", write_triangle_mesh},
                                      {"bilinearmesh", write_bilinear_mesh},
                                      {"loopsubdiv", write_subdivision},
                                      {"cylinder", write_cylinder},
+                                     {"halfspace", write_half_space},
+                                     {"cone", write_cone},
+                                     {"polygon", write_polygon},
+                                     {"box", write_box},
+                                     {"polyhedron", write_polyhedron},
+                                     {"torus", write_torus},
+                                     {"ellipsoid", write_ellipsoid},
                                      {"implicit", write_implicit}};
 
 /// Area of all triangles, and whether each has the same.
@@ -195,6 +204,9 @@ SurfaceArea world_area(const v1::Shape& shape, const Imath::M44d& world_from_obj
       return {uniform_scale_squared * radians(c.has_phi_max_degrees(), c.phi_max_degrees()) * c.radius() *
               (c.z_max() - c.z_min())};
     }
+    case v1::Shape::kBox:
+    case v1::Shape::kPolygon:
+      return {area_of_flat(shape, world_from_object)};
     default:
       return {};
   }

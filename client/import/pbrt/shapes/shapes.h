@@ -29,7 +29,8 @@ struct SurfaceArea {
   bool equal_triangles = true;  // in area
 };
 
-/// Meshes are looked up in the blobs. Exact for spheres, disks and cylinders under uniform scaling.
+/// Meshes are looked up in the blobs. Exact for boxes and polygons, and for spheres, disks and cylinders
+/// under uniform scaling; zero where it is not known.
 SurfaceArea world_area(const v1::Shape& shape, const Imath::M44d& world_from_object,
                        const BlobCollector& blobs);
 

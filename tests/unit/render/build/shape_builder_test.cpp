@@ -138,13 +138,14 @@ TEST_F(ShapeBuilderTest, ASurfaceOfNothingMattersAsABorderOnly) {
   EXPECT_EQ(table_.shapes[0].exterior, -1);
 }
 
-TEST_F(ShapeBuilderTest, AlphaIsForMeshes) {
-  ASSERT_EQ(add("mesh { blob { digest: 'triangle' } } alpha { texture: 'holes' }"), absl::OkStatus());
-  EXPECT_TRUE(table_.shapes[0].flags & kHasAlpha);
-  EXPECT_EQ(table_.shapes[0].alpha_texture, *textures_.node("holes"));
+TEST_F(ShapeBuilderTest, AlphaIsForAllKinds) {
+  for (const char* const kind : {"mesh { blob { digest: 'triangle' } }", "disk { radius: 1 }",
+                                 "torus { major_radius: 2 minor_radius: 1 }"}) {
+    ASSERT_EQ(add(absl::StrCat(kind, " alpha { texture: 'holes' }")), absl::OkStatus());
+    EXPECT_TRUE(table_.shapes.back().flags & kHasAlpha);
+    EXPECT_EQ(table_.shapes.back().alpha_texture, *textures_.node("holes"));
+  }
   EXPECT_THAT(warnings_, IsEmpty());
-  ASSERT_EQ(add("disk { radius: 1 } alpha { constant: 0.5 }"), absl::OkStatus());
-  EXPECT_THAT(warnings_, ElementsAre("here: alpha is for meshes only; left out"));
 }
 
 TEST_F(ShapeBuilderTest, NotesWhatEmitsLight) {
@@ -187,6 +188,122 @@ TEST_F(ShapeBuilderTest, SaysWhatIsAtFault) {
   far.m[3] = 1e39;
   EXPECT_THAT(std::string(add("mesh { blob { digest: 'triangle' } }", false, far).message()),
               HasSubstr("a vertex is not finite"));
+}
+
+/// Area of the triangles of a shape.
+double mesh_area(const ShapeTable& table, const ShapeRecord& shape) {
+  double area = 0;
+  for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
+    Imath::V3d p[3];
+    for (int k = 0; k < 3; ++k) {
+      const auto corner = table.triangles[3 * static_cast<std::size_t>(shape.first_triangle + t) + k];
+      const float* at = table.vertices[static_cast<std::size_t>(shape.first_vertex) + corner].position;
+      p[k] = {at[0], at[1], at[2]};
+    }
+    area += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2;
+  }
+  return area;
+}
+
+constexpr const char* kCube =
+    "vertices: [0,0,0, 2,0,0, 0,2,0, 2,2,0, 0,0,2, 2,0,2, 0,2,2, 2,2,2, 1,1,1, 1,1,2, 1,0.5,0]";
+constexpr const char* kSlabs = "planes: [2,0,0,4, -3,0,0,0, 0,1,0,2, 0,-1,0,0, 0,0,1,2, 0,0,-1,0, 1,1,1,99]";
+
+TEST_F(ShapeBuilderTest, PolyhedraOfVerticesAndOfPlanesAreTheSame) {
+  for (const char* const given : {kCube, kSlabs}) {
+    ASSERT_EQ(add(absl::StrCat("polyhedron { ", given, " }")), absl::OkStatus());
+    const QuadricRecord& q = table_.quadrics.back();
+    // Points inside of the hull and planes that bound nothing are gone.
+    ASSERT_EQ(q.facet_count, 6) << given;
+    EXPECT_EQ(table_.shapes.back().kind, ShapeKind::kPolyhedron);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_FLOAT_EQ(q.render_from_object.m[5 * axis], 1);
+      EXPECT_FLOAT_EQ(q.render_from_object.m[4 * axis + 3], 1);
+    }
+    for (int i = 0; i < 6; ++i)
+      EXPECT_FLOAT_EQ(table_.facets[static_cast<std::size_t>(q.first_facet + i)].offset, 1);
+  }
+}
+
+TEST_F(ShapeBuilderTest, FlatShapesThatEmitAreTheirTriangles) {
+  Transform doubled;
+  doubled.m[0] = doubled.m[5] = doubled.m[10] = 2;
+  const struct {
+    std::string shape;
+    std::int32_t triangles;
+    double area;  // in object space
+  } cases[] = {
+      {"box { low: [-1,0,0] high: [1,3,4] }", 12, 2 * (2 * 3 + 3 * 4 + 4 * 2)},
+      {absl::StrCat("polyhedron { ", kCube, " }"), 12, 24},
+      {"polyhedron { vertices: [0,0,0, 1,0,0, 0,1,0, 0,0,1] }", 4, 1.5 + std::sqrt(3) / 2},
+      // An L, and one with a corner on the line between its neighbours.
+      {"polygon { corners: [0,0,5, 2,0,5, 2,1,5, 1,1,5, 1,2,5, 0,2,5] }", 4, 3},
+      {"polygon { corners: [0,0,0, 0,1,0, 0,2,0, 0,2,2, 0,0,2] }", 3, 4},
+  };
+  for (const auto& one : cases) {
+    ASSERT_EQ(add(one.shape + " area_light {}", false, doubled), absl::OkStatus()) << one.shape;
+    const ShapeRecord& shape = table_.shapes.back();
+    EXPECT_EQ(shape.kind, ShapeKind::kTriangles);
+    EXPECT_EQ(shape.triangle_count, one.triangles) << one.shape;
+    EXPECT_NEAR(mesh_area(table_, shape), 4 * one.area, 1e-5) << one.shape;
+    // Those of an object emit nothing.
+    ASSERT_EQ(add(one.shape + " area_light {}", true), absl::OkStatus());
+    EXPECT_NE(table_.shapes.back().kind, ShapeKind::kTriangles);
+  }
+}
+
+TEST_F(ShapeBuilderTest, SolidsAreOfSizeOneInTheirOwnSpace) {
+  ASSERT_EQ(add("cone { radius: 2 top_radius: 4 height: 6 capped: true phi_max_degrees: 90 }"),
+            absl::OkStatus());
+  const QuadricRecord cone = table_.quadrics.back();
+  EXPECT_FLOAT_EQ(cone.radius, 0.5);
+  EXPECT_FLOAT_EQ(cone.top_radius, 1);
+  EXPECT_FLOAT_EQ(cone.render_from_object.m[0], 4);
+  EXPECT_FLOAT_EQ(cone.render_from_object.m[10], 3);
+  EXPECT_FLOAT_EQ(cone.render_from_object.m[11], 3);
+  EXPECT_TRUE(cone.capped && cone.partial);
+  ASSERT_EQ(add("ellipsoid { radii: [1, 2, 3] }"), absl::OkStatus());
+  EXPECT_EQ(table_.shapes.back().kind, ShapeKind::kSphere);
+  EXPECT_FLOAT_EQ(table_.quadrics.back().render_from_object.m[10], 3);
+  // A mirror keeps the outside of solids; that of spheres is turned, as in pbrt.
+  Transform mirror;
+  mirror.m[0] = -1;
+  ASSERT_EQ(add("ellipsoid { radii: [1, 2, 3] }", false, mirror), absl::OkStatus());
+  EXPECT_FALSE(table_.shapes.back().flags & kFlipNormal);
+  ASSERT_EQ(add("sphere { radius: 1 }", false, mirror), absl::OkStatus());
+  EXPECT_TRUE(table_.shapes.back().flags & kFlipNormal);
+}
+
+TEST_F(ShapeBuilderTest, SaysWhatIsAtFaultInSolids) {
+  EXPECT_THAT(refusal("half_space { height: nan }"), HasSubstr("its height is not finite"));
+  EXPECT_THAT(refusal("half_space {} area_light {}"), HasSubstr("a half-space cannot emit light"));
+  EXPECT_THAT(refusal("cone { radius: 1 }"), HasSubstr("its radius, height or angle"));
+  EXPECT_THAT(refusal("cone { radius: -1 top_radius: 1 height: 1 }"),
+              HasSubstr("its radius, height or angle"));
+  EXPECT_THAT(refusal("cone { radius: 1 height: 1 } area_light {}"), HasSubstr("a cone cannot emit light"));
+  EXPECT_THAT(refusal("cylinder { radius: 1 z_max: 1 capped: true } area_light {}"),
+              HasSubstr("a cylinder with caps cannot emit light"));
+  EXPECT_THAT(refusal("torus { major_radius: 1 minor_radius: 1 }"), HasSubstr("a torus wants"));
+  EXPECT_THAT(refusal("torus { major_radius: 1 minor_radius: 0.1 } area_light {}"),
+              HasSubstr("a torus cannot emit light"));
+  EXPECT_THAT(refusal("ellipsoid { radii: [1, 0, 1] }"), HasSubstr("three radii above 0"));
+  EXPECT_THAT(refusal("box { low: [0, 0, 0] high: [1, 0, 1] }"), HasSubstr("its high above its low"));
+  EXPECT_THAT(refusal("box { low: [0, 0] high: [1, 1, 1] }"), HasSubstr("three finite numbers"));
+  EXPECT_THAT(refusal("polygon { corners: [0,0,0, 1,0,0] }"), HasSubstr("3 to 4096 corners"));
+  EXPECT_THAT(refusal("polygon { corners: [0,0,0, 1,0,0, 2,0,0] }"), HasSubstr("no area"));
+  EXPECT_THAT(refusal("polygon { corners: [0,0,0, 1,0,0, 1,1,0.1, 0,1,0] }"), HasSubstr("in one plane"));
+  EXPECT_THAT(refusal("polygon { corners: [0,0,0, 1,0,0, 1,0,0, 0,1,0] }"), HasSubstr("are the same"));
+  EXPECT_THAT(refusal("polygon { corners: [0,0,0, 3,0,0, 3,1,0, 1,-1,0, 1,3,0] } area_light {}"),
+              HasSubstr("edges of a polygon cross"));
+  EXPECT_THAT(refusal("polyhedron {}"), HasSubstr("either vertices or planes"));
+  EXPECT_THAT(refusal("polyhedron { vertices: [0,0,0, 1,0,0, 0,1,0, 1,1,0] }"),
+              HasSubstr("lie in one plane"));
+  EXPECT_THAT(refusal("polyhedron { planes: [1,0,0,1, 0,1,0,1, 0,0,1,1, -1,-1,0,1] }"),
+              HasSubstr("leave it open"));
+  EXPECT_THAT(refusal("polyhedron { planes: [1,0,0,-1, -1,0,0,-1, 0,1,0,1, 0,-1,0,1, 0,0,1,1, 0,0,-1,1] }"),
+              HasSubstr("nothing inside"));
+  EXPECT_THAT(refusal("polyhedron { planes: [0,0,0,1, 0,1,0,1, 0,0,1,1, -1,-1,0,1] }"),
+              HasSubstr("no normal"));
 }
 
 }  // namespace

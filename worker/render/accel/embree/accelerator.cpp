@@ -65,7 +65,7 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   } else {
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, callbacks.count_primitives(table, index));
-    rtcSetGeometryUserData(geometry, &shapes_.emplace_back(ShapeGeometry{&table, index}));
+    rtcSetGeometryUserData(geometry, &shapes_.emplace_back(ShapeGeometry{&table, &textures, index}));
     rtcSetGeometryBoundsFunction(geometry, callbacks.bound, nullptr);
     rtcSetGeometryIntersectFunction(geometry, callbacks.intersect);
     rtcSetGeometryOccludedFunction(geometry, callbacks.occluded);
@@ -100,6 +100,16 @@ void Accelerator::attach_instance(std::int32_t index, const ShapeTable& table) {
   rtcReleaseGeometry(geometry);
 }
 
+void Accelerator::set_bounds() {
+  RTCBounds b;
+  rtcGetSceneBounds(world_, &b);
+  if (b.upper_x < b.lower_x) return;
+  bounding_centre_[0] = (b.lower_x + b.upper_x) / 2;
+  bounding_centre_[1] = (b.lower_y + b.upper_y) / 2;
+  bounding_centre_[2] = (b.lower_z + b.upper_z) / 2;
+  bounding_radius_ = 0.5f * std::hypot(b.upper_x - b.lower_x, b.upper_y - b.lower_y, b.upper_z - b.lower_z);
+}
+
 absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable& shapes,
                                                                 const TextureTable& textures,
                                                                 const GeometryCallbacks& callbacks,
@@ -120,23 +130,23 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
     if (auto s = self->status("building the BVH of an object"); !s.ok()) return s;
   }
   self->world_ = self->new_scene(options);
-  for (std::int32_t i = 0; i < shapes.world_shape_count; ++i) {
-    self->attach_shape(self->world_, i, shapes, textures, callbacks);
-  }
-  for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
-    self->attach_instance(static_cast<std::int32_t>(i), shapes);
-  }
-  rtcCommitScene(self->world_);
-  if (auto s = self->status("building the BVH"); !s.ok()) return s;
-
-  RTCBounds b;
-  rtcGetSceneBounds(self->world_, &b);
-  if (b.upper_x >= b.lower_x) {
-    self->bounding_centre_[0] = (b.lower_x + b.upper_x) / 2;
-    self->bounding_centre_[1] = (b.lower_y + b.upper_y) / 2;
-    self->bounding_centre_[2] = (b.lower_z + b.upper_z) / 2;
-    self->bounding_radius_ =
-        0.5f * std::hypot(b.upper_x - b.lower_x, b.upper_y - b.lower_y, b.upper_z - b.lower_z);
+  // Shapes without an end come after the bounds of all others.
+  const auto attach = [&](bool unbounded) {
+    for (std::int32_t i = 0; i < shapes.world_shape_count; ++i) {
+      if (is_unbounded(shapes.shapes[static_cast<std::size_t>(i)]) == unbounded)
+        self->attach_shape(self->world_, i, shapes, textures, callbacks);
+    }
+    for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+      if (is_unbounded(shapes, shapes.instances[i]) == unbounded)
+        self->attach_instance(static_cast<std::int32_t>(i), shapes);
+    }
+    rtcCommitScene(self->world_);
+    return self->status("building the BVH");
+  };
+  if (auto s = attach(false); !s.ok()) return s;
+  self->set_bounds();
+  if (any_unbounded(shapes)) {
+    if (auto s = attach(true); !s.ok()) return s;
   }
   return self;
 }

@@ -54,6 +54,7 @@ class Accelerator final : public RayStructure {
   RTCScene new_scene(const BuildOptions& options) const;
   void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes,
                     const TextureTable& textures, const GeometryCallbacks& callbacks);
+  void set_bounds();
   void attach_instance(std::int32_t index, const ShapeTable& shapes);
   absl::Status status(const std::string& what) const;
 

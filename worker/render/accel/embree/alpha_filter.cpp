@@ -25,12 +25,12 @@ void filter_alpha(const RTCFilterFunctionNArguments* args) {
       primitive[i] = static_cast<std::int32_t>(RTCHitN_primID(args->hit, args->N, j));
     }
     const Mask active = Int::load(valid) != 0;
+    const Hit hit{Float(0.0f),          Float::load(uv[0]),  Float::load(uv[1]),
+                  Int::load(primitive), Int(geometry.shape), Int(-1)};
     const Vec3 o{Float::load(ray[0]), Float::load(ray[1]), Float::load(ray[2])};
     const Vec3 d{Float::load(ray[3]), Float::load(ray[4]), Float::load(ray[5])};
     const std::uint32_t rejected =
-        let_pass(*geometry.shapes, *geometry.textures, geometry.shape, Int::load(primitive),
-                 Float::load(uv[0]), Float::load(uv[1]), o, d, active)
-            .bits();
+        passes_alpha(*geometry.shapes, *geometry.textures, geometry.shape, hit, o, d, 0, active).bits();
     for (unsigned i = 0; i < lanes; ++i) {
       if (rejected >> i & 1) args->valid[first + i] = 0;
     }

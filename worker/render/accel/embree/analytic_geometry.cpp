@@ -1,5 +1,6 @@
 #include "render/accel/embree/analytic_geometry.h"
 
+#include "render/accel/alpha.h"
 #include "render/accel/embree/shape_geometry.h"
 #include "render/shape/analytic_shape.h"
 
@@ -38,19 +39,27 @@ void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&
 
 /// Target of a geometry's user pointer.
 struct Primitive {
+  const ShapeGeometry& geometry;
   const ShapeTable& table;
   const ShapeRecord& shape;
   const AnalyticShape& model;
   std::int32_t index;
 
   Primitive(const void* user_pointer, unsigned primitive)
-      : table(*static_cast<const ShapeGeometry*>(user_pointer)->table),
-        shape(table.shapes[static_cast<std::size_t>(static_cast<const ShapeGeometry*>(user_pointer)->shape)]),
+      : geometry(*static_cast<const ShapeGeometry*>(user_pointer)),
+        table(*geometry.table),
+        shape(table.shapes[static_cast<std::size_t>(geometry.shape)]),
         model(*analytic_shape(shape.kind)),
         index(static_cast<std::int32_t>(primitive)) {}
 
-  Float operator()(const ShapeRays& rays) const { return model.nearest(table, shape, index, rays); }
-  Mask occluded(const ShapeRays& rays) const { return model.occluded(table, shape, index, rays); }
+  bool has_holes() const { return (shape.flags & kHasAlpha) != 0; }
+  Float operator()(const ShapeRays& rays) const {
+    return has_holes() ? nearest_behind_holes(table, *geometry.textures, geometry.shape, index, rays)
+                       : model.nearest(table, shape, index, rays);
+  }
+  Mask occluded(const ShapeRays& rays) const {
+    return has_holes() ? rays.active & ((*this)(rays) >= 0.0f) : model.occluded(table, shape, index, rays);
+  }
 };
 
 }  // namespace

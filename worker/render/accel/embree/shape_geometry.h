@@ -5,10 +5,12 @@
 namespace tessera::render {
 
 struct ShapeTable;
+struct TextureTable;
 
 /// User pointer of the Embree geometry of an analytic shape.
 struct ShapeGeometry {
   const ShapeTable* table = nullptr;
+  const TextureTable* textures = nullptr;  // of alpha
   std::int32_t shape = 0;
 };
 

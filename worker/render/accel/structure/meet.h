@@ -38,12 +38,12 @@ TESSERA_INLINE bool meet_triangle(const Ray& ray, const float (&corners)[3][3], 
   return true;
 }
 
-/// The nearest hit of an analytic shape up to `most`, this included. A hit outside of the shape's box is
-/// none, for a structure need not find it.
-bool meet_analytic(const Ray& ray, const ShapeTable& table, const Primitive& primitive, float most,
-                   Meeting& meeting);
+/// The nearest hit of an analytic shape up to `most`, this included, that is no hole. A hit outside of the
+/// shape's box is none, for a structure need not find it.
+bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
+                   const Primitive& primitive, float most, Meeting& meeting);
 
-/// Whether a ray passes through a point of a shape with alpha.
+/// Whether a ray passes through a point of a mesh with alpha.
 bool passes_through(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
                     const Primitive& primitive, const Meeting& meeting);
 

@@ -118,7 +118,16 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   if (auto status = build_level(options, world_); !status.ok()) return status;
   figures_.sah_cost = figures_of(world_.tree).sah_cost;
   figures_.bytes += sizeof(ExactAffine) * instance_from_render_.size();
-  if (const Box& box = world_.box; !world_.primitives.empty()) {
+  // As Embree's: half-spaces say nothing about the size of the scene.
+  Box box;
+  for (const Primitive& primitive : world_.primitives) {
+    const bool unbounded =
+        primitive.kind == PrimitiveKind::kInstance
+            ? is_unbounded(shapes_, shapes_.instances[static_cast<std::size_t>(primitive.number)])
+            : is_unbounded(shapes_.shapes[static_cast<std::size_t>(primitive.shape)]);
+    if (!unbounded) box.add(box_of(primitive));
+  }
+  if (!box.empty()) {
     for (int k = 0; k < 3; ++k) centre_[k] = box.centre(k);
     radius_ = 0.5f * std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
   }

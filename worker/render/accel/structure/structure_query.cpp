@@ -55,7 +55,7 @@ struct Tracer {
       if (!meet_triangle(ray, primitive.corners, meeting) || meeting.t > found.t) return false;
     } else if (primitive.kind == PrimitiveKind::kInstance) {
       return meet_instance(primitive);
-    } else if (!meet_analytic(ray, structure.shapes(), primitive, found.t, meeting)) {
+    } else if (!meet_analytic(ray, structure.shapes(), structure.textures(), primitive, found.t, meeting)) {
       return false;
     }
     if (!found.gives_way_to(meeting, primitive, instance)) return false;

@@ -95,4 +95,11 @@ absl::StatusOr<Transform> Transform::from_proto(const v1::Matrix& matrix) {
   return t;
 }
 
+double largest_scale(const Affine& map) {
+  double largest = 0;
+  for (int c = 0; c < 3; ++c)
+    largest = std::max(largest, std::hypot(double{map.m[c]}, double{map.m[4 + c]}, double{map.m[8 + c]}));
+  return largest;
+}
+
 }  // namespace tessera::render

@@ -37,5 +37,7 @@ bool fits_floats(const Transform& map, const Transform& inverse);
 /// The error where they cannot.
 inline constexpr const char* kBeyondFloats =
     "its transform scales by more, or by less, than 32-bit floats hold";
+/// The most that a map makes of the length of an axis.
+double largest_scale(const Affine& map);
 
 }  // namespace tessera::render

@@ -69,7 +69,8 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
     const std::string where = place(i);
     const auto moves_too = moves(shape, instanced, where);
     if (!moves_too.ok()) return located(moves_too.status(), where);
-    if (*moves_too) {
+    // Half-spaces of an object are instances of their own: they do not count for the size of the scene.
+    if (*moves_too || (instanced && shape.has_half_space())) {
       moving.push_back(i);
       continue;
     }
@@ -224,6 +225,13 @@ absl::Status InstanceBuilder::add_instance(int object, int segments,
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");
   if (!fits_floats(start, back)) return absl::InvalidArgumentError(kBeyondFloats);
+  const auto first = static_cast<std::size_t>(table_.objects[static_cast<std::size_t>(object)].first_shape);
+  if (is_unbounded(table_.shapes[first])) {
+    const QuadricRecord& plane = table_.quadrics[static_cast<std::size_t>(table_.shapes[first].quadric)];
+    const double reach = plane.radius * largest_scale(plane.render_from_object);
+    if (!(reach * largest_scale(start.to_affine()) <= kFarthestPlane))
+      return absl::InvalidArgumentError(kBeyondFloats);
+  }
   InstanceRecord record{start.to_affine(), back.to_affine(), object};
   if (segments > 0) {
     // The kernels gather floats with 32-bit indices.

@@ -84,8 +84,13 @@ absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_objec
   if (!blob.ok()) return blob.status();
   const auto mesh = view_of(shape.mesh(), *blob);
   if (!mesh.ok()) return mesh.status();
-  const std::size_t vertices = table.vertices.size() + mesh->vertex_count();
-  const std::size_t triangles = table.triangles.size() / 3 + mesh->triangle_count();
+  return add_mesh_arrays(shape, *mesh, placed_from_object, table, record);
+}
+
+absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
+                             const Transform& placed_from_object, ShapeTable& table, ShapeRecord& record) {
+  const std::size_t vertices = table.vertices.size() + mesh.vertex_count();
+  const std::size_t triangles = table.triangles.size() / 3 + mesh.triangle_count();
   constexpr std::size_t kMost =
       std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
   if (vertices > kMost || triangles > kMost) {
@@ -94,23 +99,23 @@ absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_objec
   }
   record.kind = ShapeKind::kTriangles;
   record.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);
-  record.triangle_count = static_cast<std::int32_t>(mesh->triangle_count());
+  record.triangle_count = static_cast<std::int32_t>(mesh.triangle_count());
   record.first_vertex = static_cast<std::int32_t>(table.vertices.size());
-  record.vertex_count = static_cast<std::int32_t>(mesh->vertex_count());
+  record.vertex_count = static_cast<std::int32_t>(mesh.vertex_count());
 
-  if (!append_vertices(*mesh, placed_from_object, table.vertices)) {
+  if (!append_vertices(mesh, placed_from_object, table.vertices)) {
     return absl::InvalidArgumentError("a vertex is not finite once it is placed in the world");
   }
   Vertex* placed = table.vertices.data() + record.first_vertex;
   Transform object_from_placed;
-  const bool with_normals = !mesh->normals.empty() && placed_from_object.invert(object_from_placed);
+  const bool with_normals = !mesh.normals.empty() && placed_from_object.invert(object_from_placed);
   if (with_normals) {
     record.flags |= kHasNormals;
-    set_normals(*mesh, object_from_placed, shape.reverse_orientation(), placed);
+    set_normals(mesh, object_from_placed, shape.reverse_orientation(), placed);
   }
-  if (!mesh->uvs.empty()) record.flags |= kHasUvs;
+  if (!mesh.uvs.empty()) record.flags |= kHasUvs;
   const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
-  append_triangles(*mesh, placed, with_normals, turn, table.triangles);
+  append_triangles(mesh, placed, with_normals, turn, table.triangles);
   return absl::OkStatus();
 }
 

@@ -6,16 +6,41 @@
 
 namespace tessera::render {
 
-absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                         ShapeRecord& record) {
+absl::Status compose_uv_map(const v1::Shape& shape, QuadricRecord& q) {
+  if (shape.uv_transform_size() == 0) return absl::OkStatus();
+  if (shape.uv_transform_size() != 6) return absl::InvalidArgumentError("a uv transform has six numbers");
+  const auto& wanted = shape.uv_transform();
+  float own[6];
+  std::copy(q.uv_map, q.uv_map + 6, own);
+  for (int i = 0; i < 6; ++i) {
+    const int row = i / 3 * 3, column = i % 3;
+    q.uv_map[i] =
+        wanted[row] * own[column] + wanted[row + 1] * own[3 + column] + (column == 2 ? wanted[row + 2] : 0);
+    if (!std::isfinite(q.uv_map[i])) return absl::InvalidArgumentError("its uv transform is not finite");
+  }
+  q.maps_uv = 1;
+  return absl::OkStatus();
+}
+
+absl::Status place_quadric(const v1::Shape& shape, const Transform& placed_from_object, QuadricRecord q,
+                           ShapeTable& table, ShapeRecord& record) {
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed)) {
     return absl::InvalidArgumentError("its transform is singular");
   }
   if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
-  QuadricRecord q;
   q.render_from_object = placed_from_object.to_affine();
   q.object_from_render = object_from_placed.to_affine();
+  if (auto s = compose_uv_map(shape, q); !s.ok()) return s;
+  if (shape.reverse_orientation()) record.flags ^= kFlipNormal;
+  record.quadric = static_cast<std::int32_t>(table.quadrics.size());
+  table.quadrics.push_back(q);
+  return absl::OkStatus();
+}
+
+absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
+                         ShapeRecord& record) {
+  QuadricRecord q;
   float phi_max = 360;
   if (shape.has_sphere()) {
     const v1::Sphere& sphere = shape.sphere();
@@ -51,18 +76,8 @@ absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_ob
       (record.kind == ShapeKind::kDisk && q.inner_radius >= q.radius) || !(phi_max > 0)) {
     return absl::InvalidArgumentError("its radius, height or angle is not usable");
   }
-  if (shape.uv_transform_size() != 0 && shape.uv_transform_size() != 6) {
-    return absl::InvalidArgumentError("a uv transform has six numbers");
-  }
-  q.maps_uv = shape.uv_transform_size() == 6;
-  for (int i = 0; i < shape.uv_transform_size(); ++i) {
-    q.uv_map[i] = shape.uv_transform(i);
-    if (!std::isfinite(q.uv_map[i])) return absl::InvalidArgumentError("its uv transform is not finite");
-  }
-  if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(table.quadrics.size());
-  table.quadrics.push_back(q);
-  return absl::OkStatus();
+  if (placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // as pbrt has it
+  return place_quadric(shape, placed_from_object, q, table, record);
 }
 
 }  // namespace tessera::render

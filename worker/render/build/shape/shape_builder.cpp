@@ -5,6 +5,30 @@
 
 namespace tessera::render {
 
+namespace {
+
+/// The name of a kind that an error is for where it has an area light; null for others.
+const char* kind_without_light(const v1::Shape& shape) {
+  switch (shape.kind_case()) {
+    case v1::Shape::kSdfGrid:
+      return "a grid of distances";
+    case v1::Shape::kHalfSpace:
+      return "a half-space";
+    case v1::Shape::kCone:
+      return "a cone";
+    case v1::Shape::kTorus:
+      return "a torus";
+    case v1::Shape::kImplicit:
+      return "an implicit surface";
+    case v1::Shape::kCylinder:
+      return shape.cylinder().capped() ? "a cylinder with caps" : nullptr;
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
 absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                                const std::string& where) {
   ShapeRecord record;
@@ -18,7 +42,7 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
     return absl::OkStatus();
 
   if (auto s = set_alpha(shape, record); !s.ok()) return s;
-  if (auto s = add_geometry(shape, placed_from_object, where, record); !s.ok()) return s;
+  if (auto s = add_geometry(shape, placed_from_object, instanced, record); !s.ok()) return s;
   const auto index = static_cast<std::int32_t>(table_.shapes.size());
   table_.shapes.push_back(record);
   names_.push_back(where);
@@ -30,21 +54,31 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
 }
 
 absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
-                                        const std::string& where, ShapeRecord& record) {
+                                        bool instanced, ShapeRecord& record) {
   switch (shape.kind_case()) {
     case v1::Shape::kMesh:
       return add_mesh(shape, placed_from_object, inputs_.blobs, table_, record);
     case v1::Shape::kSphere:
     case v1::Shape::kDisk:
-    case v1::Shape::kCylinder:
-      if (record.flags & kHasAlpha)
-        warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
       return add_quadric(shape, placed_from_object, table_, record);
+    case v1::Shape::kCylinder:
+      return shape.cylinder().capped() ? add_round_solid(shape, placed_from_object, table_, record)
+                                       : add_quadric(shape, placed_from_object, table_, record);
+    case v1::Shape::kHalfSpace:
+    case v1::Shape::kCone:
+    case v1::Shape::kTorus:
+    case v1::Shape::kEllipsoid:
+      return add_round_solid(shape, placed_from_object, table_, record);
+    case v1::Shape::kPolygon:
+    case v1::Shape::kBox:
+    case v1::Shape::kPolyhedron: {
+      // Lights that are flat are sampled as triangles and rectangles.
+      const bool emits = shape.has_area_light() && !instanced;
+      return add_flat_shape(shape, placed_from_object, emits || inputs_.triangles_only, table_, record);
+    }
     case v1::Shape::kSdfGrid:
       return add_sdf_grid(shape, placed_from_object, inputs_.blobs, table_, record);
     case v1::Shape::kImplicit:
-      if (record.flags & kHasAlpha)
-        warnings_.push_back(absl::StrCat(where, ": alpha is for meshes only; left out"));
       return add_implicit(shape, placed_from_object, table_, record);
     case v1::Shape::kCurves:
       return add_curves(shape, placed_from_object, inputs_.blobs, table_, record);
@@ -56,8 +90,8 @@ absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform&
 
 absl::Status ShapeBuilder::add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,
                                        std::int32_t index) {
-  if (shape.has_sdf_grid()) return absl::InvalidArgumentError("a grid of distances cannot emit light");
-  if (shape.has_implicit()) return absl::InvalidArgumentError("an implicit surface cannot emit light");
+  if (const char* const dark = kind_without_light(shape); dark != nullptr)
+    return absl::InvalidArgumentError(absl::StrCat(dark, " cannot emit light"));
   if (shape.has_curves()) {
     warnings_.push_back(absl::StrCat(where, ": curves cannot emit light; their area light is left out"));
   } else if (instanced) {

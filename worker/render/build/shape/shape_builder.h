@@ -26,6 +26,7 @@ struct ShapeInputs {
   const MediumNames& media;
   TextureNodes& textures;  // of alpha
   MeshAttributes& attributes;
+  bool triangles_only = false;  // flat shapes become meshes
 };
 
 class ShapeBuilder {
@@ -46,8 +47,8 @@ class ShapeBuilder {
   const std::vector<Emitter>& emitters() const { return emitters_; }
 
  private:
-  absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
-                            const std::string& where, ShapeRecord& record);
+  absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
+                            ShapeRecord& record);
   absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
   absl::Status set_media(const v1::Shape& shape, ShapeRecord& record) const;
   absl::Status add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,

@@ -1,0 +1,84 @@
+// Shapes whose roots are found in double precision, from the compensated rays of object space (quadric.h).
+#pragma once
+
+#include <cstdint>
+
+#include "render/shape/quadric.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Half of a wide value's lanes as doubles: a vector of GCC and Clang, with their operators and with `mask ?
+/// a : b`. Not passed by value to functions that are calls.
+using Double = double __attribute__((vector_size(64)));
+using DoubleMask = decltype(Double{} < Double{});
+inline constexpr int kDoubleWidth = 8;
+inline constexpr double kNoRoot = __builtin_inf();
+
+TESSERA_INLINE Double splat(double x) { return Double{} + x; }
+TESSERA_INLINE Double lower(Double a, Double b) { return a < b ? a : b; }
+TESSERA_INLINE Double upper(Double a, Double b) { return a > b ? a : b; }
+TESSERA_INLINE Double square_root(Double a) {
+  for (int i = 0; i < kDoubleWidth; ++i) a[i] = __builtin_sqrt(a[i]);
+  return a;
+}
+TESSERA_INLINE bool any_of(DoubleMask m) {
+  std::int64_t all = 0;
+  for (int i = 0; i < kDoubleWidth; ++i) all |= m[i];
+  return all != 0;
+}
+
+/// Rays about the point at which they are nearest to the origin of object space: what is far away cancels
+/// before a root is looked for. The ray is at o + s d, and s = 0 is the parameter `t` of the given one.
+struct DoubleRay {
+  Double o[3], d[3];
+  Double t;
+
+  /// Lanes [first, first + kDoubleWidth) of `rays`.
+  DoubleRay(const ObjectRays& rays, int first);
+  TESSERA_INLINE Double at(int axis, Double s) const { return o[axis] + s * d[axis]; }
+};
+
+/// The most crossings of a ray and a shape: those of a torus, or of a frustum's wall and caps.
+inline constexpr int kMostCrossings = 4;
+struct Crossings {
+  Double s[kMostCrossings];  // ray parameters, in no order; kNoRoot or NaN: none
+};
+
+/// A shape that lists all of its crossings.
+class CrossedShape : public QuadricShape {
+ protected:
+  Float nearest_in_object(const ShapeTable& table, const QuadricRecord& q,
+                          const ObjectRays& rays) const final;
+  /// Fills the first of `found`, and returns their number.
+  virtual int cross(const ShapeTable& table, const QuadricRecord& q, const DoubleRay& ray,
+                    Crossings& found) const = 0;
+};
+
+/// The part of a ray within a convex solid that planes bound, begun as all of it.
+struct ConvexSpan {
+  Double enter = splat(-kNoRoot), leave = splat(kNoRoot);
+
+  /// Cuts off what is in front of a plane: `above` is the distance of the ray's origin from it, and `slope`
+  /// how much that grows along the ray, both in any one unit.
+  TESSERA_INLINE void cut(Double above, Double slope) {
+    const Double s = -above / slope;
+    const DoubleMask in = slope<0.0, out = slope> 0.0, along = ~(in | out);
+    enter = in ? upper(enter, s) : enter;
+    leave = out ? lower(leave, s) : leave;
+    // Along the plane all or nothing is behind it.
+    leave = (along & (above > 0.0)) ? splat(-kNoRoot) : leave;
+  }
+  TESSERA_INLINE int crossings(Crossings& found) const {
+    const DoubleMask through = enter <= leave;
+    found.s[0] = through ? enter : splat(kNoRoot);
+    found.s[1] = through ? leave : splat(kNoRoot);
+    return 2;
+  }
+};
+
+/// Parameters and tangents on a face of a solid in the cube from -1 to 1: those of the side of the cube that
+/// is straight along the axis that the normal is closest to, as Box in shape.proto has them. `n` need not be
+/// of unit length.
+void set_box_parameters(Vec3 n, ObjectPoint& point);
+
+}  // namespace tessera::render::TESSERA_ISA
