@@ -30,7 +30,10 @@ struct Growth {
   /// directions near its own. Null: directions are sampled.
   const ExplicitPath* followed = nullptr;
   std::uint32_t number = 0;  // of its random numbers
-  bool alive = true;         // the path may be made yet
+  /// The path from the camera ends at the first light that it meets after an event, at the latest where the
+  /// path's events say.
+  bool until_light = false;
+  bool alive = true;  // the path may be made yet
 
   bool ends_by_chance() const { return kept.light == 0 && from_light == 0; }
   /// The vertices that an edge is put between.
@@ -99,6 +102,7 @@ class Grower {
   void kill(const Group& group, Mask lanes) const;
   void intersect();
   void arrive(int step, bool from_eye);
+  static void end_at_lights(const Group& group, int vertex, Mask lit);
   void arrive_at_environment(const Group& group, Vec3 direction, Mask missed) const;
   void arrive_at_lights();
   void measure();
