@@ -59,6 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         surface_case("Mirror", "conductor { reflectance { constant { constant: 0.9 } } }"),
         surface_case("Glass", "dielectric { eta { constant: 1.5 } }"),
+        surface_case("ThinGlass", "thin_dielectric { eta { constant: 1.5 } }"),
         surface_case("SmoothPlastic", "plastic { }"),
         surface_case("SmoothCoat",
                      "coated_diffuse { reflectance { constant { constant: 0.6 } } eta { constant: 1.5 } }"),

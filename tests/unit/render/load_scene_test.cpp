@@ -311,7 +311,8 @@ TEST(LoadScene, MutationsInPathSpaceNameWhatTheyCannotDo) {
   };
   for (const Case& one :
        {Case{"media { name: 'air' extinction { constant { constant: 1 } } }", "a scene without media"},
-        Case{"materials { name: 'm' thin_dielectric { } } shapes { sphere { radius: 1 } material: 'm' }",
+        Case{"materials { name: 'm' diffuse { } opacity { constant: 0.5 } } shapes { sphere { radius: 1 } "
+             "material: 'm' }",
              "without surfaces that light passes straight"},
         Case{"materials { name: 'm' coated_conductor { } } shapes { sphere { radius: 1 } material: 'm' }",
              "materials other than coated conductors"},

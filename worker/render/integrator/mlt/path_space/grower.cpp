@@ -192,19 +192,18 @@ void Grower::arrive(int step, bool from_eye) {
     const auto arrives_at = [&](const Growth& growth) {
       return from_eye ? growth.leaves_from_eye(step) + 1 : growth.leaves_from_light(step) - 1;
     };
+    Mask hits = group.active & (hit.shape >= 0);
+    const Surface surface = surface_at(scene_.shapes, hit, origin, direction, hits, scene_.any_tangents);
+    const Mask dark = hits & (surface.light < 0), missed = and_not(group.active, hits);
+    if (from_eye) end_at_lights(group, step + 1, and_not(group.active, dark));
     const Mask at_end = ints_of([&](int i) {
                           const Growth& growth = *group.growths[i];
                           return arrives_at(growth) > growth.path->events ? 1 : 0;
                         }) != 0;
-    Mask hits = group.active & (hit.shape >= 0);
-    const Mask missed = and_not(group.active, hits);
     if (any(missed & at_end)) arrive_at_environment(group, direction, missed & at_end);
-    kill(group, and_not(missed, at_end));
+    kill(group, and_not(missed, at_end) | (dark & at_end));
+    hits = and_not(hits, dark & at_end);
     if (none(hits)) continue;
-    const Surface surface = surface_at(scene_.shapes, hit, origin, direction, hits, scene_.any_tangents);
-    const Mask dark = hits & at_end & (surface.light < 0);
-    kill(group, dark);
-    hits = and_not(hits, dark);
     const Sampler numbers = numbers_of(group);
     const Float mix =
         from_eye
@@ -222,6 +221,17 @@ void Grower::arrive(int step, bool from_eye) {
       const int vertex = arrives_at(growth);
       if (growth.followed != nullptr) growth.path->points[vertex].mix = growth.followed->points[vertex].mix;
     }
+  }
+}
+
+/// Paths that go on until they meet a light have met one, at this vertex.
+void Grower::end_at_lights(const Group& group, int vertex, Mask lit) {
+  if (vertex == 1) return;  // without an event: no path of chains
+  for (std::uint32_t bits = lit.bits(); bits != 0; bits &= bits - 1) {
+    Growth& growth = *group.growths[__builtin_ctz(bits)];
+    if (!growth.until_light) continue;
+    growth.path->events = vertex - 1;
+    growth.from_eye = vertex;
   }
 }
 

@@ -30,12 +30,18 @@ struct Growth {
   /// directions near its own. Null: directions are sampled.
   const ExplicitPath* followed = nullptr;
   std::uint32_t number = 0;  // of its random numbers
-  bool alive = true;         // the path may be made yet
+  /// The path from the camera ends at the first light that it meets after an event, at the latest where the
+  /// path's events say.
+  bool until_light = false;
+  bool alive = true;  // the path may be made yet
 
+  /// No edge is put between two vertices: the path from the camera meets a light.
   bool ends_by_chance() const { return kept.light == 0 && from_light == 0; }
-  /// The vertices that an edge is put between.
+  /// The vertex on the eye's side of the edge that joins both parts.
   int last_from_eye() const { return kept.eye + from_eye; }
-  /// Where the path from the light leaves in this step.
+
+  // The vertices that rays leave in a step, of those that are traced from either side. A path from a new end
+  // on a light has its first ray with the end.
   int leaves_from_eye(int step) const { return kept.eye + step; }
   int leaves_from_light(int step) const { return path->events + 1 - std::max(kept.light - 1, 0) - step; }
   int light_steps() const { return from_light - (kept.light == 0 && from_light > 0 ? 1 : 0); }
@@ -99,6 +105,7 @@ class Grower {
   void kill(const Group& group, Mask lanes) const;
   void intersect();
   void arrive(int step, bool from_eye);
+  static void end_at_lights(const Group& group, int vertex, Mask lit);
   void arrive_at_environment(const Group& group, Vec3 direction, Mask missed) const;
   void arrive_at_lights();
   void measure();

@@ -45,10 +45,9 @@ class Mutations {
   double density(Strategy strategy, const ExplicitPath& from, const ExplicitPath& to,
                  const KeptEnds& kept) const;
 
-  /// The whole path is new: kept ends are none. Film and lens of it.
+  /// Sets where on the film and on the lens a path begins whose first vertex is new.
   void place_on_film(const ProposalNumbers& u, Growth& growth) const;
 
-  const FilmPlane& film() const { return film_; }
   int max_events() const { return max_events_; }
 
  private:

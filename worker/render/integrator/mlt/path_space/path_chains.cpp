@@ -74,19 +74,33 @@ bool PathChains::run(const FamilyName& name, float share, Film& film, std::stop_
   return true;
 }
 
-/// One in each of as many strata, by depth and then by way.
+/// One half are paths from the camera that go on until they meet a light: one of them is a sample of all
+/// lengths at once. Others are one in each of as many strata, by depth and then by way.
 Growth PathChains::candidate(std::uint32_t index, ExplicitPath& path) const {
   const Numbers numbers(key_, index);
-  const DepthChoice::Choice choice = depths_.choose((index + static_cast<double>(numbers(kDepth).x)) /
-                                                    static_cast<double>(candidate_light_.size()));
-  path.events = choice.events;
   path.time = scene_.any_motion ? numbers(dimension::kTime).x : 0;
   Growth growth{.path = &path, .number = index};
-  const int ways = choice.events + 2;
-  growth.from_light = std::min(static_cast<int>(choice.rest * static_cast<float>(ways)), ways - 1);
-  growth.from_eye = choice.events + 1 - growth.from_light;
+  const auto half = static_cast<std::uint32_t>(candidate_light_.size() / 2);
+  if (index < half) {
+    growth.until_light = true;
+    path.events = mutations_.max_events();
+    growth.from_eye = path.events + 1;
+  } else {
+    const DepthChoice::Choice choice =
+        depths_.choose((index - half + static_cast<double>(numbers(kDepth).x)) / half);
+    path.events = choice.events;
+    const int ways = choice.events + 2;
+    growth.from_light = std::min(static_cast<int>(choice.rest * static_cast<float>(ways)), ways - 1);
+    growth.from_eye = choice.events + 1 - growth.from_light;
+  }
   mutations_.place_on_film(numbers.of_proposal(), growth);
   return growth;
+}
+
+/// Over the density of all ways together: the balance heuristic [Veach 1997, section 9.2.2].
+double PathChains::candidate_density(const ExplicitPath& path) const {
+  const double of_ways = density_of_ways(path, {}) / (path.events + 2) * depths_.probability(path.events);
+  return 0.5 * (density_until_light(path) + of_ways);
 }
 
 /// Returns the sum of all candidates' light.
@@ -102,11 +116,9 @@ double PathChains::make_candidates(std::stop_token stop) {
     }
     grower_.grow(growths_, key_);
     for (std::size_t i = 0; i < kSubpaths; ++i) {
-      // Over the density of all ways together: the balance heuristic [Veach 1997, section 9.2.2].
       const ExplicitPath& path = offered_[i];
       if (!(path.brightness > 0)) continue;
-      const double density = density_of_ways(path, {}) / (path.events + 2) * depths_.probability(path.events);
-      const double light = path.brightness / density;
+      const double light = path.brightness / candidate_density(path);
       if (std::isfinite(light)) sum += candidate_light_[first + i] = light;
     }
   }

@@ -29,6 +29,7 @@ class PathChains {
   };
 
   Growth candidate(std::uint32_t index, ExplicitPath& path) const;
+  double candidate_density(const ExplicitPath& path) const;
   double make_candidates(std::stop_token stop);
   void start_chains(double light);
   /// The family's in the step whose numbers begin at this one.

@@ -107,6 +107,16 @@ double density_of_ways(const ExplicitPath& path, const KeptEnds& kept) {
   return sum;
 }
 
+double density_until_light(const ExplicitPath& path) {
+  double density = 1;
+  for (int i = 1; i <= path.events + 1; ++i) {
+    // Light that an emitter reflects is not found: the path ends there, unless it is the first vertex.
+    if (i > 1 && i <= path.events && path.points[i].light >= 0) return 0;
+    density *= double{path.from_eye[i]};
+  }
+  return density;
+}
+
 double density_from_eye(const ExplicitPath& path, int last) {
   double density = double{path.from_eye[1]};
   for (int i = 2; i <= last; ++i) density *= double{path.from_eye[i]} / double{path.eye_choice[i - 1]};

@@ -44,6 +44,9 @@ inline int ways_to_add(const KeptEnds& kept, int added) { return kept.light == 1
 /// The sum over all these ways of the density with which they make what `path` has between its ends.
 double density_of_ways(const ExplicitPath& path, const KeptEnds& kept);
 
+/// The density of a path from the camera that goes on until it meets a light (Growth::until_light).
+double density_until_light(const ExplicitPath& path);
+
 /// The density with which a path is followed from the eye to vertex `last` through the same kinds of delta
 /// lobes, directions elsewhere being as likely from here to there as back; which is left out.
 double density_from_eye(const ExplicitPath& path, int last);
