@@ -121,12 +121,12 @@ double count_reached(const Grid& grid, const std::vector<Primitive>& primitives)
 
 absl::Status set_size(const std::vector<Primitive>& primitives, double density, Grid& grid) {
   const auto n = static_cast<double>(primitives.size());
-  const double longest = grid.box.extent(grid.box.longest_axis());
+  const double volume = grid.box.extent(0) * grid.box.extent(1) * grid.box.extent(2);
   const double most_items = std::max(kLeastGridItems, kGridItems * n);
-  for (double side = std::cbrt(density * n);; side /= 2) {
+  for (double side = std::cbrt(volume / (density * n));; side *= 2) {
     double counts[3], cells = 1;
     for (int k = 0; k < 3; ++k) {
-      counts[k] = std::max(1.0, std::round(side * grid.box.extent(k) / longest));
+      counts[k] = std::max(1.0, std::round(grid.box.extent(k) / side));
       cells *= counts[k];
     }
     if (!(cells <= kMostGridCells)) {
