@@ -31,11 +31,42 @@ CellRange cells_across(const Grid& grid, int axis, float low, float high) {
   return {cell(low - margin), cell(high + margin)};
 }
 
+/// Whether the plane of a triangle passes a box of half sides `half` about `centre`; always, of others. Most
+/// cells within a triangle's box are told by it.
+class PlaneTest {
+ public:
+  explicit PlaneTest(const Primitive& p) {
+    if (p.kind != PrimitiveKind::kTriangle) return;
+    double e1[3], e2[3];
+    for (int k = 0; k < 3; ++k) {
+      origin_[k] = p.corners[0][k];
+      e1[k] = p.corners[1][k] - origin_[k], e2[k] = p.corners[2][k] - origin_[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      normal_[k] = e1[i] * e2[j] - e1[j] * e2[i];
+    }
+  }
+
+  bool passes(const double (&centre)[3], const double (&half)[3]) const {
+    double height = 0, reach = 0;
+    for (int k = 0; k < 3; ++k) {
+      height += normal_[k] * (centre[k] - origin_[k]);
+      reach += std::abs(normal_[k]) * half[k];
+    }
+    return std::abs(height) <= reach;
+  }
+
+ private:
+  double normal_[3] = {0, 0, 0}, origin_[3] = {0, 0, 0};
+};
+
 /// Every cell that the primitives from `first` to `last` reach into, in their order.
 void list_items(const Grid& grid, const std::vector<Primitive>& primitives, std::size_t first,
                 std::size_t last, std::vector<GridItem>& items) {
   for (std::size_t i = first; i < last; ++i) {
     const Box box = box_of(primitives[i]);
+    const PlaneTest plane(primitives[i]);
     CellRange range[3];
     for (int k = 0; k < 3; ++k) range[k] = cells_across(grid, k, box.low[k], box.high[k]);
     const bool one =
@@ -46,11 +77,14 @@ void list_items(const Grid& grid, const std::vector<Primitive>& primitives, std:
           if (!one) {
             Box cell;
             const std::int32_t at[3] = {x, y, z};
+            double centre[3], half[3];
             for (int k = 0; k < 3; ++k) {
               const double room = 0x1p-18 * grid.box.extent(k);
-              cell.low[k] = static_cast<float>(grid.plane(k, at[k]) - room);
-              cell.high[k] = static_cast<float>(grid.plane(k, at[k] + 1) + room);
+              const double low = grid.plane(k, at[k]) - room, high = grid.plane(k, at[k] + 1) + room;
+              centre[k] = 0.5 * (low + high), half[k] = 0.5 * (high - low);
+              cell.low[k] = static_cast<float>(low), cell.high[k] = static_cast<float>(high);
             }
+            if (!plane.passes(centre, half)) continue;
             if (part_within(primitives[i], cell).empty()) continue;
           }
           items.push_back({static_cast<std::uint32_t>(grid.cell(x, y, z)), static_cast<std::uint32_t>(i)});
@@ -67,29 +101,32 @@ void widen(Box& box) {
   for (int k = 0; k < 3; ++k) box.low[k] -= static_cast<float>(room), box.high[k] += static_cast<float>(room);
 }
 
-/// Cells that the boxes of all primitives reach into, counted for each: no fewer than there will be items.
+/// How many cells primitives reach into, counted for each: no less than in truth. A triangle is flat: of the
+/// a x b x c cells of its box it crosses no more than twice those of the box's three faces.
 double count_reached(const Grid& grid, const std::vector<Primitive>& primitives) {
   double all = 0;
   for (const Primitive& primitive : primitives) {
     const Box box = box_of(primitive);
-    double cells = 1;
+    double cells[3];
     for (int k = 0; k < 3; ++k) {
       const CellRange range = cells_across(grid, k, box.low[k], box.high[k]);
-      cells *= range.last - range.first + 1;
+      cells[k] = range.last - range.first + 1;
     }
-    all += cells;
+    const double in_box = cells[0] * cells[1] * cells[2];
+    const double of_faces = 2 * (cells[0] * cells[1] + cells[1] * cells[2] + cells[2] * cells[0]);
+    all += primitive.kind == PrimitiveKind::kTriangle ? std::min(in_box, of_faces) : in_box;
   }
   return all;
 }
 
 absl::Status set_size(const std::vector<Primitive>& primitives, double density, Grid& grid) {
   const auto n = static_cast<double>(primitives.size());
-  const double longest = grid.box.extent(grid.box.longest_axis());
+  const double volume = grid.box.extent(0) * grid.box.extent(1) * grid.box.extent(2);
   const double most_items = std::max(kLeastGridItems, kGridItems * n);
-  for (double side = std::cbrt(density * n);; side /= 2) {
+  for (double side = std::cbrt(volume / (density * n));; side *= 2) {
     double counts[3], cells = 1;
     for (int k = 0; k < 3; ++k) {
-      counts[k] = std::max(1.0, std::round(side * grid.box.extent(k) / longest));
+      counts[k] = std::max(1.0, std::round(grid.box.extent(k) / side));
       cells *= counts[k];
     }
     if (!(cells <= kMostGridCells)) {

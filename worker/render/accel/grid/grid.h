@@ -29,8 +29,7 @@ struct Grid {
   }
 };
 
-/// Cells for each primitive of a scene that is a cube: three along each axis, for each that a primitive has
-/// to itself.
+/// Cells for each primitive: three along each axis for one that it would have to itself.
 inline constexpr double kGridDensity = 27;
 /// Bound of a grid's memory, at 4 bytes a cell.
 inline constexpr double kMostGridCells = 0x1p28;
