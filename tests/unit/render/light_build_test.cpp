@@ -71,7 +71,7 @@ TEST(AppendAreaLights, MakesALightOfEveryTriangle) {
 }
 
 TEST(AppendAreaLights, AShapeWhoseKindNoModelIsFor) {
-  for (const ShapeKind kind : {ShapeKind::kCurves, ShapeKind::kSdfGrid}) {
+  for (const ShapeKind kind : {ShapeKind::kCurves, ShapeKind::kSdfGrid, ShapeKind::kImplicit}) {
     ShapeTable shapes = quadric_table(kind, {});
     LightTable table = empty_table();
     append_area_lights(shapes, 0, kRadiance, false, -1, table);
