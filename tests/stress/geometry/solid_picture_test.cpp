@@ -102,6 +102,37 @@ TEST_P(Solids, HoldMediaWithin) {
   EXPECT_NEAR(share(kMirrored), straight, 0.1);
 }
 
+/// What emits becomes triangles, even where it emits nothing: the same picture, by the same parameters.
+TEST(FlatShapes, LookLikeTheirTriangles) {
+  const std::string squares =
+      "textures { name: 'squares' checkerboard { even { constant { constant: 0.9 } } odd { constant { "
+      "constant: 0.1 } "
+      "} mapping { scale_u: 7 scale_v: 4 } } } materials { name: 'squares' diffuse { reflectance { texture: "
+      "'squares' "
+      "} } } ";
+  for (const char* const shape :
+       {kClosed[0], kClosed[1], kClosed[2],
+        "polygon { corners: [-1,-1,0, 1,-1,0.2, 0.9,1,0.19, 0,0,0.1, -0.9,1,0.01] }"}) {
+    for (const char* const placed : {kPlaced, kMirrored}) {
+      const auto picture = [&](const char* light) {
+        return pixels_of(absl::StrCat(squares, "shapes { ", shape, placed,
+                                      " material: 'squares' uv_transform: [1, "
+                                      "0.5, 0.1, 0, 1, 0.2] ",
+                                      light, " }"),
+                         "direct", 16);
+      };
+      const std::vector<double> own = picture(""),
+                                triangles = picture("area_light { radiance { constant: 0 } }");
+      ASSERT_EQ(own.size(), triangles.size());
+      int differ = 0;
+      for (std::size_t i = 0; i < own.size(); ++i) differ += std::abs(own[i] - triangles[i]) > 1e-3;
+      // Samples on edges and on borders of squares, within rounding.
+      EXPECT_LT(differ, 20) << shape << placed;
+      EXPECT_LT(mean(own), 0.97);
+    }
+  }
+}
+
 std::string title_of(const testing::TestParamInfo<const char*>& info) {
   const std::string text = info.param;
   return absl::StrCat(text.substr(0, text.find(' ')), info.index);

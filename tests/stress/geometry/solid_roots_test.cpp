@@ -93,9 +93,15 @@ Expected convex(const Line& line, const std::vector<Facet>& planes) {
   return first_of({{enter, enter_slack}, {leave, leave_slack}}, certain);
 }
 
-Expected half_space(const Line& line) {
+Expected half_space(const Line& line, const QuadricRecord& q) {
   if (line.d.z == 0) return {};
-  return first_of({line.crossing(-line.o.z / line.d.z, line.d.z)}, true);
+  const Crossing c = line.crossing(-line.o.z / line.d.z, line.d.z);
+  const QuadPoint p = along(line.o, line.d, c.t);
+  const double off = line.off + c.slack * line.speed();
+  bool certain = true;
+  const bool on =
+      at_least(q.radius, magnitude(p.x), off, certain) & at_least(q.radius, magnitude(p.y), off, certain);
+  return first_of(on ? std::vector<Crossing>{c} : std::vector<Crossing>{}, certain);
 }
 
 Expected polygon(const Line& line, const std::vector<Facet>& corners) {
@@ -234,7 +240,7 @@ Expected expected(const UnitSolid& solid, const QuadricRecord& q, Point origin, 
   const Line line(q, origin, direction);
   switch (solid.kind) {
     case ShapeKind::kHalfSpace:
-      return half_space(line);
+      return half_space(line, q);
     case ShapeKind::kPolygon:
       return polygon(line, solid.facets);
     case ShapeKind::kFrustum:
@@ -284,8 +290,7 @@ SurfacePoint point_on(const UnitSolid& solid, Numbers& random) {
         if (s > 0 && s < least) least = s, n = normal;
       };
       for (const Facet& f : solid.facets) consider({f.normal[0], f.normal[1], f.normal[2]}, f.offset);
-      for (int i = 0; solid.facets.empty() && i < 6; ++i)
-        consider(Point{i / 2 == 0, i / 2 == 1, i / 2 == 2} * (i % 2 ? 1 : -1), 1);
+      for (int i = 0; solid.facets.empty() && i < 6; ++i) consider(along_axis(i), 1);
       return {d * least, n};
     }
   }

@@ -8,6 +8,13 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// The six directions along the axes.
+inline Point along_axis(int i) {
+  double v[3] = {0, 0, 0};
+  v[i / 2] = i % 2 ? 1 : -1;
+  return {v[0], v[1], v[2]};
+}
+
 struct UnitSolid {
   const char* name;
   ShapeKind kind;
@@ -41,7 +48,7 @@ inline std::vector<UnitSolid> unit_solids() {
   UnitSolid& cut_ball = add("Polyhedron", ShapeKind::kPolyhedron);
   Numbers random(5);
   for (int i = 0; i < 30; ++i) {
-    const Point n = i < 6 ? Point{i / 2 == 0, i / 2 == 1, i / 2 == 2} * (i % 2 ? 1 : -1) : random.direction();
+    const Point n = i < 6 ? along_axis(i) : random.direction();
     cut_ball.facets.push_back({{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)},
                                i < 6 ? 1 : static_cast<float>(0.8 + 0.2 * random())});
   }

@@ -33,7 +33,8 @@ Float CrossedShape::nearest_in_object(const ShapeTable& table, const QuadricReco
   const std::uint32_t wanted = rays.active.bits();
   int count = 0;
   for (int first = 0; first < kWidth; first += kDoubleWidth) {
-    if ((wanted >> first & 0xff) == 0 && first + kDoubleWidth < kWidth) continue;
+    constexpr std::uint32_t kLanes = (1u << kDoubleWidth) - 1;
+    if ((wanted >> first & kLanes) == 0 && first + kDoubleWidth < kWidth) continue;
     const DoubleRay ray(rays, first);
     Crossings found;
     count = cross(table, q, ray, found);

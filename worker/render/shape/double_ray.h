@@ -7,11 +7,11 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Half of a wide value's lanes as doubles: a vector of GCC and Clang, with their operators and with `mask ?
-/// a : b`. Not passed by value to functions that are calls.
-using Double = double __attribute__((vector_size(64)));
+/// Some of a wide value's lanes as doubles, as many as the machine has: a vector of GCC and Clang, with their
+/// operators and with `mask ? a : b`.
+inline constexpr int kDoubleWidth = kPartWidth / 2;
+using Double = double __attribute__((vector_size(kDoubleWidth * sizeof(double))));
 using DoubleMask = decltype(Double{} < Double{});
-inline constexpr int kDoubleWidth = 8;
 inline constexpr double kNoRoot = __builtin_inf();
 
 TESSERA_INLINE Double splat(double x) { return Double{} + x; }

@@ -25,7 +25,9 @@ TESSERA_INLINE Double root_between(const Quartic& f, const Quartic& slope, Doubl
   if (!any_of(changes)) return end;
   Double s = 0.5 * (low + high);
   constexpr int kMostSteps = 100;  // halving alone needs 53
-  for (int i = 0; i < kMostSteps; ++i) {
+  // A lane that is done stays as it is: its root does not depend on the rays beside it.
+  DoubleMask moves = changes;
+  for (int i = 0; i < kMostSteps && any_of(moves); ++i) {
     const Double value = f(s);
     const DoubleMask before = below ^ (value < 0.0);
     high = before ? s : high;
@@ -33,9 +35,8 @@ TESSERA_INLINE Double root_between(const Quartic& f, const Quartic& slope, Doubl
     const Double newton = s - value / slope(s);
     const Double next = (newton >= low) & (newton <= high) ? newton : 0.5 * (low + high);
     const Double step = next - s;
-    const DoubleMask moves = changes & ((step > 1e-15) | (step < -1e-15));
-    s = next;
-    if (!any_of(moves)) break;
+    s = moves ? next : s;
+    moves &= (step > 1e-15) | (step < -1e-15);
   }
   return changes ? s : end;
 }
