@@ -23,7 +23,7 @@ inline constexpr float kLeastAngle = 1e-4f, kLargestAngle = 0.1f;
 /// What a path is to become.
 struct Growth {
   ExplicitPath* path = nullptr;  // with its events, time, place on the lens, and the vertices that it keeps
-  KeptEnds kept;
+  KeptEnds kept{};
   int from_eye = 0, from_light = 0;  // vertices that are added
   float film_x = 0, film_y = 0;      // where a path from the camera begins
   /// The path with as many vertices that is followed: through the same kinds of delta lobes, and elsewhere in
