@@ -30,8 +30,9 @@ void fill(Map& map) {
     alignas(64) float a[kWidth], b[kWidth];
     for (int k = 0; k < kWidth; ++k) a[k] = uniform(random), b[k] = uniform(random);
     const Vec3 up{Float(0.0f), Float(0.0f), Float(1.0f)};
-    map.append({on_a_side(i / kWidth % 6, Float::load(a), Float::load(b)), up, Spectrum(1.0f), Int(1)},
-               Mask::all());
+    map.append(
+        {on_a_side(i / kWidth % 6, Float::load(a), Float::load(b)), up, Spectrum(1.0f), Int(1), Int(0)},
+        Mask::all());
   }
 }
 

@@ -13,11 +13,11 @@ namespace tessera::render::TESSERA_ISA {
 /// Each term goes through three roundings for each of 3 n multiplications at most, and as many of the basis
 /// in which signs are told; a point of the ray is off by four roundings of the largest coordinate.
 inline double polynomial_error(const ImplicitRecord& surface) {
-  constexpr double kUnit = 0x1p-53;
+  constexpr double kRounding = 0x1p-53;
   double reach = 0;
   for (int a = 0; a < 3; ++a)
     reach = std::max({reach, std::abs(double{surface.low[a]}), std::abs(double{surface.high[a]})});
-  return kUnit * (12 * (surface.degree + 2) * surface.magnitude + 4 * surface.slope * reach);
+  return kRounding * (12 * (surface.degree + 2) * surface.magnitude + 4 * surface.slope * reach);
 }
 
 /// The polynomial along each lane's part of its ray, which becomes [-1, 1]: expanded about the middle of that
