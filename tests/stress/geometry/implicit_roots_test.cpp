@@ -114,7 +114,7 @@ TEST_P(ImplicitRootsTest, AreTheFirstOfExactArithmetic) {
          {std::pair(1.0, 0.0), std::pair(1e-6, 1e3), std::pair(1.0, 1e7), std::pair(1e6, 1e7)}) {
       const bool usual = distance == 0;
       const Tally tally =
-          compare(f, roots, size, distance, usual ? stress_count(2e4, 1e6) : stress_count(1e3, 5e4));
+          compare(f, roots, size, distance, usual ? stress_count(1e4, 1e6) : stress_count(1e3, 5e4));
       SCOPED_TRACE(testing::Message()
                    << f.name << (roots == ImplicitRoots::kSturm ? ", sturm" : ", interval") << ", size "
                    << size << ", distance " << distance << ": " << tally.wrong << " wrong of " << tally.rays

@@ -13,7 +13,7 @@ bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& 
   const ShapeRays rays{{Float(ray.of[0]), Float(ray.of[1]), Float(ray.of[2])},
                        {Float(ray.df[0]), Float(ray.df[1]), Float(ray.df[2])},
                        Float(0.0f),
-                       Float(std::nextafter(most, __builtin_inff())),
+                       Float(__builtin_inff()),  // searches by iteration end at other bits if told where to
                        Mask::first(1)};
   const bool has_holes = (shape.flags & kHasAlpha) != 0;
   const float t = (has_holes ? nearest_behind_holes(table, textures, primitive.shape, primitive.number, rays)
