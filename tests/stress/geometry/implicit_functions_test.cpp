@@ -139,7 +139,7 @@ TEST_P(ImplicitFunctions, AreMetWhereTheyFirstVanish) {
     Numbers random(41);
     RayBatch batch;
     std::int64_t rays = 0, hits = 0, wrong = 0, different = 0;
-    const std::int64_t wanted = distance == 0 ? stress_count(1e3, 5e4) : stress_count(512, 5e3);
+    const std::int64_t wanted = distance == 0 ? stress_count(1e3, 2e4) : stress_count(512, 5e3);
     for (; rays < wanted; rays += RayBatch::kSize) {
       for (int i = 0; i < RayBatch::kSize; ++i) {
         const Point o = at + random.direction() * (std::max(distance, 3.0) * size);

@@ -109,12 +109,13 @@ class ImplicitRootsTest : public testing::TestWithParam<NamedFunction> {};
 TEST_P(ImplicitRootsTest, AreTheFirstOfExactArithmetic) {
   const NamedFunction& f = GetParam();
   const bool double_roots = std::string_view(f.name) == "double";
+  const double most = std::string_view(f.name) == "tori" ? 1e5 : 1e6;  // of degree 12: ten times as slow
   for (const ImplicitRoots roots : {ImplicitRoots::kSturm, ImplicitRoots::kInterval}) {
     for (const auto& [size, distance] :
          {std::pair(1.0, 0.0), std::pair(1e-6, 1e3), std::pair(1.0, 1e7), std::pair(1e6, 1e7)}) {
       const bool usual = distance == 0;
       const Tally tally =
-          compare(f, roots, size, distance, usual ? stress_count(1e4, 1e6) : stress_count(1e3, 5e4));
+          compare(f, roots, size, distance, usual ? stress_count(1e4, most) : stress_count(1e3, most / 20));
       SCOPED_TRACE(testing::Message()
                    << f.name << (roots == ImplicitRoots::kSturm ? ", sturm" : ", interval") << ", size "
                    << size << ", distance " << distance << ": " << tally.wrong << " wrong of " << tally.rays
