@@ -45,7 +45,7 @@ void define_metropolis_options(options::Command& command, MetropolisWishes& wish
   add_word(
       command, "--mutate", wishes.kind,
       "what mutations change: primary (random numbers), path (vertices, by four strategies in turn), or by "
-      "one of these: bidirectional, lens, caustic, multi_chain");
+      "one of these: bidirectional, lens, caustic, multi-chain");
 }
 
 void define_cache_options(options::Command& command, CacheWishes& cache) {
