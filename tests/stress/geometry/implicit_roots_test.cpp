@@ -248,9 +248,10 @@ TEST(ImplicitSurfaces, AreLeftWithoutSelfHits) {
             }
           }
         }
-        // Lines where sheets cross have no sides.
+        // Lines where sheets cross have no sides: next to them an offset ends beyond the other sheet.
+        // Steiner's three are together about as long as the surface is large.
         const bool crossed = std::string_view(f.name) == "steiner";
-        EXPECT_LE(bad, crossed ? rays / 1000 : 0)
+        EXPECT_LE(static_cast<double>(bad), crossed ? static_cast<double>(rays) * (1e-3 + 2 * widest) : 0)
             << "of " << rays << ", " << f.name << ", size " << size << ", distance " << distance
             << ", widest offset " << widest;
       }
