@@ -1,6 +1,8 @@
 // Hosts that fail: full and read-only disks, too little memory, units that kill their worker.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +16,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using testing::HasSubstr;
+using testing::Not;
 
 const Arguments kHostJob{
     "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "64", "--tile", "8", "--quiet"};
@@ -113,21 +116,33 @@ TEST(Host, AReadOnlyCacheIsNamedAndOthersDoTheWork) {
   EXPECT_THAT(notes_of(end), HasSubstr("host read-only was taken out"));
 }
 
+/// From now on, the process gets so many bytes more, and then no more.
+void allow_only(pid_t process, rlim_t bytes) {
+  std::ifstream pages{"/proc/" + std::to_string(process) + "/statm"};
+  rlim_t size = 0;
+  pages >> size;
+  const rlim_t limit = size * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + bytes;
+  const rlimit both{.rlim_cur = limit, .rlim_max = limit};
+  ASSERT_TRUE(size > 0 && ::prlimit(process, RLIMIT_AS, &both, nullptr) == 0);
+}
+
 TEST(Host, OneWithoutMemoryLeavesTheWorkToOthers) {
-  // A tile whose results need a quarter of a gigabyte, with their copies.
+  // Tiles whose results need 15 MB each, and as much for each copy.
   const Arguments large{
-      "scenes/cornell-box/scene.pbrt", "--resolution", "1024x1024", "--spp", "1", "--tile", "1024", "--aov",
+      "scenes/cornell-box/scene.pbrt", "--resolution", "1024x1024", "--spp", "1", "--tile", "512", "--aov",
       "variance,albedo,normal,depth",  "--quiet"};
   FarmUnderTest farm;
-  support::Process& small = farm.add_worker(WorkerSetup{.name = "small", .wrapper = limited("-v 700000")});
-  if (!small.wait_for_err("registered with", kPatience))
-    GTEST_SKIP() << "it cannot even start: " << small.err();
-  const std::string job_id = farm.submit_detached(large);
-  farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_leased() > 0; });
+  // Both are there from the start: a unit is tried thrice by one who is alone, and then set aside.
   farm.add_worker(1);
+  support::Process& small = farm.add_worker(WorkerSetup{.name = "small"});
+  for (std::size_t i = 0; i < 2; ++i) ASSERT_TRUE(farm.worker(i).wait_for_err("registered with", kPatience));
+  allow_only(small.id(), 8 << 20);
+  const std::string job_id = farm.submit_detached(large);
   const v1::JobStatus end = end_of(farm, job_id);
   EXPECT_EQ(end.state(), v1::DONE) << end.error();
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(large));
+  EXPECT_THAT(small.err(), HasSubstr(" leased"));
+  EXPECT_THAT(small.err(), Not(HasSubstr(" rendered")));
 }
 
 TEST(Host, AUnitThatKillsItsWorkersIsSetAsideMarkedAndRetried) {

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -65,7 +66,10 @@ void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
     }
   };
   std::vector<std::jthread> helpers;
-  for (int i = 1; i < std::min(kParallelDownloads, blobs.size()); ++i) helpers.emplace_back(take_and_fetch);
+  try {
+    for (int i = 1; i < std::min(kParallelDownloads, blobs.size()); ++i) helpers.emplace_back(take_and_fetch);
+  } catch (const std::system_error&) {  // no memory for one more stack: those that there are fetch all
+  }
   take_and_fetch();
 }
 
