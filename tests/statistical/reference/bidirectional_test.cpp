@@ -18,7 +18,7 @@ void expect_agreement(const std::string& scene, std::uint32_t max_depth = 5, std
   request.integrator = reference;
   request.blobs = light_blobs();
   request.max_depth = max_depth;
-  request.spp = 1024;
+  request.spp = samples_of_form(1024);
   request.seed = seed;
   const Picture path = measure_picture(request);
   struct Other {
@@ -31,13 +31,13 @@ void expect_agreement(const std::string& scene, std::uint32_t max_depth = 5, std
   for (const Other& other : {Other{"bdpt", 256}, Other{"mlt", passes, "metropolis { mutations: 32 }"}}) {
     SCOPED_TRACE(other.integrator);
     request.integrator = other.integrator;
-    request.spp = other.spp;
+    request.spp = samples_of_form(other.spp);
     request.settings = other.settings;
     const Picture both = measure_picture(request);
     ASSERT_FALSE(path.values.empty() || both.values.empty());
     // A scene that is dark, or too noisy to tell anything, would prove nothing.
     EXPECT_GT(path.whole(1).mean, 0.005);
-    EXPECT_LT(both.whole(1).error, 0.02 * both.whole(1).mean);
+    EXPECT_LT(both.whole(1).error, noise_of_form(0.02) * both.whole(1).mean);
     expect_same(path, both);
   }
 }

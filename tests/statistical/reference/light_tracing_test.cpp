@@ -17,6 +17,7 @@ void expect_agreement(const std::string& scene, const std::string& filter) {
   request.scene = scene;
   request.filter = filter;
   request.blobs = light_blobs();
+  request.spp = samples_of_form(1024);
   const Picture path = measure_picture(request);
   struct Other {
     const char* integrator;
@@ -28,13 +29,13 @@ void expect_agreement(const std::string& scene, const std::string& filter) {
                              Other{"mlt", 128, 0.02, "metropolis { mutations: 32 }"}}) {
     SCOPED_TRACE(other.integrator);
     request.integrator = other.integrator;
-    request.spp = other.spp;
+    request.spp = samples_of_form(other.spp);
     request.settings = other.settings;
     const Picture light = measure_picture(request);
     ASSERT_FALSE(path.values.empty() || light.values.empty());
     // A scene that is dark, or too noisy to tell anything, would prove nothing.
     EXPECT_GT(path.whole(1).mean, 0.005);
-    EXPECT_LT(light.whole(1).error, other.noise * light.whole(1).mean);
+    EXPECT_LT(light.whole(1).error, noise_of_form(other.noise) * light.whole(1).mean);
     expect_same(path, light);
   }
 }

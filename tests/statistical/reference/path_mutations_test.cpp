@@ -24,15 +24,16 @@ void expect_agreement(const std::string& scene, const std::string& settings, std
   request.blobs = light_blobs();
   request.seed = seed;
   request.integrator = reference;
+  request.spp = samples_of_form(1024);
   const Picture path = measure_picture(request);
   request.integrator = "mlt";
-  request.spp = passes;
+  request.spp = samples_of_form(passes);
   request.settings = absl::StrCat("metropolis { ", settings, " }");
   const Picture chains = measure_picture(request);
   ASSERT_FALSE(path.values.empty() || chains.values.empty());
   // A scene that is dark, or too noisy to tell anything, would prove nothing.
   EXPECT_GT(path.whole(1).mean, 0.005);
-  EXPECT_LT(chains.whole(1).error, 0.02 * chains.whole(1).mean);
+  EXPECT_LT(chains.whole(1).error, noise_of_form(0.02) * chains.whole(1).mean);
   expect_same(path, chains);
 }
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "support/long_form.h"
 #include "support/picture/phases.h"
 
 namespace tessera::test {
@@ -37,6 +38,12 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
 }
 
 }  // namespace
+
+std::uint32_t samples_of_form(std::uint32_t in_long_form) {
+  return long_form() ? in_long_form : std::max(kBatches, in_long_form / 4);
+}
+
+double noise_of_form(double in_long_form) { return long_form() ? in_long_form : 2 * in_long_form; }
 
 Picture measure_picture(const PictureRequest& request) {
   test::SceneJob job;

@@ -21,6 +21,10 @@ struct PictureRequest {
   TestBlobs blobs = {};
 };
 
+/// The short form of a test with many pictures takes a quarter of their samples, with twice their noise.
+std::uint32_t samples_of_form(std::uint32_t in_long_form);
+double noise_of_form(double in_long_form);
+
 /// Light of radiance 1 from everywhere, for PictureRequest::scene.
 inline constexpr const char* kSky = " lights { infinite { radiance { constant: 1 } } } ";
 
