@@ -17,6 +17,8 @@ struct Named {
 constexpr Named kBrute{"brute", StructureKind::kBrute};
 constexpr Named kJudged[] = {{"bvh-median of 16", StructureKind::kBvhMedian, true},
                              {"bvh-sah of 16", StructureKind::kBvhSah, true},
+                             {"kd-median of 16", StructureKind::kKdMedian, true},
+                             {"kd-sah of 16", StructureKind::kKdSah, true},
                              {"bvh-median", StructureKind::kBvhMedian},
                              {"bvh-sah", StructureKind::kBvhSah},
                              {"sphere-tree", StructureKind::kSphereTree},

@@ -27,7 +27,7 @@ class Mailbox {
 };
 
 /// From cell to cell through the nearest of three planes [Amanatides & Woo 1987]. Where the ray meets a plane
-/// is computed anew from the plane's number, in double, so that no error adds up; primitives lie in all cells
+/// follows from the plane's number, in double, so that no error adds up; primitives lie in all cells
 /// that they are close to (grid.cpp), which is the walk's room for rounding.
 template <class Visitor>
 void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
@@ -43,16 +43,16 @@ void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
     return;
   }
   std::int32_t at[3], step[3];
-  double leave[3];
+  double leave[3], first[3], pace[3];  // the plane between cells i - 1 and i is met at first + i pace
   for (int k = 0; k < 3; ++k) {
     const double place = ray.o[k] + whole.enter * ray.d[k];
     const double cell = std::floor((place - grid.box.low[k]) * (grid.size[k] / grid.box.extent(k)));
     at[k] = static_cast<std::int32_t>(std::clamp(cell, 0.0, grid.size[k] - 1.0));
     step[k] = ray.d[k] < 0 ? -1 : 1;
+    first[k] = ray.d[k] == 0 ? HUGE_VAL : (grid.box.low[k] - ray.o[k]) / ray.d[k];
+    pace[k] = ray.d[k] == 0 ? 0 : grid.box.extent(k) / grid.size[k] / ray.d[k];
   }
-  const auto plane_ahead = [&](int k) {
-    return ray.d[k] == 0 ? HUGE_VAL : (grid.plane(k, at[k] + (step[k] > 0)) - ray.o[k]) / ray.d[k];
-  };
+  const auto plane_ahead = [&](int k) { return first[k] + (at[k] + (step[k] > 0)) * pace[k]; };
   for (int k = 0; k < 3; ++k) leave[k] = plane_ahead(k);
   Mailbox met;
   for (;;) {
