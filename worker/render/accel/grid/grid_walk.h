@@ -55,18 +55,24 @@ void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
   const auto plane_ahead = [&](int k) { return first[k] + (at[k] + (step[k] > 0)) * pace[k]; };
   for (int k = 0; k < 3; ++k) leave[k] = plane_ahead(k);
   Mailbox met;
+  std::size_t cell = grid.cell(at[0], at[1], at[2]);
   for (;;) {
     visitor.enter();
-    const std::size_t cell = grid.cell(at[0], at[1], at[2]);
-    for (std::uint32_t i = grid.firsts[cell]; i < grid.firsts[cell + 1]; ++i) {
-      if (met.add(grid.items[i]) && visitor.meet(grid.items[i])) return;
-    }
+    const std::uint32_t begin = grid.firsts[cell], end = grid.firsts[cell + 1];
     int axis = leave[0] < leave[1] ? 0 : 1;
     axis = leave[2] < leave[axis] ? 2 : axis;
-    // What a float rounds to `reach` may lie a little further.
-    if (visitor.reach() * (1 + 0x1p-22) < leave[axis]) return;
+    const double left = leave[axis];
     at[axis] += step[axis];
-    if (at[axis] < 0 || at[axis] >= grid.size[axis]) return;
+    const bool ends = at[axis] < 0 || at[axis] >= grid.size[axis];
+    if (!ends) {
+      cell = grid.cell(at[0], at[1], at[2]);
+      __builtin_prefetch(&grid.firsts[cell]);  // it is on its way while this cell's primitives are met
+    }
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if (met.add(grid.items[i]) && visitor.meet(grid.items[i])) return;
+    }
+    // What a float rounds to `reach` may lie a little further.
+    if (ends || visitor.reach() * (1 + 0x1p-22) < left) return;
     leave[axis] = plane_ahead(axis);
   }
 }
