@@ -119,7 +119,10 @@ class StructureQuery final : public RayQuery {
       const Found found = trace<false>(rays, i, __builtin_inff(), visits);
       hits.t[i] = found.t, hits.u[i] = found.u, hits.v[i] = found.v;
       hits.primitive[i] = found.primitive, hits.shape[i] = found.shape, hits.instance[i] = found.instance;
-      if (hits.visits != nullptr) hits.visits[i] = static_cast<std::int32_t>(visits.nodes);
+      if (hits.visited_nodes != nullptr) {
+        hits.visited_nodes[i] = static_cast<std::int32_t>(visits.nodes);
+        hits.visited_primitives[i] = static_cast<std::int32_t>(visits.primitives);
+      }
       all += visits;
     }
     add(all);
