@@ -141,7 +141,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits; layers: bounce0..bounceN, "
+          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits; layers: "
+          "bounce0..bounceN, "
           "lights, emission, shadow, strategies, unweighted-strategies")
       .separated_by_commas()
       .type_name("NAME,...");

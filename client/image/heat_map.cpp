@@ -15,8 +15,8 @@ std::array<float, 3> heat_colour(double count) {
   const std::size_t stop = std::min(kParts - 1, static_cast<std::size_t>(x));
   std::array<float, 3> colour;
   for (std::size_t c = 0; c < 3; ++c) {
-    colour[c] = static_cast<float>(
-        std::lerp(kStops[stop][c], kStops[stop + 1][c], x - static_cast<double>(stop)));
+    colour[c] =
+        static_cast<float>(std::lerp(kStops[stop][c], kStops[stop + 1][c], x - static_cast<double>(stop)));
   }
   return colour;
 }

@@ -51,7 +51,8 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   }
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
-      if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal, depth, id or visits");
+      if (is_first_hit(static_cast<v1::AOV>(aov)))
+        return cannot("gives no albedo, normal, depth, id or visits");
     }
   }
   const double density = asked.grid_density();

@@ -1,6 +1,7 @@
 // Structures on a mesh that is made here: build time, memory and speed against the number of triangles, with
 // Embree on the same rays.
-//   structure_bench_ISA growth [MOST [PLOT]]  tables, from 10^3 triangles to 10^MOST (default 6); PLOT: a .png
+//   structure_bench_ISA growth [MOST [PLOT]]  tables, from 10^3 triangles to 10^MOST (default 6); PLOT: a
+//   .png
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

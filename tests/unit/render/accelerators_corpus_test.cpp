@@ -20,10 +20,10 @@ struct CorpusScene {
   bool curves = false;
 };
 const CorpusScene kScenes[] = {
-    {"pbrt/cornell-box", "scene.pbrt", true},   {"mitsuba/cornell-box", "scene.xml", true},
-    {"pbrt/veach-mis", "scene.pbrt", true},     {"pbrt/volumetric-caustic", "scene.pbrt", true},
-    {"pbrt/classroom", "scene.pbrt", false},    {"pbrt/coffee", "scene.pbrt", false},
-    {"pbrt/staircase", "scene.pbrt", false},    {"pbrt/water-caustic", "scene.pbrt", false},
+    {"pbrt/cornell-box", "scene.pbrt", true},     {"mitsuba/cornell-box", "scene.xml", true},
+    {"pbrt/veach-mis", "scene.pbrt", true},       {"pbrt/volumetric-caustic", "scene.pbrt", true},
+    {"pbrt/classroom", "scene.pbrt", false},      {"pbrt/coffee", "scene.pbrt", false},
+    {"pbrt/staircase", "scene.pbrt", false},      {"pbrt/water-caustic", "scene.pbrt", false},
     {"pbrt/hair-curl", "scene.pbrt", false, true}};
 
 /// Light of paths, what their first rays meet and where: another nearest hit, or another answer to a shadow

@@ -81,8 +81,8 @@ TEST(Accelerators, AllGiveTheSameBits) {
   }
 }
 
-/// Without any structure each ray is tested against all there is: 5 of the world's and, where it is within the
-/// box of one of the posts, that one's two, so a mean between 5 and 9. Others open nodes for that.
+/// Without any structure each ray is tested against all there is: 5 of the world's and, where it is within
+/// the box of one of the posts, that one's two, so a mean between 5 and 9. Others open nodes for that.
 TEST(Accelerators, TellWhatCameraRaysVisit) {
   SceneJob job;
   job.settings.set_spp(4);

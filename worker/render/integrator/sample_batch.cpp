@@ -103,8 +103,9 @@ void SampleBatch::count_visits(const PathState& camera_rays) {
   HitState hits;
   HitArrays arrays = hits.arrays();
   arrays.visited_nodes = visited_nodes_, arrays.visited_primitives = visited_primitives_;
-  rays_.nearest(arrays_of(camera_rays.origin, camera_rays.direction, scene_.any_motion ? camera_rays.time : nullptr),
-                size_, true, arrays);
+  rays_.nearest(
+      arrays_of(camera_rays.origin, camera_rays.direction, scene_.any_motion ? camera_rays.time : nullptr),
+      size_, true, arrays);
 }
 
 void SampleBatch::start(std::uint32_t key, std::uint32_t first, int n) {

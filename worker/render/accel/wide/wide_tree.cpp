@@ -26,9 +26,8 @@ class Folder {
 
  private:
   bool are_triangles(const BinaryNode& leaf) const {
-    return std::all_of(&items_[leaf.first], &items_[leaf.first] + leaf.count, [this](std::uint32_t i) {
-      return primitives_[i].kind == PrimitiveKind::kTriangle;
-    });
+    return std::all_of(&items_[leaf.first], &items_[leaf.first] + leaf.count,
+                       [this](std::uint32_t i) { return primitives_[i].kind == PrimitiveKind::kTriangle; });
   }
 
   /// Its box, from those of its children; where these are leaves with few triangles together, it is one.

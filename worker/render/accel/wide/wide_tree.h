@@ -1,5 +1,5 @@
-// A binary tree of boxes, folded: sixteen children a node, and leaves whose triangles stand in rows. How BVH and
-// kd-tree are searched unless they are asked to be walked as they are read.
+// A binary tree of boxes, folded: sixteen children a node, and leaves whose triangles stand in rows. How BVH
+// and kd-tree are searched unless they are asked to be walked as they are read.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct alignas(64) WideNode {
 struct WideTree {
   BigArray<WideNode> nodes;       // the root first; none: the tree was not folded, or is empty
   BigArray<std::uint32_t> items;  // indices of primitives, leaf by leaf
-  /// Of each leaf nine rows, as long as it has items: x, y, z of the first corners, of the second, of the third.
-  /// A load of sixteen may begin at any element.
+  /// Of each leaf nine rows, as long as it has items: x, y, z of the first corners, of the second, of the
+  /// third. A load of sixteen may begin at any element.
   BigArray<float> rows;
 
   std::size_t bytes() const {
@@ -32,9 +32,9 @@ struct WideTree {
 
 /// A node of what is folded. Parents stand before their children, the root first.
 struct BinaryNode {
-  Box box;                            // of a leaf; that of others follows
-  std::int32_t child[2] = {-1, -1};   // none of both: a leaf
-  std::uint32_t first = 0, count = 0; // of a leaf's items
+  Box box;                             // of a leaf; that of others follows
+  std::int32_t child[2] = {-1, -1};    // none of both: a leaf
+  std::uint32_t first = 0, count = 0;  // of a leaf's items
 };
 
 /// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf,

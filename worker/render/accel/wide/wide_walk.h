@@ -42,11 +42,11 @@ class BoxRow {
 /// One ray against the triangles of a leaf, sixteen at once, in float: tells those apart that meet_triangle()
 /// (meet.h) would not take, whatever was rounded here and there, and leaves the others to it.
 ///
-/// With M the largest coordinate that takes part and e = 2^-24: a sheared corner is off by 14 e M at most (2 e M
-/// the difference of each coordinate and e M the origin's own rounding, along both axes; 2 e M each for the
-/// shear's rounding and the product's; 4 e M for the last difference), which is below pad = 16 e M. A product
-/// of two such, p q, is off by pad (|p| + |q|) + pad^2, and its own rounding, 2 e |p q|, is no more than half of
-/// pad |p|, for |q| is no more than 4 M.
+/// With M the largest coordinate that takes part and e = 2^-24: a sheared corner is off by 14 e M at most (2
+/// e M the difference of each coordinate and e M the origin's own rounding, along both axes; 2 e M each for
+/// the shear's rounding and the product's; 4 e M for the last difference), which is below pad = 16 e M. A
+/// product of two such, p q, is off by pad (|p| + |q|) + pad^2, and its own rounding, 2 e |p q|, is no more
+/// than half of pad |p|, for |q| is no more than 4 M.
 class TriangleRow {
  public:
   explicit TESSERA_INLINE TriangleRow(const Ray& ray)
@@ -62,7 +62,8 @@ class TriangleRow {
         pad_(ray.pad),
         pad_t_(ray.pad * std::abs(static_cast<float>(ray.inverse_z))) {}
 
-  /// Bits of those of sixteen triangles that the ray may meet within (0, reach]. `rows`: nine of `stride` each.
+  /// Bits of those of sixteen triangles that the ray may meet within (0, reach]. `rows`: nine of `stride`
+  /// each.
   TESSERA_INLINE std::uint32_t meet(const float* rows, std::size_t stride, float reach) const {
     Float px[3], py[3], size[3], nearest, farthest;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -84,8 +85,8 @@ class TriangleRow {
       below |= w < Float(0.0f) - off;
       above |= w > off;
     }
-    const Mask apart = (below & above) | (nearest - Float(pad_t_) > Float(reach)) |
-                       (farthest + Float(pad_t_) < Float(0.0f));
+    const Mask apart =
+        (below & above) | (nearest - Float(pad_t_) > Float(reach)) | (farthest + Float(pad_t_) < Float(0.0f));
     return ~apart.bits() & 0xffffu;
   }
 
@@ -129,7 +130,8 @@ class WideStack {
   std::uint64_t pop() { return waiting_[--size_]; }
 
   /// Those of `met`; where `in_order`, the farthest first.
-  TESSERA_INLINE void push(std::int32_t node, std::uint32_t met, const float (&enter)[kWidth], bool in_order) {
+  TESSERA_INLINE void push(std::int32_t node, std::uint32_t met, const float (&enter)[kWidth],
+                           bool in_order) {
     std::uint64_t* const place = waiting_ + size_;
     int n = 0;
     for (; met != 0; met &= met - 1) {
