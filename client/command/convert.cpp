@@ -55,7 +55,9 @@ void add_convert_command(CommandLine& line) {
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
   command.add_flag("--half", options->exr.half, "16-bit EXR");
   command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
-  command.add("--layers", options->layers, "of an .exr: these layers, side by side; rgba is the picture")
+  command
+      .add("--layers", options->layers,
+           "of an .exr: these layers, side by side; rgba is the picture, visits a heat map")
       .separated_by_commas()
       .type_name("NAME,...");
   command.add_flag("--quiet", options->quiet, "no warnings");

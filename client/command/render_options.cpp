@@ -141,7 +141,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha, id; layers: bounce0..bounceN, "
+          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits; layers: "
+          "bounce0..bounceN, "
           "lights, emission, shadow, strategies, unweighted-strategies")
       .separated_by_commas()
       .type_name("NAME,...");
@@ -152,6 +153,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--accelerator", job.accelerator,
            "structure that rays search: embree, brute, bvh-median, bvh-sah, sphere-tree, grid, octree, bsp, "
            "kd-median or kd-sah (docs/accelerators.md)");
+  command.add("--grid-density", job.grid_density, "cells a primitive of accelerator grid (default: 27)")
+      .in_range(wire::kMinGridDensity, wire::kMaxGridDensity);
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   add_word(command, "--direct-light", job.direct_light,

@@ -9,7 +9,8 @@
 
 namespace tessera::client {
 
-/// The pixels of these layers side by side, from left to right, as R, G and B. "rgba" is the picture itself.
+/// The pixels of these layers side by side, from left to right, as R, G and B. "rgba" is the picture itself,
+/// "visits" the heat map of what camera rays visit (heat_map.h).
 /// InvalidArgument, naming it, where the image has no such layer.
 absl::StatusOr<Image> layer_strip(const Image& image, const std::vector<std::string>& layers);
 

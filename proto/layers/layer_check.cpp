@@ -24,7 +24,7 @@ bool is_name(const std::string& name) {
 /// Names of the other channels of pictures.
 bool is_taken(const std::string& name) {
   static const std::set<std::string> taken = {"R",      "G",     "B",       "A",     "variance", "albedo",
-                                              "normal", "depth", "samples", "alpha", "id"};
+                                              "normal", "depth", "samples", "alpha", "id",       "visits"};
   return taken.contains(name.substr(0, name.find('.')));
 }
 

@@ -21,6 +21,8 @@ std::vector<ChannelDesc> channels_of(v1::AOV aov) {
       return {{"depth.Z"}};
     case v1::AOV_ID:
       return {{"id.shape", kFirst}, {"id.instance", kFirst}};
+    case v1::AOV_VISITS:
+      return {{"visits.nodes"}, {"visits.primitives"}};
     default:
       return {};  // counts and alpha come with every result
   }
@@ -56,7 +58,8 @@ std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view) {
 }
 
 bool is_first_hit(v1::AOV aov) {
-  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH || aov == v1::AOV_ID;
+  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH || aov == v1::AOV_ID ||
+         aov == v1::AOV_VISITS;
 }
 
 }  // namespace tessera::wire

@@ -18,7 +18,7 @@ std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view);
 /// The layers of a job.
 std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view);
 
-/// Whether the AOV is of what a camera ray meets first.
+/// Whether the AOV is of the camera rays themselves: what they meet first, or visit on their way.
 bool is_first_hit(v1::AOV aov);
 
 }  // namespace tessera::wire

@@ -51,8 +51,19 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   }
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
-      if (is_first_hit(static_cast<v1::AOV>(aov))) return cannot("gives no albedo, normal, depth or id");
+      if (is_first_hit(static_cast<v1::AOV>(aov)))
+        return cannot("gives no albedo, normal, depth, id or visits");
     }
+  }
+  const double density = asked.grid_density();
+  if (density != 0 && !(density >= kMinGridDensity && density <= kMaxGridDensity)) {
+    return absl::InvalidArgumentError(absl::StrCat("grid_density is ", density, "; 0 or ", kMinGridDensity,
+                                                   " to ", kMaxGridDensity, " was expected"));
+  }
+  const bool counts = asked.accelerator() != v1::ACCELERATOR_UNSPECIFIED;
+  if (!counts && std::ranges::find(spec.view().aovs(), v1::AOV_VISITS) != spec.view().aovs().end()) {
+    return absl::InvalidArgumentError(
+        "aov 'visits': accelerator 'embree' does not tell what rays visit; all others do");
   }
   if (auto s = check_layer_parts(spec, *algorithm); !s.ok()) return s;
   const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {

@@ -42,6 +42,10 @@ inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;
 
+/// RenderSettings.grid_density
+inline constexpr double kMinGridDensity = 1e-3;
+inline constexpr double kMaxGridDensity = 1e4;
+
 /// Settings of irradiance caches (RenderSettings.irradiance_cache).
 inline constexpr double kLeastCacheError = 0.01, kMostCacheError = 1;
 inline constexpr std::uint32_t kLeastCacheSamples = 16, kMostCacheSamples = 65536;

@@ -17,6 +17,8 @@ struct Named {
 constexpr Named kBrute{"brute", StructureKind::kBrute};
 constexpr Named kJudged[] = {{"bvh-median of 16", StructureKind::kBvhMedian, true},
                              {"bvh-sah of 16", StructureKind::kBvhSah, true},
+                             {"kd-median of 16", StructureKind::kKdMedian, true},
+                             {"kd-sah of 16", StructureKind::kKdSah, true},
                              {"bvh-median", StructureKind::kBvhMedian},
                              {"bvh-sah", StructureKind::kBvhSah},
                              {"sphere-tree", StructureKind::kSphereTree},
@@ -135,6 +137,28 @@ TEST(Structures, FindTheSameInAHundredThousandSlivers) {
   expect_same_hits(slivers(100000), 1, {}, 1024);
 }
 
+/// Builds end in seconds each; the judge needs most of the time.
+TEST(Structures, FindTheSameInAMillionSlivers) {
+  if (!test::long_form()) GTEST_SKIP() << "the long form has it";
+  expect_same_hits(slivers(1000000), 1, {}, 1);
+}
+
+/// Slivers reach through many cells, and no plane parts them well: what they are cut into is bounded all the
+/// same, and with it the time of builds.
+TEST(Structures, CutSliversIntoABoundedNumberOfParts) {
+  const std::int64_t n = stress_count(2e4, 2e5);
+  const ShapeTable table = slivers(n);
+  for (const Named& one : kJudged) {
+    SCOPED_TRACE(one.name);
+    const StructureFigures figures = Structured(one, table).structure().figures();
+    const double most = one.kind == StructureKind::kGrid
+                            ? std::max(kLeastGridItems, kGridItems * static_cast<double>(n))
+                            : reference_budget(static_cast<std::size_t>(n));
+    EXPECT_LE(static_cast<double>(figures.references), most);
+    EXPECT_LE(figures.depth, 64);
+  }
+}
+
 TEST(Structures, FindTheSameInSheetsTwinsAndWhatIsNotThere) {
   expect_same_hits(sheets(), 1, {}, stress_count(6e3, 2e5));
 }
@@ -205,7 +229,7 @@ TEST(Structures, CountWhatTheyVisit) {
   const ShapeTable table = stadium();
   const std::uint64_t triangles = table.triangles.size() / 3;
   TimedRays rays;
-  alignas(64) std::int32_t nodes[TimedRays::kSize];
+  alignas(64) std::int32_t nodes[TimedRays::kSize], primitives[TimedRays::kSize];
   for (const Named& one : kJudged) {
     SCOPED_TRACE(one.name);
     const Structured structured(one, table);
@@ -215,13 +239,15 @@ TEST(Structures, CountWhatTheyVisit) {
       rays.set(i, in_cube(random, 3), random.direction());
     }
     HitArrays hits = rays.hits();
-    hits.visits = nodes;
+    hits.visited_nodes = nodes, hits.visited_primitives = primitives;
     structured.query().nearest(rays.timed(), TimedRays::kSize, false, hits);
     const RayVisits all = structured.query().visits();
-    std::uint64_t sum = 0;
-    for (const std::int32_t n : nodes) sum += static_cast<std::uint64_t>(n);
-    EXPECT_EQ(sum, all.nodes);
-    EXPECT_GT(sum, 0u);
+    std::uint64_t opened = 0, tested = 0;
+    for (const std::int32_t n : nodes) opened += static_cast<std::uint64_t>(n);
+    for (const std::int32_t n : primitives) tested += static_cast<std::uint64_t>(n);
+    EXPECT_EQ(opened, all.nodes);
+    EXPECT_EQ(tested, all.primitives);
+    EXPECT_GT(opened, 0u);
     // The grid has all of the mesh in one cell, which is what a stadium is for.
     if (one.kind != StructureKind::kGrid) {
       EXPECT_LT(all.primitives, TimedRays::kSize * triangles / 10);

@@ -1,6 +1,8 @@
 // One picture, whatever rays search.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
 #include <string>
 
 #include "support/picture/render_image.h"
@@ -77,6 +79,53 @@ TEST(Accelerators, AllGiveTheSameBits) {
       EXPECT_TRUE(pixels(scene, accelerator) == expected) << wire::word_of(accelerator);
     }
   }
+}
+
+/// Without any structure each ray is tested against all there is: 5 of the world's and, where it is within
+/// the box of one of the posts, that one's two, so a mean between 5 and 9. Others open nodes for that.
+TEST(Accelerators, TellWhatCameraRaysVisit) {
+  SceneJob job;
+  job.settings.set_spp(4);
+  job.aovs = {v1::AOV_VISITS};
+  for (const v1::Accelerator accelerator : {v1::ACCELERATOR_BRUTE, v1::ACCELERATOR_KD_SAH}) {
+    SCOPED_TRACE(wire::word_of(accelerator));
+    job.settings.set_accelerator(accelerator);
+    for (const char* integrator : {"path", "bdpt", "preview"}) {
+      job.settings.set_integrator(integrator);
+      const auto file = load_scene_text(kScene, job, render::supported_isas().front());
+      ASSERT_TRUE(file.ok()) << file.status();
+      const client::Image image = render_image(*file);
+      ASSERT_NE(image.find("visits.nodes"), nullptr);
+      const std::vector<float>& nodes = image.find("visits.nodes")->values;
+      const std::vector<float>& primitives = image.find("visits.primitives")->values;
+      const auto [fewest, most] = std::ranges::minmax(primitives);
+      if (accelerator == v1::ACCELERATOR_BRUTE) {
+        EXPECT_EQ(*std::ranges::max_element(nodes), 0);
+        EXPECT_EQ(fewest, 5);
+        EXPECT_GT(most, 5);
+        EXPECT_LE(most, 9);
+      } else {
+        EXPECT_GE(*std::ranges::min_element(nodes), 1);
+        EXPECT_GT(most, 0);
+        EXPECT_LT(std::accumulate(primitives.begin(), primitives.end(), 0.0),
+                  5.0 * static_cast<double>(primitives.size()));
+      }
+    }
+  }
+  job.settings.clear_accelerator();
+  const auto refused = load_scene_text(kScene, job, render::supported_isas().front());
+  EXPECT_NE(refused.status().message().find("accelerator 'embree' does not tell"), std::string::npos)
+      << refused.status();
+}
+
+TEST(Accelerators, RefuseAGridOfNoDensity) {
+  SceneJob job;
+  job.settings.set_accelerator(v1::ACCELERATOR_GRID);
+  job.settings.set_grid_density(5);
+  EXPECT_TRUE(load_scene_text(kScene, job, render::supported_isas().front()).ok());
+  job.settings.set_grid_density(-1);
+  const auto refused = load_scene_text(kScene, job, render::supported_isas().front());
+  EXPECT_NE(refused.status().message().find("grid_density is -1"), std::string::npos) << refused.status();
 }
 
 }  // namespace

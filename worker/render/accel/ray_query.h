@@ -16,7 +16,8 @@ struct RayArrays {
 struct HitArrays {
   float *t, *u, *v;
   std::int32_t *primitive, *shape, *instance;
-  std::int32_t* visits = nullptr;  // nodes that the search opened, where somebody asks and the query counts
+  // What each search opened and tested, where somebody asks and the query counts.
+  std::int32_t *visited_nodes = nullptr, *visited_primitives = nullptr;
 };
 
 /// What searches have opened and tested.

@@ -118,8 +118,9 @@ absl::Status build_embree(const ArrayBuilders& builders, const Settings& setting
 
 absl::Status build_of_courses(StructureKind kind, const Settings& settings, const LoadOptions& options,
                               const StructureKernel& kernel, SceneContent& content) {
-  auto built = build_structure(kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
-                               {.threads = options.threads, .wide = !settings.single_rays});
+  auto built = build_structure(
+      kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
+      {.threads = options.threads, .wide = !settings.single_rays, .grid_density = settings.grid_density});
   if (!built.ok()) return built.status();
   content.rays = kernel.make_query(**built);
   content.accelerator = *std::move(built);

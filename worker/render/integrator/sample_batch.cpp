@@ -93,9 +93,19 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
+  if (scene_.aovs.visits) count_visits(paths);
   stats_.camera_rays += static_cast<std::uint64_t>(size_);
   stats_.samples += static_cast<std::uint64_t>(size_);
   return size_ > 0;
+}
+
+void SampleBatch::count_visits(const PathState& camera_rays) {
+  HitState hits;
+  HitArrays arrays = hits.arrays();
+  arrays.visited_nodes = visited_nodes_, arrays.visited_primitives = visited_primitives_;
+  rays_.nearest(
+      arrays_of(camera_rays.origin, camera_rays.direction, scene_.any_motion ? camera_rays.time : nullptr),
+      size_, true, arrays);
 }
 
 void SampleBatch::start(std::uint32_t key, std::uint32_t first, int n) {
@@ -253,7 +263,7 @@ std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
   planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) +
-                  (aovs.id ? 2 : 0) + kBands * layers_.size()) *
+                  (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) + kBands * layers_.size()) *
                  stride);
   for (int i = 0; i < size_; i += kWidth) {
     const Float weight = Float::load(filter_weight_ + i);
@@ -275,11 +285,15 @@ std::size_t SampleBatch::fill_planes() {
         put_summable(Float::load(component + i));
     }
     if (aovs.depth) put_summable(Float::load(depth_ + i));
-    if (!aovs.id) continue;
-    for (const float* const ids : {shape_id_, instance_id_}) {
-      Float::load(ids + i).store_unaligned(to);
-      to += stride;
+    if (aovs.id) {
+      for (const float* const ids : {shape_id_, instance_id_}) {
+        Float::load(ids + i).store_unaligned(to);
+        to += stride;
+      }
     }
+    if (!aovs.visits) continue;
+    for (const std::int32_t* const counts : {visited_nodes_, visited_primitives_})
+      put(to_float(Int::load(counts + i)));
   }
   fill_layers(stride);
   return stride;

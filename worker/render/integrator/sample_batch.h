@@ -40,6 +40,7 @@ class SampleBatch {
  public:
   explicit SampleBatch(const IntegratorContext& context)
       : scene_(context.scene),
+        rays_(context.rays),
         seed_(context.seed),
         stats_(context.stats),
         layers_(static_cast<std::size_t>(context.scene.layers.count)) {}
@@ -102,6 +103,8 @@ class SampleBatch {
 
  private:
   void name_next(SampleSource& source, int most);
+  /// Counts what the camera rays visit, by a search of their own: all algorithms have it alike.
+  void count_visits(const PathState& camera_rays);
   /// Of 16 samples from sample i on, those whose radiance cannot be summed.
   Mask bad_samples(int i) const;
   void drop_bad_samples();
@@ -117,6 +120,7 @@ class SampleBatch {
   }
 
   const SceneTables& scene_;
+  const RayQuery& rays_;
   const std::uint64_t seed_;  // of the sampler
   RenderStats& stats_;
   int size_ = 0;
@@ -125,6 +129,7 @@ class SampleBatch {
   // One entry a sample
   SpectrumLanes radiance_;
   alignas(64) Lanes<float> filter_weight_, coverage_, depth_, shape_id_, instance_id_;
+  alignas(64) Lanes<std::int32_t> visited_nodes_, visited_primitives_;
   SpectrumLanes albedo_;
   Vec3Lanes normal_;
   std::vector<SpectrumLanes> layers_;  // radiance of each

@@ -20,9 +20,9 @@
 
 namespace tessera::render {
 
-/// Layers that a job asks for of the first hit.
+/// Layers that a job asks for of the camera rays.
 struct AovRequest {
-  bool albedo = false, normal = false, depth = false, id = false;
+  bool albedo = false, normal = false, depth = false, id = false, visits = false;
 };
 
 /// So that counting those of a batch costs nothing.

@@ -75,12 +75,6 @@ class BvhBuilder {
   Forks forks_;
 };
 
-Box child_box(const BvhNode& node, int c) {
-  Box box;
-  for (int k = 0; k < 3; ++k) box.low[k] = node.planes[k][c], box.high[k] = node.planes[k][2 + c];
-  return box;
-}
-
 /// Fills in what is found along the tree; `area` is that of the root.
 void measure(const Bvh& tree, std::int32_t node, std::int32_t depth, double area, StructureFigures& f) {
   const BvhNode& at = tree.nodes[static_cast<std::size_t>(node)];
@@ -98,6 +92,12 @@ void measure(const Bvh& tree, std::int32_t node, std::int32_t depth, double area
 }
 
 }  // namespace
+
+Box child_box(const BvhNode& node, int c) {
+  Box box;
+  for (int k = 0; k < 3; ++k) box.low[k] = node.planes[k][c], box.high[k] = node.planes[k][2 + c];
+  return box;
+}
 
 Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads) {
   Bvh tree;

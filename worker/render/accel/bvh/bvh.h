@@ -8,6 +8,7 @@
 
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive.h"
+#include "render/accel/wide/wide_tree.h"
 
 namespace tessera::render {
 
@@ -19,15 +20,9 @@ struct alignas(64) BvhNode {
 };
 static_assert(sizeof(BvhNode) == 64);
 
-/// Sixteen children, whose boxes are tested at once: some steps of the binary tree in one [Wald2008].
-struct alignas(64) WideBvhNode {
-  float low[3][16], high[3][16];  // an axis each; a child that is not there has its lower end above the upper
-  std::int32_t child[16], count[16];  // as in BvhNode
-};
-
 struct Bvh {
-  std::vector<WideBvhNode> wide;  // the same tree; empty unless it was asked for
-  std::vector<BvhNode> nodes;     // depth first, the root first; none where there are no primitives
+  WideTree wide;               // the same tree; empty unless it was asked for
+  std::vector<BvhNode> nodes;  // depth first, the root first; none where there are no primitives
   StructureFigures figures;
 };
 
@@ -45,8 +40,10 @@ inline constexpr int kBvhDepth = 96;
 /// Brings the primitives into the order of the leaves. The same tree for any number of threads.
 Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads);
 
-/// Makes `tree.wide` of its nodes: each takes in its children, the largest first, until it has sixteen.
-void widen(Bvh& tree);
+Box child_box(const BvhNode& node, int c);
+
+/// Makes `tree.wide` of its nodes.
+void widen(const std::vector<Primitive>& primitives, Bvh& tree);
 
 /// One primitive while a tree is built.
 struct BvhRef {

@@ -2,6 +2,7 @@
 
 #include "render/accel/bvh/bvh.h"
 #include "render/accel/structure/ray.h"
+#include "render/accel/wide/wide_walk.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -36,36 +37,6 @@ class BoxPair {
   hn::Vec<Four> origin_[3], inverse_[3];
 };
 
-/// One ray against sixteen boxes at once.
-class BoxRow {
- public:
-  explicit TESSERA_INLINE BoxRow(const Ray& ray) {
-    for (int k = 0; k < 3; ++k) {
-      back_[k] = ray.inverse[k] < 0;
-      near_origin_[k] = Float(back_[k] ? ray.high_o[k] : ray.low_o[k]);
-      far_origin_[k] = Float(back_[k] ? ray.low_o[k] : ray.high_o[k]);
-      inverse_[k] = Float(ray.inverse[k]);
-    }
-  }
-
-  /// Bits of the boxes that the ray meets within [0, reach], and where it comes into them.
-  TESSERA_INLINE std::uint32_t meet(const WideBvhNode& node, float reach, float (&enter)[kWidth]) const {
-    Float nearest(0.0f), farthest(reach);
-    for (int k = 0; k < 3; ++k) {
-      const Float near = Float::load(back_[k] ? node.high[k] : node.low[k]);
-      const Float far = Float::load(back_[k] ? node.low[k] : node.high[k]);
-      nearest = max(nearest, (near - near_origin_[k]) * inverse_[k]);
-      farthest = min(farthest, (far - far_origin_[k]) * inverse_[k]);
-    }
-    nearest.store(enter);
-    return (nearest <= farthest).bits();
-  }
-
- private:
-  bool back_[3];
-  Float near_origin_[3], far_origin_[3], inverse_[3];
-};
-
 /// A node or a leaf that a walk has still to see.
 struct WaitingChild {
   std::int32_t child, count;
@@ -82,38 +53,11 @@ TESSERA_INLINE bool meet_leaf(const WaitingChild& leaf, Visitor& visitor) {
   return false;
 }
 
-/// As walk(), with sixteen children at a step: those that are met wait in the order of their distance.
-template <class Visitor>
-void walk_wide(const Bvh& tree, const Ray& ray, Visitor& visitor) {
-  WaitingChild stack[(kWidth - 1) * kBvhDepth + kWidth];
-  int waiting = 0;
-  const BoxRow boxes(ray);
-  stack[waiting++] = {0, 0, 0};
-  while (waiting > 0) {
-    const WaitingChild at = stack[--waiting];
-    if (at.enter > visitor.reach()) continue;
-    if (at.child < 0) {
-      if (meet_leaf(at, visitor)) return;
-      continue;
-    }
-    visitor.enter();
-    const WideBvhNode& node = tree.wide[static_cast<std::size_t>(at.child)];
-    alignas(64) float enter[kWidth];
-    const int first = waiting;
-    for (std::uint32_t met = boxes.meet(node, visitor.reach(), enter); met != 0; met &= met - 1) {
-      const int i = __builtin_ctz(met);
-      int place = waiting++;
-      for (; place > first && stack[place - 1].enter < enter[i]; --place) stack[place] = stack[place - 1];
-      stack[place] = {node.child[i], node.count[i], enter[i]};
-    }
-  }
-}
-
 /// Front to back: the nearer child first, the other waits on a stack and is left out when something nearer
 /// has been met by then.
 template <class Visitor>
 void walk(const Bvh& tree, const Box&, const Ray& ray, Visitor& visitor) {
-  if (!tree.wide.empty()) return walk_wide(tree, ray, visitor);
+  if (!tree.wide.nodes.empty()) return walk_wide(tree.wide, ray, visitor);
   WaitingChild stack[kBvhDepth + 1];
   int waiting = 0;
   const BoxPair boxes(ray);

@@ -27,7 +27,7 @@ class Mailbox {
 };
 
 /// From cell to cell through the nearest of three planes [Amanatides & Woo 1987]. Where the ray meets a plane
-/// is computed anew from the plane's number, in double, so that no error adds up; primitives lie in all cells
+/// follows from the plane's number, in double, so that no error adds up; primitives lie in all cells
 /// that they are close to (grid.cpp), which is the walk's room for rounding.
 template <class Visitor>
 void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
@@ -43,30 +43,36 @@ void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
     return;
   }
   std::int32_t at[3], step[3];
-  double leave[3];
+  double leave[3], first[3], pace[3];  // the plane between cells i - 1 and i is met at first + i pace
   for (int k = 0; k < 3; ++k) {
     const double place = ray.o[k] + whole.enter * ray.d[k];
     const double cell = std::floor((place - grid.box.low[k]) * (grid.size[k] / grid.box.extent(k)));
     at[k] = static_cast<std::int32_t>(std::clamp(cell, 0.0, grid.size[k] - 1.0));
     step[k] = ray.d[k] < 0 ? -1 : 1;
+    first[k] = ray.d[k] == 0 ? HUGE_VAL : (grid.box.low[k] - ray.o[k]) / ray.d[k];
+    pace[k] = ray.d[k] == 0 ? 0 : grid.box.extent(k) / grid.size[k] / ray.d[k];
   }
-  const auto plane_ahead = [&](int k) {
-    return ray.d[k] == 0 ? HUGE_VAL : (grid.plane(k, at[k] + (step[k] > 0)) - ray.o[k]) / ray.d[k];
-  };
+  const auto plane_ahead = [&](int k) { return first[k] + (at[k] + (step[k] > 0)) * pace[k]; };
   for (int k = 0; k < 3; ++k) leave[k] = plane_ahead(k);
   Mailbox met;
+  std::size_t cell = grid.cell(at[0], at[1], at[2]);
   for (;;) {
     visitor.enter();
-    const std::size_t cell = grid.cell(at[0], at[1], at[2]);
-    for (std::uint32_t i = grid.firsts[cell]; i < grid.firsts[cell + 1]; ++i) {
-      if (met.add(grid.items[i]) && visitor.meet(grid.items[i])) return;
-    }
+    const std::uint32_t begin = grid.firsts[cell], end = grid.firsts[cell + 1];
     int axis = leave[0] < leave[1] ? 0 : 1;
     axis = leave[2] < leave[axis] ? 2 : axis;
-    // What a float rounds to `reach` may lie a little further.
-    if (visitor.reach() * (1 + 0x1p-22) < leave[axis]) return;
+    const double left = leave[axis];
     at[axis] += step[axis];
-    if (at[axis] < 0 || at[axis] >= grid.size[axis]) return;
+    const bool ends = at[axis] < 0 || at[axis] >= grid.size[axis];
+    if (!ends) {
+      cell = grid.cell(at[0], at[1], at[2]);
+      __builtin_prefetch(&grid.firsts[cell]);  // it is on its way while this cell's primitives are met
+    }
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if (met.add(grid.items[i]) && visitor.meet(grid.items[i])) return;
+    }
+    // What a float rounds to `reach` may lie a little further.
+    if (ends || visitor.reach() * (1 + 0x1p-22) < left) return;
     leave[axis] = plane_ahead(axis);
   }
 }

@@ -4,6 +4,7 @@
 
 #include "render/accel/structure/cell_tree.h"
 #include "render/accel/structure/forks.h"
+#include "render/accel/wide/wide_tree.h"
 
 namespace tessera::render {
 
@@ -12,7 +13,9 @@ struct KdNode {
   std::int32_t axis = 0;
   std::int32_t child[2] = {-1, -1};  // below the plane, and above it (CellTree)
 };
-using KdTree = CellTree<KdNode>;
+struct KdTree : CellTree<KdNode> {
+  WideTree wide;  // the same tree; empty unless it was asked for
+};
 
 /// How a cell is parted.
 enum class KdRule {
@@ -43,6 +46,9 @@ int kd_depth(std::size_t n);
 
 /// The same tree for any number of threads.
 KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads);
+
+/// Makes `tree.wide` of its nodes.
+void widen(const std::vector<Primitive>& primitives, KdTree& tree);
 
 /// Expected cost of a ray that meets the tree's box.
 double kd_sah_cost(const KdTree& tree);

@@ -2,6 +2,7 @@
 
 #include "render/accel/kd/kd_tree.h"
 #include "render/accel/structure/ray.h"
+#include "render/accel/wide/wide_walk.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -9,6 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 /// lies in it. The plane is as thick as a box's border is wide, so parts of neighbours overlap.
 template <class Visitor>
 void walk(const KdTree& tree, const Box& box, const Ray& ray, Visitor& visitor) {
+  if (!tree.wide.nodes.empty()) return walk_wide(tree.wide, ray, visitor);
   struct Waiting {
     std::int32_t child;
     float enter, leave;

@@ -23,7 +23,7 @@ absl::Status build_tree(StructureKind kind, const StructureOptions& options,
                         std::vector<Primitive>& primitives, Bvh& tree) {
   tree = build_bvh(kind == StructureKind::kBvhSah ? BvhRule::kSah : BvhRule::kMedian, primitives,
                    options.threads);
-  if (options.wide) widen(tree);
+  if (options.wide) widen(primitives, tree);
   return absl::OkStatus();
 }
 
@@ -57,6 +57,7 @@ absl::Status build_tree(StructureKind kind, const StructureOptions& options,
                         std::vector<Primitive>& primitives, KdTree& tree) {
   tree = build_kd_tree(kind == StructureKind::kKdSah ? KdRule::kSah : KdRule::kMedian, primitives,
                        options.threads);
+  if (options.wide) widen(primitives, tree);
   return absl::OkStatus();
 }
 
@@ -70,6 +71,7 @@ StructureFigures figures_of(const CellTree<Node>& tree) {
 }
 StructureFigures figures_of(const KdTree& tree) {
   StructureFigures figures = tree.figures();
+  figures.bytes += tree.wide.bytes();
   figures.sah_cost = kd_sah_cost(tree);
   return figures;
 }

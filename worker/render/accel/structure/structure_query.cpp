@@ -33,6 +33,7 @@ struct Found {
 /// What a walk shows primitives to (brute_walk.h): one ray in the space of one level.
 template <class Tree, bool kAny>
 struct Tracer {
+  static constexpr bool kAnyHit = kAny;
   const TreeStructure<Tree>& structure;
   const Level<Tree>& level;
   const Ray& ray;
@@ -58,6 +59,18 @@ struct Tracer {
     } else if (!meet_analytic(ray, structure.shapes(), structure.textures(), primitive, found.t, meeting)) {
       return false;
     }
+    return take(primitive, meeting);
+  }
+
+  /// A triangle whose corners stand elsewhere, too.
+  TESSERA_INLINE bool meet_corners(const float (&corners)[3][3], std::uint32_t i) {
+    ++visits.primitives;
+    Meeting meeting;
+    if (!meet_triangle(ray, corners, meeting) || meeting.t > found.t) return false;
+    return take(level.primitives[i], meeting);
+  }
+
+  TESSERA_INLINE bool take(const Primitive& primitive, const Meeting& meeting) {
     if (!found.gives_way_to(meeting, primitive, instance)) return false;
     if (primitive.has_alpha &&
         passes_through(ray, structure.shapes(), structure.textures(), primitive, meeting))
@@ -106,7 +119,10 @@ class StructureQuery final : public RayQuery {
       const Found found = trace<false>(rays, i, __builtin_inff(), visits);
       hits.t[i] = found.t, hits.u[i] = found.u, hits.v[i] = found.v;
       hits.primitive[i] = found.primitive, hits.shape[i] = found.shape, hits.instance[i] = found.instance;
-      if (hits.visits != nullptr) hits.visits[i] = static_cast<std::int32_t>(visits.nodes);
+      if (hits.visited_nodes != nullptr) {
+        hits.visited_nodes[i] = static_cast<std::int32_t>(visits.nodes);
+        hits.visited_primitives[i] = static_cast<std::int32_t>(visits.primitives);
+      }
       all += visits;
     }
     add(all);

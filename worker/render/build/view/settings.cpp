@@ -93,6 +93,7 @@ Settings read_settings(const v1::JobSpec& job) {
   Settings result;
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.structure = structure_of(asked.accelerator());
+  if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);
@@ -131,6 +132,7 @@ Settings read_settings(const v1::JobSpec& job) {
     if (aov == v1::AOV_NORMAL) result.aovs.normal = true;
     if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
     if (aov == v1::AOV_ID) result.aovs.id = true;
+    if (aov == v1::AOV_VISITS) result.aovs.visits = true;
   }
   result.preview.shadows = shadows_of(asked.preview().shadows());
   result.preview.ambient = static_cast<float>(asked.preview().ambient());

@@ -23,6 +23,7 @@ struct Settings {
   bool ignore_non_diffuse = false;
   PreviewSettings preview;
   std::optional<StructureKind> structure;  // none: Embree's
+  double grid_density = kGridDensity;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;
