@@ -152,6 +152,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--accelerator", job.accelerator,
            "structure that rays search: embree, brute, bvh-median, bvh-sah, sphere-tree, grid, octree, bsp, "
            "kd-median or kd-sah (docs/accelerators.md)");
+  add_word(command, "--nesting", job.nesting,
+           "objects within objects: auto (flattened where there is room), kept or flattened");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   add_word(command, "--direct-light", job.direct_light,

@@ -58,6 +58,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_light_selection(request.light_selection);
   asked.set_traversal(request.traversal);
   asked.set_accelerator(request.accelerator);
+  asked.set_nesting(request.nesting);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;

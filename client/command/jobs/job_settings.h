@@ -36,6 +36,7 @@ struct JobSettings {
   v1::Intersection intersection{};
   v1::DirectLight direct_light{};
   v1::Accelerator accelerator{};
+  v1::Nesting nesting{};
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
   OwnWishes own;

@@ -93,6 +93,7 @@ Settings read_settings(const v1::JobSpec& job) {
   Settings result;
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.structure = structure_of(asked.accelerator());
+  result.nesting = asked.nesting();
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);

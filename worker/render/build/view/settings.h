@@ -23,6 +23,7 @@ struct Settings {
   bool ignore_non_diffuse = false;
   PreviewSettings preview;
   std::optional<StructureKind> structure;  // none: Embree's
+  v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;  // rays are traced one by one
   LightSelection light_selection = LightSelection::kAuto;
