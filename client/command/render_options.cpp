@@ -155,6 +155,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
            "kd-median or kd-sah (docs/accelerators.md)");
   command.add("--grid-density", job.grid_density, "cells a primitive of accelerator grid (default: 27)")
       .in_range(wire::kMinGridDensity, wire::kMaxGridDensity);
+  add_word(command, "--nesting", job.nesting,
+           "objects within objects: auto (flattened where there is room), kept or flattened");
   add_word(command, "--intersection", job.intersection,
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   add_word(command, "--direct-light", job.direct_light,

@@ -69,6 +69,7 @@ struct AlgorithmTraits {
   bool projects_points = false;    // finds points on the film: perspective and orthographic cameras only
   bool motion = true;              // shapes may move; where not, they are refused
   bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
+  bool lists_instances = false;    // goes over all of them: objects within objects are flattened
   OwnSettings own_settings = OwnSettings::kNone;
   std::span<const PhaseTraits> phases = {};
 };

@@ -21,10 +21,15 @@ bool has_shape(const v1::Scene& scene, Property property) {
          });
 }
 
+bool any_moves(const google::protobuf::RepeatedPtrField<v1::Instance>& instances) {
+  return std::ranges::any_of(
+      instances, [](const v1::Instance& i) { return i.world_from_instance_end().elements_size() > 0; });
+}
+
 bool has_motion(const v1::Scene& scene) {
-  return has_shape(scene, moves) || std::ranges::any_of(scene.instances(), [](const v1::Instance& i) {
-           return i.world_from_instance_end().elements_size() > 0;
-         });
+  return has_shape(scene, moves) || any_moves(scene.instances()) ||
+         std::ranges::any_of(scene.objects(),
+                             [](const v1::Object& object) { return any_moves(object.instances()); });
 }
 
 }  // namespace

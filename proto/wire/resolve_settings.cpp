@@ -27,6 +27,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   algorithms.set_accelerator(accelerator == v1::ACCELERATOR_EMBREE ? v1::ACCELERATOR_UNSPECIFIED
                                                                    : accelerator);
   if (accelerator == v1::ACCELERATOR_GRID) algorithms.set_grid_density(wishes.grid_density());
+  const v1::Nesting nesting = or_default(wishes.nesting());
+  algorithms.set_nesting(nesting == v1::NESTING_AUTO ? v1::NESTING_UNSPECIFIED : nesting);
   resolve_own_settings(wishes, algorithms);
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));

@@ -58,6 +58,18 @@ TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   }
 }
 
+TEST(BitEquality, ObjectsWithinObjectsOnTwoWorkers) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  for (const char* nesting : {"auto", "kept"}) {
+    const Arguments forest{"scenes/forest/scene.textproto", "--resolution", "40x20", "--spp", "4", "--aov",
+                           "normal,id",                     "--nesting",    nesting, "--quiet"};
+    const std::string expected = render_hash(forest + Arguments{"--threads", "1"});
+    EXPECT_EQ(submit_hash(farm, forest + Arguments{"--tile", "8"}), expected) << nesting;
+  }
+}
+
 /// Ranges and results of a job that is done.
 struct Cut {
   std::uint32_t units = 0, results = 0;

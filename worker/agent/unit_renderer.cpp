@@ -206,7 +206,10 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   add_times(counts.times, (*loaded)->scene->material_names(), outcome.stats);
   add_warnings(counts.warnings, outcome.stats);
   // Every job hears once what its scene asked for in vain.
-  if (unit.unit.index() == 0) add_warnings((*loaded)->scene->warnings(), outcome.stats);
+  if (unit.unit.index() == 0) {
+    add_warnings((*loaded)->scene->warnings(), outcome.stats);
+    for (const std::string& note : (*loaded)->scene->notes()) outcome.stats.add_notes(note);
+  }
   set_duration(base::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
   const Clock::duration taken = Clock::now() - start;
   set_duration(taken, *outcome.stats.mutable_wall_time());

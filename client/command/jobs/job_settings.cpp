@@ -59,6 +59,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_traversal(request.traversal);
   asked.set_accelerator(request.accelerator);
   if (request.grid_density) asked.set_grid_density(*request.grid_density);
+  asked.set_nesting(request.nesting);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;

@@ -37,6 +37,7 @@ struct JobSettings {
   v1::DirectLight direct_light{};
   v1::Accelerator accelerator{};
   std::optional<double> grid_density;
+  v1::Nesting nesting{};
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
   OwnWishes own;

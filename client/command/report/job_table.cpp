@@ -259,6 +259,7 @@ std::string job_text(const v1::GetJobResponse& job) {
     }
   }
   for (const std::string& note : status.notes()) lines.add("note", note);
+  for (const std::string& note : status.stats().notes()) lines.add("scene", note);
   for (const std::string& warning : status.stats().warnings()) lines.add("warning", warning);
   return lines.text();
 }

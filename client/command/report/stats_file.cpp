@@ -78,6 +78,7 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["scene_digest"] = statistics.spec.content().scene();
   json["uploaded_bytes"] = statistics.uploaded_bytes;
   json["warnings"] = warnings;
+  json["notes"] = std::vector<std::string>(counts.notes().begin(), counts.notes().end());
   // Names and messages may hold bytes that are not UTF-8.
   const auto replace = nlohmann::ordered_json::error_handler_t::replace;
   return replace_file_with(path, json.dump(2, ' ', false, replace) + "\n");

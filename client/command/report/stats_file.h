@@ -28,7 +28,7 @@ struct RenderStatistics {
 /// "dropped_samples", "counts" (all of wire/render_counts.h), "fireflies" {"samples", "share_of_light"},
 /// "units_adopted", "cpu_seconds" (by stage), "shading_seconds", "material_seconds", "scene_bytes",
 /// "blob_bytes_fetched", "peak_memory_bytes" (of this process), "spp", "noise", "width", "height", "isa",
-/// "scene_digest", "uploaded_bytes", "warnings"; "auto" (choice_text.h) where the integrator was
+/// "scene_digest", "uploaded_bytes", "warnings", "notes"; "auto" (choice_text.h) where the integrator was
 /// chosen.
 absl::Status write_statistics(const RenderStatistics& statistics, const std::string& path);
 

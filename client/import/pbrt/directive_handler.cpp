@@ -127,11 +127,16 @@ void DirectiveHandler::object_end(SourceLocation where) {
 
 void DirectiveHandler::object_instance(const std::string& name, SourceLocation where) {
   if (!require_world("ObjectInstance", where)) return;
+  // Beyond pbrt-v4: objects within objects. Those that are complete hold no object that is not.
   if (current_object_ >= 0) {
-    context_.diagnostics.error(where, "ObjectInstance inside of an object");
-    return;
+    const auto held = object_index_.find(name);
+    if (held == object_index_.end() || held->second == current_object_) {
+      context_.diagnostics.error(
+          where, concat("ObjectInstance inside of an object: object \"", name, "\" is not complete here"));
+      return;
+    }
   }
-  pending_instances_.push_back({name, state_.ctm, where});
+  pending_instances_.push_back({name, state_.ctm, where, current_object_});
 }
 
 void DirectiveHandler::set_color_space(const std::string& name, SourceLocation where) {

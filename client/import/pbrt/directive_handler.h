@@ -106,6 +106,7 @@ class DirectiveHandler {
     std::string object;
     MovingTransform world_from_instance;
     SourceLocation where;
+    int holder;  // object that it stands in; -1: the world
   };
   /// Curves that follow one another under the same state, on their way into one shape.
   struct OpenCurves {

@@ -93,26 +93,40 @@ void DirectiveHandler::add_media() {
 }
 
 void DirectiveHandler::place_instances() {
-  std::set<int> used;
+  const auto& objects = context_.scene.objects();
+  const auto at = [](int object) { return static_cast<std::size_t>(object); };
+  std::vector<bool> empty(at(objects.size())), used(at(objects.size()));
+  for (int i = 0; i < objects.size(); ++i) empty[at(i)] = objects[i].shapes().empty();
+  // Objects follow those that they hold.
+  for (const PendingInstance& instance : pending_instances_) {
+    if (instance.holder < 0 || empty[at(object_index_.at(instance.object))]) continue;
+    empty[at(instance.holder)] = false;
+  }
+  for (auto instance = pending_instances_.rbegin(); instance != pending_instances_.rend(); ++instance) {
+    const auto object = object_index_.find(instance->object);
+    if (object == object_index_.end() || empty[at(object->second)]) continue;
+    if (instance->holder < 0 || used[at(instance->holder)]) used[at(object->second)] = true;
+  }
   for (const PendingInstance& instance : pending_instances_) {
     const auto object = object_index_.find(instance.object);
     if (object == object_index_.end()) {
       context_.diagnostics.error(instance.where, concat("there is no object \"", instance.object, "\""));
       continue;
     }
-    if (context_.scene.objects(object->second).shapes_size() == 0) continue;
-    used.insert(object->second);
-    v1::Instance& message = *context_.scene.add_instances();
+    if (empty[at(object->second)]) continue;
+    v1::Instance& message = instance.holder < 0
+                                ? *context_.scene.add_instances()
+                                : *context_.scene.mutable_objects(instance.holder)->add_instances();
     message.set_object(instance.object);
     const MovingTransform moving = during_exposure(instance.world_from_instance);
     write_matrix(moving.start, *message.mutable_world_from_instance());
     if (moving.moves()) write_all_elements(moving.end, *message.mutable_world_from_instance_end());
   }
   std::erase_if(pending_shapes_,
-                [&](const PendingShape& shape) { return shape.object >= 0 && !used.contains(shape.object); });
+                [&](const PendingShape& shape) { return shape.object >= 0 && !used[at(shape.object)]; });
   // From the back, so that the indices before stay what they are.
   for (int i = context_.scene.objects_size() - 1; i >= 0; --i) {
-    if (!used.contains(i)) context_.scene.mutable_objects()->DeleteSubrange(i, 1);
+    if (!used[at(i)]) context_.scene.mutable_objects()->DeleteSubrange(i, 1);
   }
 }
 

@@ -37,6 +37,7 @@ std::string without_cost(const std::string& serialized) {
   if (!all.ParseFromString(serialized)) return "";
   wire::set_counts(wire::of_image(wire::counts_of(all)), kept);
   *kept.mutable_warnings() = all.warnings();
+  *kept.mutable_notes() = all.notes();
   return kept.SerializeAsString();
 }
 

@@ -277,6 +277,7 @@ JobStats stats_of(const JobEntry& entry) {
 
 namespace {
 
+using Lines = google::protobuf::RepeatedPtrField<std::string>;
 using TimeMap = google::protobuf::Map<std::string, google::protobuf::uint64>;
 
 void add_times(TimeMap& total, const TimeMap& unit) {
@@ -309,6 +310,14 @@ void bound_times(TimeMap& times, std::uint64_t most) {
   if (!sound) times.clear();
 }
 
+/// Adds those that are not known yet, up to the job's bound.
+void add_new_lines(Lines& known, const Lines& lines) {
+  for (const std::string& line : lines) {
+    if (known.size() >= kMaxWarningsPerJob) break;
+    if (std::find(known.begin(), known.end(), line) == known.end()) *known.Add() = line;
+  }
+}
+
 }  // namespace
 
 std::chrono::nanoseconds time_of(const v1::UnitStats& unit) {
@@ -324,20 +333,17 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   add_times(*total.mutable_stage_ns(), unit.stage_ns());
   add_times(*total.mutable_shading_part_ns(), unit.shading_part_ns());
   add_times(*total.mutable_material_ns(), unit.material_ns());
-  for (const std::string& warning : unit.warnings()) {
-    const auto& known = total.warnings();
-    if (known.size() >= kMaxWarningsPerJob) break;
-    if (std::find(known.begin(), known.end(), warning) == known.end()) total.add_warnings(warning);
-  }
+  add_new_lines(*total.mutable_warnings(), unit.warnings());
+  add_new_lines(*total.mutable_notes(), unit.notes());
 }
 
 v1::UnitStats bounded(v1::UnitStats stats) {
-  if (stats.warnings_size() > kMaxWarningsPerUnit) {
-    stats.mutable_warnings()->DeleteSubrange(kMaxWarningsPerUnit,
-                                             stats.warnings_size() - kMaxWarningsPerUnit);
-  }
-  for (std::string& warning : *stats.mutable_warnings()) {
-    if (warning.size() > wire::kMaxTextBytes) warning.resize(wire::kMaxTextBytes);
+  for (Lines* lines : {stats.mutable_warnings(), stats.mutable_notes()}) {
+    if (lines->size() > kMaxWarningsPerUnit)
+      lines->DeleteSubrange(kMaxWarningsPerUnit, lines->size() - kMaxWarningsPerUnit);
+    for (std::string& line : *lines) {
+      if (line.size() > wire::kMaxTextBytes) line.resize(wire::kMaxTextBytes);
+    }
   }
   // Durations from a broken clock must not spoil the sum.
   constexpr std::int64_t kLongest = 30 * 24 * 3600;  // seconds

@@ -121,10 +121,11 @@ std::chrono::nanoseconds time_of(const v1::UnitStats& unit);
 /// Cost of the results until now, to be journaled behind them.
 JobStats stats_of(const JobEntry& entry);
 
-/// Adds the cost of one unit. Warnings that are new are kept, up to a bound.
+/// Adds the cost of one unit. Warnings and notes that are new are kept, up to a
+/// bound.
 void add_stats(v1::UnitStats& total, const v1::UnitStats& unit);
 
-/// Cuts what one program could flood another with: number and length of warnings.
+/// Cuts what one program could flood another with: number and length of warnings and notes.
 v1::UnitStats bounded(v1::UnitStats stats);
 
 }  // namespace tessera::server

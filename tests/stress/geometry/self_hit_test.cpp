@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "render/shape/place.h"
 #include "stress/geometry/closed_mesh.h"
 #include "stress/geometry/traced_table.h"
 #include "stress/geometry/unit_solid.h"
@@ -75,10 +76,20 @@ std::vector<Point> cube(double size, Point at) {
 }
 
 /// Those from kUnit on are unit_solids(), in their order.
-enum class Solid { kSphere, kDisk, kCube, kRoundMesh, kInstancedSphere, kInstancedCube, kUnit };
+enum class Solid {
+  kSphere,
+  kDisk,
+  kCube,
+  kRoundMesh,
+  kInstancedSphere,
+  kInstancedCube,
+  kNestedSphere,
+  kNestedCube,
+  kUnit
+};
 std::string word_of(Solid solid) {
-  constexpr const char* kNames[] = {"Sphere",          "Disk",         "Cube", "RoundMesh",
-                                    "InstancedSphere", "InstancedCube"};
+  constexpr const char* kNames[] = {"Sphere",          "Disk",          "Cube",         "RoundMesh",
+                                    "InstancedSphere", "InstancedCube", "NestedSphere", "NestedCube"};
   const auto i = static_cast<std::size_t>(solid), first = static_cast<std::size_t>(Solid::kUnit);
   return i < first ? kNames[i] : unit_solids()[i - first].name;
 }
@@ -91,10 +102,22 @@ std::vector<Solid> all_solids() {
   return all;
 }
 
+/// Puts an object into four others, one within the other: maps that turn and move it far away, and back.
+void nest(ShapeTable& table) {
+  const Point away{3, -2, 1};
+  for (std::int32_t level = 0; level < 4; ++level) {
+    table.inner.push_back({placement(2, away, level % 2 != 0), placement(2, away, level % 2 == 0), level});
+    table.objects.push_back({0, 0, level, 1});
+  }
+  table.instances[0].object = 4;
+  number_places(table);
+}
+
 /// A convex solid of `size` at `at`, once; those of an instance are of size 1 within it.
 ShapeTable solid_table(Solid solid, double size, Point at) {
   ShapeTable table;
-  const bool instanced = solid == Solid::kInstancedSphere || solid == Solid::kInstancedCube;
+  const bool nested = solid == Solid::kNestedSphere || solid == Solid::kNestedCube;
+  const bool instanced = nested || solid == Solid::kInstancedSphere || solid == Solid::kInstancedCube;
   const Affine to = instanced ? Affine{} : placement(size, at, false),
                from = instanced ? Affine{} : placement(size, at, true);
   if (solid >= Solid::kUnit) {
@@ -105,6 +128,7 @@ ShapeTable solid_table(Solid solid, double size, Point at) {
     case Solid::kUnit:
     case Solid::kSphere:
     case Solid::kInstancedSphere:
+    case Solid::kNestedSphere:
       add_quadric(table, ShapeKind::kSphere, to, from);
       break;
     case Solid::kDisk:
@@ -114,6 +138,7 @@ ShapeTable solid_table(Solid solid, double size, Point at) {
       add_mesh(table, cube(size, at), kCubeTriangles);
       break;
     case Solid::kInstancedCube:
+    case Solid::kNestedCube:
       add_mesh(table, cube(1, {}), kCubeTriangles);
       break;
     case Solid::kRoundMesh: {
@@ -131,6 +156,7 @@ ShapeTable solid_table(Solid solid, double size, Point at) {
     table.world_shape_count = 0;
     table.instances = {InstanceRecord{placement(size, at, false), placement(size, at, true), 0}};
   }
+  if (nested) nest(table);
   return table;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "render/shape/place.h"
 #include "render/shape/shape_table.h"
 #include "stress/geometry/closed_mesh.h"
 #include "stress/geometry/traced_table.h"
@@ -59,12 +60,25 @@ class TableMaker {
   }
   void end_object() {
     const auto n = static_cast<std::int32_t>(table_.shapes.size());
-    table_.objects.push_back({first_of_object_, n - first_of_object_});
-    first_of_object_ = n;
+    const auto inner = static_cast<std::int32_t>(table_.inner.size());
+    table_.objects.push_back({first_of_object_, n - first_of_object_, first_inner_, inner - first_inner_});
+    first_of_object_ = n, first_inner_ = inner;
   }
   /// With two steps or more it moves.
   void add_instance(std::int32_t object, const std::vector<Affine>& steps) {
-    InstanceRecord& instance = table_.instances.emplace_back();
+    place(object, steps, table_.instances.emplace_back());
+  }
+  /// Into the object that is being made.
+  void add_inner(std::int32_t object, const std::vector<Affine>& steps) {
+    place(object, steps, table_.inner.emplace_back());
+  }
+  ShapeTable take() {
+    if (table_.nested()) number_places(table_);
+    return std::move(table_);
+  }
+
+ private:
+  void place(std::int32_t object, const std::vector<Affine>& steps, InstanceRecord& instance) {
     instance.object = object;
     instance.render_from_instance = steps.front();
     if (steps.size() == 1) return;
@@ -72,9 +86,6 @@ class TableMaker {
     instance.segments = static_cast<std::int32_t>(steps.size()) - 1;
     table_.motion_steps.insert(table_.motion_steps.end(), steps.begin(), steps.end());
   }
-  ShapeTable take() { return std::move(table_); }
-
- private:
   ShapeRecord& add_shape(ShapeKind kind) {
     ShapeRecord& shape = table_.shapes.emplace_back();
     shape.kind = kind;
@@ -86,7 +97,7 @@ class TableMaker {
   std::vector<std::uint32_t> triangles_;
   std::vector<Vertex> vertices_;
   bool objects_ = false;
-  std::int32_t first_of_object_ = 0;
+  std::int32_t first_of_object_ = 0, first_inner_ = 0;
 };
 
 inline Affine placing(Point at, double turn, std::array<double, 3> scale) {
@@ -198,6 +209,36 @@ inline ShapeTable many_kinds() {
       steps.push_back(placing(from + way * k, 0.5 * k, {0.1 + 0.05 * k, 0.1, 0.1}));
     maker.add_instance(i % 2, steps);
   }
+  return maker.take();
+}
+
+/// Objects five deep, which hold shapes and one another, mirrored, squashed, without extent, alike, moving.
+inline ShapeTable nested_kinds() {
+  TableMaker maker;
+  Numbers random(14);
+  maker.add_mesh(displaced_sphere(2), {0, 0, 0}, 0.4);
+  maker.end_mesh();
+  maker.begin_objects();
+  maker.add_mesh(displaced_sphere(1), {0, 0, 0}, 1);
+  maker.end_mesh();
+  maker.end_object();
+  for (std::int32_t level = 1; level < 5; ++level) {
+    if (level % 2 == 0) maker.add_quadric(ShapeKind::kSphere, {0, 0, 0}, 0.5, 0.2);
+    for (int i = 0; i < 5; ++i) {
+      const double s = 0.3 + 0.2 * random();
+      std::vector<Affine> steps;
+      for (int k = 0; k <= (i == 4 ? level % 3 : 0); ++k)
+        steps.push_back(placing(in_cube(random, 2), 6 * random(), {i % 2 == 0 ? -s : s, s, 0.6 * s}));
+      maker.add_inner(i == 3 ? 0 : level - 1, steps);
+    }
+    const Affine same = placing({0.2, 0.3, 0.4}, 1, {0.3, 0.3, 0.3});
+    maker.add_inner(level - 1, {same}), maker.add_inner(level - 1, {same});
+    maker.add_inner(level - 1, {placing({0, 0, 0}, 0, {0, 0, 0})});
+    maker.end_object();
+  }
+  for (int i = 0; i < 8; ++i)
+    maker.add_instance(4 - i % 3,
+                       {placing(in_cube(random, 3), 6 * random(), {i % 3 == 0 ? -0.6 : 0.6, 0.5, 0.4})});
   return maker.take();
 }
 

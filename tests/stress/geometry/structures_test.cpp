@@ -49,7 +49,7 @@ class Structured {
 struct TimedRays : RayBatch {
   alignas(64) float time[kSize];
   RayArrays timed() const { return {ox, oy, oz, dx, dy, dz, time}; }
-  HitArrays hits() { return {t, u, v, primitive, shape, instance}; }
+  HitArrays hits() { return {t, u, v, primitive, shape, instance, nullptr, upper}; }
 };
 
 /// Rays of every sort: across the scene, along its axes, aimed at corners, from far away, along planes, and
@@ -111,7 +111,8 @@ void expect_same_hits(const ShapeTable& table, double scale, Point centre, std::
         const bool hit = expected.shape[i] >= 0;
         const bool same =
             found.shape[i] == expected.shape[i] && found.primitive[i] == expected.primitive[i] &&
-            found.instance[i] == expected.instance[i] && same_bits(found.t[i], expected.t[i]) &&
+            found.instance[i] == expected.instance[i] && found.upper[i] == expected.upper[i] &&
+            same_bits(found.t[i], expected.t[i]) &&
             (!hit || (same_bits(found.u[i], expected.u[i]) && same_bits(found.v[i], expected.v[i])));
         const bool blocked = (found.distance[i] < 0) == (expected.distance[i] < 0);
         if (same && blocked) continue;
@@ -167,6 +168,10 @@ TEST(Structures, FindTheSameInAStadium) { expect_same_hits(stadium(), 1, {}, str
 
 TEST(Structures, FindTheSameAmongQuadricsAndInstancesThatMove) {
   expect_same_hits(many_kinds(), 1, {}, stress_count(1.5e3, 3e4));
+}
+
+TEST(Structures, FindTheSameInObjectsWithinObjects) {
+  expect_same_hits(nested_kinds(), 1, {}, stress_count(1.5e3, 3e4));
 }
 
 TEST(Structures, FindTheSameWhateverTheUnitAndThePlace) {
@@ -262,7 +267,7 @@ TEST(Structures, CountWhatTheyVisit) {
 /// Embree's own tests are in float: a ray within some roundings of an edge may meet the neighbour, or come to
 /// another t by as much.
 TEST(Structures, FindWhatEmbreeFinds) {
-  for (const ShapeTable& table : {stadium(), many_kinds()}) {
+  for (const ShapeTable& table : {stadium(), many_kinds(), nested_kinds()}) {
     const Structured structured({"bvh-sah", StructureKind::kBvhSah}, table);
     const TracedTable embree(table, true);
     TimedRays ours, theirs;
@@ -278,8 +283,9 @@ TEST(Structures, FindWhatEmbreeFinds) {
       embree.nearest(theirs);
       for (int i = 0; i < TimedRays::kSize; ++i) {
         const bool same = ours.shape[i] == theirs.shape[i] &&
-                          (ours.shape[i] < 0 || (ours.primitive[i] == theirs.primitive[i] &&
-                                                 ours.instance[i] == theirs.instance[i]));
+                          (ours.shape[i] < 0 ||
+                           (ours.primitive[i] == theirs.primitive[i] &&
+                            ours.instance[i] == theirs.instance[i] && ours.upper[i] == theirs.upper[i]));
         if (same) {
           if (ours.shape[i] >= 0) {
             EXPECT_NEAR(ours.t[i], theirs.t[i], 1e-4 * (1 + ours.t[i]));

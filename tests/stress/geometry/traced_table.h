@@ -52,7 +52,7 @@ struct RayBatch {
   static constexpr int kSize = 256;
   alignas(64) float ox[kSize], oy[kSize], oz[kSize], dx[kSize], dy[kSize], dz[kSize];
   alignas(64) float t[kSize], u[kSize], v[kSize], distance[kSize];
-  alignas(64) std::int32_t primitive[kSize], shape[kSize], instance[kSize];
+  alignas(64) std::int32_t primitive[kSize], shape[kSize], instance[kSize], upper[kSize] = {};
 
   /// `d` of any length; rounded to floats as the renderer's own rays are.
   void set(int i, Point o, Point d) {
@@ -82,12 +82,19 @@ class TracedTable {
   void nearest(RayBatch& r, int n = RayBatch::kSize, Traversal traversal = Traversal::kIncoherent) const {
     trace_nearest(accelerator_->scene(), r.arrays(), n, traversal,
                   static_cast<std::int32_t>(table_.shapes.size()),
-                  {r.t, r.u, r.v, r.primitive, r.shape, r.instance});
+                  {r.t, r.u, r.v, r.primitive, r.shape, r.instance, nullptr, r.upper},
+                  table_.nested() ? &table_ : nullptr);
   }
   /// Surfaces that 16 rays from `first` on have met, which nearest() has traced.
   Surface surface(const RayBatch& r, int first) const {
-    const Hit hit{Float::load(r.t + first),       Float::load(r.u + first),   Float::load(r.v + first),
-                  Int::load(r.primitive + first), Int::load(r.shape + first), Int::load(r.instance + first)};
+    const Hit hit{Float::load(r.t + first),
+                  Float::load(r.u + first),
+                  Float::load(r.v + first),
+                  Int::load(r.primitive + first),
+                  Int::load(r.shape + first),
+                  Int::load(r.instance + first),
+                  Float(0.0f),
+                  Int::load(r.upper + first)};
     return surface_at(table_, hit,
                       {Float::load(r.ox + first), Float::load(r.oy + first), Float::load(r.oz + first)},
                       {Float::load(r.dx + first), Float::load(r.dy + first), Float::load(r.dz + first)},

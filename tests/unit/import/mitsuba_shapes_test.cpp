@@ -216,6 +216,23 @@ TEST_F(MitsubaShapes, ShapeGroupsBecomeObjects) {
   EXPECT_EQ(elements_of(result.scene.instances(1).world_from_instance())[3], 2);
 }
 
+TEST_F(MitsubaShapes, ShapeGroupsMayHoldOthers) {
+  const ImportedScene result = scene(
+      "<shape type='shapegroup' id='leaf'><shape type='disk'/></shape>"
+      "<shape type='shapegroup' id='tree'><shape type='sphere'/><shape type='instance'><ref id='leaf'/>"
+      "<transform name='to_world'><translate y='3'/></transform></shape></shape>"
+      "<shape type='instance'><ref id='tree'/></shape>");
+  ASSERT_EQ(result.scene.objects_size(), 2);
+  const v1::Object& tree = result.scene.objects(0);
+  EXPECT_EQ(tree.name(), "tree");
+  EXPECT_EQ(tree.shapes_size(), 1);
+  ASSERT_EQ(tree.instances_size(), 1);
+  EXPECT_EQ(tree.instances(0).object(), "leaf");
+  EXPECT_EQ(elements_of(tree.instances(0).world_from_instance())[7], 3);
+  EXPECT_EQ(result.scene.objects(1).name(), "leaf");
+  EXPECT_EQ(result.scene.instances_size(), 1);
+}
+
 TEST_F(MitsubaShapes, ShapesWithoutABsdfAreDiffuseOrBlack) {
   const ImportedScene result =
       scene("<shape type='sphere'/><shape type='sphere'><emitter type='area'/></shape>");

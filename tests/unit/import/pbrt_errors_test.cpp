@@ -86,7 +86,9 @@ TEST_F(PbrtErrors, BlocksMustBalance) {
               HasSubstr("the block that is open began on line 2"));
   EXPECT_THAT(error("ObjectBegin \"a\" ObjectBegin \"b\" ObjectEnd ObjectEnd"),
               HasSubstr("inside of another object"));
-  EXPECT_THAT(error("ObjectBegin \"a\" ObjectInstance \"a\" ObjectEnd"), HasSubstr("inside of an object"));
+  EXPECT_THAT(error("ObjectBegin \"a\" ObjectInstance \"a\" ObjectEnd"),
+              HasSubstr("inside of an object: object \"a\" is not complete here"));
+  EXPECT_THAT(error("ObjectBegin \"a\" ObjectInstance \"b\" ObjectEnd"), HasSubstr("is not complete here"));
   EXPECT_THAT(error("ObjectInstance \"a\""), HasSubstr("there is no object \"a\""));
 }
 

@@ -123,6 +123,25 @@ TEST_F(PbrtScene, ObjectsArePlacedAndUnusedOnesDropped) {
   EXPECT_EQ(scene.scene.shapes_size(), 0);
 }
 
+TEST_F(PbrtScene, ObjectsMayHoldOthers) {
+  const ImportedScene scene = world(
+      "ObjectBegin \"leaf\" Shape \"disk\" ObjectEnd ObjectBegin \"nothing\" ObjectEnd\n"
+      "Translate 1 0 0 ObjectBegin \"tree\" Translate 0 2 0 ObjectInstance \"leaf\" ObjectInstance "
+      "\"nothing\" ObjectEnd\n"
+      "ObjectBegin \"unused\" ObjectInstance \"tree\" ObjectEnd\n"
+      "ObjectBegin \"forest\" ObjectInstance \"tree\" Scale -1 1 1 ObjectInstance \"tree\" ObjectEnd\n"
+      "ObjectInstance \"forest\"\n");
+  ASSERT_EQ(scene.scene.objects_size(), 3);
+  EXPECT_EQ(scene.scene.objects(0).name(), "leaf");
+  const v1::Object& tree = scene.scene.objects(1);
+  EXPECT_EQ(tree.shapes_size(), 0);
+  ASSERT_EQ(tree.instances_size(), 1);
+  EXPECT_EQ(tree.instances(0).object(), "leaf");
+  EXPECT_THAT(column3(tree.instances(0).world_from_instance()), ElementsAre(1, 2, 0));
+  EXPECT_EQ(scene.scene.objects(2).instances_size(), 2);
+  EXPECT_EQ(scene.scene.instances_size(), 1);
+}
+
 TEST_F(PbrtScene, IncludesActInPlaceAndImportsDoNotLeak) {
   write("parts/more words.pbrt", "Translate 1 0 0 Material \"diffuse\" Shape \"sphere\"");
   const ImportedScene scene = world(

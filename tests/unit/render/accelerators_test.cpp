@@ -54,6 +54,28 @@ shapes { material: 'white' implicit { expression: 'sin(6*x)*cos(6*y) + sin(6*y)*
   ball { radius: 0.6 } } world_from_object { elements: [1,0,0,0, 0,1,0,2, 0,0,1,0.5, 0,0,0,1] } }
 )";
 
+/// Objects three deep, mirrored, squashed and moving, of glass too, as levels that rays go down.
+constexpr const char* kNested = R"(
+settings { nesting: NESTING_KEPT }
+film { width: 48 height: 48 filter { kind: BOX } }
+camera { perspective { fov_degrees: 45 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-5, 0,0,0,1] } }
+materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } }
+materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
+lights { infinite { radiance { constant: 0.3 } } }
+lights { distant { direction { x: 1 y: -2 z: 1 } irradiance { constant: 2 } } }
+objects { name: 'all'
+  instances { object: 'pair' world_from_instance { elements: [-0.8,0,0,-0.9, 0,0.8,0,0, 0,0,1,0, 0,0,0,1] } }
+  instances { object: 'pair' world_from_instance { elements: [0.3,-0.5,0,0.9, 0.5,0.5,0,0, 0,0,-1,0, 0,0,0,1] }
+    world_from_instance_end { elements: [0.3,-0.5,0,1.1, 0.5,0.5,0,0.1, 0,0,-1,0, 0,0,0,1] } } }
+objects { name: 'pair' shapes { material: 'glass' sphere { radius: 0.6 } }
+  instances { object: 'post' world_from_instance { elements: [1,0,0,0.5, 0,0,1,0.6, 0,-1,0,0.3, 0,0,0,1] } }
+  instances { object: 'post' world_from_instance { elements: [-1,0,0,-0.4, 0,0,0.5,-1, 0,-1,0,0.5, 0,0,0,1] } } }
+objects { name: 'post' shapes { material: 'white' cylinder { radius: 0.2 z_min: 0 z_max: 1 } }
+  shapes { material: 'white' sphere { radius: 0.3 } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1.2, 0,0,0,1] } } }
+instances { object: 'all' world_from_instance { elements: [1,0,0,0, 0,1,0,0.7, 0,0,1,0, 0,0,0,1] } }
+instances { object: 'all' world_from_instance { elements: [0.6,0,0,0.3, 0,-0.6,0,-1, 0,0.2,0.6,1, 0,0,0,1] } }
+)";
+
 std::string pixels(const char* scene, v1::Accelerator accelerator) {
   SceneJob job;
   job.settings.set_spp(8);
@@ -71,7 +93,7 @@ std::string pixels(const char* scene, v1::Accelerator accelerator) {
 }
 
 TEST(Accelerators, AllGiveTheSameBits) {
-  for (const char* scene : {kScene, kSolids}) {
+  for (const char* scene : {kScene, kSolids, kNested}) {
     const std::string expected = pixels(scene, v1::ACCELERATOR_BRUTE);
     ASSERT_GT(expected.size(), 3u * 4 * 48 * 48);
     for (int a = v1::ACCELERATOR_BRUTE + 1; a <= v1::Accelerator_MAX; ++a) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "render/shape/shape_table.h"
@@ -27,6 +28,31 @@ struct PlacedShape {
   Vec eye;  // the camera, in the space that the shape's vertices are in
 };
 
+/// Shapes that only objects in objects place: each where the first way down leads, for there may be more
+/// places than can be counted. Objects come after those that they hold.
+void add_inner_shapes(const ShapeTable& table, std::vector<PlacedShape>& placed) {
+  std::vector<std::optional<Vec>> eyes(table.objects.size());
+  const auto look = [&](const InstanceRecord& instance, const Vec& eye) {
+    const auto& m = instance.instance_from_render.m;
+    std::optional<Vec>& own = eyes[static_cast<std::size_t>(instance.object)];
+    if (own) return;
+    own.emplace();
+    for (std::size_t k = 0; k < 3; ++k)
+      (*own)[k] = m[4 * k] * eye[0] + m[4 * k + 1] * eye[1] + m[4 * k + 2] * eye[2] + m[4 * k + 3];
+  };
+  for (const InstanceRecord& instance : table.instances) look(instance, {0, 0, 0});
+  for (std::size_t i = table.objects.size(); i-- > 0;) {
+    if (!eyes[i]) continue;
+    for (const InstanceRecord& inner : table.inner_of(table.objects[i])) {
+      const ObjectRange& object = table.objects[static_cast<std::size_t>(inner.object)];
+      const bool known = eyes[static_cast<std::size_t>(inner.object)].has_value();
+      look(inner, *eyes[i]);
+      for (std::int32_t s = 0; !known && s < object.shape_count; ++s)
+        placed.push_back({object.first_shape + s, *eyes[static_cast<std::size_t>(inner.object)]});
+    }
+  }
+}
+
 std::vector<PlacedShape> placed_shapes(const ShapeTable& table) {
   std::vector<PlacedShape> placed;
   for (std::int32_t i = 0; i < table.world_shape_count; ++i) placed.push_back({i, {0, 0, 0}});
@@ -36,6 +62,7 @@ std::vector<PlacedShape> placed_shapes(const ShapeTable& table) {
     for (std::int32_t i = 0; i < object.shape_count; ++i)
       placed.push_back({object.first_shape + i, {m[3], m[7], m[11]}});
   }
+  if (table.nested()) add_inner_shapes(table, placed);
   std::erase_if(placed, [&](const PlacedShape& p) {
     return table.shapes[static_cast<std::size_t>(p.shape)].kind != ShapeKind::kTriangles;
   });

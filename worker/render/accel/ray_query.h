@@ -12,12 +12,14 @@ struct RayArrays {
 };
 
 /// `shape` is -1 on a miss, and the rest then undefined. `instance` is -1 outside instances, else its number
-/// counted from 0. `t` is infinite on a miss.
+/// counted from 0; in scenes with objects within objects, that of the place (shape/place.h). `t` is infinite
+/// on a miss.
 struct HitArrays {
   float *t, *u, *v;
   std::int32_t *primitive, *shape, *instance;
   // What each search opened and tested, where somebody asks and the query counts.
   std::int32_t *visited_nodes = nullptr, *visited_primitives = nullptr;
+  std::int32_t* upper = nullptr;   // bits of the place from the 31st on; left alone in all other scenes
 };
 
 /// What searches have opened and tested.

@@ -141,13 +141,16 @@ class BuiltScene final : public RenderScene {
 
   const std::vector<std::string>& warnings() const override { return content_->warnings; }
 
+  std::vector<std::string> notes() const override { return content_->notes; }
+
   const std::vector<std::string>& material_names() const override { return content_->material_names; }
 
   std::size_t memory_bytes() const override {
     const ShapeTable& s = tables_.shapes;
     std::size_t bytes = content_->accelerator->memory_bytes() + sizeof(Vertex) * s.vertices.size() +
                         4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
-                        sizeof(InstanceRecord) * s.instances.size() + sizeof(Affine) * s.motion_steps.size() +
+                        sizeof(InstanceRecord) * (s.instances.size() + s.inner.size()) +
+                        sizeof(Affine) * s.motion_steps.size() +
                         sizeof(LightRecord) * tables_.lights.lights.size();
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;

@@ -48,13 +48,16 @@ struct ArrayBuilders {
                       arrays.shapes,
                       warnings};
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings};
+  v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
 
   absl::Status run() {
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
     if (auto s = media.build(scene.media(), algorithm, warnings); !s.ok()) return s;
     if (auto s = materials.build(scene.materials()); !s.ok()) return s;
-    if (auto s = instances.build(scene.shapes(), scene.objects(), scene.instances()); !s.ok()) return s;
+    const std::string wants_flat =
+        algorithm.lists_instances ? absl::StrCat("integrator '", algorithm.name, "'") : "";
+    if (auto s = instances.build(scene, nesting, wants_flat); !s.ok()) return s;
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
     if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
     return check_shapes();
@@ -110,8 +113,7 @@ absl::Status build_embree(const ArrayBuilders& builders, const Settings& setting
   auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, robust});
   if (!built.ok()) return built.status();
-  content.rays = embree.make_query((*built)->scene(), static_cast<std::int32_t>(shapes.shapes.size()),
-                                   settings.single_rays);
+  content.rays = embree.make_query((*built)->scene(), shapes, settings.single_rays);
   content.accelerator = *std::move(built);
   return absl::OkStatus();
 }
@@ -152,7 +154,8 @@ namespace {
 std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene& scene) {
   const bool warns = !algorithm.media && scene.media_size() > 0;  // by its name
   return absl::StrCat(warns ? algorithm.name : "", " ", algorithm.media, algorithm.samples_all_light,
-                      algorithm.starts_at_lights, algorithm.motion, algorithm.diffuse_only);
+                      algorithm.starts_at_lights, algorithm.motion, algorithm.diffuse_only,
+                      algorithm.lists_instances);
 }
 
 }  // namespace
@@ -224,7 +227,8 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                                                       .algorithm = *settings.algorithm,
                                                       .space = render_space_about(*origin),
                                                       .arrays = arrays,
-                                                      .warnings = content->warnings}});
+                                                      .warnings = content->warnings,
+                                                      .nesting = settings.nesting}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
@@ -246,6 +250,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   SceneArrays& arrays = content.arrays;
   for (const v1::Material& material : parts_->scene.materials())
     content.material_names.push_back(material.name());
+  if (!builders.instances.note().empty()) content.notes.push_back(builders.instances.note());
   content.material_names.resize(arrays.materials.materials.size(), "(default)");
   if (settings.algorithm->diffuse_only) {
     const DiffuseSceneNames names{builders.shapes.names(), content.material_names};

@@ -19,7 +19,7 @@ struct AccelKernel;
 struct SceneContent {
   SceneArrays arrays;
   SceneTables tables{arrays};
-  std::vector<std::string> warnings, material_names;
+  std::vector<std::string> warnings, notes, material_names;
   std::vector<std::int32_t> shape_numbers;    // of the messages of arrays.shapes: view/layers.h
   std::unique_ptr<RayStructure> accelerator;  // reads the arrays: goes first
   std::unique_ptr<RayQuery> rays;             // asks it

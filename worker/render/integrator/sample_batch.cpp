@@ -11,6 +11,7 @@
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
+#include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -195,6 +196,16 @@ void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
   scatter(to_float(shape), shape_id_, slot, hit);
   const Mask placed = hit & (found.instance >= 0);
   if (none(placed)) return;
+  if (table.nested()) {
+    alignas(64) std::int32_t instance[kWidth], upper[kWidth], to[kWidth];
+    found.instance.store(instance), found.upper.store(upper), slot.store(to);
+    for (std::uint32_t bits = placed.bits(); bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      const std::int64_t place = place_number(instance[lane], upper[lane]);
+      instance_id_[to[lane]] = static_cast<float>(instance_at(table.instances, place).number);
+    }
+    return;
+  }
   const Int instance = gather_member(table.instances.data(), &InstanceRecord::number, found.instance, placed);
   scatter(to_float(instance), instance_id_, slot, placed);
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "render/core/affine_data.h"
@@ -124,39 +125,54 @@ struct SdfGridRecord {
 struct InstanceRecord {
   Affine render_from_instance;  // those that move: when the shutter opens
   Affine instance_from_render;
-  std::int32_t object = 0;      // in ShapeTable::objects
-  std::int32_t first_step = 0;  // those that move: in ShapeTable::motion_steps
-  std::int32_t segments = 0;    // between its steps; 0: it stands still
-  std::int32_t number = 0;      // in the scene, from 1 on; 0: a shape of the scene's own that moves
-  std::int32_t padding[4] = {};
+  std::int32_t object = 0;       // in ShapeTable::objects
+  std::int32_t first_step = 0;   // those that move: in ShapeTable::motion_steps
+  std::int32_t segments = 0;     // between its steps; 0: it stands still
+  std::int32_t number = 0;       // in the scene, from 1 on; 0: a shape of the scene's own that moves
+  std::int64_t first_place = 0;  // number of its object's place, counted from the first of its neighbours
+  std::int32_t padding[2] = {};
 };
 static_assert(sizeof(InstanceRecord) == 128);
 
-/// Shapes [first_shape, first_shape + shape_count): a group that instances place.
+/// Shapes [first_shape, first_shape + shape_count) and other objects, placed by ShapeTable::inner
+/// [first_inner, first_inner + inner_count): a group that instances place.
 struct ObjectRange {
   std::int32_t first_shape = 0;
   std::int32_t shape_count = 0;
+  std::int32_t first_inner = 0;
+  std::int32_t inner_count = 0;
 };
 
 struct ShapeTable {
   std::vector<ShapeRecord> shapes;
   std::int32_t world_shape_count = 0;  // the first shapes stand in the world; the others belong to objects
-  std::vector<ObjectRange> objects;
+  std::vector<ObjectRange> objects;    // after those that they place
   std::vector<QuadricRecord> quadrics;
   std::vector<Facet> facets;
   std::vector<SdfGridRecord> sdf_grids;
   std::vector<CurvesRecord> curves;
   std::vector<ImplicitRecord> implicits;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
-  std::vector<Affine> motion_steps;       // render_from_instance of those that move, see core/motion.h
-  BigArray<std::uint32_t> triangles;      // three vertex indices each, counted from first_vertex
+  // Instances in objects, where they are not flattened (place.h). The space of the object that they are in
+  // is what their members call render space.
+  std::vector<InstanceRecord> inner;
+  std::vector<Affine> motion_steps;   // render_from_instance of those that move, see core/motion.h
+  BigArray<std::uint32_t> triangles;  // three vertex indices each, counted from first_vertex
   BigArray<Vertex> vertices;
+
+  bool nested() const { return !inner.empty(); }
+  std::span<const InstanceRecord> inner_of(const ObjectRange& object) const {
+    return std::span(inner).subspan(static_cast<std::size_t>(object.first_inner),
+                                    static_cast<std::size_t>(object.inner_count));
+  }
 };
 
-/// The same of an instance: its object is one such shape alone.
+/// Whether the object is one such shape alone. Objects that hold others have none.
+inline bool is_unbounded(const ShapeTable& table, const ObjectRange& object) {
+  return object.shape_count > 0 && is_unbounded(table.shapes[static_cast<std::size_t>(object.first_shape)]);
+}
 inline bool is_unbounded(const ShapeTable& table, const InstanceRecord& instance) {
-  const ObjectRange& object = table.objects[static_cast<std::size_t>(instance.object)];
-  return is_unbounded(table.shapes[static_cast<std::size_t>(object.first_shape)]);
+  return is_unbounded(table, table.objects[static_cast<std::size_t>(instance.object)]);
 }
 
 inline bool any_unbounded(const ShapeTable& table) {

@@ -7,6 +7,7 @@
 #include "render/shape/analytic_shape.h"
 #include "render/shape/curve_surface.h"
 #include "render/shape/error_bound.h"
+#include "render/shape/place.h"
 #include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -131,6 +132,27 @@ struct Placement {
   Float shift;          // size of the coordinates of the translation
 };
 
+/// Where objects within objects are: each lane by itself, in double.
+Placement nested_placement(const ShapeTable& table, const Hit& hit, Mask placed) {
+  alignas(64) std::int32_t instance[kWidth], upper[kWidth];
+  alignas(64) float time[kWidth], to[12][kWidth] = {}, from[12][kWidth] = {}, shift[kWidth] = {};
+  hit.instance.store(instance), hit.upper.store(upper), hit.time.store(time);
+  for (std::uint32_t bits = placed.bits(); bits != 0; bits &= bits - 1) {
+    const int lane = __builtin_ctz(bits);
+    const PlaceMap map = map_of_place(table, place_number(instance[lane], upper[lane]), time[lane]);
+    const ExactAffine back = inverse(map.render_from_object);
+    for (int i = 0; i < 12; ++i) {
+      to[i][lane] = static_cast<float>(map.render_from_object.m[i]);
+      from[i][lane] = static_cast<float>(back.m[i]);
+    }
+    shift[lane] = static_cast<float>(map.shift);
+  }
+  Placement at;
+  for (int i = 0; i < 12; ++i) at.to.m[i] = Float::load(to[i]), at.from.m[i] = Float::load(from[i]);
+  at.shift = Float::load(shift);
+  return at;
+}
+
 Placement placement_at(const ShapeTable& table, Int instance, Float time, Mask placed) {
   const InstanceRecord* instances = table.instances.data();
   const auto* base = reinterpret_cast<const float*>(instances);
@@ -193,7 +215,8 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   Placement placement;
   Vec3 io = o, id = d;
   if (any(placed)) {
-    placement = placement_at(table, hit.instance, hit.time, placed);
+    placement = table.nested() ? nested_placement(table, hit, placed)
+                               : placement_at(table, hit.instance, hit.time, placed);
     io = select(placed, transform_point(placement.from, o), o);
     id = select(placed, transform_vector(placement.from, d), d);
   }

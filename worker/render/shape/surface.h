@@ -7,7 +7,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Hit of a ray. `shape` is -1 for a miss; `instance` is -1 outside instances.
+/// Hit of a ray. `shape` is -1 for a miss; `instance` is -1 outside instances. Members are as HitArrays has
+/// them.
 struct Hit {
   Float t;     // ray parameter
   Float u, v;  // barycentric weights of vertices 1 and 2 (triangles)
@@ -15,6 +16,7 @@ struct Hit {
   Int shape;
   Int instance;
   Float time = Float(0.0f);  // of the ray, from 0 (the shutter opens) to 1; without motion it does not matter
+  Int upper = Int(0);        // of the place, in scenes with objects within objects
 };
 
 /// A point on a surface, in render space.

@@ -35,20 +35,29 @@ Imath::M44d frame_about(const Imath::V3d& axis) {
 
 void ShapeWriter::write(Object& object) {
   if (object.type == "shapegroup") return;
-  if (object.type == "instance") return write_instance(object);
+  if (object.type == "instance") return write_instance(object, *context_.scene.mutable_instances());
   v1::Shape& shape = *context_.scene.add_shapes();
   if (!write_shape(object, false, shape)) context_.scene.mutable_shapes()->RemoveLast();
 }
 
-void ShapeWriter::write_instance(Object& object) {
+void ShapeWriter::write_instance(Object& object, google::protobuf::RepeatedPtrField<v1::Instance>& to) {
   PropertyReader reader(context_, object);
   Object* group = reader.child("shape");
   if (group == nullptr || group->type != "shapegroup") {
     reader.error("shape \"instance\": expected a shapegroup inside");
     return;
   }
-  v1::Instance& instance = *context_.scene.add_instances();
-  instance.set_object(use_group(*group));
+  // Each may hold the next; the renderer's bound is the same (build/shape/object_graph.h).
+  constexpr std::size_t kDeepest = 64;
+  if (open_groups_.contains(group) || open_groups_.size() == kDeepest) {
+    reader.error(open_groups_.contains(group)
+                     ? concat(group->title(), " holds itself")
+                     : concat("shapegroups within shapegroups: more than ", kDeepest, " deep"));
+    return;
+  }
+  const std::string name = use_group(*group);
+  v1::Instance& instance = *to.Add();
+  instance.set_object(name);
   const Imath::M44d world_from_instance = reader.transform("to_world");
   if (!inverse(world_from_instance)) reader.error("shape \"instance\": its transformation is singular");
   write_matrix(world_from_instance, *instance.mutable_world_from_instance());
@@ -62,15 +71,19 @@ std::string ShapeWriter::use_group(Object& group) {
   PropertyReader reader(context_, group);
   v1::Object& message = *context_.scene.add_objects();
   message.set_name(name);
+  open_groups_.insert(&group);
   for (const Property* property : reader.children("shape")) {
     Object& child = *std::get<Object*>(property->value);
-    if (child.type == "shapegroup" || child.type == "instance") {
+    if (child.type == "instance") {
+      write_instance(child, *message.mutable_instances());
+    } else if (child.type == "shapegroup") {
       context_.diagnostics.error(property->where,
                                  concat("a ", child.title(), " cannot stand inside a shapegroup"));
     } else if (!write_shape(child, true, *message.add_shapes())) {
       message.mutable_shapes()->RemoveLast();
     }
   }
+  open_groups_.erase(&group);
   if (reader.has("to_world"))
     reader.warn("the transformation of a shapegroup is left out: its instances have theirs");
   reader.ignore({"to_world"});

@@ -24,7 +24,8 @@ class ShapeWriter {
   void finish() { meshes_.load(); }
 
  private:
-  void write_instance(Object& object);
+  /// In the world, or beyond Mitsuba in a "shapegroup".
+  void write_instance(Object& object, google::protobuf::RepeatedPtrField<v1::Instance>& to);
   /// The name in the scene of a "shapegroup".
   std::string use_group(Object& group);
   /// False where there is nothing to add.
@@ -42,6 +43,7 @@ class ShapeWriter {
   MeshTable meshes_;
   std::map<const Object*, std::string> groups_;
   std::set<std::string> group_names_;
+  std::set<const Object*> open_groups_;  // whose shapes are being written
 };
 
 }  // namespace tessera::client::mitsuba

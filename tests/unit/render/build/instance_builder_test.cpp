@@ -21,7 +21,7 @@ class InstanceBuilderTest : public testing::Test {
   InstanceBuilderTest() { material_table_.materials.resize(1); }
   absl::Status build(const std::string& scene) {
     scene_ = message<v1::Scene>(scene);
-    return builder_.build(scene_.shapes(), scene_.objects(), scene_.instances());
+    return builder_.build(scene_);
   }
 
   const RenderSpace space_ = render_space_about({1, 0, 0});

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/curve_geometry.h"
+#include "render/accel/structure/primitive_list.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
@@ -14,6 +15,23 @@ namespace {
 bool count_memory(void* counter, ssize_t bytes, bool) {
   static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
   return true;
+}
+
+/// Bounds function of an InnerGeometry.
+void bound_inner(const RTCBoundsFunctionArguments* args) {
+  const auto& geometry = *static_cast<const InnerGeometry*>(args->geometryUserPtr);
+  const InstanceRecord& inner =
+      geometry.table->inner[static_cast<std::size_t>(geometry.first) + args->primID];
+  RTCBounds own;
+  rtcGetSceneBounds((*geometry.objects)[static_cast<std::size_t>(inner.object)], &own);
+  const Box object{{own.lower_x, own.lower_y, own.lower_z}, {own.upper_x, own.upper_y, own.upper_z}};
+  Box box = box_of_instance(*geometry.table, inner, object);
+  // Rays are moved in floats.
+  const float room = box.empty() ? 0 : 0x1p-21f * box.largest_coordinate();
+  for (int k = 0; k < 3; ++k) box.low[k] -= room, box.high[k] += room;
+  args->bounds_o->lower_x = box.low[0], args->bounds_o->upper_x = box.high[0];
+  args->bounds_o->lower_y = box.low[1], args->bounds_o->upper_y = box.high[1];
+  args->bounds_o->lower_z = box.low[2], args->bounds_o->upper_z = box.high[2];
 }
 
 }  // namespace
@@ -100,6 +118,21 @@ void Accelerator::attach_instance(std::int32_t index, const ShapeTable& table) {
   rtcReleaseGeometry(geometry);
 }
 
+void Accelerator::attach_inner(RTCScene scene, const ObjectRange& object, const ShapeTable& table,
+                               const GeometryCallbacks& callbacks) {
+  if (object.inner_count == 0) return;
+  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(object.inner_count));
+  rtcSetGeometryUserData(geometry,
+                         &inner_.emplace_back(InnerGeometry{&table, &objects_, object.first_inner}));
+  rtcSetGeometryBoundsFunction(geometry, bound_inner, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, callbacks.intersect_inner);
+  rtcSetGeometryOccludedFunction(geometry, callbacks.occluded_inner);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(table.shapes.size()));
+  rtcReleaseGeometry(geometry);
+}
+
 void Accelerator::set_bounds() {
   RTCBounds b;
   rtcGetSceneBounds(world_, &b);
@@ -126,6 +159,7 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
     for (std::int32_t i = 0; i < object.shape_count; ++i) {
       self->attach_shape(scene, object.first_shape + i, shapes, textures, callbacks);
     }
+    self->attach_inner(scene, object, shapes, callbacks);
     rtcCommitScene(scene);
     if (auto s = self->status("building the BVH of an object"); !s.ok()) return s;
   }

@@ -11,12 +11,14 @@
 #include "render/accel/embree/alpha_geometry.h"
 #include "render/accel/embree/embree.h"
 #include "render/accel/embree/embree_kernel.h"
+#include "render/accel/embree/inner_geometry.h"
 #include "render/accel/embree/shape_geometry.h"
 #include "render/accel/ray_structure.h"
 #include "render/core/affine_data.h"
 
 namespace tessera::render {
 
+struct ObjectRange;
 struct ShapeTable;
 struct TextureTable;
 
@@ -54,6 +56,9 @@ class Accelerator final : public RayStructure {
   RTCScene new_scene(const BuildOptions& options) const;
   void attach_shape(RTCScene scene, std::int32_t index, const ShapeTable& shapes,
                     const TextureTable& textures, const GeometryCallbacks& callbacks);
+  /// The instances in an object, whose own objects have been built.
+  void attach_inner(RTCScene scene, const ObjectRange& object, const ShapeTable& shapes,
+                    const GeometryCallbacks& callbacks);
   void set_bounds();
   void attach_instance(std::int32_t index, const ShapeTable& shapes);
   absl::Status status(const std::string& what) const;
@@ -63,6 +68,7 @@ class Accelerator final : public RayStructure {
   std::vector<RTCScene> objects_;
   std::deque<ShapeGeometry> shapes_;  // user pointers: their addresses stay
   std::deque<AlphaGeometry> alphas_;
+  std::deque<InnerGeometry> inner_;
   std::atomic<std::int64_t> memory_bytes_{0};
   float bounding_radius_ = 0;
   float bounding_centre_[3] = {0, 0, 0};

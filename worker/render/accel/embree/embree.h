@@ -9,7 +9,21 @@
 #define TESSERA_EMBREE 3
 #endif
 
+#include <cstdint>
+
 namespace tessera::render {
+
+#if TESSERA_EMBREE == 3
+using EmbreeContext = RTCIntersectContext;
+#else
+using EmbreeContext = RTCRayQueryContext;
+#endif
+
+/// What callbacks of objects in objects are told, and where they write. Places are numbered by shape/place.h.
+struct PlaceContext : EmbreeContext {
+  std::int64_t holder = -1;       // place of the object whose scene is being searched; -1: the world's
+  std::int64_t* found = nullptr;  // of each ray, by its id: the place of its nearest hit in such an object
+};
 
 /// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through
 /// Embree, one ray at a time; it gives what packets give but for rounding, and is there to check them.
@@ -18,14 +32,18 @@ enum class Traversal { kCoherent, kIncoherent, kSingle };
 /// Context of one trace call, besides the rays.
 class TraceContext {
  public:
-  explicit TraceContext(Traversal traversal) {
+  explicit TraceContext(Traversal traversal, std::int64_t holder = -1, std::int64_t* found = nullptr) {
     const bool coherent = traversal == Traversal::kCoherent;
+    context_.holder = holder;
+    context_.found = found;
 #if TESSERA_EMBREE == 3
     rtcInitIntersectContext(&context_);
     context_.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
 #else
     rtcInitIntersectArguments(&intersect_);
     rtcInitOccludedArguments(&occluded_);
+    rtcInitRayQueryContext(&context_);
+    intersect_.context = occluded_.context = &context_;
     intersect_.flags = occluded_.flags =
         coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
 #endif
@@ -69,9 +87,8 @@ class TraceContext {
 #endif
 
  private:
-#if TESSERA_EMBREE == 3
-  RTCIntersectContext context_;
-#else
+  PlaceContext context_;
+#if TESSERA_EMBREE == 4
   RTCIntersectArguments intersect_;
   RTCOccludedArguments occluded_;
 #endif

@@ -17,12 +17,15 @@ struct GeometryCallbacks {
   RTCIntersectFunctionN intersect = nullptr;
   RTCOccludedFunctionN occluded = nullptr;
   RTCFilterFunctionN filter_alpha = nullptr;
+  // Of the geometry of an object's instances of others (inner_geometry.h).
+  RTCIntersectFunctionN intersect_inner = nullptr;
+  RTCOccludedFunctionN occluded_inner = nullptr;
 };
 
 struct EmbreeKernel {
   GeometryCallbacks callbacks;
-  /// Asks a scene that outlives the query. `first_instance` is the Embree id of instance 0.
-  std::unique_ptr<RayQuery> (*make_query)(RTCScene scene, std::int32_t first_instance,
+  /// Asks a scene of these shapes, which outlive the query.
+  std::unique_ptr<RayQuery> (*make_query)(RTCScene scene, const ShapeTable& shapes,
                                           bool single_rays) = nullptr;
 };
 

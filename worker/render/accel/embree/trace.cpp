@@ -2,27 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "render/accel/embree/alpha_filter.h"
 #include "render/accel/embree/analytic_geometry.h"
+#include "render/accel/embree/packet.h"
+#include "render/accel/embree/trace_inner.h"
+#include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-// Embree's packets are as wide as one native vector: 16 rays on AVX-512, 8 on AVX2, 4 on NEON.
-#if defined(__AVX512F__)
-using Packet = RTCRayHit16;
-using RayPacket = RTCRay16;
-#elif defined(__AVX2__)
-using Packet = RTCRayHit8;
-using RayPacket = RTCRay8;
-#else
-using Packet = RTCRayHit4;
-using RayPacket = RTCRay4;
-#endif
-constexpr int kPacket = kPartWidth;
-static_assert(sizeof(RayPacket::org_x) == kPacket * sizeof(float));
 
 using FloatTag = Tag<float>;
 using UIntTag = Tag<std::uint32_t>;
@@ -101,9 +91,26 @@ std::int32_t instance_of(unsigned id, std::int32_t first_instance) {
   return static_cast<std::int32_t>(id) < 0 ? -1 : static_cast<std::int32_t>(id) - first_instance;
 }
 
+/// Sets what HitArrays says of the shape and the place of ray `ray` in a scene of objects in objects: from
+/// Embree's ids of its hit, and what callbacks have found for it.
+void set_place(const ShapeTable& shapes, unsigned geometry, unsigned instance, std::int64_t found, int ray,
+               const HitArrays& hits) {
+  std::int64_t place = -1;
+  if (is_inner_hit(geometry)) {
+    place = found;
+  } else if (instance != RTC_INVALID_GEOMETRY_ID) {
+    place = shapes.instances[instance - shapes.shapes.size()].first_place;
+  }
+  hits.shape[ray] =
+      geometry == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<std::int32_t>(geometry & ~kInnerHit);
+  hits.instance[ray] = place < 0 ? -1 : lower_part(place);
+  if (hits.upper != nullptr) hits.upper[ray] = place < 0 ? 0 : upper_part(place);
+}
+
 void trace_nearest_single(RTCScene scene, const RayArrays& rays, int n, std::int32_t first_instance,
-                          const HitArrays& hits) {
-  TraceContext context(Traversal::kSingle);
+                          const HitArrays& hits, const ShapeTable* nested) {
+  std::int64_t found = -1;
+  TraceContext context(Traversal::kSingle, -1, &found);
   for (int i = 0; i < n; ++i) {
     RTCRayHit one{};
     one.ray = single_ray(rays, i, __builtin_inff());
@@ -114,6 +121,7 @@ void trace_nearest_single(RTCScene scene, const RayArrays& rays, int n, std::int
     hits.primitive[i] = static_cast<std::int32_t>(one.hit.primID);
     hits.shape[i] = static_cast<std::int32_t>(one.hit.geomID);
     hits.instance[i] = instance_of(one.hit.instID[0], first_instance);
+    if (nested != nullptr) set_place(*nested, one.hit.geomID, one.hit.instID[0], found, i, hits);
   }
 }
 
@@ -129,14 +137,17 @@ void trace_shadow_single(RTCScene scene, const RayArrays& rays, int n, float* di
 }  // namespace
 
 void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
-                   std::int32_t first_instance, const HitArrays& hits) {
-  if (traversal == Traversal::kSingle) return trace_nearest_single(scene, rays, n, first_instance, hits);
-  TraceContext context(traversal);
+                   std::int32_t first_instance, const HitArrays& hits, const ShapeTable* nested) {
+  if (traversal == Traversal::kSingle)
+    return trace_nearest_single(scene, rays, n, first_instance, hits, nested);
+  std::int64_t found[kPacket];
+  TraceContext context(traversal, -1, found);
   Packet packet;
   alignas(64) int valid[kPacket];
   for (int first = 0; first < n; first += kPacket) {
     set_valid(rays, first, n - first, valid);
     load_rays(rays, first, packet.ray);
+    if (nested != nullptr) std::iota(packet.ray.id, packet.ray.id + kPacket, 0u);
     fill(__builtin_inff(), packet.ray.tfar);
     fill(RTC_INVALID_GEOMETRY_ID, packet.hit.geomID);
     fill(RTC_INVALID_GEOMETRY_ID, packet.hit.instID[0]);
@@ -149,6 +160,8 @@ void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal trave
     std::copy_n(packet.hit.geomID, kPacket, hits.shape + first);
     for (int i = 0; i < kPacket; ++i)
       hits.instance[first + i] = instance_of(packet.hit.instID[0][i], first_instance);
+    for (int i = 0; nested != nullptr && i < kPacket; ++i)
+      set_place(*nested, packet.hit.geomID[i], packet.hit.instID[0][i], found[i], first + i, hits);
   }
 }
 
@@ -203,11 +216,14 @@ namespace {
 
 class EmbreeQuery final : public RayQuery {
  public:
-  EmbreeQuery(RTCScene scene, std::int32_t first_instance, bool single_rays)
-      : scene_(scene), first_instance_(first_instance), single_rays_(single_rays) {}
+  EmbreeQuery(RTCScene scene, const ShapeTable& shapes, bool single_rays)
+      : scene_(scene),
+        first_instance_(static_cast<std::int32_t>(shapes.shapes.size())),
+        nested_(shapes.nested() ? &shapes : nullptr),
+        single_rays_(single_rays) {}
 
   void nearest(const RayArrays& rays, int n, bool coherent, const HitArrays& hits) const override {
-    trace_nearest(scene_, rays, n, traversal(coherent), first_instance_, hits);
+    trace_nearest(scene_, rays, n, traversal(coherent), first_instance_, hits, nested_);
   }
   void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const override {
     trace_shadow(scene_, rays, n, traversal(false), distance_in_blocked_out);
@@ -220,18 +236,20 @@ class EmbreeQuery final : public RayQuery {
 
   RTCScene scene_;
   const std::int32_t first_instance_;
+  const ShapeTable* const nested_;
   const bool single_rays_;
 };
 
-std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, std::int32_t first_instance, bool single_rays) {
-  return std::make_unique<EmbreeQuery>(scene, first_instance, single_rays);
+std::unique_ptr<RayQuery> make_embree_query(RTCScene scene, const ShapeTable& shapes, bool single_rays) {
+  return std::make_unique<EmbreeQuery>(scene, shapes, single_rays);
 }
 
 }  // namespace
 
 const EmbreeKernel& embree_kernel() {
   static constexpr EmbreeKernel kKernel{
-      {&count_primitives, &bound_primitive, &intersect_primitive, &occluded_primitive, &filter_alpha},
+      {&count_primitives, &bound_primitive, &intersect_primitive, &occluded_primitive, &filter_alpha,
+       &intersect_inner, &occluded_inner},
       &make_embree_query};
   return kKernel;
 }

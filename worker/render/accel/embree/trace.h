@@ -10,9 +10,10 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Does what RayQuery::nearest does. `first_instance` is the Embree id of instance 0.
+/// Does what RayQuery::nearest does. `first_instance` is the Embree id of instance 0; `nested`: the shapes,
+/// where they are of a scene with objects in objects.
 void trace_nearest(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,
-                   std::int32_t first_instance, const HitArrays& hits);
+                   std::int32_t first_instance, const HitArrays& hits, const ShapeTable* nested = nullptr);
 
 /// Does what RayQuery::occluded does.
 void trace_shadow(RTCScene scene, const RayArrays& rays, int n, Traversal traversal,

@@ -1,7 +1,7 @@
 #include "render/accel/structure/primitive_list.h"
 
 #include "absl/strings/str_cat.h"
-#include "render/accel/structure/exact_affine.h"
+#include "render/shape/exact_affine.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
@@ -95,15 +95,17 @@ absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const A
   return absl::OkStatus();
 }
 
-void add_instance(const ShapeTable& table, std::int32_t instance, const Box& object,
-                  std::vector<Primitive>& list) {
-  if (object.empty()) return;
-  const InstanceRecord& record = table.instances[static_cast<std::size_t>(instance)];
+Box box_of_instance(const ShapeTable& table, const InstanceRecord& record, const Box& object) {
+  if (object.empty()) return {};
   // A point's way is straight between two steps: what is in the boxes of both stays in the box of both.
   Box box = record.segments == 0 ? moved_box(exact(record.render_from_instance), object) : Box{};
   for (std::int32_t k = 0; record.segments > 0 && k <= record.segments; ++k)
     box.add(moved_box(exact(table.motion_steps[static_cast<std::size_t>(record.first_step + k)]), object));
-  add_boxed(PrimitiveKind::kInstance, -1, instance, box, list);
+  return box;
+}
+
+void add_instance(std::int32_t number, const Box& box, std::vector<Primitive>& list) {
+  add_boxed(PrimitiveKind::kInstance, -1, number, box, list);
 }
 
 }  // namespace tessera::render

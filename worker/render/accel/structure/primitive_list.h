@@ -10,6 +10,7 @@
 
 namespace tessera::render {
 
+struct InstanceRecord;
 struct ShapeTable;
 struct ShapeRecord;
 
@@ -24,8 +25,11 @@ struct AnalyticBounds {
 absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
                             std::vector<Primitive>& list);
 
-/// Adds an instance of an object whose primitives lie in `object`, for all times together.
-void add_instance(const ShapeTable& table, std::int32_t instance, const Box& object,
-                  std::vector<Primitive>& list);
+/// Where an instance has an object whose primitives lie in `object`, for all times together; empty where that
+/// is.
+Box box_of_instance(const ShapeTable& table, const InstanceRecord& instance, const Box& object);
+
+/// Adds an instance that lies in `box`; `number` is its index among those of the world, or of all objects.
+void add_instance(std::int32_t number, const Box& box, std::vector<Primitive>& list);
 
 }  // namespace tessera::render

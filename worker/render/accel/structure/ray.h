@@ -10,9 +10,9 @@
 #include <cstdint>
 #include <utility>
 
-#include "render/accel/structure/exact_affine.h"
 #include "render/accel/structure/primitive.h"
 #include "render/core/wide.h"
+#include "render/shape/exact_affine.h"
 
 namespace tessera::render::TESSERA_ISA {
 

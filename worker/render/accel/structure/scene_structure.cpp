@@ -105,8 +105,16 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
           !status.ok())
         return status;
     }
+    for (std::int32_t k = range.first_inner; k < range.first_inner + range.inner_count; ++k) {
+      const InstanceRecord& inner = shapes_.inner[static_cast<std::size_t>(k)];
+      const Box& box = objects_[static_cast<std::size_t>(inner.object)].box;
+      add_instance(k, box_of_instance(shapes_, inner, box), objects_[i].primitives);
+    }
     if (auto status = build_level(options, objects_[i]); !status.ok()) return status;
   }
+  inner_from_holder_.reserve(shapes_.inner.size());
+  for (const InstanceRecord& inner : shapes_.inner)
+    inner_from_holder_.push_back(inverse(exact(inner.render_from_instance)));
   for (std::int32_t s = 0; s < shapes_.world_shape_count; ++s) {
     if (auto status = add_primitives(shapes_, s, analytic, world_.primitives); !status.ok()) return status;
   }
@@ -114,12 +122,12 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   for (std::size_t i = 0; i < shapes_.instances.size(); ++i) {
     const InstanceRecord& instance = shapes_.instances[i];
     instance_from_render_.push_back(inverse(exact(instance.render_from_instance)));
-    add_instance(shapes_, static_cast<std::int32_t>(i),
-                 objects_[static_cast<std::size_t>(instance.object)].box, world_.primitives);
+    const Box& box = objects_[static_cast<std::size_t>(instance.object)].box;
+    add_instance(static_cast<std::int32_t>(i), box_of_instance(shapes_, instance, box), world_.primitives);
   }
   if (auto status = build_level(options, world_); !status.ok()) return status;
   figures_.sah_cost = figures_of(world_.tree).sah_cost;
-  figures_.bytes += sizeof(ExactAffine) * instance_from_render_.size();
+  figures_.bytes += sizeof(ExactAffine) * (instance_from_render_.size() + inner_from_holder_.size());
   // As Embree's: half-spaces say nothing about the size of the scene.
   Box box;
   for (const Primitive& primitive : world_.primitives) {

@@ -15,9 +15,9 @@
 #include "render/accel/ray_query.h"
 #include "render/accel/ray_structure.h"
 #include "render/accel/sphere_tree/sphere_tree.h"
-#include "render/accel/structure/exact_affine.h"
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive_list.h"
+#include "render/shape/exact_affine.h"
 
 namespace tessera::render {
 
@@ -89,13 +89,17 @@ class TreeStructure final : public SceneStructure {
   const ExactAffine& instance_from_render(std::int32_t i) const {
     return instance_from_render_[static_cast<std::size_t>(i)];
   }
+  /// The same of ShapeTable::inner.
+  const ExactAffine& inner_from_holder(std::int32_t i) const {
+    return inner_from_holder_[static_cast<std::size_t>(i)];
+  }
 
  private:
   absl::Status build_level(const StructureOptions& options, Level<Tree>& level);
 
   Level<Tree> world_;
   std::vector<Level<Tree>> objects_;
-  std::vector<ExactAffine> instance_from_render_;
+  std::vector<ExactAffine> instance_from_render_, inner_from_holder_;
 };
 
 /// The tables must outlive the result. InvalidArgument for shapes that these structures do not know,

@@ -12,6 +12,7 @@
 #include "render/accel/sphere_tree/sphere_walk.h"
 #include "render/accel/structure/meet.h"
 #include "render/shape/analytic_shape.h"
+#include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -22,11 +23,12 @@ namespace {
 struct Found {
   float t;
   float u = 0, v = 0;
-  std::int32_t shape = -1, primitive = -1, instance = -1;
+  std::int32_t shape = -1, primitive = -1;
+  std::int64_t place = -1;
 
-  bool gives_way_to(const Meeting& other, const Primitive& p, std::int32_t in_instance) const {
+  bool gives_way_to(const Meeting& other, const Primitive& p, std::int64_t at_place) const {
     if (other.t != t) return other.t < t;
-    return shape < 0 || std::tuple(p.shape, p.number, in_instance) < std::tuple(shape, primitive, instance);
+    return shape < 0 || std::tuple(p.shape, p.number, at_place) < std::tuple(shape, primitive, place);
   }
 };
 
@@ -37,7 +39,7 @@ struct Tracer {
   const TreeStructure<Tree>& structure;
   const Level<Tree>& level;
   const Ray& ray;
-  const std::int32_t instance;
+  const std::int64_t place;  // of the level's object; without objects in objects the instance; -1: the world
   Found& found;
   RayVisits& visits;
 
@@ -71,13 +73,13 @@ struct Tracer {
   }
 
   TESSERA_INLINE bool take(const Primitive& primitive, const Meeting& meeting) {
-    if (!found.gives_way_to(meeting, primitive, instance)) return false;
+    if (!found.gives_way_to(meeting, primitive, place)) return false;
     if (primitive.has_alpha &&
         passes_through(ray, structure.shapes(), structure.textures(), primitive, meeting))
       return false;
     if (!kAny) found.t = meeting.t;
     found.u = meeting.u, found.v = meeting.v;
-    found.shape = primitive.shape, found.primitive = primitive.number, found.instance = instance;
+    found.shape = primitive.shape, found.primitive = primitive.number, found.place = place;
     return kAny;
   }
 
@@ -85,13 +87,19 @@ struct Tracer {
     const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
     if (box.empty() || box.enter > found.t) return false;
     const ShapeTable& shapes = structure.shapes();
-    const InstanceRecord& record = shapes.instances[static_cast<std::size_t>(primitive.number)];
+    const bool in_world = place < 0;
+    const InstanceRecord& record =
+        (in_world ? shapes.instances : shapes.inner)[static_cast<std::size_t>(primitive.number)];
     const Level<Tree>& object = structure.object(record.object);
-    const ExactAffine to_object = record.segments == 0 ? structure.instance_from_render(primitive.number)
-                                                       : inverse(placement_at(shapes, record, ray.time));
+    const ExactAffine to_object = record.segments != 0 ? inverse(placement_at(shapes, record, ray.time))
+                                  : in_world           ? structure.instance_from_render(primitive.number)
+                                                       : structure.inner_from_holder(primitive.number);
     const Ray own = moved(ray, to_object, object.largest);
     if (!own.sound()) return false;  // the instance has no extent
-    Tracer<Tree, kAny>{structure, object, own, primitive.number, found, visits}.run();
+    const std::int64_t own_place = !shapes.nested() ? primitive.number
+                                   : in_world       ? record.first_place
+                                                    : place_within(place, record);
+    Tracer<Tree, kAny>{structure, object, own, own_place, found, visits}.run();
     return kAny && found.shape >= 0;
   }
 };
@@ -118,7 +126,10 @@ class StructureQuery final : public RayQuery {
       RayVisits visits;
       const Found found = trace<false>(rays, i, __builtin_inff(), visits);
       hits.t[i] = found.t, hits.u[i] = found.u, hits.v[i] = found.v;
-      hits.primitive[i] = found.primitive, hits.shape[i] = found.shape, hits.instance[i] = found.instance;
+      hits.primitive[i] = found.primitive, hits.shape[i] = found.shape;
+      hits.instance[i] = found.place < 0 ? -1 : lower_part(found.place);
+      if (hits.upper != nullptr && structure_.shapes().nested())
+        hits.upper[i] = found.place < 0 ? 0 : upper_part(found.place);
       if (hits.visited_nodes != nullptr) {
         hits.visited_nodes[i] = static_cast<std::int32_t>(visits.nodes);
         hits.visited_primitives[i] = static_cast<std::int32_t>(visits.primitives);

@@ -6,7 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/build/shape/geometry.h"
+#include "render/build/shape/object_graph.h"
 #include "render/build/values/located.h"
+#include "render/shape/place.h"
 
 namespace tessera::render {
 
@@ -31,31 +33,44 @@ Transform point_reflection() {
 
 }  // namespace
 
-absl::Status InstanceBuilder::build(const Shapes& shapes, const Objects& objects,
-                                    const Instances& instances) {
+absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, const std::string& wants_flat) {
+  scene_ = &scene;
+  const Shapes& shapes = scene.shapes();
   const auto place = [&](int i) { return place_in_scene("shape", i, shapes[i].name()); };
   const auto moving = add_still(shapes, space_.from_world, place, false);
   if (!moving.ok()) return moving.status();
   table_.world_shape_count = static_cast<std::int32_t>(table_.shapes.size());
   shapes_before_ = shapes.size();
-  for (const v1::Object& object : objects) {
-    if (auto s = object_names_.add(object.name(), static_cast<int>(objects_.size())); !s.ok()) return s;
+  std::vector<std::uint64_t> own_parts;
+  for (const v1::Object& object : scene.objects()) {
+    if (auto s = object_names_.add(object.name(), static_cast<int>(parts_.size())); !s.ok()) return s;
     auto parts = build_object(object);
     if (!parts.ok()) return parts.status();
-    objects_.push_back(*std::move(parts));
+    own_parts.push_back(parts->size());
+    parts_.push_back(*std::move(parts));
     shapes_before_ += object.shapes_size();
   }
   if (auto s = add_moving(shapes, *moving); !s.ok()) return s;
-  for (int i = 0; i < instances.size(); ++i) {
-    const std::string where = place_in_scene("instance", i, instances[i].object());
-    const auto object = object_names_.find(instances[i].object());
-    if (!object.ok()) return located(object.status(), where);
-    const std::size_t first = table_.instances.size();
-    if (auto s = build_instance(instances[i], objects_[static_cast<std::size_t>(*object)], where); !s.ok())
-      return located(s, where);
-    for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
-    instance_names_.resize(table_.instances.size(), where);
+
+  // Objects within objects.
+  const auto graph = ObjectGraph::of(scene.objects(), object_names_);
+  if (!graph.ok()) return graph.status();
+  std::vector<int> placed;
+  for (int i = 0; i < scene.instances_size(); ++i) {
+    const std::string& name = scene.instances(i).object();
+    const auto object = object_names_.find(name);
+    if (!object.ok()) return located(object.status(), place_in_scene("instance", i, name));
+    placed.push_back(*object);
   }
+  auto plan = plan_nesting(*graph, own_parts, placed, wish, wants_flat);
+  if (!plan.ok()) return plan.status();
+  note_ = std::move(plan->note);
+  for (const int object : graph->order()) {
+    const auto& held = graph->held_by(object);
+    if (auto s = add_held(object, held, plan->kept[static_cast<std::size_t>(object)]); !s.ok()) return s;
+  }
+  if (auto s = add_world_instances(placed); !s.ok()) return s;
+  number_places(table_);
   return absl::OkStatus();
 }
 
@@ -104,10 +119,8 @@ absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform&
   return absl::OkStatus();
 }
 
-absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape(const v1::Shape& shape,
-                                                                                 std::int32_t number,
-                                                                                 bool instanced,
-                                                                                 const std::string& where) {
+absl::StatusOr<ObjectPart> InstanceBuilder::build_moving_shape(const v1::Shape& shape, std::int32_t number,
+                                                               bool instanced, const std::string& where) {
   auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
   // A mirrored shape is reflected within its object: which side is the front is decided there.
@@ -120,9 +133,9 @@ absl::StatusOr<InstanceBuilder::MovingShape> InstanceBuilder::build_moving_shape
   const auto first = static_cast<std::int32_t>(table_.shapes.size());
   if (auto s = add_shape(shape, placed_from_object, number, instanced, where); !s.ok()) return s;
   const auto count = static_cast<std::int32_t>(table_.shapes.size()) - first;
-  if (count == 0) return MovingShape{-1, *motion};
+  if (count == 0) return ObjectPart{};
   table_.objects.push_back({first, count});
-  return MovingShape{static_cast<int>(table_.objects.size()) - 1, *motion};
+  return ObjectPart{static_cast<std::int32_t>(table_.objects.size()) - 1, {}, {}}.placed_by(*motion);
 }
 
 absl::Status InstanceBuilder::add_moving(const Shapes& shapes, const std::vector<int>& moving) {
@@ -131,10 +144,9 @@ absl::Status InstanceBuilder::add_moving(const Shapes& shapes, const std::vector
     const auto shape = build_moving_shape(shapes[i], i + 1, false, where);
     if (!shape.ok()) return located(shape.status(), where);
     if (shape->object < 0) continue;
-    const auto place = [&](double time) { return shape->motion.at(time); };
-    if (auto s = add_instance(shape->object, shape->motion.segments(), place); !s.ok())
+    if (auto s = add_instance(*shape, {space_.from_world, table_.instances}); !s.ok())
       return located(s, where);
-    instance_names_.resize(table_.instances.size(), where);
+    moving_names_.push_back(where);
   }
   return absl::OkStatus();
 }
@@ -167,61 +179,153 @@ absl::StatusOr<InstanceBuilder::ObjectParts> InstanceBuilder::build_object(const
   ObjectParts parts;
   const auto anchor = anchor_of(object);
   if (!anchor.ok()) return located(anchor.status(), place(0));
-  parts.anchor = *anchor;
   const auto first = static_cast<std::int32_t>(table_.shapes.size());
   const auto moving =
       add_still(object.shapes(), Transform::translation({-anchor->x, -anchor->y, -anchor->z}), place, true);
   if (!moving.ok()) return moving.status();
   if (const auto count = static_cast<std::int32_t>(table_.shapes.size()) - first; count > 0) {
-    parts.still = static_cast<int>(table_.objects.size());
+    parts.push_back({static_cast<std::int32_t>(table_.objects.size()), Transform::translation(*anchor), {}});
     table_.objects.push_back({first, count});
   }
   for (const int i : *moving) {
     auto part = build_moving_shape(object.shapes(i), shapes_before_ + i + 1, true, place(i));
     if (!part.ok()) return located(part.status(), place(i));
-    if (part->object >= 0) parts.moving.push_back(*std::move(part));
+    if (part->object >= 0) parts.push_back(*std::move(part));
   }
   return parts;
 }
 
-absl::Status InstanceBuilder::check_reach(const float* centre, float radius) const {
-  const double reach = std::hypot(centre[0], centre[1], centre[2]) + radius;
-  constexpr double kFarthest = 1e18;  // Embree's own limit, beyond which it may end the program, is 1.8e18
-  for (std::size_t i = 0; i < table_.instances.size(); ++i) {
-    const auto& m = table_.instances[i].instance_from_render.m;
-    for (int row = 0; row < 3; ++row) {
-      const double scale = std::hypot(m[4 * row], m[4 * row + 1], m[4 * row + 2]);
-      if (!(scale * reach + std::abs(m[4 * row + 3]) <= kFarthest))
-        return located(absl::InvalidArgumentError(kBeyondFloats), instance_names_[i]);
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status InstanceBuilder::build_instance(const v1::Instance& instance, const ObjectParts& parts,
-                                             const std::string& where) {
+absl::Status InstanceBuilder::for_each_placed(const v1::Instance& instance, const ObjectParts& parts,
+                                              const std::string& where,
+                                              const std::function<absl::Status(ObjectPart)>& f) {
   const auto motion = motion_of(instance.world_from_instance(), instance.world_from_instance_end());
-  if (!motion.ok()) return motion.status();
+  if (!motion.ok()) return located(motion.status(), where);
   Transform unused;
   if (!motion->moves() && !(space_.from_world * motion->at(0)).invert(unused)) {
     warnings_.push_back(absl::StrCat(where, ": its transform is singular; left out"));
     return absl::OkStatus();
   }
-  if (parts.still >= 0) {
-    const auto place = [&](double time) { return motion->at(time) * Transform::translation(parts.anchor); };
-    if (auto s = add_instance(parts.still, motion->segments(), place); !s.ok()) return s;
-  }
-  for (const MovingShape& part : parts.moving) {
-    const auto place = [&](double time) { return motion->at(time) * part.motion.at(time); };
-    if (auto s = add_instance(part.object, segments_of_product(*motion, part.motion), place); !s.ok())
-      return s;
+  for (const ObjectPart& part : parts) {
+    if (auto s = f(part.placed_by(*motion)); !s.ok()) return located(s, where);
   }
   return absl::OkStatus();
 }
 
-absl::Status InstanceBuilder::add_instance(int object, int segments,
-                                           const std::function<Transform(double)>& world_from_instance) {
-  const Transform start = space_.from_world * world_from_instance(0);
+absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held, bool kept) {
+  if (held.empty()) return absl::OkStatus();
+  const v1::Object& message = scene_->objects(object);
+  ObjectParts& own = parts_[static_cast<std::size_t>(object)];
+  ObjectParts outside;  // what the holders place
+  const auto anchor = kept ? anchor_of_group(message) : Imath::V3d(0, 0, 0);
+  if (!anchor.ok()) return anchor.status();
+  const auto first = static_cast<std::int32_t>(table_.inner.size());
+  const Holder group{Transform::translation(-*anchor), table_.inner};
+  const auto add = [&](ObjectPart part) {
+    // What has no end must not count for the size of the group.
+    const bool inside = kept && !is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
+    if (inside) return add_instance(part, group);
+    outside.push_back(std::move(part));
+    return absl::OkStatus();
+  };
+  for (ObjectPart& part : own) {
+    if (auto s = add(std::move(part)); !s.ok())
+      return located(s, absl::StrCat("object '", message.name(), "'"));
+  }
+  for (int i = 0; i < message.instances_size(); ++i) {
+    const v1::Instance& instance = message.instances(i);
+    const auto& parts = parts_[static_cast<std::size_t>(held[static_cast<std::size_t>(i)])];
+    const std::string where =
+        absl::StrCat("object '", message.name(), "', ", place_in_scene("instance", i, instance.object()));
+    if (auto s = for_each_placed(instance, parts, where, add); !s.ok()) return s;
+  }
+  if (const auto count = static_cast<std::int32_t>(table_.inner.size()) - first; count > 0) {
+    outside.push_back(
+        {static_cast<std::int32_t>(table_.objects.size()), Transform::translation(*anchor), {}});
+    table_.objects.push_back({0, 0, first, count});
+    group_names_.push_back(message.name());
+  }
+  own = std::move(outside);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Imath::V3d> InstanceBuilder::anchor_of_group(const v1::Object& object) const {
+  Imath::V3d at[2];
+  const v1::Instance* const ends[2] = {&*object.instances().begin(), &*object.instances().rbegin()};
+  for (int i = 0; i < 2; ++i) {
+    const auto map = Transform::from_proto(ends[i]->world_from_instance());
+    if (!map.ok()) return located(map.status(), absl::StrCat("object '", object.name(), "'"));
+    at[i] = map->apply({0, 0, 0});
+  }
+  constexpr double kFar = 16;  // ways from the first to the last
+  return at[0].length() > kFar * (at[1] - at[0]).length() ? at[0] : Imath::V3d(0, 0, 0);
+}
+
+absl::Status InstanceBuilder::add_world_instances(const std::vector<int>& placed) {
+  const Holder world{space_.from_world, table_.instances};
+  for (int i = 0; i < scene_->instances_size(); ++i) {
+    const v1::Instance& instance = scene_->instances(i);
+    const auto& parts = parts_[static_cast<std::size_t>(placed[static_cast<std::size_t>(i)])];
+    const std::size_t first = table_.instances.size();
+    const auto add = [&](ObjectPart part) { return add_instance(part, world); };
+    const std::string where = place_in_scene("instance", i, instance.object());
+    if (auto s = for_each_placed(instance, parts, where, add); !s.ok()) return s;
+    for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
+  }
+  return absl::OkStatus();
+}
+
+std::string InstanceBuilder::name_of_instance(std::size_t index) const {
+  if (index < moving_names_.size()) return moving_names_[index];
+  const int i = table_.instances[index].number - 1;
+  return place_in_scene("instance", i, scene_->instances(i).object());
+}
+
+absl::Status InstanceBuilder::check_reach(const float* centre, float radius) const {
+  constexpr double kFarthest = 1e18;   // Embree's own limit, beyond which it may end the program, is 1.8e18
+  constexpr double kMostScale = 1e12;  // of several levels together: determinants are floats still
+  struct Reach {
+    double radius = 0;             // about the object's origin: of rays in its space
+    double scale = 0, shrink = 0;  // largest, of all ways there and back
+  };
+  std::vector<Reach> reaches(table_.objects.size());
+  const auto look = [&](const InstanceRecord& instance, const Reach& holder) {
+    const auto& m = instance.instance_from_render.m;
+    double squared = 0;
+    for (int row = 0; row < 3; ++row) {
+      const double coordinate =
+          std::hypot(m[4 * row], m[4 * row + 1], m[4 * row + 2]) * holder.radius + std::abs(m[4 * row + 3]);
+      if (!(coordinate <= kFarthest)) return false;
+      squared += coordinate * coordinate;
+    }
+    Reach& own = reaches[static_cast<std::size_t>(instance.object)];
+    own.radius = std::max(own.radius, std::sqrt(squared));
+    if (!table_.nested()) return true;
+    own.scale = std::max(own.scale, holder.scale * largest_scale(instance.render_from_instance));
+    own.shrink = std::max(own.shrink, holder.shrink * largest_scale(instance.instance_from_render));
+    return own.scale <= kMostScale && own.shrink <= kMostScale;
+  };
+  const Reach world{std::hypot(centre[0], centre[1], centre[2]) + radius, 1, 1};
+  for (std::size_t i = 0; i < table_.instances.size(); ++i) {
+    if (!look(table_.instances[i], world))
+      return located(absl::InvalidArgumentError(kBeyondFloats), name_of_instance(i));
+  }
+  // Objects come after those that they hold.
+  for (std::size_t i = table_.objects.size(); i-- > table_.objects.size() - group_names_.size();) {
+    const Reach own = reaches[i];
+    for (const InstanceRecord& inner : table_.inner_of(table_.objects[i])) {
+      if (look(inner, own)) continue;
+      const std::string& name = group_names_[i + group_names_.size() - table_.objects.size()];
+      return located(absl::InvalidArgumentError(kBeyondFloats),
+                     absl::StrCat("an instance in object '", name, "'"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status InstanceBuilder::add_instance(const ObjectPart& part, const Holder& holder) {
+  const auto place_at = [&](double time) { return holder.from_space * part.at(time); };
+  const int object = part.object, segments = part.segments();
+  const Transform start = place_at(0);
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");
   if (!fits_floats(start, back)) return absl::InvalidArgumentError(kBeyondFloats);
@@ -240,10 +344,9 @@ absl::Status InstanceBuilder::add_instance(int object, int segments,
       return absl::ResourceExhaustedError("too much in the scene moves");
     record.first_step = static_cast<std::int32_t>(table_.motion_steps.size());
     record.segments = segments;
-    const auto place = [&](double time) { return space_.from_world * world_from_instance(time); };
-    if (auto s = append_steps(place, segments, table_.motion_steps); !s.ok()) return s;
+    if (auto s = append_steps(place_at, segments, table_.motion_steps); !s.ok()) return s;
   }
-  table_.instances.push_back(record);
+  holder.records.push_back(record);
   return absl::OkStatus();
 }
 

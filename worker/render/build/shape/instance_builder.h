@@ -11,6 +11,7 @@
 #include "render/build/blob_source.h"
 #include "render/build/placement/motion.h"
 #include "render/build/placement/render_space.h"
+#include "render/build/shape/object_part.h"
 #include "render/build/shape/shape_builder.h"
 #include "render/build/values/name_table.h"
 #include "render/shape/shape_table.h"
@@ -21,31 +22,30 @@ namespace tessera::render {
 class InstanceBuilder {
  public:
   using Shapes = google::protobuf::RepeatedPtrField<v1::Shape>;
-  using Objects = google::protobuf::RepeatedPtrField<v1::Object>;
-  using Instances = google::protobuf::RepeatedPtrField<v1::Instance>;
 
   /// Has `shapes`, which fills the same table, build each shape.
   InstanceBuilder(const RenderSpace& space, const BlobSource& blobs, ShapeBuilder& shapes, ShapeTable& table,
                   std::vector<std::string>& warnings)
       : space_(space), blobs_(blobs), shapes_(shapes), table_(table), warnings_(warnings) {}
 
-  /// All shapes of the world, objects and instances, which fill the table. InvalidArgument names the element.
-  absl::Status build(const Shapes& shapes, const Objects& objects, const Instances& instances);
+  /// All shapes of the scene's world, objects and instances, which fill the table; it outlives the builder.
+  /// InvalidArgument names the element. `wish` and `wants_flat`: plan_nesting().
+  absl::Status build(const v1::Scene& scene, v1::Nesting wish = v1::NESTING_UNSPECIFIED,
+                     const std::string& wants_flat = "");
+
+  /// What was made of objects within objects, and why; empty where there are none.
+  const std::string& note() const { return note_; }
 
   /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats'
   /// range in an instance's own space.
   absl::Status check_reach(const float* centre, float radius) const;
 
  private:
-  struct MovingShape {
-    int object;  // in ShapeTable::objects; -1: there is nothing of it to be seen
-    Motion motion;
-  };
-  struct ObjectParts {
-    int still =
-        -1;  // in ShapeTable::objects: all shapes that do not move within the object; -1: there are none
-    std::vector<MovingShape> moving;
-    Imath::V3d anchor{0, 0, 0};  // instance space; `still` is relative to it
+  using ObjectParts = std::vector<ObjectPart>;
+  /// Where records of instances go, and what maps their holder's space to that of the records.
+  struct Holder {
+    Transform from_space;
+    std::vector<InstanceRecord>& records;
   };
 
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
@@ -53,8 +53,9 @@ class InstanceBuilder {
   /// The shapes that do not move; gives the places of those that do.
   absl::StatusOr<std::vector<int>> add_still(const Shapes& shapes, const Transform& placed_from_shapes,
                                              const std::function<std::string(int)>& where, bool instanced);
-  absl::StatusOr<MovingShape> build_moving_shape(const v1::Shape& shape, std::int32_t number, bool instanced,
-                                                 const std::string& where);
+  /// A part without an object where there is nothing of it to be seen.
+  absl::StatusOr<ObjectPart> build_moving_shape(const v1::Shape& shape, std::int32_t number, bool instanced,
+                                                const std::string& where);
   /// Builds a shape; its records have the scene's `number`.
   absl::Status add_shape(const v1::Shape& shape, const Transform& placed_from_object, std::int32_t number,
                          bool instanced, const std::string& where);
@@ -63,10 +64,17 @@ class InstanceBuilder {
   /// A point among the shapes where they are all far from the origin of instance space, else that origin:
   /// floats hold coordinates about the one as well as those about the other if the author had put it there.
   absl::StatusOr<Imath::V3d> anchor_of(const v1::Object& object) const;
-  absl::Status build_instance(const v1::Instance& instance, const ObjectParts& parts,
-                              const std::string& where);
-  absl::Status add_instance(int object, int segments,
-                            const std::function<Transform(double)>& world_from_instance);
+  /// Adds to an object's parts what its instances place; of one that is `kept`, as a group of ShapeTable.
+  absl::Status add_held(int object, const std::vector<int>& held, bool kept);
+  /// Calls f for the parts of an object where an instance places them; a singular one is left out.
+  absl::Status for_each_placed(const v1::Instance& instance, const ObjectParts& parts,
+                               const std::string& where, const std::function<absl::Status(ObjectPart)>& f);
+  /// Where the holder of instances that stand together, far from its origin, has them; else that origin.
+  absl::StatusOr<Imath::V3d> anchor_of_group(const v1::Object& object) const;
+  absl::Status add_world_instances(const std::vector<int>& placed);
+  absl::Status add_instance(const ObjectPart& part, const Holder& holder);
+  /// Of the instance with this index in ShapeTable::instances, for messages.
+  std::string name_of_instance(std::size_t index) const;
 
   const RenderSpace& space_;
   const BlobSource& blobs_;
@@ -74,9 +82,12 @@ class InstanceBuilder {
   ShapeTable& table_;
   std::vector<std::string>& warnings_;
   NameTable object_names_{"object"};
-  std::vector<ObjectParts> objects_;
-  std::vector<std::string> instance_names_;  // of ShapeTable::instances, for messages
-  std::int32_t shapes_before_ = 0;           // shapes of the scene before those that are being built
+  const v1::Scene* scene_ = nullptr;
+  std::vector<ObjectParts> parts_;         // of the scene's objects
+  std::vector<std::string> moving_names_;  // of the first of ShapeTable::instances: shapes of the world
+  std::vector<std::string> group_names_;   // of the last of ShapeTable::objects: those that hold others
+  std::string note_;
+  std::int32_t shapes_before_ = 0;  // shapes of the scene before those that are being built
 };
 
 }  // namespace tessera::render

@@ -94,6 +94,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.structure = structure_of(asked.accelerator());
   if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
+  result.nesting = asked.nesting();
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);

@@ -103,16 +103,17 @@ template <class Form>
 struct alignas(64) HitFields {
   typename Form::Scalar t, u, v;
   typename Form::Integer primitive, shape, instance;
+  typename Form::Integer upper = {};  // with objects within objects
 
   template <class F, class... Hits>
   static TESSERA_INLINE void for_each(F&& f, Hits&... hits) {
     f(hits.t...), f(hits.u...), f(hits.v...);
-    f(hits.primitive...), f(hits.shape...), f(hits.instance...);
+    f(hits.primitive...), f(hits.shape...), f(hits.instance...), f(hits.upper...);
   }
 };
 struct HitState : HitFields<InMemory> {
   /// The arrays for a query to fill.
-  HitArrays arrays() { return {t, u, v, primitive, shape, instance}; }
+  HitArrays arrays() { return {t, u, v, primitive, shape, instance, nullptr, upper}; }
 };
 
 /// The arrays for a query to read.

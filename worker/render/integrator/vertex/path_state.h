@@ -116,8 +116,14 @@ TESSERA_INLINE Fields<Wide16> load(const SceneTables& scene, const Fields<InMemo
 }
 
 TESSERA_INLINE Hit load_hit(const HitState& hits, int i) {
-  return {Float::load(hits.t + i),       Float::load(hits.u + i),   Float::load(hits.v + i),
-          Int::load(hits.primitive + i), Int::load(hits.shape + i), Int::load(hits.instance + i)};
+  return {Float::load(hits.t + i),
+          Float::load(hits.u + i),
+          Float::load(hits.v + i),
+          Int::load(hits.primitive + i),
+          Int::load(hits.shape + i),
+          Int::load(hits.instance + i),
+          Float(0.0f),
+          Int::load(hits.upper + i)};
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/core/affine_data.h"
 #include "render/shape/shape_table.h"
@@ -38,6 +39,17 @@ inline ExactAffine inverse(const ExactAffine& a) {
     double* const row = r.m + 4 * i;
     for (int k = 0; k < 3; ++k) row[k] /= determinant;
     row[3] = -(row[0] * m[3] + row[1] * m[7] + row[2] * m[11]);
+  }
+  return r;
+}
+
+/// First `b`, then `a`.
+inline ExactAffine product(const ExactAffine& a, const ExactAffine& b) {
+  ExactAffine r;
+  for (int i = 0; i < 3; ++i) {
+    const double* const row = a.m + 4 * i;
+    for (int k = 0; k < 4; ++k) r.m[4 * i + k] = row[0] * b.m[k] + row[1] * b.m[4 + k] + row[2] * b.m[8 + k];
+    r.m[4 * i + 3] += row[3];
   }
   return r;
 }

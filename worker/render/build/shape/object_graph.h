@@ -1,0 +1,61 @@
+// Which objects hold which: a directed graph without cycles, and what is made of it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/build/values/name_table.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+/// Objects are numbered as in the scene.
+class ObjectGraph {
+ public:
+  using Objects = google::protobuf::RepeatedPtrField<v1::Object>;
+
+  /// Objects on a way from the world down, at most: rays go down by recursion.
+  static constexpr int kDeepest = 64;
+
+  /// InvalidArgument names an instance of an object that does not exist, a cycle with its objects, or a way
+  /// that is longer than kDeepest. `names` are those of the objects.
+  static absl::StatusOr<ObjectGraph> of(const Objects& objects, const NameTable& names);
+
+  /// The objects that an object's instances place, in their order.
+  const std::vector<int>& held_by(int object) const { return held_[static_cast<std::size_t>(object)]; }
+  /// All objects, each after those that it holds; without those in their own order.
+  const std::vector<int>& order() const { return order_; }
+  /// Objects on the longest way down, the first one included; 1 where none holds another.
+  int depth() const { return depth_; }
+
+ private:
+  absl::Status sort(const Objects& objects);
+  absl::Status measure(const Objects& objects);
+
+  std::vector<std::vector<int>> held_;
+  std::vector<int> order_;
+  int depth_ = 1;
+};
+
+/// Which objects keep their instances, so that rays go down into them; all others are flattened: what they
+/// hold is placed by whatever holds them.
+struct NestingPlan {
+  std::vector<bool> kept;
+  std::string note;  // what was decided and why; empty where no object holds others
+};
+
+/// How often shapes' objects may be placed where a scene is flattened: by itself, and where it is asked for.
+/// Figures behind the first: docs/decisions/0044-scene-graph.md.
+inline constexpr std::uint64_t kMostFlattened = std::uint64_t{1} << 18;
+inline constexpr std::uint64_t kMostEverFlattened = std::uint64_t{1} << 24;
+
+/// `own`: how many of an object's parts are placed besides its instances; `placed`: the object of each
+/// instance in the world. InvalidArgument where a scene that has to be flattened would have too many
+/// instances, or there are more than 2^62 places; `wants_flat` names what cannot do with others, or is empty.
+absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
+                                         const std::vector<int>& placed, v1::Nesting wish,
+                                         const std::string& wants_flat);
+
+}  // namespace tessera::render
