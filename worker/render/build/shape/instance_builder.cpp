@@ -56,7 +56,7 @@ absl::Status InstanceBuilder::build(const Shapes& shapes, const Objects& objects
     for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
     instance_names_.resize(table_.instances.size(), where);
   }
-  return absl::OkStatus();
+  return shapes_.add_solids_of_combinations();
 }
 
 absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes,
