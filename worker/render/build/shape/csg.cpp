@@ -164,11 +164,11 @@ absl::StatusOr<bool> add_csg(const v1::Shape& shape, const CsgTree& tree, const 
   if (shape.uv_transform_size() != 0)
     return absl::InvalidArgumentError("a uv transform is for the operands, not for the combination");
   const auto where = [&](std::size_t i) {
-    return place_in_scene("operand", static_cast<int>(i), tree.solids[i]->name());
+    return place_in_scene("operand", tree.solids[i].operand, tree.solids[i].shape->name());
   };
   std::vector<CsgOperand> operands;
   for (std::size_t i = 0; i < tree.solids.size(); ++i) {
-    auto operand = read_csg_operand(*tree.solids[i], blobs);
+    auto operand = read_csg_operand(*tree.solids[i].shape, blobs);
     if (!operand.ok()) return located(operand.status(), where(i));
     operands.push_back(*std::move(operand));
   }
@@ -197,7 +197,7 @@ absl::StatusOr<bool> add_csg(const v1::Shape& shape, const CsgTree& tree, const 
   std::copy_n(csg.nodes.front().low, 3, csg.low);
   std::copy_n(csg.nodes.front().high, 3, csg.high);
   for (std::size_t i = 0; i < operands.size(); ++i) {
-    const v1::Shape& message = *tree.solids[i];
+    const v1::Shape& message = *tree.solids[i].shape;
     ShapeRecord solid;
     const Transform& placed = operands[i].combination_from_object;
     if (auto s = add_csg_operand(message, placed_from_object * placed, blobs, table, solid); !s.ok())

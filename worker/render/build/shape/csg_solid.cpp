@@ -27,6 +27,7 @@ const char* why_not_closed(const v1::Shape& shape) {
       return !shape.cone().capped() ? "a cone without caps is not closed"
              : is_cut(shape.cone()) ? "a cone that is cut by an angle is not closed"
                                     : nullptr;
+    case v1::Shape::kImplicit:  // by its bounds, a solid of their own
     case v1::Shape::kMesh:
     case v1::Shape::kHalfSpace:
     case v1::Shape::kBox:
@@ -66,6 +67,9 @@ absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_o
   switch (shape.kind_case()) {
     case v1::Shape::kMesh:
       return add_mesh(shape, placed_from_object, blobs, table, record);
+    case v1::Shape::kImplicit:
+      if (exact != nullptr) *exact = placed_from_object;
+      return add_implicit(shape, placed_from_object, table, record);
     case v1::Shape::kSphere:
       return add_quadric(shape, placed_from_object, table, record, exact);
     case v1::Shape::kBox:
@@ -102,6 +106,8 @@ CsgBox box_of_half_space(const Transform& t) {
 }
 
 CsgBox box_of(const ShapeRecord& record, const ShapeTable& table, const Transform& t) {
+  // The bounds stand beside an implicit surface and have a box.
+  if (record.kind == ShapeKind::kImplicit) return {};
   const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(record.quadric)];
   const double r = q.radius, tube = q.inner_radius;
   switch (record.kind) {

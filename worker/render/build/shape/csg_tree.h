@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -17,7 +18,12 @@ struct CsgTree {
     std::vector<std::int32_t> operands;
   };
   std::vector<Node> nodes;  // the whole is the first; operands stand behind their group
-  std::vector<const v1::Shape*> solids;
+  struct Solid {
+    const v1::Shape* shape;
+    std::int32_t operand;  // its number among those of the message
+  };
+  std::vector<Solid> solids;
+  std::list<v1::Shape> bounds;  // solids that close implicit surfaces
 };
 
 /// InvalidArgument where groups do not end, have no operands or are too many within one another.

@@ -73,7 +73,7 @@ absl::Status ShapeBuilder::add_combination(const v1::Shape& shape, const Transfo
     return absl::InvalidArgumentError(absl::StrCat(kind_without_light(shape), " cannot emit light"));
   const auto tree = read_csg_tree(shape.csg());
   if (!tree.ok()) return tree.status();
-  Combination combination{0, {}, tree->solids};
+  Combination combination;
   const auto there =
       add_csg(shape, *tree, placed_from_object, inputs_.blobs, table_, record, combination.solids);
   if (!there.ok()) return there.status();
@@ -88,11 +88,13 @@ absl::Status ShapeBuilder::add_combination(const v1::Shape& shape, const Transfo
   const std::int32_t own = record.material;
   for (std::size_t i = 0; i < tree->solids.size(); ++i) {
     ShapeRecord& solid = combination.solids[i];
-    const auto material = inputs_.materials.find(tree->solids[i]->material());
-    if (!material.ok())
-      return located(material.status(),
-                     place_in_scene("operand", static_cast<int>(i), tree->solids[i]->name()));
-    solid.material = tree->solids[i]->material().empty() ? own : *material;
+    const v1::Shape& message = *tree->solids[i].shape;
+    const std::string operand = place_in_scene("operand", tree->solids[i].operand, message.name());
+    const auto material = inputs_.materials.find(message.material());
+    if (!material.ok()) return located(material.status(), operand);
+    solid.material = message.material().empty() ? own : *material;
+    combination.names.push_back(absl::StrCat(where, ", ", operand));
+    combination.meshes.push_back(message.has_mesh() ? &message : nullptr);
     solid.flags |= record.flags & kMediumBorder;
     solid.interior = record.interior, solid.exterior = record.exterior;
     // Light goes through a hit, if at all, by the material that it finds there; whether it may is asked of
@@ -112,12 +114,11 @@ absl::Status ShapeBuilder::add_solids_of_combinations() {
     for (std::size_t i = 0; i < combination.solids.size(); ++i) {
       ShapeRecord record = combination.solids[i];
       record.number = whole.number;
-      const v1::Shape& message = *combination.messages[i];
-      const std::string where = absl::StrCat(names_[static_cast<std::size_t>(combination.shape)], ", ",
-                                             place_in_scene("operand", static_cast<int>(i), message.name()));
-      const std::int32_t index = append(whole_message, where, record);
+      const std::int32_t index = append(whole_message, combination.names[i], record);
       table_.csgs[static_cast<std::size_t>(whole.quadric)].solids[i].shape = index;
-      if (auto s = add_attributes(message, index); !s.ok()) return located(s, where);
+      if (combination.meshes[i] == nullptr) continue;
+      if (auto s = add_attributes(*combination.meshes[i], index); !s.ok())
+        return located(s, combination.names[i]);
     }
   }
   return absl::OkStatus();

@@ -54,7 +54,8 @@ class ShapeBuilder {
   struct Combination {
     std::int32_t shape = 0;
     std::vector<ShapeRecord> solids;
-    std::vector<const v1::Shape*> messages;
+    std::vector<std::string> names;
+    std::vector<const v1::Shape*> meshes;  // null: no mesh
   };
 
   absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,

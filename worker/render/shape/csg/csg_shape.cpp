@@ -3,7 +3,7 @@
 #include "render/core/affine.h"
 #include "render/shape/csg/csg_mesh.h"
 #include "render/shape/double_ray.h"
-#include "render/shape/error_bound.h"
+#include "render/shape/implicit/implicit_spans.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -30,6 +30,17 @@ void add_spans(const ShapeTable& table, const CsgRecord& csg, std::int32_t index
   }
   const ShapeRecord& shape = table.shapes[static_cast<std::size_t>(solid.shape)];
   const DoubleRay own(solid.object_from_unit, ray);
+  if (shape.kind == ShapeKind::kImplicit) {
+    ImplicitLines lines;
+    alignas(64) double offset[kWidth] = {};
+    lines.active = lanes;
+    for (int i = 0; i < kDoubleWidth; ++i) {
+      for (int a = 0; a < 3; ++a) lines.o[a][i] = own.o[a][i], lines.d[a][i] = own.d[a][i];
+      offset[i] = own.t[i];
+    }
+    add_crossings(table.implicits[static_cast<std::size_t>(shape.quadric)], lines, offset, index, crossings);
+    return;
+  }
   SolidSpans spans;
   const int count = analytic_shape(shape.kind)->spans(table, shape, own, spans);
   for (int k = 0; k < count; ++k) {
@@ -41,10 +52,12 @@ void add_spans(const ShapeTable& table, const CsgRecord& csg, std::int32_t index
   }
 }
 
-/// The lanes whose rays, however long they are made, meet a node's box.
+/// The lanes whose rays meet a node's box between their origins and `t_far`. All that is within a box that
+/// ends before, or begins behind, leaves no trace there: a solid that is entered is left again.
 class BoxTest {
  public:
-  explicit BoxTest(const DoubleRay& ray) {
+  BoxTest(const DoubleRay& ray, const float* t_far) : begin_(-ray.t) {
+    for (int i = 0; i < kDoubleWidth; ++i) end_[i] = static_cast<double>(t_far[i]) - ray.t[i];
     for (int i = 0; i < 3; ++i) {
       o_[i] = ray.o[i];
       const DoubleMask moves = (ray.d[i] > 1e-300) | (ray.d[i] < -1e-300);
@@ -52,7 +65,7 @@ class BoxTest {
     }
   }
   std::uint32_t operator()(const CsgNode& node) const {
-    Double enter = splat(-kNoRoot), leave = splat(kNoRoot);
+    Double enter = begin_, leave = end_;
     for (int i = 0; i < 3; ++i) {
       const Double a = (node.low[i] - o_[i]) * inverse_[i], b = (node.high[i] - o_[i]) * inverse_[i];
       enter = upper(enter, lower(a, b)), leave = lower(leave, upper(a, b));
@@ -64,20 +77,22 @@ class BoxTest {
   }
 
  private:
-  Double o_[3], inverse_[3];
+  Double o_[3], inverse_[3], begin_, end_;
 };
 
-/// Calls f(lane, ray of its part, its place in the part, sweep) for each active lane that may meet the whole,
-/// with the sweep at its start.
+/// Calls f(lane, ray of its part, its place in the part, sweep) for each active lane that may meet the whole
+/// before its `t_far`, with the sweep at its start. Its borders behind that mean nothing.
 template <class F>
 void for_each_ray(const ShapeTable& table, const CsgRecord& csg, const ObjectRays& rays, F&& f) {
   const std::uint32_t wanted = rays.active.bits();
+  alignas(64) float t_far[kWidth];
+  rays.t_far.store(t_far);
   CsgSweep sweep(csg);
   for (int first = 0; first < kWidth; first += kDoubleWidth) {
     std::uint32_t lanes = wanted >> first & kPartLanes;
     if (lanes == 0) continue;
     const DoubleRay ray(rays, first);
-    const BoxTest meets(ray);
+    const BoxTest meets(ray, t_far + first);
     CsgCrossings crossings[kDoubleWidth];
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(csg.nodes.size());) {
       const CsgNode& node = csg.nodes[static_cast<std::size_t>(i)];
@@ -169,7 +184,9 @@ class CsgShape final : public AnalyticShape {
   void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
                bool want_tangents, Surface& s) const override {
     const CsgRecord& csg = record_of(table, shape);
-    const ObjectRays rays(csg.unit_from_render, {o, d, Float(0.0f), Float(__builtin_inff()), active});
+    // A little behind the hit there may be borders that rounding puts at the same place.
+    const Float enough = fma(hit.t, Float(1 + 0x1p-18f), Float(1e-37f));
+    const ObjectRays rays(csg.unit_from_render, {o, d, Float(0.0f), enough, active});
     const Borders borders(table, csg, rays, hit.t);
     // Rays that miss everything when they are followed again touched the first solid, or it is as good.
     const Mask found = Mask::from_bits(borders.found);

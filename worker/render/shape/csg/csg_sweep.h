@@ -54,7 +54,7 @@ struct CsgBorder {
 
 /// Follows rays through a tree, one after the other; one sweep at a time in a thread. Crossings that are
 /// within `width` of one another are at one place: what matters is whether the ray is inside before and
-/// behind all of them, so the result is regularised [Requicha & Voelcker 1985].
+/// behind all of them, so the result is regularised [Requicha1985].
 class CsgSweep {
  public:
   explicit CsgSweep(const CsgRecord& csg);
