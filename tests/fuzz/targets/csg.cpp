@@ -1,5 +1,6 @@
 // Combinations of solids, as text of a Shape message: what a worker makes of them is a tree that its kernels
 // can walk. The blob "cube" is a closed mesh.
+#include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
 #include "fuzz/mutate_message.h"
@@ -51,7 +52,7 @@ bool accepts_csg(std::string_view bytes) {
   google::protobuf::TextFormat::Parser parser;
   parser.SetRecursionLimit(100);
   class Silent final : public google::protobuf::io::ErrorCollector {
-    void AddError(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
+    void AddError(int, int, const std::string&) override {}
   } silent;
   parser.RecordErrorsTo(&silent);
   if (!parser.ParseFromString(std::string(bytes), &shape)) return false;

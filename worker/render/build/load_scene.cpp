@@ -149,6 +149,11 @@ class BuiltScene final : public RenderScene {
                         4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
                         sizeof(InstanceRecord) * s.instances.size() + sizeof(Affine) * s.motion_steps.size() +
                         sizeof(LightRecord) * tables_.lights.lights.size();
+    for (const CsgRecord& csg : s.csgs) {
+      for (const CsgMesh& mesh : csg.meshes)
+        bytes += sizeof(double) * mesh.positions.size() + 4 * mesh.triangles.size() + 4 * mesh.order.size() +
+                 sizeof(CsgMesh::Node) * mesh.nodes.size();
+    }
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;
     for (const TextureNode& node : tables_.textures.nodes) {

@@ -48,9 +48,11 @@ class ShearedLine {
     }
     if (left != 0 && left != 3) return false;
     const double sum = w[0] + w[1] + w[2];
-    // Seen edge-on, all places on it are as good: the middle one.
-    const double at = sum != 0 ? (w[0] * z[0] + w[1] * z[1] + w[2] * z[2]) / sum : (z[0] + z[1] + z[2]) / 3;
-    s = at * inverse_[z_];
+    // Seen edge-on, roundings alone say where on it; all places on it are as good.
+    const double at = (w[0] * z[0] + w[1] * z[1] + w[2] * z[2]) / sum;
+    const double low = std::min({z[0], z[1], z[2]}), high = std::max({z[0], z[1], z[2]});
+    s = (at >= low && at <= high ? at : (low + high) / 2) * inverse_[z_];
+    if (!std::isfinite(s)) return false;
     return true;
   }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "render/build/shape/shape_builder.h"
 #include "render/shape/analytic_shape.h"
 #include "support/kernel/double_point.h"
@@ -73,7 +74,7 @@ class CsgTable {
   void build(const v1::Shape& shape, const Blobs& in_memory, const Transform& placed) {
     const BlobsInMemory blobs(in_memory);
     NameTable materials{"material", 0};
-    for (int i = 0; i < 10; ++i) EXPECT_TRUE(materials.add("m" + std::to_string(i), i).ok());
+    for (int i = 0; i < 10; ++i) EXPECT_TRUE(materials.add(absl::StrCat("m", i), i).ok());
     MaterialTable material_table;
     material_table.materials.resize(10);
     MediumNames media;

@@ -444,10 +444,10 @@ TEST(Csg, MeshesAreWatertight) {
     if (size <= 1) continue;
     ASSERT_EQ(borders.size() % 2, 0u);
     const double inside = std::max({std::abs(to.x), std::abs(to.y), std::abs(to.z)});
-    if (inside < 1)
-      EXPECT_EQ(borders.size(), 2u) << from.x << " " << from.y << " " << from.z << ": " << to.x << " " << to.y
-                                    << " " << to.z;
-    met += inside < 1;
+    if (inside >= 1) continue;
+    EXPECT_EQ(borders.size(), 2u) << from.x << " " << from.y << " " << from.z << ": " << to.x << " " << to.y
+                                  << " " << to.z;
+    ++met;
   }
   EXPECT_GT(met, 500);
 }
