@@ -2,6 +2,8 @@
 
 namespace tessera::fuzz {
 
-std::vector<Case> cases() { return {{&kUpload, 10'000}, {&kJournal, 1'000}, {&kSceneBuild, 300}}; }
+std::vector<Case> cases() {
+  return {{&kUpload, 10'000}, {&kJournal, 1'000}, {&kSceneBuild, 300}, {&kCsg, 5'000}};
+}
 
 }  // namespace tessera::fuzz

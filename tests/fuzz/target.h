@@ -23,7 +23,7 @@ extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpre
 // ---- server
 extern const Target kJournal, kUpload;
 // ---- worker
-extern const Target kSceneBuild;
+extern const Target kSceneBuild, kCsg;
 
 /// A broken promise: says so and aborts, for there is no test framework around a target.
 void require(bool promise, const char* what);

@@ -104,8 +104,9 @@ void DirectiveHandler::end_block(std::string_view directive, SourceLocation wher
 void DirectiveHandler::object_begin(const std::string& name, SourceLocation where) {
   if (!require_world("ObjectBegin", where)) return;
   blocks_.push_back({Block::Kind::kObject, where, state_});
-  if (current_object_ >= 0) {
-    context_.diagnostics.error(where, "ObjectBegin inside of another object");
+  if (current_object_ >= 0 || combination_ != nullptr) {
+    context_.diagnostics.error(
+        where, concat("ObjectBegin inside of ", combination_ ? "CSGBegin" : "another object"));
     return;
   }
   current_object_ = context_.scene.objects_size();
@@ -127,6 +128,10 @@ void DirectiveHandler::object_end(SourceLocation where) {
 
 void DirectiveHandler::object_instance(const std::string& name, SourceLocation where) {
   if (!require_world("ObjectInstance", where)) return;
+  if (combination_ != nullptr) {
+    context_.diagnostics.error(where, "ObjectInstance inside of CSGBegin");
+    return;
+  }
   // Beyond pbrt-v4: objects within objects. Those that are complete hold no object that is not.
   if (current_object_ >= 0) {
     const auto held = object_index_.find(name);
@@ -326,6 +331,10 @@ void DirectiveHandler::shape(const std::string& type, std::vector<Parameter> par
                                  concat(all.owner(), ": its transformation is singular: it is left out"));
     return;
   }
+  if (type == "curve" && combination_ != nullptr) {
+    context_.diagnostics.error(where, "a curve is no closed solid, which operands of CSGBegin are");
+    return;
+  }
   if (type == "curve") return curve(values, where);
   close_curves();
   v1::Shape message;
@@ -335,6 +344,7 @@ void DirectiveHandler::shape(const std::string& type, std::vector<Parameter> par
   if (!pending.needs.kept) return;
   const std::filesystem::path file = context_.diagnostics.file_name(where.file);
   message.set_name(concat(type, ", ", file.filename().string(), ":", where.line));
+  if (combination_ != nullptr) return keep_operand(std::move(message), std::move(pending));
   write_state(message, pending);
   keep_shape(std::move(message), std::move(pending));
 }

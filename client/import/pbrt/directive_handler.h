@@ -1,10 +1,12 @@
 // pbrt's graphics state: takes directives in the order of the file and makes the scene.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "import/pbrt/camera_film.h"
@@ -49,6 +51,7 @@ class DirectiveHandler {
   void object_begin(const std::string& name, SourceLocation where);
   void object_end(SourceLocation where);
   void object_instance(const std::string& name, SourceLocation where);
+  void csg_end(SourceLocation where);
   void reverse_orientation() { state_.reverse_orientation = !state_.reverse_orientation; }
   void set_color_space(const std::string& name, SourceLocation where);
   void set_attributes(const std::string& target, std::vector<Parameter> parameters, SourceLocation where);
@@ -73,6 +76,8 @@ class DirectiveHandler {
   void light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
   void area_light_source(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
   void shape(const std::string& type, std::vector<Parameter> parameters, SourceLocation where);
+  /// Shapes up to the csg_end() that belongs to it are operands.
+  void csg_begin(const std::string& operation, std::vector<Parameter> parameters, SourceLocation where);
 
   void texture(const std::string& name, const std::string& value_type, const std::string& type,
                std::vector<Parameter> parameters, SourceLocation where);
@@ -87,7 +92,7 @@ class DirectiveHandler {
 
  private:
   struct Block {
-    enum class Kind { kAttribute, kObject } kind;
+    enum class Kind { kAttribute, kObject, kCsg } kind;
     SourceLocation where;
     GraphicsState saved;
   };
@@ -129,6 +134,11 @@ class DirectiveHandler {
   void curve(ValueReader& values, SourceLocation where);
   void close_curves();
 
+  // shapes/csg.cpp
+  void begin_combination(const std::string& what, SourceLocation where,
+                         const std::function<void(v1::Csg&)>& group);
+  void keep_operand(v1::Shape message, PendingShape pending);
+
   MovingTransform during_exposure(const MovingTransform& moving) const;
   void place_shapes();
   void place_instances();
@@ -151,6 +161,13 @@ class DirectiveHandler {
   std::vector<PendingInstance> pending_instances_;
   std::optional<OpenCurves> open_curves_;
   std::map<std::string, v1::Medium> media_;
+
+  // The combination of solids that is open, among pending_shapes_, and the state that it began with.
+  v1::Csg* combination_ = nullptr;
+  int csg_depth_ = 0;
+  Imath::M44d combination_from_world_;
+  MovingTransform combination_to_world_;
+  std::pair<std::string, std::string> combination_media_;
 
   Directive camera_{"perspective", {}};
   Directive film_{"rgb", {}};

@@ -13,15 +13,19 @@
 namespace tessera::test {
 namespace solid_picture {
 
-constexpr const char* kClosed[] = {"box { low: [-1, -0.8, -0.7] high: [1, 0.8, 0.7] }",
-                                   "polyhedron { vertices: [-1,-1,-1, 1,-1,-1, 0,1.2,-1, 0,0,1.3] }",
-                                   "polyhedron { planes: [1,1,1,1, -1,1,1,1, 1,-1,1,1, 1,1,-1,1, -1,-1,1,1, "
-                                   "-1,1,-1,1, 1,-1,-1,1, -1,-1,-1,1] }",
-                                   "cone { radius: 1 height: 1.5 capped: true }",
-                                   "cone { radius: 0.5 top_radius: 1 height: 1 capped: true }",
-                                   "cylinder { radius: 0.8 z_min: -0.9 z_max: 0.9 capped: true }",
-                                   "torus { major_radius: 0.8 minor_radius: 0.35 }",
-                                   "ellipsoid { radii: [1, 0.6, 0.8] }"};
+constexpr const char* kClosed[] = {
+    "box { low: [-1, -0.8, -0.7] high: [1, 0.8, 0.7] }",
+    "polyhedron { vertices: [-1,-1,-1, 1,-1,-1, 0,1.2,-1, 0,0,1.3] }",
+    "polyhedron { planes: [1,1,1,1, -1,1,1,1, 1,-1,1,1, 1,1,-1,1, -1,-1,1,1, "
+    "-1,1,-1,1, 1,-1,-1,1, -1,-1,-1,1] }",
+    "cone { radius: 1 height: 1.5 capped: true }",
+    "cone { radius: 0.5 top_radius: 1 height: 1 capped: true }",
+    "cylinder { radius: 0.8 z_min: -0.9 z_max: 0.9 capped: true }",
+    "torus { major_radius: 0.8 minor_radius: 0.35 }",
+    "ellipsoid { radii: [1, 0.6, 0.8] }",
+    "csg { operation: DIFFERENCE parts { solid { sphere { radius: 1 } } } parts { "
+    "solid { box { low: [-2, 0.2, -2] high: [2, 2, 0] } } } parts { solid { torus { "
+    "major_radius: 0.8 minor_radius: 0.35 } } } }"};
 
 /// Turned, sheared, in front of the camera.
 constexpr const char* kPlaced =

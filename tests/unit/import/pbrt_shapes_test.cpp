@@ -29,6 +29,8 @@ class PbrtShapes : public ImportTest {
     return values;
   }
 
+  std::string error_of_world(const std::string& text) const { return error_of(import_world(text)); }
+
   static wire::MeshView mesh(const ImportedScene& scene) {
     const SceneBlob* bytes = blob(scene, scene.scene.shapes(0).mesh().blob());
     const auto view =
@@ -55,6 +57,72 @@ TEST_F(PbrtShapes, ImplicitSurfacesAreTakenOver) {
   EXPECT_EQ(wave.ball().radius(), 3);
   EXPECT_EQ(wave.ball().center().y(), 1);
   EXPECT_EQ(wave.lipschitz(), 1);
+}
+
+TEST_F(PbrtShapes, CombinationsOfSolidsHaveTheirOperandsInTheirSpace) {
+  const ImportedScene scene = world(
+      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\"\n"
+      "MakeNamedMaterial \"b\" \"string type\" \"conductor\"\n"
+      "NamedMaterial \"a\"\nTranslate 1 2 3\nScale 2 2 2\n"
+      "CSGBegin \"difference\" \"string cutfaces\" \"cut\"\n"
+      "  Shape \"box\" \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1]\n"
+      "  CSGBegin \"union\"\n    NamedMaterial \"b\"\n    Translate 0 0 5\n"
+      "    Shape \"sphere\" \"float radius\" 0.5\n"
+      "  CSGEnd\n"
+      "  Shape \"torus\"\n"
+      "CSGEnd\n"
+      "Shape \"sphere\"");
+  EXPECT_EQ(warnings_of(scene), "");
+  ASSERT_EQ(scene.scene.shapes_size(), 2);
+  const v1::Shape& shape = scene.scene.shapes(0);
+  EXPECT_EQ(shape.world_from_object().elements(0), 2);
+  EXPECT_EQ(shape.world_from_object().elements(3), 1);
+  const v1::Csg& csg = shape.csg();
+  EXPECT_EQ(csg.operation(), v1::Csg::DIFFERENCE);
+  EXPECT_EQ(csg.cut_faces(), v1::Csg::CUT);
+  ASSERT_EQ(csg.parts_size(), 5);
+  EXPECT_EQ(csg.parts(0).solid().material(), "a");
+  EXPECT_EQ(csg.parts(1).begin().operation(), v1::Csg::UNION);
+  const v1::Shape& ball = csg.parts(2).solid();
+  EXPECT_EQ(ball.sphere().radius(), 0.5f);
+  EXPECT_EQ(ball.material(), "b");
+  EXPECT_EQ(ball.world_from_object().elements(0), 1);
+  EXPECT_EQ(ball.world_from_object().elements(11), 5);
+  EXPECT_TRUE(csg.parts(3).end());
+  // The block has ended, and so has what it said.
+  EXPECT_TRUE(csg.parts(4).solid().has_torus());
+  EXPECT_EQ(csg.parts(4).solid().material(), "a");
+  EXPECT_TRUE(scene.scene.shapes(1).has_sphere());
+}
+
+TEST_F(PbrtShapes, CombinationsOfSolidsMoveAsAWhole) {
+  const std::string moving = "ActiveTransform EndTime\nTranslate 0 0 1\nActiveTransform All\n";
+  const ImportedScene scene =
+      world(moving + "CSGBegin \"union\"\nTranslate 1 0 0\nShape \"sphere\"\nCSGEnd\nShape \"sphere\"");
+  ASSERT_EQ(scene.scene.shapes_size(), 2);
+  EXPECT_EQ(scene.scene.shapes(0).world_from_object_end().elements(11), 1);
+  EXPECT_EQ(scene.scene.shapes(0).csg().parts(0).solid().world_from_object_end().elements_size(), 0);
+  EXPECT_THAT(error_of_world("CSGBegin \"union\"\n" + moving + "Shape \"sphere\"\nCSGEnd"),
+              HasSubstr("do not move within it"));
+}
+
+TEST_F(PbrtShapes, CombinationsOfSolidsSayWhatIsWrong) {
+  EXPECT_THAT(error_of_world("CSGBegin \"xor\"\nShape \"sphere\"\nCSGEnd"), HasSubstr("xor"));
+  EXPECT_THAT(error_of_world("CSGBegin \"union\" \"string cutfaces\" \"x\"\nShape \"sphere\"\nCSGEnd"),
+              HasSubstr("x"));
+  EXPECT_THAT(error_of_world("CSGEnd"), HasSubstr("CSGEnd without CSGBegin"));
+  EXPECT_THAT(error_of_world("CSGBegin \"union\"\nShape \"sphere\""), HasSubstr("never closed"));
+  EXPECT_THAT(error_of_world("CSGBegin \"union\"\nAttributeEnd\nCSGEnd"), HasSubstr("AttributeEnd without"));
+  EXPECT_THAT(error_of_world("CSGBegin \"union\"\nObjectBegin \"a\"\nObjectEnd\nCSGEnd"),
+              HasSubstr("ObjectBegin inside of CSGBegin"));
+  EXPECT_THAT(error_of_world("AreaLightSource \"diffuse\"\nCSGBegin \"union\"\nShape \"sphere\"\nCSGEnd"),
+              HasSubstr("cannot emit light"));
+  EXPECT_THAT(
+      error_of_world("CSGBegin \"union\"\nShape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]\nCSGEnd"),
+      HasSubstr("a curve is no closed solid"));
+  std::string deep;
+  for (int i = 0; i < 100'000; ++i) deep += "CSGBegin \"union\"\n";
+  EXPECT_THAT(error_of_world(deep), HasSubstr("more than 1000 groups within one another"));
 }
 
 constexpr char kCurve[] =

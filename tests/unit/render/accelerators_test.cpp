@@ -52,6 +52,15 @@ objects { name: 'heart' shapes { material: 'white' alpha { constant: 0.6 }
 instances { object: 'heart' world_from_instance { elements: [0.7,0,0,1.4, 0,0,0.7,1, 0,0.7,0,0, 0,0,0,1] } }
 shapes { material: 'white' implicit { expression: 'sin(6*x)*cos(6*y) + sin(6*y)*cos(6*z) + sin(6*z)*cos(6*x)'
   ball { radius: 0.6 } } world_from_object { elements: [1,0,0,0, 0,1,0,2, 0,0,1,0.5, 0,0,0,1] } }
+objects { name: 'die' shapes { material: 'white' csg { operation: DIFFERENCE
+  parts { begin { operation: INTERSECTION } } parts { solid { box { low: [-1,-1,-1] high: [1,1,1] } } }
+  parts { solid { sphere { radius: 1.4 } } } parts { end: true }
+  parts { solid { torus { major_radius: 0.9 minor_radius: 0.4 } } } } } }
+instances { object: 'die' world_from_instance { elements: [0.3,0,0.1,-0.3, 0,0.3,0,0.31, -0.1,0,0.3,-1.8, 0,0,0,1] } }
+shapes { material: 'white' csg { operation: UNION parts { solid { sphere { radius: 0.3 } } }
+  parts { solid { cylinder { radius: 0.1 z_min: 0 z_max: 0.6 capped: true } material: 'glass' } } } alpha { constant: 0.7 }
+  world_from_object { elements: [1,0,0,1.2, 0,0,1,0.4, 0,-1,0,-1.2, 0,0,0,1] }
+  world_from_object_end { elements: [1,0,0,1.3, 0,0,1,0.5, 0,-1,0,-1.2, 0,0,0,1] } }
 )";
 
 /// Objects three deep, mirrored, squashed and moving, of glass too, as levels that rays go down.

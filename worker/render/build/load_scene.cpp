@@ -152,6 +152,11 @@ class BuiltScene final : public RenderScene {
                         sizeof(InstanceRecord) * (s.instances.size() + s.inner.size()) +
                         sizeof(Affine) * s.motion_steps.size() +
                         sizeof(LightRecord) * tables_.lights.lights.size();
+    for (const CsgRecord& csg : s.csgs) {
+      for (const CsgMesh& mesh : csg.meshes)
+        bytes += sizeof(double) * mesh.positions.size() + 4 * mesh.triangles.size() + 4 * mesh.order.size() +
+                 sizeof(CsgMesh::Node) * mesh.nodes.size();
+    }
     for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
     const TextureImage* last = nullptr;
     for (const TextureNode& node : tables_.textures.nodes) {

@@ -14,7 +14,7 @@ const AnalyticShape* models[kMostModels] = {
     nullptr,           &sphere_shape(), &disk_shape(),       &cylinder_shape(),
     &sdf_grid_shape(), nullptr,         &half_space_shape(), &frustum_shape(),
     &polygon_shape(),  &box_shape(),    &polyhedron_shape(), &torus_shape(),
-    &implicit_shape()};
+    &implicit_shape(), &csg_shape()};
 std::size_t model_count = static_cast<std::size_t>(ShapeKind::kCount);
 
 }  // namespace

@@ -14,6 +14,10 @@ struct ShapeRays {
   Mask active;
 };
 
+// double_ray.h
+struct DoubleRay;
+struct SolidSpans;
+
 struct ShapeBounds {
   float low[3], high[3];
 };
@@ -40,11 +44,9 @@ class AnalyticShape {
   virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
                        Mask active, bool want_tangents, Surface& s) const = 0;
 
-  // Solids that are combined (CSG) need all of a ray's ways through a closed shape, not the nearest hit
-  // alone:
-  //   virtual int spans(table, shape, rays, span of {enter, leave, normals}) const;
-  // will stand here, with a default of none for shapes that are not closed. A whole sphere has it from the
-  // two roots that `nearest` computes (quadric.h), solids of double_ray.h from their crossings.
+  /// All of the ways of rays through a closed shape, for CSG; `ray` is in the shape's object space. Fills the
+  /// first of `found`, in order, and returns their number. None for shapes that are not closed.
+  virtual int spans(const ShapeTable&, const ShapeRecord&, const DoubleRay&, SolidSpans&) const { return 0; }
 };
 
 /// The model of a kind; null for kTriangles and kCurves, which Embree meets itself.
@@ -69,5 +71,6 @@ const AnalyticShape& box_shape();
 const AnalyticShape& polyhedron_shape();
 const AnalyticShape& torus_shape();
 const AnalyticShape& implicit_shape();
+const AnalyticShape& csg_shape();
 
 }  // namespace tessera::render::TESSERA_ISA

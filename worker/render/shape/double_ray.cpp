@@ -22,6 +22,19 @@ DoubleRay::DoubleRay(const ObjectRays& rays, int first)
       d{lanes_of(rays.d.x, rays.d_rest.x, first), lanes_of(rays.d.y, rays.d_rest.y, first),
         lanes_of(rays.d.z, rays.d_rest.z, first)},
       t{} {
+  begin_nearest_to_origin();
+}
+
+DoubleRay::DoubleRay(const double (&map)[12], const DoubleRay& ray) : o{}, d{}, t{} {
+  for (int i = 0; i < 3; ++i) {
+    const double* const row = map + 4 * i;
+    o[i] = ray.o[0] * row[0] + ray.o[1] * row[1] + ray.o[2] * row[2] + row[3];
+    d[i] = ray.d[0] * row[0] + ray.d[1] * row[1] + ray.d[2] * row[2];
+  }
+  begin_nearest_to_origin();
+}
+
+void DoubleRay::begin_nearest_to_origin() {
   const Double od = o[0] * d[0] + o[1] * d[1] + o[2] * d[2], dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
   t = -od / dd;
   for (int i = 0; i < 3; ++i) o[i] = at(i, t);
@@ -49,6 +62,21 @@ Float CrossedShape::nearest_in_object(const ShapeTable& table, const QuadricReco
     nearest = select((root > rays.t_near) & (root < nearest), root, nearest);
   }
   return select(rays.active & (nearest < rays.t_far), nearest, -1.0f);
+}
+
+int CrossedShape::spans(const ShapeTable& table, const ShapeRecord& shape, const DoubleRay& ray,
+                        SolidSpans& found) const {
+  Crossings crossings;
+  const int count = cross(table, table.quadrics[static_cast<std::size_t>(shape.quadric)], ray, crossings);
+  Double enter = splat(kNoRoot), leave = splat(-kNoRoot);
+  for (int k = 0; k < count; ++k) {
+    const Double s = crossings.s[k];
+    const DoubleMask there = s < kNoRoot;
+    enter = there ? lower(s, enter) : enter;
+    leave = there ? upper(s, leave) : leave;
+  }
+  found.enter[0] = enter, found.leave[0] = leave;
+  return 1;
 }
 
 void set_box_parameters(Vec3 n, ObjectPoint& point) {

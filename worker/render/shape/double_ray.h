@@ -35,7 +35,13 @@ struct DoubleRay {
 
   /// Lanes [first, first + kDoubleWidth) of `rays`.
   DoubleRay(const ObjectRays& rays, int first);
+  /// The same ray in another space, whose `s` is that of `ray` less `t`. Rows of an affine map.
+  DoubleRay(const double (&map)[12], const DoubleRay& ray);
+
   TESSERA_INLINE Double at(int axis, Double s) const { return o[axis] + s * d[axis]; }
+
+ private:
+  void begin_nearest_to_origin();
 };
 
 /// The most crossings of a ray and a shape: those of a torus, or of a frustum's wall and caps.
@@ -44,8 +50,18 @@ struct Crossings {
   Double s[kMostCrossings];  // ray parameters, in no order; kNoRoot or NaN: none
 };
 
+/// Parts of rays within a solid; none where `enter` < `leave` does not hold. Ends may be infinite.
+struct SolidSpans {
+  Double enter[kMostCrossings / 2], leave[kMostCrossings / 2];  // ray parameters
+};
+
 /// A shape that lists all of its crossings.
 class CrossedShape : public QuadricShape {
+ public:
+  /// Those of a convex one: from the first crossing to the last.
+  int spans(const ShapeTable& table, const ShapeRecord& shape, const DoubleRay& ray,
+            SolidSpans& found) const override;
+
  protected:
   Float nearest_in_object(const ShapeTable& table, const QuadricRecord& q,
                           const ObjectRays& rays) const final;

@@ -12,6 +12,7 @@
 
 #include "render/core/affine_data.h"
 #include "render/core/big_array.h"
+#include "render/shape/csg/csg_record.h"
 #include "render/shape/curve_table.h"
 #include "render/shape/implicit/implicit_record.h"
 
@@ -33,6 +34,7 @@ enum class ShapeKind : std::int32_t {
   kPolyhedron,
   kTorus,
   kImplicit,
+  kCsg,
   kCount
 };
 
@@ -57,8 +59,8 @@ struct ShapeRecord {
   std::int32_t first_triangle = 0;  // in ShapeTable::triangles
   std::int32_t first_vertex = 0;    // in ShapeTable::vertices
   std::int32_t quadric = 0;         // kSdfGrid: in ShapeTable::sdf_grids; kCurves: in ShapeTable::curves;
-                                    // kImplicit: in ShapeTable::implicits; other analytic shapes: in
-                                    // ShapeTable::quadrics
+                                    // kImplicit: in ShapeTable::implicits; kCsg: in ShapeTable::csgs;
+                                    // other analytic shapes: in ShapeTable::quadrics
   std::int32_t alpha_texture = -1;
   float alpha = 1;
   std::int32_t triangle_count = 0;
@@ -145,13 +147,16 @@ struct ObjectRange {
 
 struct ShapeTable {
   std::vector<ShapeRecord> shapes;
-  std::int32_t world_shape_count = 0;  // the first shapes stand in the world; the others belong to objects
-  std::vector<ObjectRange> objects;    // after those that they place
+  // The first shapes stand in the world, those of objects follow. The last are the solids that kCsg combines,
+  // which rays meet as parts of it alone.
+  std::int32_t world_shape_count = 0;
+  std::vector<ObjectRange> objects;  // after those that they place
   std::vector<QuadricRecord> quadrics;
   std::vector<Facet> facets;
   std::vector<SdfGridRecord> sdf_grids;
   std::vector<CurvesRecord> curves;
   std::vector<ImplicitRecord> implicits;
+  std::vector<CsgRecord> csgs;
   std::vector<InstanceRecord> instances;  // instance i has Embree geometry id shapes.size() + i
   // Instances in objects, where they are not flattened (place.h). The space of the object that they are in
   // is what their members call render space.

@@ -1,4 +1,4 @@
-#include "render/shape/quadric.h"
+#include "render/shape/double_ray.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -23,6 +23,15 @@ class SphereShape final : public QuadricShape {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, (q.z_min + q.z_max) / 2},
                          {q.radius, q.radius, (q.z_max - q.z_min) / 2});
+  }
+  int spans(const ShapeTable& table, const ShapeRecord& shape, const DoubleRay& ray,
+            SolidSpans& found) const override {
+    const double radius = table.quadrics[static_cast<std::size_t>(shape.quadric)].radius;
+    const Double *const o = ray.o, *const d = ray.d;
+    const Double left = radius * radius - (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]);
+    const Double half = square_root(upper(left / (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), splat(0.0)));
+    found.enter[0] = -half, found.leave[0] = half;
+    return 1;
   }
 
  protected:

@@ -210,6 +210,8 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
   if (none(active)) return s;  // the table may be empty, which nothing can be read from
   const Int4 what = gather_row(table, 0, hit.shape, active);
   const Int kind = what.c[0], flags = what.c[2], first_light = what.c[3];
+  s.material = select_or_zero(active, what.c[1]);
+  s.light = select(active & (first_light >= 0), first_light + hit.primitive, Int(-1));
   const Mask triangles = active & (kind == static_cast<std::int32_t>(ShapeKind::kTriangles));
   const Mask placed = active & (hit.instance >= 0);
   Placement placement;
@@ -233,9 +235,6 @@ Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask
     });
   }
   if (any(placed)) place_instances(placement, placed, want_tangents, s);
-
-  s.material = select_or_zero(active, what.c[1]);
-  s.light = select(active & (first_light >= 0), first_light + hit.primitive, Int(-1));
   return s;
 }
 

@@ -61,6 +61,24 @@ class TorusShape final : public CrossedShape {
     return placed_bounds(q.render_from_object, {0, 0, 0},
                          {1 + q.inner_radius, 1 + q.inner_radius, q.inner_radius});
   }
+  int spans(const ShapeTable& table, const ShapeRecord& shape, const DoubleRay& ray,
+            SolidSpans& found) const override {
+    Crossings roots;
+    cross(table, table.quadrics[static_cast<std::size_t>(shape.quadric)], ray, roots);
+    Double* const s = roots.s;
+    const auto order = [s](int i, int k) {
+      const Double first = lower(s[i], s[k]);
+      s[k] = upper(s[i], s[k]);
+      s[i] = first;
+    };
+    order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
+    for (int k = 0; k < 2; ++k) {
+      const DoubleMask both = s[2 * k + 1] < kNoRoot;
+      found.enter[k] = both ? s[2 * k] : splat(kNoRoot);
+      found.leave[k] = s[2 * k + 1];
+    }
+    return 2;
+  }
 
  protected:
   int cross(const ShapeTable&, const QuadricRecord& q, const DoubleRay& ray,

@@ -33,6 +33,8 @@ const DirectiveReader::DirectiveSyntax* DirectiveReader::find_syntax(std::string
       {"Attribute", &R::attribute},
       {"AttributeBegin", &R::begin_block},
       {"AttributeEnd", &R::end_block},
+      {"CSGBegin", nullptr, &B::csg_begin},
+      {"CSGEnd", &R::csg_end},
       {"Camera", nullptr, &B::camera},
       {"ColorSpace", &R::color_space},
       {"ConcatTransform", &R::concat_transform},
@@ -287,6 +289,7 @@ void DirectiveReader::end_block(const Token& directive) {
   builder_.end_block(directive.text, directive.where);
 }
 void DirectiveReader::object_end(const Token& directive) { builder_.object_end(directive.where); }
+void DirectiveReader::csg_end(const Token& directive) { builder_.csg_end(directive.where); }
 void DirectiveReader::reverse_orientation(const Token&) { builder_.reverse_orientation(); }
 
 void DirectiveReader::object_begin(const Token& directive) {

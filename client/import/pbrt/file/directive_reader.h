@@ -58,6 +58,7 @@ class DirectiveReader {
   void end_block(const Token&);
   void object_begin(const Token&);
   void object_end(const Token&);
+  void csg_end(const Token&);
   void object_instance(const Token&);
   void reverse_orientation(const Token&);
   void color_space(const Token&);

@@ -186,7 +186,7 @@ void map_parameters(const float (&m)[6], std::vector<float>& uvs) {
 }  // namespace
 
 absl::Status add_flat_shape(const v1::Shape& shape, const Transform& placed_from_object, bool as_mesh,
-                            ShapeTable& table, ShapeRecord& record) {
+                            ShapeTable& table, ShapeRecord& record, Transform* exact) {
   auto flat = flat_shape(shape);
   if (!flat.ok()) return flat.status();
   const Transform placed_from_unit = placed_from_object * flat->object_from_unit;
@@ -207,7 +207,7 @@ absl::Status add_flat_shape(const v1::Shape& shape, const Transform& placed_from
   flat->record.first_facet = static_cast<std::int32_t>(table.facets.size());
   flat->record.facet_count = static_cast<std::int32_t>(flat->facets.size());
   table.facets.insert(table.facets.end(), flat->facets.begin(), flat->facets.end());
-  return place_quadric(shape, placed_from_unit, flat->record, table, record);
+  return place_quadric(shape, placed_from_unit, flat->record, table, record, exact);
 }
 
 }  // namespace tessera::render

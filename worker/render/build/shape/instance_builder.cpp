@@ -71,7 +71,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   }
   if (auto s = add_world_instances(placed); !s.ok()) return s;
   number_places(table_);
-  return absl::OkStatus();
+  return shapes_.add_solids_of_combinations();
 }
 
 absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes,

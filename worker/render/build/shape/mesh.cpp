@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "render/build/shape/closed_mesh.h"
 #include "render/build/shape/geometry.h"
 #include "render/build/values/located.h"
 #include "wire/mesh_blob.h"
@@ -117,6 +118,15 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
   const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
   append_triangles(mesh, placed, with_normals, turn, table.triangles);
   return absl::OkStatus();
+}
+
+absl::StatusOr<CsgMesh> closed_mesh_of(const v1::TriangleMesh& mesh, const Transform& transform,
+                                       const BlobSource& blobs) {
+  const auto blob = blob_of(mesh, blobs);
+  if (!blob.ok()) return blob.status();
+  const auto view = view_of(mesh, *blob);
+  if (!view.ok()) return view.status();
+  return closed_mesh(*view, transform);
 }
 
 absl::StatusOr<std::pair<Imath::V3d, Imath::V3d>> bounds_of_mesh(const v1::TriangleMesh& mesh,

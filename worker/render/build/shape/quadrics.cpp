@@ -23,7 +23,7 @@ absl::Status compose_uv_map(const v1::Shape& shape, QuadricRecord& q) {
 }
 
 absl::Status place_quadric(const v1::Shape& shape, const Transform& placed_from_object, QuadricRecord q,
-                           ShapeTable& table, ShapeRecord& record) {
+                           ShapeTable& table, ShapeRecord& record, Transform* exact) {
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed)) {
     return absl::InvalidArgumentError("its transform is singular");
@@ -35,11 +35,12 @@ absl::Status place_quadric(const v1::Shape& shape, const Transform& placed_from_
   if (shape.reverse_orientation()) record.flags ^= kFlipNormal;
   record.quadric = static_cast<std::int32_t>(table.quadrics.size());
   table.quadrics.push_back(q);
+  if (exact != nullptr) *exact = placed_from_object;
   return absl::OkStatus();
 }
 
 absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                         ShapeRecord& record) {
+                         ShapeRecord& record, Transform* exact) {
   QuadricRecord q;
   float phi_max = 360;
   if (shape.has_sphere()) {
@@ -77,7 +78,7 @@ absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_ob
     return absl::InvalidArgumentError("its radius, height or angle is not usable");
   }
   if (placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // as pbrt has it
-  return place_quadric(shape, placed_from_object, q, table, record);
+  return place_quadric(shape, placed_from_object, q, table, record, exact);
 }
 
 }  // namespace tessera::render

@@ -1,7 +1,9 @@
 #include "render/build/shape/shape_builder.h"
 
 #include "absl/strings/str_cat.h"
+#include "render/build/shape/csg.h"
 #include "render/build/shape/geometry.h"
+#include "render/build/values/located.h"
 
 namespace tessera::render {
 
@@ -20,6 +22,8 @@ const char* kind_without_light(const v1::Shape& shape) {
       return "a torus";
     case v1::Shape::kImplicit:
       return "an implicit surface";
+    case v1::Shape::kCsg:
+      return "a combination of solids";
     case v1::Shape::kCylinder:
       return shape.cylinder().capped() ? "a cylinder with caps" : nullptr;
     default:
@@ -36,21 +40,88 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
   if (!material.ok()) return material.status();
   record.material = *material;
   if (auto s = set_media(shape, record); !s.ok()) return s;
-  // A surface of nothing matters only as the border of a medium.
+  // A surface of nothing matters only as the border of a medium. Operands of a combination have materials of
+  // their own.
   const BsdfKind kind = inputs_.material_table.materials[static_cast<std::size_t>(*material)].kind;
-  if (kind == BsdfKind::kInterface && !shape.has_area_light() && !(record.flags & kMediumBorder))
+  if (kind == BsdfKind::kInterface && !shape.has_csg() && !shape.has_area_light() &&
+      !(record.flags & kMediumBorder))
     return absl::OkStatus();
 
   if (auto s = set_alpha(shape, record); !s.ok()) return s;
+  if (shape.has_csg()) return add_combination(shape, placed_from_object, where, record);
   if (auto s = add_geometry(shape, placed_from_object, instanced, record); !s.ok()) return s;
-  const auto index = static_cast<std::int32_t>(table_.shapes.size());
+  const std::int32_t index = append(shape, where, record);
+  if (auto s = add_attributes(shape, index); !s.ok()) return s;
+  return shape.has_area_light() ? add_emitter(shape, instanced, where, index) : absl::OkStatus();
+}
+
+std::int32_t ShapeBuilder::append(const v1::Shape& shape, const std::string& where,
+                                  const ShapeRecord& record) {
   table_.shapes.push_back(record);
   names_.push_back(where);
   messages_.push_back(&shape);
-  if (shape.has_mesh()) {
-    if (auto s = inputs_.attributes.add(shape.mesh(), table_, index); !s.ok()) return s;
+  return static_cast<std::int32_t>(table_.shapes.size()) - 1;
+}
+
+absl::Status ShapeBuilder::add_attributes(const v1::Shape& shape, std::int32_t index) {
+  return shape.has_mesh() ? inputs_.attributes.add(shape.mesh(), table_, index) : absl::OkStatus();
+}
+
+absl::Status ShapeBuilder::add_combination(const v1::Shape& shape, const Transform& placed_from_object,
+                                           const std::string& where, ShapeRecord& record) {
+  if (shape.has_area_light())
+    return absl::InvalidArgumentError(absl::StrCat(kind_without_light(shape), " cannot emit light"));
+  const auto tree = read_csg_tree(shape.csg());
+  if (!tree.ok()) return tree.status();
+  Combination combination;
+  const auto there =
+      add_csg(shape, *tree, placed_from_object, inputs_.blobs, table_, record, combination.solids);
+  if (!there.ok()) return there.status();
+  if (!*there) {
+    warnings_.push_back(absl::StrCat(where, ": its operands leave nothing; left out"));
+    return absl::OkStatus();
   }
-  return shape.has_area_light() ? add_emitter(shape, instanced, where, index) : absl::OkStatus();
+  const auto passes = [&](std::int32_t material) {
+    const MaterialRecord& m = inputs_.material_table.materials[static_cast<std::size_t>(material)];
+    return (m.flags & (kHasOpacity | kPassesStraight)) != 0;
+  };
+  const std::int32_t own = record.material;
+  for (std::size_t i = 0; i < tree->solids.size(); ++i) {
+    ShapeRecord& solid = combination.solids[i];
+    const v1::Shape& message = *tree->solids[i].shape;
+    const std::string operand = place_in_scene("operand", tree->solids[i].operand, message.name());
+    const auto material = inputs_.materials.find(message.material());
+    if (!material.ok()) return located(material.status(), operand);
+    solid.material = message.material().empty() ? own : *material;
+    combination.names.push_back(absl::StrCat(where, ", ", operand));
+    combination.meshes.push_back(message.has_mesh() ? &message : nullptr);
+    solid.flags |= record.flags & kMediumBorder;
+    solid.interior = record.interior, solid.exterior = record.exterior;
+    // Light goes through a hit, if at all, by the material that it finds there; whether it may is asked of
+    // the shape that was met.
+    if (i == 0 || passes(solid.material)) record.material = solid.material;
+  }
+  combination.shape = append(shape, where, record);
+  combinations_.push_back(std::move(combination));
+  return absl::OkStatus();
+}
+
+absl::Status ShapeBuilder::add_solids_of_combinations() {
+  for (const Combination& combination : combinations_) {
+    const ShapeRecord whole = table_.shapes[static_cast<std::size_t>(combination.shape)];
+    // Layers and the item buffer know the combination alone.
+    const v1::Shape& whole_message = *messages_[static_cast<std::size_t>(combination.shape)];
+    for (std::size_t i = 0; i < combination.solids.size(); ++i) {
+      ShapeRecord record = combination.solids[i];
+      record.number = whole.number;
+      const std::int32_t index = append(whole_message, combination.names[i], record);
+      table_.csgs[static_cast<std::size_t>(whole.quadric)].solids[i].shape = index;
+      if (combination.meshes[i] == nullptr) continue;
+      if (auto s = add_attributes(*combination.meshes[i], index); !s.ok())
+        return located(s, combination.names[i]);
+    }
+  }
+  return absl::OkStatus();
 }
 
 absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
@@ -82,6 +153,7 @@ absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform&
       return add_implicit(shape, placed_from_object, table_, record);
     case v1::Shape::kCurves:
       return add_curves(shape, placed_from_object, inputs_.blobs, table_, record);
+    case v1::Shape::kCsg:  // add_combination()
     case v1::Shape::KIND_NOT_SET:
       break;
   }

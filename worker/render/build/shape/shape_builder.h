@@ -39,6 +39,9 @@ class ShapeBuilder {
   absl::Status add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                    const std::string& where);
 
+  /// Appends the solids of all combinations behind all shapes: once all of these are there.
+  absl::Status add_solids_of_combinations();
+
   /// The places in the scene of all shapes in the table, for messages.
   const std::vector<std::string>& names() const { return names_; }
   /// The messages of all shapes in the table.
@@ -47,8 +50,20 @@ class ShapeBuilder {
   const std::vector<Emitter>& emitters() const { return emitters_; }
 
  private:
+  /// A shape of kind kCsg, and its solids, which wait for their places.
+  struct Combination {
+    std::int32_t shape = 0;
+    std::vector<ShapeRecord> solids;
+    std::vector<std::string> names;
+    std::vector<const v1::Shape*> meshes;  // null: no mesh
+  };
+
   absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                             ShapeRecord& record);
+  absl::Status add_combination(const v1::Shape& shape, const Transform& placed_from_object,
+                               const std::string& where, ShapeRecord& record);
+  std::int32_t append(const v1::Shape& shape, const std::string& where, const ShapeRecord& record);
+  absl::Status add_attributes(const v1::Shape& shape, std::int32_t index);
   absl::Status set_alpha(const v1::Shape& shape, ShapeRecord& record);
   absl::Status set_media(const v1::Shape& shape, ShapeRecord& record) const;
   absl::Status add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,
@@ -60,6 +75,7 @@ class ShapeBuilder {
   std::vector<std::string> names_;
   std::vector<const v1::Shape*> messages_;
   std::vector<Emitter> emitters_;
+  std::vector<Combination> combinations_;
 };
 
 }  // namespace tessera::render

@@ -4,21 +4,13 @@
 #include "render/core/affine.h"
 #include "render/core/constants.h"
 #include "render/shape/error_bound.h"
-#include "render/shape/implicit/function_roots.h"
-#include "render/shape/implicit/polynomial_roots.h"
+#include "render/shape/implicit/implicit_search.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
 const ImplicitRecord& record_of(const ShapeTable& table, const ShapeRecord& shape) {
   return table.implicits[static_cast<std::size_t>(shape.quadric)];
-}
-
-/// The first root in each chord, or a negative number; with `any`, a number above 0 where there is one.
-Double first_roots(const ImplicitRecord& surface, const ObjectChord& chord, bool any) {
-  if (surface.roots == ImplicitRoots::kSphereTracing) return first_roots_by_sphere_tracing(surface, chord);
-  return surface.degree > 0 ? first_polynomial_roots(surface, chord, any)
-                            : first_roots_by_enclosure(surface, chord);
 }
 
 double size_of(const ImplicitRecord& surface) {
@@ -35,9 +27,6 @@ Point3 select(DoubleMask m, const Point3& a, const Point3& b) {
   return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 
-Double value_at(const ImplicitRecord& surface, const Point3& p) {
-  return run_program(surface.program, p.x, p.y, p.z);
-}
 Point3 gradient_at(const ImplicitRecord& surface, const Point3& p) {
   const Double zero(0.0), one(1.0);
   using Number = Dual<Double, 3>;
@@ -68,15 +57,6 @@ Point3 normal_at(const ImplicitRecord& surface, const Point3& p, const Point3& d
   const Point3 n = select(regular, here, select(usable, before, {-d.x, -d.y, -d.z}));
   const Double inverse = Double(1.0) / length_of(n);
   return {n.x * inverse, n.y * inverse, n.z * inverse};
-}
-
-/// What f may be off by at `p`: below it, a value is as good as zero.
-Double noise_floor(const ImplicitRecord& surface, const Point3& p) {
-  if (surface.roots == ImplicitRoots::kSphereTracing) return Double(2 * sphere_tracing_tolerance(surface));
-  if (surface.degree > 0) return Double(2 * polynomial_error(surface));
-  const auto at = [](Double x) { return Interval(x, x); };
-  const Interval f = run_program(surface.program, at(p.x), at(p.y), at(p.z));
-  return (f.high - f.low) * Double(2.0);
 }
 
 /// `error`, or as much more as it takes to get along `step` to where f is known to be other than zero.

@@ -1,0 +1,21 @@
+// Combinations of solids (CSG): from a message to the arrays of shape/csg/csg_record.h.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "render/build/blob_source.h"
+#include "render/build/placement/transform.h"
+#include "render/build/shape/csg_tree.h"
+#include "render/shape/shape_table.h"
+
+namespace tessera::render {
+
+/// Adds a combination and appends the records of its solids to `solids`; the caller gives them materials and
+/// media, and a place in ShapeTable::shapes which CsgSolid::shape has to name. False where it is empty.
+/// InvalidArgument names the operand that is not a closed solid or cannot be placed.
+absl::StatusOr<bool> add_csg(const v1::Shape& shape, const CsgTree& tree, const Transform& placed_from_object,
+                             const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
+                             std::vector<ShapeRecord>& solids);
+
+}  // namespace tessera::render
