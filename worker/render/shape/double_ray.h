@@ -35,6 +35,8 @@ struct DoubleRay {
 
   /// Lanes [first, first + kDoubleWidth) of `rays`.
   DoubleRay(const ObjectRays& rays, int first);
+  /// The same ray in all lanes.
+  explicit DoubleRay(const ExactObjectRay& ray);
   TESSERA_INLINE Double at(int axis, Double s) const { return o[axis] + s * d[axis]; }
 };
 
@@ -46,6 +48,10 @@ struct Crossings {
 
 /// A shape that lists all of its crossings.
 class CrossedShape : public QuadricShape {
+ public:
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const final;
+
  protected:
   Float nearest_in_object(const ShapeTable& table, const QuadricRecord& q,
                           const ObjectRays& rays) const final;
