@@ -1,5 +1,6 @@
 // tessera query SCENE: where rays cross its surfaces, what points are in, how its meshes are made.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <iostream>
 #include <memory>
@@ -26,7 +27,7 @@ struct QueryOptions {
   std::optional<QueryKind> kind;
   bool bounds = false, watertight = false;
   RowFormat format = RowFormat::kCsv;
-  double time = 0;
+  GeometryOptions geometry;
 };
 
 bool print(const std::string& text) {
@@ -146,8 +147,8 @@ int run(QueryOptions& options) {
   const std::unique_ptr<LoadedJob> loaded = load_job(options.scene, exit_code);
   if (loaded == nullptr) return exit_code;
   set_local_isa(loaded->job->spec);
-  const auto scene =
-      GeometryQuery::load(loaded->job->spec, loaded->job->blobs, options.time, options.scene.threads);
+  options.geometry.threads = options.scene.threads;
+  const auto scene = GeometryQuery::load(loaded->job->spec, loaded->job->blobs, options.geometry);
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
   if (!options.scene.quiet) {
     for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
@@ -224,10 +225,23 @@ void add_query_command(CommandLine& line) {
                    "defects of meshes and their places: open and crowded edges, triangles that are wound "
                    "against others, without area, or there twice");
   command.group("How");
-  command.add("--time", options->time, "of the shutter, from 0 (it opens) to 1, for what moves")
+  command.add("--time", options->geometry.time, "of the shutter, from 0 (it opens) to 1, for what moves")
       .in_range(0, 1)
       .with_default();
-  command.add("-D", options->scene.defines, "a parameter of a Mitsuba scene, as NAME=VALUE")
+  command
+      .add_read_by(
+          "--origin",
+          [options](const std::string& text) -> absl::Status {
+            const ParsedQuery point = parse_query(text, QueryKind::kInside);
+            if (!point.query) return absl::InvalidArgumentError(point.error);
+            options->geometry.origin = std::to_array(point.query->point);
+            return absl::OkStatus();
+          },
+          "coordinates of the scene are rounded to 32 bits about this point; usually where the camera "
+          "stands, "
+          "as for a picture")
+      .type_name("X,Y,Z");
+  command.add("-D", options->scene.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE");
   command.add("--threads", options->scene.threads, "queries answered at once")
       .in_range(1, 1024)

@@ -113,17 +113,23 @@ Columns GeometryQuery::watertight_columns() { return kWatertightColumns; }
 
 absl::StatusOr<std::unique_ptr<GeometryQuery>> GeometryQuery::load(const v1::JobSpec& spec,
                                                                    const std::vector<const SceneBlob*>& blobs,
-                                                                   double time, int threads) {
+                                                                   const GeometryOptions& options) {
   const SceneBlobs source(blobs);
   const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.content().scene());
   if (!bytes.ok()) return bytes.status();
   v1::Scene message;
   if (!message.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size())))
     return absl::InternalError("the scene's own message cannot be read");
+  if (options.origin) {
+    v1::Point3& origin = *message.mutable_render_origin();
+    origin.set_x((*options.origin)[0]), origin.set_y((*options.origin)[1]),
+        origin.set_z((*options.origin)[2]);
+  }
   std::vector<std::string> warnings;
   auto scene = render::load_query(
       message, spec, [&](const std::string& digest) { return source.bytes(digest); },
-      {.isa = spec.farm().isa(), .time = static_cast<float>(time), .threads = threads}, warnings);
+      {.isa = spec.farm().isa(), .time = static_cast<float>(options.time), .threads = options.threads},
+      warnings);
   if (!scene.ok()) return scene.status();
   std::unique_ptr<GeometryQuery> self(new GeometryQuery(*std::move(scene)));
   self->warnings_ = std::move(warnings);

@@ -1,6 +1,7 @@
 // Questions about a scene's geometry, answered in this process: `tessera query`.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,13 +38,19 @@ using Row = std::vector<Cell>;
 using Columns = std::span<const char* const>;
 using TakeRow = std::function<void(const Row&)>;
 
+struct GeometryOptions {
+  double time = 0;  // of the shutter, from 0 (it opens) to 1
+  // The point of world space about which coordinates are rounded to floats; none: as when it is rendered.
+  std::optional<std::array<double, 3>> origin;
+  int threads = 1;  // for building
+};
+
 class GeometryQuery {
  public:
-  /// Builds the scene of `spec`, whose ISA must be set, as it is at `time` of the shutter (0: it opens, 1).
-  /// InvalidArgument names what is wrong with the scene.
+  /// Builds the scene of `spec`, whose ISA must be set. InvalidArgument names what is wrong with the scene.
   static absl::StatusOr<std::unique_ptr<GeometryQuery>> load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,
-                                                             double time, int threads);
+                                                             const GeometryOptions& options);
   ~GeometryQuery();
 
   const std::vector<std::string>& warnings() const { return warnings_; }

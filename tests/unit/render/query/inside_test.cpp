@@ -1,0 +1,151 @@
+// Parity and winding number: where they agree, and where an open mesh tells them apart.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "render/query/winding.h"
+#include "unit/render/query/queried_scene.h"
+
+namespace tessera::test::query {
+namespace {
+
+using render::Inside;
+
+std::string triangle_shapes(const char* name) { return mesh_shape(name, name); }
+
+TEST(QueryInside, KnowsSolidsInClosedForm) {
+  struct Case {
+    const char* shape;
+    bool (*within)(const V3d& p);
+  };
+  const Case cases[] = {
+      {"sphere { radius: 1 }", [](const V3d& p) { return p.length() < 1; }},
+      {"box { low: [-1,-0.5,-1] high: [1,0.5,1] }",
+       [](const V3d& p) { return std::abs(p.x) < 1 && std::abs(p.y) < 0.5 && std::abs(p.z) < 1; }},
+      {"torus { major_radius: 1 minor_radius: 0.5 }",
+       [](const V3d& p) { return std::hypot(std::hypot(p.x, p.y) - 1, p.z) < 0.5; }},
+      {"ellipsoid { radii: [1, 0.5, 1.5] }",
+       [](const V3d& p) { return p.x * p.x + 4 * p.y * p.y + p.z * p.z / 2.25 < 1; }},
+      {"half_space { height: 0.25 }", [](const V3d& p) { return p.z < 0.25; }},
+      {"cone { radius: 1 height: 1 capped: true }",
+       [](const V3d& p) { return p.z > 0 && std::hypot(p.x, p.y) < 1 - p.z; }},
+      {"polyhedron { planes: [1,0,0,1, -1,0,0,1, 0,1,0,1, 0,-1,0,1, 0,0,1,0.5, 0,0,-1,0.5] }",
+       [](const V3d& p) { return std::abs(p.x) < 1 && std::abs(p.y) < 1 && std::abs(p.z) < 0.5; }},
+      {"implicit { expression: 'x^4 + y^4 + z^4 - 1' ball { radius: 2 } }",
+       [](const V3d& p) { return std::pow(p.x, 4) + std::pow(p.y, 4) + std::pow(p.z, 4) < 1; }}};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1.6, 1.6);
+  for (const Case& c : cases) {
+    const auto scene = load(absl::StrCat("shapes { ", c.shape, " }"));
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    for (int i = 0; i < 400; ++i) {
+      const V3d p(coordinate(random), coordinate(random), coordinate(random));
+      const render::PointReport report = (*scene)->at(p);
+      EXPECT_EQ(report.inside(), c.within(p) ? Inside::kInside : Inside::kOutside) << c.shape << ' ' << p;
+      for (const render::Containment& shape : report.shapes) EXPECT_TRUE(shape.closed);
+    }
+  }
+}
+
+TEST(QueryInside, ACubeWithoutAFaceIsUnsureAboutItsHoleAlone) {
+  std::vector<std::uint32_t> open = cube_triangles();
+  open.resize(30);  // without z = 1
+  const Blobs blobs{{"open", mesh_blob(cube_corners(), open)},
+                    {"closed", mesh_blob(cube_corners(), cube_triangles())}};
+  const auto whole = load(triangle_shapes("closed"), blobs), holed = load(triangle_shapes("open"), blobs);
+  ASSERT_TRUE(whole.ok() && holed.ok());
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> coordinate(-2, 2);
+  int unsure = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const V3d p(coordinate(random), coordinate(random), coordinate(random));
+    const bool within = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1;
+    EXPECT_EQ((*whole)->at(p).inside(), within ? Inside::kInside : Inside::kOutside);
+    // Of the holed one, the winding number lacks the solid angle of the face that is not there.
+    const auto corner = [&](double x, double y) { return V3d(x, y, 1) - p; };
+    const double face = (render::solid_angle(corner(-1, -1), corner(1, -1), corner(-1, 1)) +
+                         render::solid_angle(corner(1, -1), corner(1, 1), corner(-1, 1))) /
+                        (4 * std::acos(-1.0));
+    const render::PointReport report = (*holed)->at(p);
+    for (const render::Containment& c : report.shapes) {
+      EXPECT_FALSE(c.closed);
+      EXPECT_NEAR(c.winding, (within ? 1 : 0) - face, render::WindingTree::kError);
+    }
+    unsure += report.inside() == Inside::kUnsure;
+  }
+  EXPECT_GT(unsure, 20);
+  // Parity alone is wrong here: the first direction leaves by the hole. The winding number says 5/6.
+  const render::PointReport centre = (*holed)->at({0, 0, 0});
+  EXPECT_EQ(centre.inside(), Inside::kUnsure);
+  ASSERT_EQ(centre.shapes.size(), 1u);
+  EXPECT_FALSE(centre.shapes[0].by_parity);
+  EXPECT_NEAR(centre.shapes[0].winding, 5.0 / 6, 1e-12);
+}
+
+TEST(QueryInside, WindingTreesAreAsGoodAsSumsOverAllTriangles) {
+  const Blobs blobs{{"sphere", sphere_mesh(60, 90)}};
+  std::vector<std::uint32_t> open;
+  const auto scene = load(triangle_shapes("sphere"), blobs);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 300; ++i) {
+    const V3d p = V3d(normal(random), normal(random), normal(random)) * 0.7;
+    if (std::abs(p.length() - 1) < 0.01) continue;  // between the sphere and its facets
+    const render::PointReport report = (*scene)->at(p);
+    EXPECT_EQ(report.inside(), p.length() < 1 ? Inside::kInside : Inside::kOutside);
+    for (const render::Containment& c : report.shapes) EXPECT_NEAR(c.winding, 1, render::WindingTree::kError);
+  }
+}
+
+TEST(QueryInside, NestedShapesStandInnermostFirstWithTheirMedia) {
+  const auto scene = load(R"(
+    media { name: 'milk' extinction { constant { constant: 1 } } albedo { constant { constant: 0.5 } } }
+    media { name: 'haze' extinction { constant { constant: 0.1 } } albedo { constant { constant: 0.5 } } }
+    materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
+    shapes { name: 'outer' material: 'glass' sphere { radius: 3 } interior_medium: 'haze' }
+    shapes { name: 'inner' sphere { radius: 1 } interior_medium: 'milk' exterior_medium: 'haze' })");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const render::PointReport in_both = (*scene)->at({0.1, 0.2, 0}), between = (*scene)->at({2, 0, 0}),
+                            out = (*scene)->at({5, 0, 0});
+  ASSERT_EQ(in_both.shapes.size(), 2u);
+  EXPECT_EQ((*scene)->names(in_both.shapes[0].shape).name, "inner");
+  EXPECT_EQ((*scene)->names(in_both.shapes[1].shape).name, "outer");
+  EXPECT_EQ(in_both.medium, "milk");
+  EXPECT_EQ(between.medium, "haze");
+  ASSERT_EQ(between.shapes.size(), 1u);
+  EXPECT_EQ((*scene)->names(between.shapes[0].shape).material, "glass");
+  EXPECT_EQ(out.medium, "");
+  EXPECT_TRUE(out.shapes.empty());
+}
+
+TEST(QueryInside, TheCamerasMediumIsWhereNoBorderIsMet) {
+  const auto scene = load(R"(
+    media { name: 'fog' extinction { constant { constant: 0.1 } } albedo { constant { constant: 0.5 } } }
+    camera { medium: 'fog' world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-9, 0,0,0,1] } }
+    shapes { name: 'hollow' sphere { radius: 1 } exterior_medium: 'fog' })");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ((*scene)->at({5, 0, 0}).medium, "fog");
+  EXPECT_EQ((*scene)->at({0, 0, 0}).medium, "");
+}
+
+TEST(QueryInside, HoldsInMirroredAndStretchedInstances) {
+  const Blobs blobs{{"cube", mesh_blob(cube_corners(), cube_triangles())}};
+  const auto scene = load(absl::StrCat("objects { name: 'o' ", mesh_shape("cube", "cube"),
+                                       R"(} instances { object: 'o' world_from_instance {
+                                       elements: [-3,0,0,1, 0,0.5,0.25,0, 0,0,1,2, 0,0,0,1] } })"),
+                          blobs);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> coordinate(-5, 5);
+  for (int i = 0; i < 1000; ++i) {
+    const V3d p(coordinate(random), coordinate(random) / 3, coordinate(random));
+    const double z = p.z - 2, y = (p.y - 0.25 * z) / 0.5, x = (p.x - 1) / -3;
+    const bool within = std::max({std::abs(x), std::abs(y), std::abs(z)}) < 1;
+    const render::PointReport report = (*scene)->at(p);
+    EXPECT_EQ(report.inside(), within ? Inside::kInside : Inside::kOutside) << p;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::test::query
