@@ -172,8 +172,7 @@ TEST_F(Query, AnswersAPipeInOrder) {
   if (test::long_form()) {
     corpus = test::find_corpus("pbrt/classroom");
     if (!corpus) GTEST_SKIP() << test::needs("the corpus' pbrt/classroom");
-    scene = (corpus->path() / "scene-v4.pbrt").string();
-    if (!std::filesystem::exists(scene)) scene = (corpus->path() / "scene.pbrt").string();
+    scene = (corpus->path() / "scene.pbrt").string();
   }
   const std::string file = write("rays.txt", rays(count)), answers = (directory_.path() / "answers").string();
   const Finished done = support::run_program({"/bin/sh", "-c",

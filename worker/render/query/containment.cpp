@@ -22,7 +22,7 @@ Inside PointReport::inside() const {
   bool unsure = false;
   for (const Containment& c : shapes) {
     if (c.agree() && c.by_parity) return Inside::kInside;
-    unsure = unsure || !c.agree();
+    unsure = unsure || (!c.agree() && (c.closed || std::abs(c.winding) >= 0.25));
   }
   return unsure ? Inside::kUnsure : Inside::kOutside;
 }

@@ -102,21 +102,24 @@ std::vector<Piece> profile_of(const ShapeRecord& shape, const QuadricRecord& q) 
   }
 }
 
-bool is_similarity(const ExactAffine& a) {
-  double gram[3][3], most = 0;
+/// What a map makes of lengths across the z axis and along it, if it keeps surfaces that turn about that axis
+/// what they are, to 2^-18 of its scale.
+struct AxialScale {
+  double across, along;
+};
+std::optional<AxialScale> axial_scale(const ExactAffine& a) {
+  double gram[3][3];
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
+    for (int j = 0; j < 3; ++j)
       gram[i][j] = a.m[i] * a.m[j] + a.m[4 + i] * a.m[4 + j] + a.m[8 + i] * a.m[8 + j];
-      most = std::max(most, std::abs(gram[i][j]));
-    }
   }
-  const double room = most * 0x1p-18;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (std::abs(gram[i][j] - (i == j ? gram[0][0] : 0)) > room) return false;
-    }
-  }
-  return true;
+  const double across = std::sqrt(gram[0][0]), along = std::sqrt(gram[2][2]);
+  constexpr double kRoom = 0x1p-18;
+  const bool square = std::abs(gram[0][1]) <= kRoom * across * across &&
+                      std::abs(gram[0][2]) <= kRoom * across * along &&
+                      std::abs(gram[1][2]) <= kRoom * across * along;
+  if (!square || std::abs(std::sqrt(gram[1][1]) - across) > kRoom * across) return std::nullopt;
+  return AxialScale{across, along};
 }
 
 }  // namespace
@@ -220,14 +223,22 @@ V3d nearest_on_ellipsoid(const V3d& p, const ExactAffine& place, double radius) 
 
 std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, const ShapeTable& table,
                                     const ShapeRecord& shape) {
-  if (shape.kind >= ShapeKind::kCount || !is_similarity(place)) return std::nullopt;
+  if (shape.kind >= ShapeKind::kCount) return std::nullopt;
   const auto quadric = static_cast<std::size_t>(shape.quadric);
   if (quadric >= table.quadrics.size()) return std::nullopt;
   const QuadricRecord& q = table.quadrics[quadric];
-  const std::vector<Piece> pieces = profile_of(shape, q);
-  if (pieces.empty()) return std::nullopt;
-
-  const V3d own = apply(inverse(place), p);
+  std::vector<Piece> pieces = profile_of(shape, q);
+  const std::optional<AxialScale> scale = axial_scale(place);
+  if (pieces.empty() || !scale) return std::nullopt;
+  for (Piece& piece : pieces) {
+    if (piece.radius != 0 && std::abs(scale->across - scale->along) > 0x1p-18 * scale->across)
+      return std::nullopt;  // no arc of a circle any more
+    piece.ax *= scale->across, piece.bx *= scale->across, piece.radius *= scale->across;
+    for (double* const z : {&piece.az, &piece.bz, &piece.z_low, &piece.z_high}) *z *= scale->along;
+  }
+  // Lengths are those of the space of `p` from here on.
+  V3d own = apply(inverse(place), p);
+  own = {own.x * scale->across, own.y * scale->across, own.z * scale->along};
   std::optional<V3d> best;
   const auto try_at = [&](double cosine, double sine) {
     for (const Piece& piece : pieces) {
@@ -244,7 +255,7 @@ std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, cons
     try_at(1, 0);
     try_at(std::cos(double{q.phi_max}), std::sin(double{q.phi_max}));
   }
-  return apply(place, *best);
+  return apply(place, {best->x / scale->across, best->y / scale->across, best->z / scale->along});
 }
 
 double least_scale(const ExactAffine& map) {

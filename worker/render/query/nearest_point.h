@@ -24,8 +24,9 @@ V3d nearest_on_polygon(const V3d& p, std::span<const V3d> corners);
 /// to the last bit [Eberly2013].
 V3d nearest_on_ellipsoid(const V3d& p, const ExactAffine& place, double radius);
 
-/// Of a surface of revolution that keeps its shape (`place` is a similarity, to 2^-18 of its scale; what it
-/// is off by, the answer is). nullopt for other maps, and for kinds that are no such surface.
+/// Of a surface that turns about its axis, in closed form; `place` may stretch it along the axis, but where
+/// it is round along that (spheres, tori). What `place` is off from such a map, up to 2^-18 of its scale, the
+/// answer is off. nullopt for other maps, and for kinds that are no such surface.
 std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, const ShapeTable& table,
                                     const ShapeRecord& shape);
 

@@ -46,9 +46,10 @@ struct Containment {
 };
 
 enum class Inside : std::uint8_t {
-  kOutside,  // of all shapes, by both tests
-  kInside,   // of a shape, by both tests
-  kUnsure    // the tests disagree, and no shape is agreed upon
+  kOutside,
+  kInside,  // of a shape, by both tests
+  kUnsure   // of none for certain: the tests disagree about a shape that is closed, or that goes at least a
+            // quarter around the point (a sheet that a line happens to cross is no reason for doubt)
 };
 
 struct PointReport {

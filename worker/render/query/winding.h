@@ -19,11 +19,13 @@ class WindingTree {
  public:
   WindingTree(const ShapeTable& table, const ShapeRecord& mesh, int threads);
 
-  /// Of a point in the space that the mesh is placed in. Off by less than kError; at a point of the mesh any
-  /// of the numbers around it.
+  /// Of a point in the space that the mesh is placed in. At a point of the mesh any of the numbers around it.
   double at(const V3d& p) const;
 
-  static constexpr double kFar = 4, kError = 0.01;
+  /// The first term that is left out is up to 3 (r/d)^2 of a group's share (its area over 4 pi d^2), where
+  /// r^2 is the mean square of its extent: half of (d / kFar)^2 at most, for one that is flat. kError is that
+  /// of shares that are one together.
+  static constexpr double kFar = 6, kError = 1.5 / (kFar * kFar);
 
  private:
   struct Group {

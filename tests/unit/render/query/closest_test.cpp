@@ -93,6 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
         Sampled{"Torus", "torus { major_radius: 1 minor_radius: 0.3 }", kTurned},
         Sampled{"Ring", "disk { radius: 1 inner_radius: 0.5 phi_max_degrees: 100 }", kTurned},
         Sampled{"Cylinder", "cylinder { radius: 1 z_min: -1 z_max: 0.5 }", kTurned},
+        Sampled{"Cone", "cone { radius: 1 height: 3 capped: true }", kTurned},
+        Sampled{"CutCone", "cone { radius: 1 height: 1 top_radius: 0.4 phi_max_degrees: 250 }", kTurned},
+        Sampled{"CappedCylinder", "cylinder { radius: 0.5 z_min: -1 z_max: 2 capped: true }", kTurned},
         Sampled{"Polyhedron", "polyhedron { vertices: [0,0,0, 2,0,0, 0,2,0, 0,0,2, 1,1,1] }", kStretched},
         Sampled{"Star", "polygon { corners: [0,0,0, 2,0,0, 2,2,0, 1,0.5,0, 0,2,0] }", kStretched}),
     [](const auto& of) { return of.param.name; });

@@ -82,19 +82,52 @@ TEST(QueryInside, ACubeWithoutAFaceIsUnsureAboutItsHoleAlone) {
   EXPECT_NEAR(centre.shapes[0].winding, 5.0 / 6, 1e-12);
 }
 
-TEST(QueryInside, WindingTreesAreAsGoodAsSumsOverAllTriangles) {
-  const Blobs blobs{{"sphere", sphere_mesh(60, 90)}};
-  std::vector<std::uint32_t> open;
-  const auto scene = load(triangle_shapes("sphere"), blobs);
+TEST(QueryInside, ASheetThatALineCrossesIsNoReasonForDoubt) {
+  const auto scene = load(mesh_shape("sheet", "sheet") + "shapes { disk { radius: 9 height: 3 } }",
+                          {{"sheet", mesh_blob({-9, -9, 2, 9, -9, 2, 0, 9, 2}, {0, 1, 2})}});
   ASSERT_TRUE(scene.ok()) << scene.status();
-  std::mt19937 random(9);
-  std::normal_distribution<double> normal;
-  for (int i = 0; i < 300; ++i) {
-    const V3d p = V3d(normal(random), normal(random), normal(random)) * 0.7;
-    if (std::abs(p.length() - 1) < 0.01) continue;  // between the sphere and its facets
-    const render::PointReport report = (*scene)->at(p);
-    EXPECT_EQ(report.inside(), p.length() < 1 ? Inside::kInside : Inside::kOutside);
-    for (const render::Containment& c : report.shapes) EXPECT_NEAR(c.winding, 1, render::WindingTree::kError);
+  const render::PointReport above_ground = (*scene)->at({0, 0, -20});
+  EXPECT_EQ(above_ground.inside(), Inside::kOutside);
+  // Next to the triangle, it covers half of all directions.
+  EXPECT_EQ((*scene)->at({0, 0, 1.99}).inside(), Inside::kUnsure);
+}
+
+/// Of a sphere, and of one cut open, whose winding numbers are no whole numbers.
+TEST(QueryInside, WindingTreesAreAsGoodAsSumsOverAllTriangles) {
+  for (const double share : {1.0, 0.6}) {
+    const std::string blob = sphere_mesh(60, 90);
+    const auto whole = wire::decode_mesh(blob);
+    ASSERT_TRUE(whole.ok());
+    const std::vector<float> positions(whole->positions.begin(), whole->positions.end());
+    std::vector<std::uint32_t> indices(whole->indices.begin(), whole->indices.end());
+    indices.resize(static_cast<std::size_t>(share * static_cast<double>(indices.size() / 3)) * 3);
+    const auto scene = load(mesh_shape("sphere", "sphere"), {{"sphere", mesh_blob(positions, indices)}});
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    std::mt19937 random(9);
+    std::normal_distribution<double> normal;
+    int within = 0;
+    double worst = 0;
+    for (int i = 0; i < 400; ++i) {
+      const V3d p = V3d(normal(random), normal(random), normal(random)) * 0.7;
+      const auto corner = [&](std::size_t k) {
+        const float* const v = positions.data() + 3 * std::size_t{indices[k]};
+        return V3d(v[0], v[1], v[2]) - p;
+      };
+      double sum = 0;
+      for (std::size_t t = 0; t < indices.size(); t += 3)
+        sum += render::solid_angle(corner(t), corner(t + 1), corner(t + 2));
+      const double winding = sum / (4 * std::acos(-1.0));
+      for (const render::Containment& c : (*scene)->at(p).shapes) {
+        worst = std::max(worst, std::abs(c.winding - winding));
+        ++within;
+      }
+      if (share == 1 && std::abs(p.length() - 1) > 0.01) {  // not between the sphere and its facets
+        EXPECT_EQ((*scene)->at(p).inside(), p.length() < 1 ? Inside::kInside : Inside::kOutside);
+      }
+    }
+    EXPECT_LT(worst, render::WindingTree::kError);
+    RecordProperty("worst", absl::StrCat(worst));
+    EXPECT_GT(within, 50);
   }
 }
 

@@ -1,6 +1,7 @@
 // All crossings of a ray, against closed forms.
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 
 #include "unit/render/query/queried_scene.h"
@@ -148,6 +149,57 @@ TEST(QueryRays, CrossAFineSphereTwiceWhereverTheyAreAimed) {
       EXPECT_EQ((*scene)->hits({3, 0.5, 0.25}, vertex - V3d(3, 0.5, 0.25)).size() % 2, 0u);
     }
   }
+}
+
+/// A soup of large and small triangles: what each is met at by itself [Moller & Trumbore 1997], in long
+/// double.
+TEST(QueryRays, FindWhatBruteForceFinds) {
+  constexpr int kTriangles = 600;
+  std::mt19937 random(41);
+  std::normal_distribution<float> normal;
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices;
+  for (int t = 0; t < kTriangles; ++t) {
+    const float size = std::exp(2 * normal(random) - 1),
+                at[3] = {normal(random), normal(random), normal(random)};
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      for (const float x : at) positions.push_back(x + size * normal(random));
+      indices.push_back(3 * static_cast<std::uint32_t>(t) + c);
+    }
+  }
+  const auto scene = load(mesh_shape("soup", "soup"), {{"soup", mesh_blob(positions, indices)}});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  using Exact = Imath::Vec3<long double>;
+  const auto corner = [&](int t, int c) {
+    const float* const p = positions.data() + 9 * t + 3 * c;
+    return Exact(p[0], p[1], p[2]);
+  };
+  int met = 0, close = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const V3d o(3 * normal(random), 3 * normal(random), 3 * normal(random)),
+        d(normal(random), normal(random), normal(random));
+    const Exact eo(o.x, o.y, o.z), ed(d.x, d.y, d.z);
+    std::map<int, double> found;
+    for (const render::SurfaceHit& hit : (*scene)->hits(o, d)) found[hit.primitive] = hit.t;
+    for (int t = 0; t < kTriangles; ++t) {
+      const Exact e1 = corner(t, 1) - corner(t, 0), e2 = corner(t, 2) - corner(t, 0), q = ed.cross(e2);
+      const Exact from = eo - corner(t, 0), r = from.cross(e1);
+      const long double det = e1.dot(q), u = from.dot(q) / det, v = ed.dot(r) / det, at = e2.dot(r) / det;
+      // How far inside of the edges, and in front of the origin, it is; the sign of this says it all, but for
+      // doubles' roundings of coordinates about 100 times the triangle's height.
+      const long double depth = std::min({u, v, 1 - u - v, at});
+      if (std::abs(depth) < 1e-9) {
+        ++close;
+        continue;
+      }
+      ASSERT_EQ(found.contains(t), depth > 0) << i << ' ' << t << ' ' << static_cast<double>(depth);
+      if (depth < 0) continue;
+      ++met;
+      EXPECT_NEAR(found[t], static_cast<double>(at), 1e-10 * (1 + static_cast<double>(at)));
+    }
+  }
+  EXPECT_GT(met, 5000);
+  EXPECT_LT(close, 10);
 }
 
 TEST(QueryRays, FollowInstancesAndWhatMoves) {
