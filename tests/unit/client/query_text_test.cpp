@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "absl/strings/str_cat.h"
 #include "command/query/line_reader.h"
@@ -66,6 +68,35 @@ TEST(QueryText, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(parsed.error.find('\x1b'), parsed.error.npos);
   }
   EXPECT_THAT(parse_query("ray 0 0 0 1 0 0", QueryKind::kInside).error, HasSubstr("not what the lines"));
+}
+
+/// Whatever strangers write, what is taken is within bounds, and what is not is told in a short line.
+TEST(QueryText, TakesNoMutationThatIsOutOfBounds) {
+  const std::string words[] = {
+      "ray",  "inside", "closest", "1e18", "-1e18", "1e19", "nan",    "inf", "-",  "+",
+      ",",    " ",      "#",       "0",    "1",     ".",    "1e-320", "e",   "\n", std::string(1, '\0'),
+      "\xff", "0x1p3"};
+  std::mt19937 random(1);
+  int taken = 0, refused = 0;
+  for (int i = 0; i < 50'000; ++i) {
+    std::string line = i % 2 == 0 ? "ray 1 2 3 0 0 -1" : "inside 0.5, -2e3 7";
+    for (std::uint32_t edits = random() % 4; edits > 0; --edits) {
+      const std::size_t at = random() % (line.size() + 1);
+      line.replace(at, random() % 3, words[random() % std::size(words)]);
+    }
+    const ParsedQuery parsed = parse_query(line, i % 3 == 0 ? std::optional(QueryKind::kRay) : std::nullopt);
+    EXPECT_LT(parsed.error.size(), 300u);
+    EXPECT_LE(parsed.column, line.size() + 1);
+    refused += !parsed.error.empty();
+    if (!parsed.query) continue;
+    ++taken;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE(std::abs(parsed.query->point[k]), kLargestQueryNumber) << line;
+      EXPECT_LE(std::abs(parsed.query->direction[k]), kLargestQueryNumber) << line;
+    }
+  }
+  EXPECT_GT(taken, 5000);
+  EXPECT_GT(refused, 5000);
 }
 
 TEST(LineReader, GivesLinesOfAnyLengthUpToItsBound) {

@@ -5,6 +5,7 @@
 
 #include "render/query/winding.h"
 #include "unit/render/query/queried_scene.h"
+#include "wire/volume_blob.h"
 
 namespace tessera::test::query {
 namespace {
@@ -45,6 +46,33 @@ TEST(QueryInside, KnowsSolidsInClosedForm) {
       for (const render::Containment& shape : report.shapes) EXPECT_TRUE(shape.closed);
     }
   }
+}
+
+/// A grid of distances to a sphere of radius 0.35 in the unit cube: crossings of voxel after voxel against
+/// the sign between samples.
+TEST(QueryInside, GridsOfDistancesAreSolids) {
+  constexpr std::uint32_t kSize = 16;
+  std::vector<float> samples;
+  for (std::uint32_t i = 0; i < kSize * kSize * kSize; ++i) {
+    const V3d p(i % kSize, i / kSize % kSize, i / kSize / kSize);
+    samples.push_back(static_cast<float>((p / (kSize - 1) - V3d(0.5, 0.5, 0.5)).length() - 0.35));
+  }
+  const Blobs blobs{
+      {"grid",
+       wire::encode_volume({.nx = kSize, .ny = kSize, .nz = kSize, .channels = 1, .samples = samples})}};
+  const auto scene = load("shapes { sdf_grid { blob { digest: 'grid' } } }", blobs);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  std::mt19937 random(19);
+  std::uniform_real_distribution<double> coordinate(-0.2, 1.2);
+  int within = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const V3d p(coordinate(random), coordinate(random), coordinate(random));
+    const double distance = (p - V3d(0.5, 0.5, 0.5)).length() - 0.35;
+    if (std::abs(distance) < 0.01) continue;  // between the sphere and what the samples make of it
+    within += distance < 0;
+    EXPECT_EQ((*scene)->at(p).inside(), distance < 0 ? Inside::kInside : Inside::kOutside) << p;
+  }
+  EXPECT_GT(within, 30);
 }
 
 TEST(QueryInside, ACubeWithoutAFaceIsUnsureAboutItsHoleAlone) {
