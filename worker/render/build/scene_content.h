@@ -11,6 +11,10 @@
 #include "render/build/load_scene.h"
 #include "render/integrator/scene_tables.h"
 
+namespace tessera::v1 {
+class Shape;
+}
+
 namespace tessera::render {
 
 struct AccelKernel;
