@@ -47,7 +47,7 @@ class Answers {
   /// Counts a query that could not be read.
   void skip() { waiting_.emplace_back(); }
 
-  /// False when nobody takes the answers any more.
+  /// False when the answers cannot be written.
   bool flush() {
     constexpr std::size_t kPiece = 256;
     std::vector<std::string> texts((waiting_.size() + kPiece - 1) / kPiece);
@@ -102,6 +102,7 @@ int answer_lines(LineReader& reader, const QueryOptions& options, Answers& answe
     report(kUsage, to_string(Diagnostic{reader.name(), number, parsed.column, parsed.error}));
   }
   if (!answers.flush()) return kIncomplete;
+  if (reader.failed()) return report(kUsage, absl::StrCat(reader.name(), " cannot be read"));
   return faults > 0 ? kUsage : kDone;
 }
 
@@ -166,7 +167,7 @@ int run(QueryOptions& options) {
   } else {
     exit_code = answer_all(**scene, options);
   }
-  return exit_code == kIncomplete ? report(kIncomplete, "nobody takes the answers") : exit_code;
+  return exit_code == kIncomplete ? report(kIncomplete, "the answers cannot be written") : exit_code;
 }
 
 /// An option whose value is one query.

@@ -129,6 +129,7 @@ TEST_F(Query, RefusesWhatItCannotBeAsked) {
   EXPECT_EQ(ask({kBox, "--bounds", "--time", "2"}).status.code, 2);
   EXPECT_EQ(ask({kBox, "--bounds", "--format", "xml"}).status.code, 2);
   EXPECT_EQ(ask({kBox, "--queries", "/no/such/file"}).status.code, 2);
+  EXPECT_EQ(ask({kBox, "--queries", "scenes"}).status.code, 2);  // a folder
   EXPECT_EQ(ask({"/no/such/scene.pbrt", "--bounds"}).status.code, 2);
   EXPECT_EQ(ask({write("bad.pbrt", "Shape \"sphere\" [\n"), "--bounds"}).status.code, 3);
 }

@@ -36,7 +36,7 @@ bool LineReader::fill() {
     got = ::read(file_, buffer_.data() + size, kPiece);
   } while (got < 0 && errno == EINTR);
   buffer_.resize(size + static_cast<std::size_t>(got > 0 ? got : 0));
-  ended_ = got <= 0;
+  ended_ = got <= 0, failed_ = got < 0;
   return !ended_;
 }
 

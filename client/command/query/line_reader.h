@@ -22,10 +22,12 @@ class LineReader {
   enum class Got {
     kLine,
     kTooLong,  // a line of more than kLongestQueryLine bytes, left out
-    kEnd       // of the file; or it cannot be read on
+    kEnd       // of the file; or failed()
   };
   /// Waits for it where it has to. The line is valid until the next call.
   Got next(std::string_view& line);
+  /// Whether the file cannot be read on.
+  bool failed() const { return failed_; }
   /// Whether next() would return at once.
   bool ready();
 
@@ -37,7 +39,7 @@ class LineReader {
   std::string name_;
   std::string buffer_;
   std::size_t begin_ = 0;  // of what has not been returned
-  bool ended_ = false;
+  bool ended_ = false, failed_ = false;
 };
 
 }  // namespace tessera::client
