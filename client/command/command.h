@@ -26,5 +26,6 @@ void add_convert_command(CommandLine& line);
 void add_compare_command(CommandLine& line);
 void add_bench_command(CommandLine& line);
 void add_radiosity_command(CommandLine& line);
+void add_query_command(CommandLine& line);
 
 }  // namespace tessera::client

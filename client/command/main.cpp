@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   for (const auto add : {add_workers_command, add_trust_command, add_token_command, add_expel_command})
     add(line);
   line.group("Files and measurement");
-  for (const auto add : {add_convert_command, add_compare_command, add_bench_command}) add(line);
+  for (const auto add : {add_convert_command, add_compare_command, add_bench_command, add_query_command})
+    add(line);
   return line.run(argc, argv);
 }

@@ -136,6 +136,7 @@ TEST(Documentation, HasEveryOptionOfEveryProgram) {
     const std::set<std::string> documented = options_in(section(server               ? "## tessera-server"
                                                                 : worker             ? "## tessera-worker"
                                                                 : help[1] == "bench" ? "## bench"
+                                                                : help[1] == "query" ? "## query"
                                                                                      : "## tessera"));
     const std::set<std::string> shared = options_in(section("## tessera"));
     const std::set<std::string> options = options_of(help);

@@ -137,6 +137,14 @@ TEST(MovedScene, ObjectsMayBeModelledFarFromTheirOrigin) {
   EXPECT_LT(relmse(image, base), 1e-6);
 }
 
+/// Half-space, box, cones, cylinder with caps, torus, polygon, polyhedron, ellipsoid.
+TEST(MovedScene, SolidsFarAwayLookTheSame) {
+  const std::string path = "scenes/solids/scene.textproto";
+  const client::Image base = from_file(path, {}), moved = from_file(path, {1, {1e7, -2e7, 1.5e7}});
+  ASSERT_FALSE(base.channels.empty() || moved.channels.empty());
+  EXPECT_LT(relmse(moved, base), 1e-6);
+}
+
 TEST(MovedScene, CornellBoxLooksTheSame) {
   const std::string path = "../shared/scenes/pbrt/cornell-box/scene.pbrt";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << needs("../shared/scenes");

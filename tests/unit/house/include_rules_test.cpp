@@ -58,6 +58,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
+      {"worker/render/query", {"render/query", "render/accel", "render/shape", "render/core"}},
       {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling"}},
       {"worker/render/medium", {"render/medium", "render/color", "render/core", "render/sampling"}},
       {"worker/render/film", {"render/film", "render/core", "wire"}},
@@ -65,12 +66,12 @@ const std::map<std::string, Rooms>& rules() {
        {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
        {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color",
-        "render/core", "render/film", "render/light", "render/medium", "render/sampling", "render/shape",
-        "layers", "wire"}},
+        "render/core", "render/film", "render/light", "render/medium", "render/query", "render/sampling",
+        "render/shape", "layers", "wire"}},
       {"worker/render/build",
        {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
-        "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/sampling",
-        "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
+        "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/query",
+        "render/sampling", "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
   };
   return rules;
 }

@@ -206,6 +206,16 @@ ContentBuild::~ContentBuild() = default;
 
 SceneArrays& ContentBuild::arrays() { return parts_->content->arrays; }
 
+std::shared_ptr<const ShapeTable> ContentBuild::shapes() const {
+  return {parts_->content, &parts_->content->arrays.shapes};
+}
+
+const std::vector<const v1::Shape*>& ContentBuild::shape_messages() const {
+  return parts_->builders.shapes.messages();
+}
+
+const std::vector<std::string>& ContentBuild::warnings() const { return parts_->content->warnings; }
+
 absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v1::JobSpec& job,
                                                  const BlobSource& blobs, const LoadOptions& options,
                                                  const AccelKernel& accel, LightSources light_sources) {

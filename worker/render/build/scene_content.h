@@ -11,6 +11,10 @@
 #include "render/build/load_scene.h"
 #include "render/integrator/scene_tables.h"
 
+namespace tessera::v1 {
+class Shape;
+}
+
 namespace tessera::render {
 
 struct AccelKernel;
@@ -45,6 +49,11 @@ class ContentBuild {
 
   /// May be changed before finish(), which asks the kinds that the records then have.
   SceneArrays& arrays();
+  /// The arrays' shapes, which live on without this object, for those that do not finish().
+  std::shared_ptr<const ShapeTable> shapes() const;
+  /// The message of each of them: in `scene`.
+  const std::vector<const v1::Shape*>& shape_messages() const;
+  const std::vector<std::string>& warnings() const;
   /// Builds all that follows from the arrays: the BVH, how lights are chosen, what paths have to look for.
   /// Not called twice.
   absl::StatusOr<std::shared_ptr<const SceneContent>> finish();

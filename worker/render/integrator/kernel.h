@@ -13,10 +13,12 @@
 namespace tessera::render {
 
 struct AccelKernel;
+struct QueryKernel;
 
 struct Kernel {
   const char* isa;
   const AccelKernel* accel;
+  const QueryKernel* query;
   /// One for each of wire::algorithms().
   std::span<const Algorithm> algorithms;
   LightSources light_sources;

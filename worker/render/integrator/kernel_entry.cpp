@@ -19,6 +19,7 @@
 #include "render/integrator/vcm/merging.h"
 #include "render/integrator/whitted/whitted.h"
 #include "render/light/light.h"
+#include "render/query/query_entry.h"
 
 #define TESSERA_STRING2(x) #x
 #define TESSERA_STRING(x) TESSERA_STRING2(x)
@@ -71,9 +72,13 @@ std::uint64_t read_clock() { return clock_ticks(); }
 }  // namespace
 
 const Kernel& kernel() {
-  static const Kernel exported{
-      TESSERA_STRING(TESSERA_ISA), &accel_kernel(), kAlgorithms, light_sources(), &read_clock,
-      &arithmetic_checksum};
+  static const Kernel exported{TESSERA_STRING(TESSERA_ISA),
+                               &accel_kernel(),
+                               &query_kernel(),
+                               kAlgorithms,
+                               light_sources(),
+                               &read_clock,
+                               &arithmetic_checksum};
   return exported;
 }
 

@@ -2,6 +2,9 @@
 // and the surface there. Whatever structure finds the candidates (accel/) asks these.
 #pragma once
 
+#include <vector>
+
+#include "render/shape/exact_ray.h"
 #include "render/shape/surface.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -39,6 +42,12 @@ class AnalyticShape {
                         const ShapeRays& rays) const {
     return rays.active & (nearest(table, shape, primitive, rays) >= 0.0f);
   }
+  /// Appends the parameters, in any order, at which the line of `ray` crosses the primitive; those at t <= 0
+  /// may be among them. A place where it touches the shape counts twice. In double precision where the shape
+  /// has roots of its own in it; else (this default) by going on from one nearest hit to the next, in single
+  /// precision, by which crossings closer together than 2^-21 of t are taken for one.
+  virtual void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive,
+                         const ExactRay& ray, std::vector<double>& found) const;
   /// Fills point, error, normals, parameters and, with `want_tangents`, tangents of lanes that hit the shape;
   /// `o` and `d` are the rays that did.
   virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,

@@ -14,6 +14,22 @@ class CylinderShape final : public QuadricShape {
     return placed_bounds(q.render_from_object, {0, 0, (q.z_min + q.z_max) / 2},
                          {q.radius, q.radius, (q.z_max - q.z_min) / 2});
   }
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const override {
+    const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+    const ExactObjectRay r(q.object_from_render, ray);
+    const double a = r.d[0] * r.d[0] + r.d[1] * r.d[1], middle = -(r.o[0] * r.d[0] + r.o[1] * r.d[1]) / a;
+    const double x = r.at(0, middle), y = r.at(1, middle);
+    const double discriminant = double{q.radius} * q.radius - (x * x + y * y);
+    if (!(a > 0 && discriminant >= 0)) return;
+    const double half_chord = std::sqrt(discriminant / a);
+    for (const double s : {middle - half_chord, middle + half_chord}) {
+      const double z = r.at(2, s);
+      if (z >= double{q.z_min} && z <= double{q.z_max} &&
+          (!q.partial || azimuth(r.at(0, s), r.at(1, s)) <= double{q.phi_max}))
+        found.push_back(r.shift + s);
+    }
+  }
 
  protected:
   Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {

@@ -10,6 +10,17 @@ class DiskShape final : public QuadricShape {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, q.height}, {q.radius, q.radius, 0.0f});
   }
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const override {
+    const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+    const ExactObjectRay r(q.object_from_render, ray);
+    if (r.d[2] == 0) return;
+    const double s = (double{q.height} - r.o[2]) / r.d[2], x = r.at(0, s), y = r.at(1, s);
+    const double r2 = x * x + y * y;
+    if (r2 <= double{q.radius} * q.radius && r2 >= double{q.inner_radius} * q.inner_radius &&
+        (!q.partial || azimuth(x, y) <= double{q.phi_max}))
+      found.push_back(r.shift + s);
+  }
 
  protected:
   Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {

@@ -40,6 +40,23 @@ void DoubleRay::begin_nearest_to_origin() {
   for (int i = 0; i < 3; ++i) o[i] = at(i, t);
 }
 
+DoubleRay::DoubleRay(const ExactObjectRay& ray)
+    : o{splat(ray.o[0]), splat(ray.o[1]), splat(ray.o[2])},
+      d{splat(ray.d[0]), splat(ray.d[1]), splat(ray.d[2])},
+      t(splat(ray.shift)) {}
+
+void CrossedShape::crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t,
+                             const ExactRay& ray, std::vector<double>& found) const {
+  const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+  const DoubleRay in_object(ExactObjectRay(q.object_from_render, ray));
+  Crossings all;
+  const int count = cross(table, q, in_object, all);
+  for (int k = 0; k < count; ++k) {
+    const double s = all.s[k][0];
+    if (s > -kNoRoot && s < kNoRoot) found.push_back(in_object.t[0] + s);
+  }
+}
+
 Float CrossedShape::nearest_in_object(const ShapeTable& table, const QuadricRecord& q,
                                       const ObjectRays& rays) const {
   alignas(64) float roots[kMostCrossings][kWidth];

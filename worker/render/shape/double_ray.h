@@ -37,7 +37,8 @@ struct DoubleRay {
   DoubleRay(const ObjectRays& rays, int first);
   /// The same ray in another space, whose `s` is that of `ray` less `t`. Rows of an affine map.
   DoubleRay(const double (&map)[12], const DoubleRay& ray);
-
+  /// The same ray in all lanes.
+  explicit DoubleRay(const ExactObjectRay& ray);
   TESSERA_INLINE Double at(int axis, Double s) const { return o[axis] + s * d[axis]; }
 
  private:
@@ -61,6 +62,8 @@ class CrossedShape : public QuadricShape {
   /// Those of a convex one: from the first crossing to the last.
   int spans(const ShapeTable& table, const ShapeRecord& shape, const DoubleRay& ray,
             SolidSpans& found) const override;
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const final;
 
  protected:
   Float nearest_in_object(const ShapeTable& table, const QuadricRecord& q,

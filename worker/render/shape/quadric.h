@@ -2,6 +2,8 @@
 // space.
 #pragma once
 
+#include <cmath>
+
 #include "render/core/affine.h"
 #include "render/core/constants.h"
 #include "render/shape/analytic_shape.h"
@@ -58,6 +60,30 @@ struct ObjectRays {
             along(o.z, d.z, o_rest.z, d_rest.z)};
   }
 };
+
+/// One ray in the object's space, about the point at which it is nearest to the origin: at o + (t - shift) d.
+struct ExactObjectRay : ExactRay {
+  double shift = 0;
+
+  ExactObjectRay(const Affine& object_from_render, const ExactRay& ray) {
+    const float* const m = object_from_render.m;
+    double od = 0, dd = 0;
+    for (int i = 0; i < 3; ++i) {
+      const float* const row = m + 4 * i;
+      o[i] = row[0] * ray.o[0] + row[1] * ray.o[1] + row[2] * ray.o[2] + row[3];
+      d[i] = row[0] * ray.d[0] + row[1] * ray.d[1] + row[2] * ray.d[2];
+      od += o[i] * d[i], dd += d[i] * d[i];
+    }
+    shift = -od / dd;
+    for (int i = 0; i < 3; ++i) o[i] = at(i, shift);
+  }
+};
+
+/// The same azimuth, of one point in double precision.
+inline double azimuth(double x, double y) {
+  const double phi = std::atan2(y, x);
+  return phi < 0 ? phi + 2 * 3.14159265358979323846 : phi;
+}
 
 /// Nearest root in (t_near, t_far) whose point is inside the limits, or a negative number. The roots are t +
 /// rest -+ half_chord, and `middle` is the point at t + rest.

@@ -33,6 +33,23 @@ class SphereShape final : public QuadricShape {
     found.enter[0] = -half, found.leave[0] = half;
     return 1;
   }
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const override {
+    const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
+    const ExactObjectRay r(q.object_from_render, ray);
+    double oo = 0, dd = 0;
+    for (int i = 0; i < 3; ++i) oo += r.o[i] * r.o[i], dd += r.d[i] * r.d[i];
+    const double discriminant = double{q.radius} * q.radius - oo;
+    if (!(discriminant >= 0)) return;
+    const double half_chord = std::sqrt(discriminant / dd);
+    for (const double s : {-half_chord, half_chord}) {
+      const double z = r.at(2, s);
+      const bool cut = q.partial && (azimuth(r.at(0, s), r.at(1, s)) > double{q.phi_max} ||
+                                     (q.z_min > -q.radius && z < double{q.z_min}) ||
+                                     (q.z_max < q.radius && z > double{q.z_max}));
+      if (!cut) found.push_back(r.shift + s);
+    }
+  }
 
  protected:
   Float nearest_in_object(const ShapeTable&, const QuadricRecord& q, const ObjectRays& r) const override {
