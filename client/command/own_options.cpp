@@ -17,6 +17,11 @@ void define_photon_options(options::Command& command, PhotonWishes& photon) {
            "radius of the first pass's estimates, in the scene's units; usually 3 pixels on what is seen")
       .in_range(wire::kMinPhotonRadius, wire::kMaxPhotonRadius)
       .type_name("R");
+  command
+      .add("--photon-caustic-radius", photon.caustic_radius,
+           "the same for caustics, which have a map of their own; the same radius unless given")
+      .in_range(wire::kMinPhotonRadius, wire::kMaxPhotonRadius)
+      .type_name("R");
   command.add("--photons", photon.photons, "light paths of a pass; usually the film's pixels, up to 2^20")
       .in_range(1, wire::kMaxPhotons);
   add_word(command, "--photon-map", photon.map,

@@ -111,6 +111,12 @@ absl::Status check(const v1::PhotonSettings& photon) {
     if (auto s = check_range("photon.radius", photon.radius(), kMinPhotonRadius, kMaxPhotonRadius); !s.ok())
       return s;
   }
+  if (photon.has_caustic_radius()) {
+    if (auto s = check_range("photon.caustic_radius", photon.caustic_radius(), kMinPhotonRadius,
+                             kMaxPhotonRadius);
+        !s.ok())
+      return s;
+  }
   if (!photon.has_photons()) return absl::OkStatus();
   return check_range("photon.photons", photon.photons(), 1, kMaxPhotons);
 }

@@ -6,6 +6,7 @@ namespace {
 v1::PhotonSettings message_of(const PhotonWishes& wishes) {
   v1::PhotonSettings photon;
   if (wishes.radius) photon.set_radius(*wishes.radius);
+  if (wishes.caustic_radius) photon.set_caustic_radius(*wishes.caustic_radius);
   if (wishes.photons) photon.set_photons(*wishes.photons);
   photon.set_map(wishes.map);
   photon.set_light(wishes.light);

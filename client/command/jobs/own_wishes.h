@@ -13,6 +13,7 @@ namespace tessera::client {
 /// v1::PhotonSettings
 struct PhotonWishes {
   std::optional<double> radius;          // scene units
+  std::optional<double> caustic_radius;  // the same of caustics
   std::optional<std::uint32_t> photons;  // light paths of a pass
   v1::PhotonMap map{};
   v1::PhotonLight light{};

@@ -116,7 +116,9 @@ void write_photons(PropertyReader& reader, v1::RenderSettings& settings) {
   if (const double radius = reader.number("initial_radius", 0); radius > 0)
     settings.mutable_photon()->set_radius(std::clamp(radius, wire::kMinPhotonRadius, wire::kMaxPhotonRadius));
   if (reader.has("global_lookup_radius") || reader.has("caustic_lookup_radius")) {
-    reader.warn("lookup radii in parts of the scene's size are not supported: --photon-radius sets one");
+    reader.warn(
+        "lookup radii in parts of the scene's size are not supported: --photon-radius and "
+        "--photon-caustic-radius set them");
     reader.ignore({"global_lookup_radius", "caustic_lookup_radius"});
   }
 }

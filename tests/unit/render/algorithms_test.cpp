@@ -132,6 +132,8 @@ TEST(Algorithms, PhotonSettingsAreInRange) {
   for (const double radius : {-1.0, 0.0, 1e-30, 1e30, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_radius(radius); }),
                 HasSubstr("photon.radius is "));
+    EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_caustic_radius(radius); }),
+                HasSubstr("photon.caustic_radius is "));
   }
   for (const std::uint64_t photons : {std::uint64_t{0}, std::uint64_t{1} << 40}) {
     EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_photons(photons); }),

@@ -64,6 +64,7 @@ ShadowKind shadows_of(v1::Shadows asked) {
 
 PhotonConfig photon_config(const v1::PhotonSettings& asked) {
   return {.radius = static_cast<float>(asked.radius()),
+          .caustic_radius = static_cast<float>(asked.caustic_radius()),
           .photons = static_cast<std::uint32_t>(asked.photons()),
           .one_map = asked.map() == v1::PHOTON_MAP_CLASSIC,
           .direct = asked.light() == v1::PHOTON_LIGHT_ALL};

@@ -6,6 +6,7 @@
 #include "render/integrator/photon/radius.h"
 #include "render/integrator/photon_map/photon_steps.h"
 #include "render/integrator/photon_map/radius_of_pass.h"
+#include "render/integrator/vertex/focused.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
 #include "render/integrator/vertex/pass_time.h"
@@ -33,18 +34,23 @@ PhotonMapper::PhotonMapper(const IntegratorContext& context)
       rays_(context.rays),
       stats_(context.stats),
       seed_(context.seed),
-      first_radius_(scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_)),
       photons_(paths_of_pass(scene_)),
       light_paths_(context, static_cast<float>(photons_)),
-      batch_(context) {}
+      caustics_{scene_.photon.caustic_radius},
+      others_{scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_)},
+      batch_(context) {
+  if (caustics_.first_radius == 0) caustics_.first_radius = others_.first_radius;
+}
 
 bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) {
   const std::uint32_t map = scene_.photon.one_map ? 0 : work.pass();
   if (mapped_ != map) {
     if (!trace_photons(map, stop)) return false;
     const StageTimer timer(stats_.times, Stage::kPhotonMap);
-    radius_ = radius_of_pass(first_radius_, map);
-    map_.build(radius_);
+    for (Kind* const kind : {&caustics_, &others_}) {
+      kind->radius = radius_of_pass(kind->first_radius, map);
+      kind->map.build(kind->radius);
+    }
     mapped_ = map;
   }
   // One map for all passes is that of a scene that stands still: the camera may move.
@@ -61,7 +67,8 @@ bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) 
 // ---------------------------------------------------------------- photons
 
 bool PhotonMapper::trace_photons(std::uint32_t pass, std::stop_token stop) {
-  map_.clear();
+  caustics_.map.clear();
+  others_.map.clear();
   photons_named_ = 0;
   halvings_ = 0;
   if (!emits_paths(scene_)) return true;
@@ -72,12 +79,14 @@ bool PhotonMapper::trace_photons(std::uint32_t pass, std::stop_token stop) {
     for (int depth = 0; light_paths_.alive(); ++depth) {
       light_paths_.advance(depth, [&](const LightEvent& e, Mask hit) { keep_photons(e, hit, depth); });
     }
-    while (map_.size() > kMostKept) {
+    while (caustics_.map.size() + others_.map.size() > kMostKept) {
       ++halvings_;
-      map_.filter([&](Int entries) {
+      const auto every_second = [&](Int entries) {
         return (hash(bit_cast<std::uint32_t>(entries), UInt(static_cast<std::uint32_t>(halvings_))) & 1u) ==
                0u;
-      });
+      };
+      caustics_.map.filter(every_second);
+      others_.map.filter(every_second);
     }
   }
   return true;
@@ -89,12 +98,15 @@ void PhotonMapper::keep_photons(const LightEvent& e, Mask hit, int depth) {
   photons_named_ += kWidth;
   Mask kept = joinable(e.vertex, hit) & is_finite(e.path.beta);
   if (halvings_ > 0) kept &= are_kept(names);
-  map_.append({.position = e.vertex.surface.p,
-               .direction = e.vertex.wo,
-               .flux = e.path.beta,
-               .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0)),
-               .alone = select(e.path.pdf > 0.0f, Int(0), Int(1))},
-              kept);
+  const PhotonFields<Wide16> photons{
+      .position = e.vertex.surface.p,
+      .direction = e.vertex.wo,
+      .flux = e.path.beta,
+      .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0)),
+      .alone = select(e.path.pdf == kMirrored, Int(1), Int(0))};
+  const Mask caustic = depth > 0 ? kept & (e.path.pdf != kScattered) : Mask::none();
+  caustics_.map.append(photons, caustic);
+  others_.map.append(photons, and_not(kept, caustic));
 }
 
 Mask PhotonMapper::are_kept(UInt names) const { return (hash(names) & ((1u << halvings_) - 1)) == 0u; }
@@ -129,7 +141,8 @@ void PhotonMapper::advance(int depth) {
       if (depth == scene_.max_depth) continue;
       if (const Mask wanted = joinable(v, e.hit); any(wanted)) {
         if (!scene_.photon.direct) sample_one_light(e, wanted);
-        gather(e, wanted);
+        gather(caustics_, e, wanted);
+        gather(others_, e, wanted);
       }
       follow(e, kept);
     }
@@ -198,7 +211,7 @@ void PhotonMapper::sample_one_light(const Event& e, Mask wanted) {
   const BsdfEval bsdf = eval_bsdf(v.at, v.wo, light.wi, reachable);
   const Float pdf = select(reachable, light.pdf * choice.pmf, Float(1.0f));
   // Paths that are followed find the light, too, if it is not from a single direction.
-  const Mask shared = and_not(is_focused(bsdf), light.delta);
+  const Mask shared = and_not(is_focused(bsdf.pdf), light.delta);
   const Float weight = select(shared, power_heuristic(pdf, bsdf.pdf), Float(1.0f));
   Spectrum contribution = e.path.beta * bsdf.f_cos * light.radiance * (weight / pdf);
   if (scene_.lights.any_interpolated) {
@@ -217,18 +230,18 @@ void PhotonMapper::sample_one_light(const Event& e, Mask wanted) {
   shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
 }
 
-void PhotonMapper::gather(const Event& e, Mask wanted) {
-  if (map_.size() == 0) return;
+void PhotonMapper::gather(const Kind& kind, const Event& e, Mask wanted) {
+  if (kind.map.size() == 0) return;
   const InnerStageTimer timer(stats_.times, Stage::kGather, Stage::kShading);
   const int depth_end = scene_.max_depth - e.depth;
   const auto scale = static_cast<float>(1u << halvings_);
   if (!tells_layers(scene_)) {
-    const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, depth_end, wanted, nullptr);
+    const Spectrum radiance = radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, nullptr);
     batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
     return;
   }
   GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
-  const Spectrum radiance = radiance_estimate(map_, e.vertex, radius_, depth_end, wanted, &layers);
+  const Spectrum radiance = radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, &layers);
   batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
   layers.sums.scale(e.path.beta * scale);
   batch_.add_to_layers(layers.sums, e.path.slot, wanted);
@@ -244,7 +257,7 @@ void PhotonMapper::follow(const Event& e, int& kept) {
       sample_bsdf(v.at, v.wo, e.random(dimension::kChoice).y, e.random(dimension::kBsdfDirection), wanted);
   Mask alive = wanted & bsdf.valid;
   if (const Mask spread = and_not(alive, bsdf.specular); any(spread))
-    alive = and_not(alive, and_not(spread, is_focused(eval_bsdf(v.at, v.wo, bsdf.wi, spread))));
+    alive = and_not(alive, and_not(spread, is_focused(eval_bsdf(v.at, v.wo, bsdf.wi, spread).pdf)));
   WidePath next;
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;

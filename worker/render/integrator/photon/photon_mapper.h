@@ -5,7 +5,8 @@
 // Paths from the eye follow mirrors, glass and narrow lobes, and gather wherever there is more to scatter
 // light. Light that comes straight from its source is sampled there; the photons bring all that was scattered
 // on its way, caustics and diffuse light alike. Where following would find the same light as photons do, it
-// is left to following. With one map for all passes it is the classic algorithm [Jensen 1996].
+// is left to following. Caustics, the light that mirrors, glass and narrow lobes bundle, have a map of their
+// own, and by option another radius. With the same maps for all passes it is the classic algorithm [Jensen 1996].
 #pragma once
 
 #include <cstdint>
@@ -27,11 +28,18 @@ class PhotonMapper final : public Integrator {
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
-  /// Most photons that a map keeps. Where paths leave more, each is kept with the same probability, a power
-  /// of 1/2.
+  /// Most photons that both maps keep. Where paths leave more, each is kept with the same probability, a
+  /// power of 1/2.
   static constexpr std::int32_t kMostKept = 1 << 21;
 
  private:
+  /// Photons of one kind.
+  struct Kind {
+    float first_radius;  // of the first pass
+    float radius = 0;
+    RadianceMap map = {};
+  };
+
   /// Sixteen paths from the eye.
   struct Event {
     WidePath path;
@@ -56,7 +64,7 @@ class PhotonMapper final : public Integrator {
   void find_points(int depth);
   void add_emission(const Event& e, Mask active);
   void sample_one_light(const Event& e, Mask wanted);
-  void gather(const Event& e, Mask wanted);
+  void gather(const Kind& kind, const Event& e, Mask wanted);
   void follow(const Event& e, int& kept);
   void trace_shadow_rays();
 
@@ -64,13 +72,11 @@ class PhotonMapper final : public Integrator {
   const RayQuery& rays_;
   RenderStats& stats_;
   const std::uint64_t seed_;
-  const float first_radius_;
   const std::int32_t photons_;  // paths of a pass
 
   LightPaths light_paths_;
-  RadianceMap map_;
-  std::optional<std::uint32_t> mapped_;  // the pass whose photons the map has
-  float radius_ = 0;
+  Kind caustics_, others_;
+  std::optional<std::uint32_t> mapped_;  // the pass whose photons the maps have
   std::uint32_t photons_named_ = 0;
   int halvings_ = 0;  // of the photons kept
 

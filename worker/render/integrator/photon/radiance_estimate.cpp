@@ -5,6 +5,7 @@
 #include "render/core/constants.h"
 #include "render/integrator/fireflies.h"
 #include "render/integrator/photon_map/photon_steps.h"
+#include "render/integrator/vertex/focused.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -85,7 +86,7 @@ Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius
                          (abs(dot(photons.position - v.surface.p, v.surface.ng)) <= thickness);
       if (none(close)) return;
       const BsdfEval bsdf = eval_bsdf(v.at, v.wo, photons.direction, close);
-      const Mask left_to_others = is_focused(bsdf) & (photons.alone == 0);
+      const Mask left_to_others = is_focused(bsdf.pdf) & (photons.alone == 0);
       const Mask counts = and_not(close, left_to_others);
       const Spectrum light = photons.flux * bsdf.f_cos * inverse_cosine(photons.direction, v.surface.ng);
       radiance += select_or_zero(counts, light);

@@ -1,5 +1,6 @@
 #include "render/integrator/vertex/light_paths.h"
 
+#include "render/integrator/vertex/focused.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_end.h"
 #include "render/integrator/vertex/roulette.h"
@@ -21,7 +22,8 @@ void LightPaths::start(std::int32_t first, std::int32_t count, std::uint32_t pas
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
     LightStart start = start_at_light(scene_, sampler, paths_of_pass_, Int::iota(slot), active);
     if (time) start.path.time = Float(*time);
-    start.path.pdf = select(delta_lights(scene_.lights, start.light, start.alive), Float(0.0f), Float(1.0f));
+    start.path.pdf =
+        select(delta_lights(scene_.lights, start.light, start.alive), Float(kMirrored), Float(kBundled));
     if (tells_layers(scene_))
       start.path.layer_state = state_at_light(scene_.layers, start.light, start.alive);
     alive_ += append(scene_, start.path, start.alive, paths_, alive_);
@@ -45,7 +47,8 @@ int LightPaths::scatter(const LightEvent& e, Mask hit, int kept) {
   WidePath next = e.path;
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
-  next.pdf = select(bsdf.specular, e.path.pdf, Float(1.0f));
+  const Mask bundled = is_focused(bsdf.pdf) & (e.path.pdf != kScattered);
+  next.pdf = select(bsdf.specular, e.path.pdf, select(bundled, Float(kBundled), Float(kScattered)));
   next.beta = e.path.beta * bsdf.weight * normals;
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
   if (tells_layers(scene_)) {

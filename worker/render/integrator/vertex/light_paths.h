@@ -15,6 +15,11 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// What led a light path here, instead of a density, in its `pdf`.
+inline constexpr float kMirrored = 0;   // perfect mirrors and glass, from a delta light; or nothing, from one
+inline constexpr float kScattered = 1;  // a wide lobe at least once
+inline constexpr float kBundled = 2;  // mirrors, glass and narrow lobes alone; or nothing, from other lights
+
 /// Sixteen paths at a surface.
 struct LightEvent {
   WidePath path;
@@ -42,8 +47,7 @@ class LightPaths {
         paths_of_pass_(paths) {}
 
   /// Starts paths first .. first + count - 1 of a pass, kBatch of them at most, in slots 0 .. count - 1; at
-  /// one time, in scenes with motion, or each at its own. A path's pdf is 0 as long as it comes from a delta
-  /// light and has met nothing but perfect mirrors and glass, then 1.
+  /// one time, in scenes with motion, or each at its own.
   void start(std::int32_t first, std::int32_t count, std::uint32_t pass,
              std::optional<float> time = std::nullopt);
   /// Some path is still on its way.
