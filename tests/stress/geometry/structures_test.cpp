@@ -147,7 +147,7 @@ TEST(Structures, FindTheSameInAMillionSlivers) {
 /// Slivers reach through many cells, and no plane parts them well: what they are cut into is bounded all the
 /// same, and with it the time of builds.
 TEST(Structures, CutSliversIntoABoundedNumberOfParts) {
-  const std::int64_t n = stress_count(2e4, 2e5);
+  const std::int64_t n = stress_count(8e3, 2e5);
   const ShapeTable table = slivers(n);
   for (const Named& one : kJudged) {
     SCOPED_TRACE(one.name);

@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <string>
 
 #include "support/picture/render_image.h"
 #include "support/picture/scene_file.h"
 #include "wire/enum_words.h"
+#include "wire/job_check.h"
 
 namespace tessera::test::accelerators {
 namespace {
@@ -143,20 +145,37 @@ TEST(Accelerators, TellWhatCameraRaysVisit) {
       }
     }
   }
-  job.settings.clear_accelerator();
-  const auto refused = load_scene_text(kScene, job, render::supported_isas().front());
-  EXPECT_NE(refused.status().message().find("accelerator 'embree' does not tell"), std::string::npos)
-      << refused.status();
+  v1::JobSpec of_embree;
+  of_embree.mutable_content()->mutable_algorithms()->set_integrator("path");
+  EXPECT_TRUE(wire::check_settings(of_embree).ok());
+  of_embree.mutable_view()->add_aovs(v1::AOV_VISITS);
+  EXPECT_EQ(wire::check_settings(of_embree).message(),
+            "aov 'visits': accelerator 'embree' does not tell what rays visit; all others do");
 }
 
-TEST(Accelerators, RefuseAGridOfNoDensity) {
-  SceneJob job;
-  job.settings.set_accelerator(v1::ACCELERATOR_GRID);
-  job.settings.set_grid_density(5);
-  EXPECT_TRUE(load_scene_text(kScene, job, render::supported_isas().front()).ok());
-  job.settings.set_grid_density(-1);
-  const auto refused = load_scene_text(kScene, job, render::supported_isas().front());
-  EXPECT_NE(refused.status().message().find("grid_density is -1"), std::string::npos) << refused.status();
+/// More cells a primitive: fewer tests.
+TEST(Accelerators, TakeADensityForTheGrid) {
+  double tests[2];
+  for (int dense = 0; dense < 2; ++dense) {
+    SceneJob job;
+    job.settings.set_spp(4);
+    job.settings.set_accelerator(v1::ACCELERATOR_GRID);
+    job.settings.set_grid_density(dense ? 1000 : 0.001);
+    job.aovs = {v1::AOV_VISITS};
+    const auto file = load_scene_text(kScene, job, render::supported_isas().front());
+    ASSERT_TRUE(file.ok()) << file.status();
+    const std::vector<float> counts = render_image(*file).find("visits.primitives")->values;
+    tests[dense] = std::accumulate(counts.begin(), counts.end(), 0.0);
+  }
+  EXPECT_LT(tests[1], tests[0]);
+  v1::JobSpec refused;
+  v1::Algorithms& algorithms = *refused.mutable_content()->mutable_algorithms();
+  algorithms.set_integrator("path");
+  algorithms.set_accelerator(v1::ACCELERATOR_GRID);
+  for (const double density : {-1.0, 1e-4, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    algorithms.set_grid_density(density);
+    EXPECT_EQ(std::string(wire::check_settings(refused).message()).find("grid_density is "), 0u) << density;
+  }
 }
 
 }  // namespace
