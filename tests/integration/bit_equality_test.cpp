@@ -63,8 +63,16 @@ TEST(BitEquality, ObjectsWithinObjectsOnTwoWorkers) {
   farm.add_worker(1);
   farm.add_worker(2);
   for (const char* nesting : {"auto", "kept"}) {
-    const Arguments forest{"scenes/forest/scene.textproto", "--resolution", "40x20", "--spp", "4", "--aov",
-                           "normal,id",                     "--nesting",    nesting, "--quiet"};
+    const Arguments forest{"scenes/forest/scene.textproto",
+                           "--resolution",
+                           "40x20",
+                           "--spp",
+                           "4",
+                           "--aov",
+                           "normal,id",
+                           "--nesting",
+                           nesting,
+                           "--quiet"};
     const std::string expected = render_hash(forest + Arguments{"--threads", "1"});
     EXPECT_EQ(submit_hash(farm, forest + Arguments{"--tile", "8"}), expected) << nesting;
   }

@@ -81,6 +81,8 @@ class TableMaker {
   void place(std::int32_t object, const std::vector<Affine>& steps, InstanceRecord& instance) {
     instance.object = object;
     instance.render_from_instance = steps.front();
+    const ExactAffine back = inverse(exact(steps.front()));
+    for (int i = 0; i < 12; ++i) instance.instance_from_render.m[i] = static_cast<float>(back.m[i]);
     if (steps.size() == 1) return;
     instance.first_step = static_cast<std::int32_t>(table_.motion_steps.size());
     instance.segments = static_cast<std::int32_t>(steps.size()) - 1;
@@ -224,16 +226,16 @@ inline ShapeTable nested_kinds() {
   maker.end_object();
   for (std::int32_t level = 1; level < 5; ++level) {
     if (level % 2 == 0) maker.add_quadric(ShapeKind::kSphere, {0, 0, 0}, 0.5, 0.2);
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 3; ++i) {
       const double s = 0.3 + 0.2 * random();
       std::vector<Affine> steps;
-      for (int k = 0; k <= (i == 4 ? level % 3 : 0); ++k)
-        steps.push_back(placing(in_cube(random, 2), 6 * random(), {i % 2 == 0 ? -s : s, s, 0.6 * s}));
-      maker.add_inner(i == 3 ? 0 : level - 1, steps);
+      for (int k = 0; k <= (i == 1 ? level % 3 : 0); ++k)
+        steps.push_back(placing(in_cube(random, 2), 6 * random(), {i == 0 ? -s : s, s, 0.6 * s}));
+      maker.add_inner(i == 2 ? 0 : level - 1, steps);
     }
     const Affine same = placing({0.2, 0.3, 0.4}, 1, {0.3, 0.3, 0.3});
-    maker.add_inner(level - 1, {same}), maker.add_inner(level - 1, {same});
-    maker.add_inner(level - 1, {placing({0, 0, 0}, 0, {0, 0, 0})});
+    for (int twin = 0; twin < 2 && level == 2; ++twin) maker.add_inner(1, {same});
+    if (level == 3) maker.add_inner(2, {placing({0, 0, 0}, 0, {0, 0, 0})});
     maker.end_object();
   }
   for (int i = 0; i < 8; ++i)

@@ -100,6 +100,16 @@ TEST(NestingPlan, KeepsAsFewLevelsAsThereIsRoomFor) {
   EXPECT_THAT(large->note, HasSubstr("3333333333 instances"));
 }
 
+TEST(NestingPlan, LeavesOutWhatNothingPlaces) {
+  // n9 holds n8 and so on; only n2, and n1 and n0 in it, are in the world.
+  const auto small = plan(chain(64, 2), {2, 2});
+  ASSERT_TRUE(small.ok()) << small.status();
+  EXPECT_EQ(small->uses[3], 0u);
+  EXPECT_EQ(small->uses[2], 2u);
+  EXPECT_EQ(small->uses[1], 2u);
+  EXPECT_THAT(small->note, HasSubstr("14 instances"));
+}
+
 TEST(NestingPlan, RefusesWhatCannotBeCountedOrHeld) {
   EXPECT_THAT(std::string(plan(chain(64, 2), {63}).status().message()), HasSubstr("2^62 places or more"));
   EXPECT_EQ(

@@ -42,6 +42,9 @@ struct Tracer {
   const std::int64_t place;  // of the level's object; without objects in objects the instance; -1: the world
   Found& found;
   RayVisits& visits;
+  // Instances that have been walked, by their numbers' last bits: in several cells, they would be again, and
+  // so would be what they hold, and so on [AmanatidesWoo1987].
+  std::int32_t walked[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
 
   float reach() const { return found.t; }
   void enter() { ++visits.nodes; }
@@ -86,6 +89,9 @@ struct Tracer {
   bool meet_instance(const Primitive& primitive) {
     const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
     if (box.empty() || box.enter > found.t) return false;
+    std::int32_t& last = walked[primitive.number % 16];
+    if (last == primitive.number) return false;
+    last = primitive.number;
     const ShapeTable& shapes = structure.shapes();
     const bool in_world = place < 0;
     const InstanceRecord& record =

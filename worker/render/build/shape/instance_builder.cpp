@@ -65,7 +65,9 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   auto plan = plan_nesting(*graph, own_parts, placed, wish, wants_flat);
   if (!plan.ok()) return plan.status();
   note_ = std::move(plan->note);
+  uses_ = std::move(plan->uses);
   for (const int object : graph->order()) {
+    if (uses_[static_cast<std::size_t>(object)] == 0) continue;
     const auto& held = graph->held_by(object);
     if (auto s = add_held(object, held, plan->kept[static_cast<std::size_t>(object)]); !s.ok()) return s;
   }
@@ -195,9 +197,10 @@ absl::StatusOr<InstanceBuilder::ObjectParts> InstanceBuilder::build_object(const
   return parts;
 }
 
-absl::Status InstanceBuilder::for_each_placed(const v1::Instance& instance, const ObjectParts& parts,
+absl::Status InstanceBuilder::for_each_placed(const v1::Instance& instance, int object,
                                               const std::string& where,
                                               const std::function<absl::Status(ObjectPart)>& f) {
+  ObjectParts& parts = parts_[static_cast<std::size_t>(object)];
   const auto motion = motion_of(instance.world_from_instance(), instance.world_from_instance_end());
   if (!motion.ok()) return located(motion.status(), where);
   Transform unused;
@@ -208,6 +211,8 @@ absl::Status InstanceBuilder::for_each_placed(const v1::Instance& instance, cons
   for (const ObjectPart& part : parts) {
     if (auto s = f(part.placed_by(*motion)); !s.ok()) return located(s, where);
   }
+  // With those that are done with gone, all lists together are no longer than the world's.
+  if (--uses_[static_cast<std::size_t>(object)] == 0) parts = {};
   return absl::OkStatus();
 }
 
@@ -233,10 +238,9 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
   }
   for (int i = 0; i < message.instances_size(); ++i) {
     const v1::Instance& instance = message.instances(i);
-    const auto& parts = parts_[static_cast<std::size_t>(held[static_cast<std::size_t>(i)])];
     const std::string where =
         absl::StrCat("object '", message.name(), "', ", place_in_scene("instance", i, instance.object()));
-    if (auto s = for_each_placed(instance, parts, where, add); !s.ok()) return s;
+    if (auto s = for_each_placed(instance, held[static_cast<std::size_t>(i)], where, add); !s.ok()) return s;
   }
   if (const auto count = static_cast<std::int32_t>(table_.inner.size()) - first; count > 0) {
     outside.push_back(
@@ -264,11 +268,11 @@ absl::Status InstanceBuilder::add_world_instances(const std::vector<int>& placed
   const Holder world{space_.from_world, table_.instances};
   for (int i = 0; i < scene_->instances_size(); ++i) {
     const v1::Instance& instance = scene_->instances(i);
-    const auto& parts = parts_[static_cast<std::size_t>(placed[static_cast<std::size_t>(i)])];
     const std::size_t first = table_.instances.size();
     const auto add = [&](ObjectPart part) { return add_instance(part, world); };
     const std::string where = place_in_scene("instance", i, instance.object());
-    if (auto s = for_each_placed(instance, parts, where, add); !s.ok()) return s;
+    if (auto s = for_each_placed(instance, placed[static_cast<std::size_t>(i)], where, add); !s.ok())
+      return s;
     for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
   }
   return absl::OkStatus();
@@ -329,8 +333,9 @@ absl::Status InstanceBuilder::add_instance(const ObjectPart& part, const Holder&
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");
   if (!fits_floats(start, back)) return absl::InvalidArgumentError(kBeyondFloats);
-  const auto first = static_cast<std::size_t>(table_.objects[static_cast<std::size_t>(object)].first_shape);
-  if (is_unbounded(table_.shapes[first])) {
+  const ObjectRange& range = table_.objects[static_cast<std::size_t>(object)];
+  if (is_unbounded(table_, range)) {
+    const auto first = static_cast<std::size_t>(range.first_shape);
     const QuadricRecord& plane = table_.quadrics[static_cast<std::size_t>(table_.shapes[first].quadric)];
     const double reach = plane.radius * largest_scale(plane.render_from_object);
     if (!(reach * largest_scale(start.to_affine()) <= kFarthestPlane))

@@ -66,9 +66,10 @@ class InstanceBuilder {
   absl::StatusOr<Imath::V3d> anchor_of(const v1::Object& object) const;
   /// Adds to an object's parts what its instances place; of one that is `kept`, as a group of ShapeTable.
   absl::Status add_held(int object, const std::vector<int>& held, bool kept);
-  /// Calls f for the parts of an object where an instance places them; a singular one is left out.
-  absl::Status for_each_placed(const v1::Instance& instance, const ObjectParts& parts,
-                               const std::string& where, const std::function<absl::Status(ObjectPart)>& f);
+  /// Calls f for the parts of an object where one of its instances places them, which is then done with; a
+  /// singular one is left out.
+  absl::Status for_each_placed(const v1::Instance& instance, int object, const std::string& where,
+                               const std::function<absl::Status(ObjectPart)>& f);
   /// Where the holder of instances that stand together, far from its origin, has them; else that origin.
   absl::StatusOr<Imath::V3d> anchor_of_group(const v1::Object& object) const;
   absl::Status add_world_instances(const std::vector<int>& placed);
@@ -84,6 +85,7 @@ class InstanceBuilder {
   NameTable object_names_{"object"};
   const v1::Scene* scene_ = nullptr;
   std::vector<ObjectParts> parts_;         // of the scene's objects
+  std::vector<std::uint64_t> uses_;        // instances of each that are still to be built
   std::vector<std::string> moving_names_;  // of the first of ShapeTable::instances: shapes of the world
   std::vector<std::string> group_names_;   // of the last of ShapeTable::objects: those that hold others
   std::string note_;

@@ -112,25 +112,28 @@ absl::Status ObjectGraph::measure(const Objects& objects) {
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
                                          const std::vector<int>& placed, v1::Nesting wish,
                                          const std::string& wants_flat) {
-  NestingPlan plan{std::vector<bool>(own.size(), false), ""};
+  NestingPlan plan{std::vector<bool>(own.size(), false), std::vector<std::uint64_t>(own.size(), 0), ""};
+  const auto at = [](int object) { return static_cast<std::size_t>(object); };
+  std::vector<std::uint64_t>& uses = plan.uses;
+  for (const int object : placed) ++uses[at(object)];
+  for (auto holder = graph.order().rbegin(); holder != graph.order().rend(); ++holder) {
+    if (uses[at(*holder)] == 0) continue;
+    for (const int held : graph.held_by(*holder)) ++uses[at(held)];
+  }
   if (graph.depth() == 1) return plan;
   // What each object comes to, flattened, and how many places its tree has.
   std::vector<std::uint64_t> flat = own, places(own.size(), 1);
-  std::vector<std::uint64_t> uses(own.size(), 0);
-  const auto at = [](int object) { return static_cast<std::size_t>(object); };
   for (const int object : graph.order()) {
     places[at(object)] = sum(places[at(object)], own[at(object)]);
     for (const int held : graph.held_by(object)) {
       flat[at(object)] = sum(flat[at(object)], flat[at(held)]);
       places[at(object)] = sum(places[at(object)], places[at(held)]);
-      ++uses[at(held)];
     }
   }
   std::uint64_t all = 0, all_places = 0;
   for (const int object : placed) {
     all = sum(all, flat[at(object)]);
     all_places = sum(all_places, places[at(object)]);
-    ++uses[at(object)];
   }
   if (all_places >= kUncounted)
     return absl::InvalidArgumentError("instances of objects within objects: 2^62 places or more");
@@ -157,11 +160,11 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
   std::vector<std::uint64_t> parts = own;
   std::size_t kept = 0;
   for (const int object : graph.order()) {
-    if (graph.held_by(object).empty()) continue;
+    if (graph.held_by(object).empty() || uses[at(object)] == 0) continue;
     for (const int held : graph.held_by(object))
       parts[at(object)] = sum(parts[at(object)], plan.kept[at(held)] ? 1 : parts[at(held)]);
     if (parts[at(object)] == 1) continue;
-    plan.kept[at(object)] = parts[at(object)] > room / std::max<std::uint64_t>(uses[at(object)], 1);
+    plan.kept[at(object)] = parts[at(object)] > room / uses[at(object)];
     if (!plan.kept[at(object)]) room -= uses[at(object)] * parts[at(object)];
     kept += plan.kept[at(object)];
   }

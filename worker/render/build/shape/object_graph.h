@@ -43,6 +43,8 @@ class ObjectGraph {
 /// hold is placed by whatever holds them.
 struct NestingPlan {
   std::vector<bool> kept;
+  // Instances of each object in the world and in objects that are placed there; 0: it is nowhere.
+  std::vector<std::uint64_t> uses;
   std::string note;  // what was decided and why; empty where no object holds others
 };
 
