@@ -32,8 +32,7 @@ std::vector<std::int32_t> merged_vertices(const ShapeTable& table, const ShapeRe
   std::vector<std::int32_t> order(static_cast<std::size_t>(mesh.vertex_count)), merged(order.size());
   std::iota(order.begin(), order.end(), 0);
   merged = order;
-  const auto rest = std::ranges::partition(order, finite);
-  order.erase(rest.begin(), rest.end());
+  std::erase_if(order, [&](std::int32_t v) { return !finite(v); });
   std::ranges::sort(order, {}, [&](std::int32_t v) { return std::tuple_cat(place(v), std::tuple(v)); });
   for (std::size_t i = 1; i < order.size(); ++i) {
     if (place(order[i]) == place(order[i - 1]))
