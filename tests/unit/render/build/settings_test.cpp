@@ -63,10 +63,13 @@ TEST(ReadSettings, JobsOfBeforeThereWereAcceleratorsKeepTheirDigests) {
   v1::RenderSettings wishes;
   wire::resolve_settings(wishes, absent);
   wishes.set_accelerator(v1::ACCELERATOR_EMBREE);
+  wishes.set_nesting(v1::NESTING_AUTO);
   wire::resolve_settings(wishes, named);
   EXPECT_EQ(absent.SerializeAsString(), named.SerializeAsString());
   wishes.set_accelerator(v1::ACCELERATOR_GRID);
+  wishes.set_nesting(v1::NESTING_KEPT);
   wire::resolve_settings(wishes, other);
+  EXPECT_EQ(other.content().algorithms().nesting(), v1::NESTING_KEPT);
   EXPECT_EQ(other.content().algorithms().accelerator(), v1::ACCELERATOR_GRID);
 }
 
