@@ -26,7 +26,8 @@ class Folder {
 
  private:
   bool are_triangles(const BinaryNode& leaf) const {
-    return std::all_of(&items_[leaf.first], &items_[leaf.first] + leaf.count,
+    const std::uint32_t* const first = items_.data() + leaf.first;
+    return std::all_of(first, first + leaf.count,
                        [this](std::uint32_t i) { return primitives_[i].kind == PrimitiveKind::kTriangle; });
   }
 
@@ -39,7 +40,8 @@ class Folder {
       const BinaryNode& child = nodes_[static_cast<std::size_t>(c)];
       node.box.add(child.box);
       few = few && child.child[0] < 0 && child.count <= kFew && (child.count == 0 || are_triangles(child));
-      if (few) together.insert(together.end(), &items_[child.first], &items_[child.first] + child.count);
+      const std::uint32_t* const first = items_.data() + child.first;
+      if (few) together.insert(together.end(), first, first + child.count);
     }
     if (!few) return;
     std::ranges::sort(together);
@@ -108,6 +110,8 @@ class Folder {
 
 WideTree fold(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
               const std::vector<Primitive>& primitives) {
+  constexpr std::size_t kMostItems = std::size_t{1} << 30;  // a child's number has 31 bits
+  if (items.size() > kMostItems) return {};
   return Folder(std::move(nodes), items, primitives).fold();
 }
 

@@ -37,8 +37,8 @@ struct BinaryNode {
   std::uint32_t first = 0, count = 0;  // of a leaf's items
 };
 
-/// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf,
-/// in which each stands once.
+/// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf, in
+/// which each stands once. Of more than 2^30 items nothing is made: the tree is walked as it is read.
 WideTree fold(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
               const std::vector<Primitive>& primitives);
 
