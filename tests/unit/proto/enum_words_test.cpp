@@ -44,8 +44,9 @@ TEST(EnumWords, WrongOnesAreAnsweredWithAllThereAreAndTheNearest) {
       value_of<v1::LightSelection>("unifrom").status().message(),
       "there is no light selection 'unifrom'; there is: auto, tree, mixed, power, uniform; did you mean "
       "'uniform'?");
-  EXPECT_EQ(value_of<v1::AOV>("beauty").status().message(),
-            "there is no AOV 'beauty'; there is: variance, albedo, normal, depth, samples, alpha, id, visits");
+  EXPECT_EQ(
+      value_of<v1::AOV>("beauty").status().message(),
+      "there is no AOV 'beauty'; there is: variance, albedo, normal, depth, samples, alpha, id, visits");
 }
 
 TEST(EnumWords, ValuesOfANewerVersionAreRefusedByName) {
