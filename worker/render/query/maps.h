@@ -3,7 +3,7 @@
 
 #include <ImathVec.h>
 
-#include "render/accel/structure/exact_affine.h"
+#include "render/shape/exact_affine.h"
 
 namespace tessera::render {
 

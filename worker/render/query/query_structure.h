@@ -5,9 +5,9 @@
 
 #include "absl/status/statusor.h"
 #include "render/accel/bvh/bvh.h"
-#include "render/accel/structure/exact_affine.h"
 #include "render/accel/structure/primitive_list.h"
 #include "render/accel/structure/scene_structure.h"
+#include "render/shape/exact_affine.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
