@@ -25,7 +25,7 @@ struct Collector {
   void enter() {}
 
   void run() {
-    if (!level.primitives.empty()) walk(level.tree, level.box, ray, *this);
+    if (!level.primitives.empty()) walk_pairs(level.tree, ray, *this);
   }
 
   bool meet(std::uint32_t i) {

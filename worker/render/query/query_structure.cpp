@@ -62,8 +62,9 @@ absl::StatusOr<QueryStructure> QueryStructure::build(const ShapeTable& table, co
   for (std::size_t i = 0; i < table.instances.size(); ++i) {
     const InstanceRecord& instance = table.instances[i];
     self.instance_from_render_.push_back(inverse(exact(instance.render_from_instance)));
-    add_instance(table, static_cast<std::int32_t>(i),
-                 self.objects_[static_cast<std::size_t>(instance.object)].box, self.world_.primitives);
+    const Box& object = self.objects_[static_cast<std::size_t>(instance.object)].box;
+    add_instance(static_cast<std::int32_t>(i), box_of_instance(table, instance, object),
+                 self.world_.primitives);
   }
   if (auto s = finish(self.world_, threads); !s.ok()) return s;
   return self;

@@ -56,8 +56,7 @@ TESSERA_INLINE bool meet_leaf(const WaitingChild& leaf, Visitor& visitor) {
 /// Front to back: the nearer child first, the other waits on a stack and is left out when something nearer
 /// has been met by then.
 template <class Visitor>
-void walk(const Bvh& tree, const Box&, const Ray& ray, Visitor& visitor) {
-  if (!tree.wide.nodes.empty()) return walk_wide(tree.wide, ray, visitor);
+void walk_pairs(const Bvh& tree, const Ray& ray, Visitor& visitor) {
   WaitingChild stack[kBvhDepth + 1];
   int waiting = 0;
   const BoxPair boxes(ray);
@@ -84,6 +83,12 @@ void walk(const Bvh& tree, const Box&, const Ray& ray, Visitor& visitor) {
       at = stack[--waiting];
     } while (at.enter > visitor.reach());
   }
+}
+
+template <class Visitor>
+void walk(const Bvh& tree, const Box&, const Ray& ray, Visitor& visitor) {
+  if (!tree.wide.nodes.empty()) return walk_wide(tree.wide, ray, visitor);
+  walk_pairs(tree, ray, visitor);
 }
 
 }  // namespace tessera::render::TESSERA_ISA
