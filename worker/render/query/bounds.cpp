@@ -110,10 +110,9 @@ std::vector<BoundsReport> QueryScene::bounds() const {
 
 std::vector<ShapeReport> QueryScene::inspect() const {
   std::vector<ShapeReport> reports;
-  for (std::size_t i = 0; i < table().shapes.size(); ++i) {
-    const ShapeRecord& shape = table().shapes[i];
+  for (const ShapeRecord& shape : table().placed()) {
     ShapeReport report;
-    report.shape = static_cast<std::int32_t>(i);
+    report.shape = static_cast<std::int32_t>(reports.size());
     report.is_mesh = shape.kind == ShapeKind::kTriangles;
     if (report.is_mesh) {
       report.mesh = inspect_mesh(table(), shape);

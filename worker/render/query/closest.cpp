@@ -1,6 +1,7 @@
 // The closest point of all surfaces: a search front to back through the hierarchies of boxes.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "render/query/nearest_point.h"
 #include "render/query/query_scene.h"
@@ -154,8 +155,9 @@ ClosestReport QueryScene::closest(const V3d& p) const {
 
 std::vector<std::int32_t> QueryScene::without_closest() const {
   std::vector<std::int32_t> shapes;
-  for (std::size_t i = 0; i < table().shapes.size(); ++i) {
-    const ShapeRecord& shape = table().shapes[i];
+  const std::span<const ShapeRecord> placed = table().placed();
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const ShapeRecord& shape = placed[i];
     if (shape.kind != ShapeKind::kCurves && !has_formula(table(), shape, placed_from_object(table(), shape)))
       shapes.push_back(static_cast<std::int32_t>(i));
   }

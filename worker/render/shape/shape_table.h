@@ -165,6 +165,12 @@ struct ShapeTable {
   BigArray<std::uint32_t> triangles;  // three vertex indices each, counted from first_vertex
   BigArray<Vertex> vertices;
 
+  /// Shapes that rays meet by themselves: all but the solids of combinations.
+  std::span<const ShapeRecord> placed() const {
+    std::size_t solids = 0;
+    for (const CsgRecord& csg : csgs) solids += csg.solids.size();
+    return std::span(shapes).first(shapes.size() - solids);
+  }
   bool nested() const { return !inner.empty(); }
   std::span<const InstanceRecord> inner_of(const ObjectRange& object) const {
     return std::span(inner).subspan(static_cast<std::size_t>(object.first_inner),
@@ -181,7 +187,7 @@ inline bool is_unbounded(const ShapeTable& table, const InstanceRecord& instance
 }
 
 inline bool any_unbounded(const ShapeTable& table) {
-  return std::ranges::any_of(table.shapes, [](const ShapeRecord& shape) { return is_unbounded(shape); });
+  return std::ranges::any_of(table.placed(), [](const ShapeRecord& shape) { return is_unbounded(shape); });
 }
 
 }  // namespace tessera::render

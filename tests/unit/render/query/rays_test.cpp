@@ -224,6 +224,43 @@ TEST(QueryRays, FollowInstancesAndWhatMoves) {
   EXPECT_EQ(distances(**later, {0, 0, -5}, {0, 0, 1}), (std::vector<double>{8, 10}));
 }
 
+TEST(QueryRays, FollowObjectsWithinObjects) {
+  const auto scene = load(R"(
+    objects { name: 'ball' shapes { sphere { radius: 1 } } }
+    objects { name: 'pair' instances { object: 'ball' }
+      instances { object: 'ball' world_from_instance { elements: [1,0,0,4, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } }
+    instances { object: 'pair' }
+    instances { object: 'pair' world_from_instance { elements: [-1,0,0,20, 0,1,0,0, 0,0,1,0, 0,0,0,1] } })");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const std::vector<render::SurfaceHit> hits = (*scene)->hits({-5, 0, 0}, {1, 0, 0});
+  const double x[] = {-1, 1, 3, 5, 15, 17, 19, 21};
+  ASSERT_EQ(hits.size(), std::size(x));
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    EXPECT_NEAR(hits[k].p.x, x[k], 1e-12);
+    EXPECT_EQ((*scene)->instance_number(hits[k].instance), k < 4 ? 1 : 2);
+  }
+}
+
+TEST(QueryRays, CrossACombinationOfSolidsAsOneShape) {
+  const auto scene = load(R"(
+    shapes { name: 'shell' csg { operation: DIFFERENCE
+      parts { solid { box { low: [-1, -1, -1] high: [1, 1, 1] } } }
+      parts { solid { half_space { height: -0.5 } } }
+      parts { solid { sphere { radius: 0.5 } } } } })");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const std::vector<double> t = distances(**scene, {-3, 0, 0}, {1, 0, 0});
+  const double expected[] = {2, 2.5, 3.5, 4};
+  ASSERT_EQ(t.size(), std::size(expected));
+  for (std::size_t k = 0; k < t.size(); ++k) EXPECT_NEAR(t[k], expected[k], 1e-6);
+  EXPECT_EQ((*scene)->at({0.75, 0, 0}).inside(), render::Inside::kInside);
+  EXPECT_EQ((*scene)->at({0, 0, 0.1}).inside(), render::Inside::kOutside);
+  EXPECT_EQ((*scene)->at({0.75, 0.75, -0.75}).inside(), render::Inside::kOutside);
+  EXPECT_EQ((*scene)->inspect().size(), 1u);
+  const std::vector<render::BoundsReport> bounds = (*scene)->bounds();
+  ASSERT_EQ(bounds.size(), 2u);  // the scene's and the shape's
+  EXPECT_FALSE(bounds[1].unbounded);
+}
+
 TEST(QueryRays, OfASceneWithoutShapesMeetNothing) {
   const auto scene = load("");
   ASSERT_TRUE(scene.ok()) << scene.status();
