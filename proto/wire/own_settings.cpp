@@ -112,8 +112,8 @@ absl::Status check(const v1::PhotonSettings& photon) {
       return s;
   }
   if (photon.has_caustic_radius()) {
-    if (auto s = check_range("photon.caustic_radius", photon.caustic_radius(), kMinPhotonRadius,
-                             kMaxPhotonRadius);
+    if (auto s =
+            check_range("photon.caustic_radius", photon.caustic_radius(), kMinPhotonRadius, kMaxPhotonRadius);
         !s.ok())
       return s;
   }

@@ -19,7 +19,7 @@ struct HitArrays {
   std::int32_t *primitive, *shape, *instance;
   // What each search opened and tested, where somebody asks and the query counts.
   std::int32_t *visited_nodes = nullptr, *visited_primitives = nullptr;
-  std::int32_t* upper = nullptr;   // bits of the place from the 31st on; left alone in all other scenes
+  std::int32_t* upper = nullptr;  // bits of the place from the 31st on; left alone in all other scenes
 };
 
 /// What searches have opened and tested.

@@ -6,7 +6,8 @@
 // light. Light that comes straight from its source is sampled there; the photons bring all that was scattered
 // on its way, caustics and diffuse light alike. Where following would find the same light as photons do, it
 // is left to following. Caustics, the light that mirrors, glass and narrow lobes bundle, have a map of their
-// own, and by option another radius. With the same maps for all passes it is the classic algorithm [Jensen 1996].
+// own, and by option another radius. With the same maps for all passes it is the classic algorithm [Jensen
+// 1996].
 #pragma once
 
 #include <cstdint>
