@@ -12,7 +12,7 @@ namespace tessera::client {
 /// Linear.
 std::array<float, 3> heat_colour(double count);
 
-/// What camera rays visit (--aov visits), nodes and primitives together, as visits.R, .G and .B.
+/// The nodes and primitives that camera rays visit (--aov visits), together, as visits.R, .G and .B.
 /// InvalidArgument where the image has no such channels.
 absl::StatusOr<Image> heat_map(const Image& image);
 

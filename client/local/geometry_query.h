@@ -54,7 +54,7 @@ class GeometryQuery {
   ~GeometryQuery();
 
   const std::vector<std::string>& warnings() const { return warnings_; }
-  /// What answers to these kinds of query cannot be exact about; one line, empty where there is nothing.
+  /// Shapes whose answers to such queries are not exact, in one line; empty where there are none.
   std::string doubts(bool closest) const;
 
   /// docs/query.md says what the columns hold.

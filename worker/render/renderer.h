@@ -76,7 +76,7 @@ class RenderScene {
   /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
-  /// What was decided when it was built, and why; one line each.
+  /// Decisions that building made, and why; one line each.
   virtual std::vector<std::string> notes() const { return {}; }
 
   /// Names for the indices in StageTimes::materials.

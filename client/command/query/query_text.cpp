@@ -28,7 +28,7 @@ class Words {
     return word;
   }
   bool at_end() const { return line_.find_first_not_of(kBlanks, at_) == line_.npos; }
-  /// Of the word that was read last.
+  /// The column of the word that was read last.
   std::uint32_t column() const { return static_cast<std::uint32_t>(start_) + 1; }
 
  private:
@@ -40,7 +40,7 @@ std::string quoted(std::string_view word) {
   return absl::StrCat("'", base::printable(std::string(word.substr(0, 40))), "'");
 }
 
-/// What is wrong with it, or nothing.
+/// The fault of a number, or nothing.
 std::string read_number(std::string_view word, double& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);

@@ -70,7 +70,7 @@ TEST(QueryText, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(parse_query("ray 0 0 0 1 0 0", QueryKind::kInside).error, HasSubstr("not what the lines"));
 }
 
-/// Whatever strangers write, what is taken is within bounds, and what is not is told in a short line.
+/// Lines that nobody meant: what is taken is within bounds, and what is not is told in a short line.
 TEST(QueryText, TakesNoMutationThatIsOutOfBounds) {
   const std::string words[] = {
       "ray",  "inside", "closest", "1e18", "-1e18", "1e19", "nan",    "inf", "-",  "+",

@@ -21,10 +21,9 @@ absl::StatusOr<std::unique_ptr<const QueryScene>> load_query(const v1::Scene& sc
         absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
   }
   if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
-  const LoadOptions load{.isa = options.isa, .threads = options.threads};
-  v1::JobSpec flat = job;  // crossings name a shape and an instance, with no levels between
-  flat.mutable_content()->mutable_algorithms()->set_nesting(v1::NESTING_FLATTENED);
-  auto build = ContentBuild::begin(scene, flat, blobs, load, *kernel->accel, kernel->light_sources);
+  // Crossings name a shape and an instance, with no levels between.
+  const LoadOptions load{.isa = options.isa, .threads = options.threads, .lists_instances = "a query"};
+  auto build = ContentBuild::begin(scene, job, blobs, load, *kernel->accel, kernel->light_sources);
   if (!build.ok()) return build.status();
   const auto origin = render_origin(scene);
   if (!origin.ok()) return origin.status();

@@ -55,6 +55,9 @@ struct LoadOptions {
   // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most
   // memory. Of the blobs only images are read from then on.
   std::function<void()> geometry_read = {};
+  // Who goes over all instances, so that objects within objects are flattened, for messages; empty: only the
+  // integrator, where it does.
+  std::string lists_instances = "";
 };
 
 /// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but

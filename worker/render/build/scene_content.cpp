@@ -49,14 +49,14 @@ struct ArrayBuilders {
                       warnings};
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings};
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
+  std::string wants_flat = "";  // plan_nesting()
   LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
 
   absl::Status run() {
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
     if (auto s = media.build(scene.media(), algorithm, warnings); !s.ok()) return s;
     if (auto s = materials.build(scene.materials()); !s.ok()) return s;
-    const std::string wants_flat =
-        algorithm.lists_instances ? absl::StrCat("integrator '", algorithm.name, "'") : "";
+    if (algorithm.lists_instances) wants_flat = absl::StrCat("integrator '", algorithm.name, "'");
     if (auto s = instances.build(scene, nesting, wants_flat); !s.ok()) return s;
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
     if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
@@ -238,7 +238,8 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                                                       .space = render_space_about(*origin),
                                                       .arrays = arrays,
                                                       .warnings = content->warnings,
-                                                      .nesting = settings.nesting}});
+                                                      .nesting = settings.nesting,
+                                                      .wants_flat = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;

@@ -4,8 +4,7 @@
 
 #include <list>
 
-#include "render/build/shape/shape_builder.h"
-#include "unit/render/build/builder_inputs.h"
+#include "unit/render/build/names_for_shapes.h"
 #include "wire/csg_limits.h"
 #include "wire/mesh_blob.h"
 
@@ -16,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class CsgBuilderTest : public testing::Test {
+class CsgBuilderTest : public NamesForShapes {
  protected:
   CsgBuilderTest() {
     EXPECT_EQ(materials_.add("paint", 1), absl::OkStatus());
@@ -31,9 +30,9 @@ class CsgBuilderTest : public testing::Test {
     blobs_.add("sliver", wire::encode_mesh({corners, {}, {}, {0, 2, 1, 0, 1, 3, 1, 2, 4, 0, 5, 2, 3, 4, 1}}));
   }
   absl::Status add(const v1::Shape& shape) {
-    shapes_.push_back(shape);
-    if (auto s = builder_.add(shapes_.back(), {}, false, "here"); !s.ok()) return s;
-    return builder_.add_solids_of_combinations();
+    messages_.push_back(shape);
+    if (auto s = shapes_.add(messages_.back(), {}, false, "here"); !s.ok()) return s;
+    return shapes_.add_solids_of_combinations();
   }
   absl::Status add(const std::string& text) { return add(message<v1::Shape>(text)); }
   std::string refusal(const std::string& text) { return std::string(add(text).message()); }
@@ -41,19 +40,7 @@ class CsgBuilderTest : public testing::Test {
     return refusal("csg { parts { solid { sphere { radius: 1 } } } parts { solid { " + solid + " } } }");
   }
 
-  NameTable materials_{"material", 0};
-  MaterialTable material_table_;
-  MediumNames media_;
-  NamedTextures textures_;
-  BlobsInMemory blobs_;
-  const std::map<std::string, int> attribute_names_;
-  TextureTable texture_table_;
-  MeshAttributes attributes_{attribute_names_, blobs_.source, texture_table_};
-  std::vector<std::string> warnings_;
-  std::list<v1::Shape> shapes_;
-  ShapeTable table_;
-  ShapeBuilder builder_{
-      {blobs_.source, materials_, material_table_, media_, textures_, attributes_}, table_, warnings_};
+  std::list<v1::Shape> messages_;
 };
 
 TEST_F(CsgBuilderTest, RefusesWhatIsNotClosed) {
@@ -194,7 +181,7 @@ TEST_F(CsgBuilderTest, OperandsHaveRecordsThatNothingButTheWholeKnows) {
   }
   // Light may go through the one that is open, so rays have to look.
   EXPECT_EQ(table_.shapes[0].material, 2);
-  EXPECT_EQ(builder_.names()[2], "here, operand 1");
+  EXPECT_EQ(shapes_.names()[2], "here, operand 1");
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "unit/render/build/builder_inputs.h"
+#include "unit/render/build/names_for_shapes.h"
 
 namespace tessera::render {
 namespace {
@@ -16,7 +16,7 @@ constexpr const char* kIdentity = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1
 constexpr const char* kFiveAlongX = "elements: [1,0,0,5, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
 constexpr const char* kSingular = "elements: [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
 
-class InstanceBuilderTest : public testing::Test {
+class InstanceBuilderTest : public NamesForShapes {
  protected:
   InstanceBuilderTest() { material_table_.materials.resize(1); }
   absl::Status build(const std::string& scene) {
@@ -25,19 +25,7 @@ class InstanceBuilderTest : public testing::Test {
   }
 
   const RenderSpace space_ = render_space_about({1, 0, 0});
-  const NameTable materials_{"material", 0};
-  MaterialTable material_table_;
-  MediumNames media_;
-  NamedTextures textures_;
-  BlobsInMemory blobs_;
-  const std::map<std::string, int> attribute_names_;
-  TextureTable texture_table_;
-  MeshAttributes attributes_{attribute_names_, blobs_.source, texture_table_};
-  std::vector<std::string> warnings_;
   v1::Scene scene_;
-  ShapeTable table_;
-  ShapeBuilder shapes_{
-      {blobs_.source, materials_, material_table_, media_, textures_, attributes_}, table_, warnings_};
   InstanceBuilder builder_{space_, blobs_.source, shapes_, table_, warnings_};
 };
 

@@ -1,13 +1,11 @@
 // One shape at a time, with materials, media and textures that are only names.
-#include "render/build/shape/shape_builder.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <list>
 
-#include "unit/render/build/builder_inputs.h"
+#include "unit/render/build/names_for_shapes.h"
 #include "wire/mesh_blob.h"
 #include "wire/volume_blob.h"
 
@@ -18,9 +16,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class ShapeBuilderTest : public testing::Test {
+class ShapeBuilderTest : public NamesForShapes {
  protected:
-  ShapeBuilderTest() {
+  ShapeBuilderTest() : NamesForShapes(2, {{"dirt", 0}}) {
     EXPECT_EQ(materials_.add("paint", 0), absl::OkStatus());
     EXPECT_EQ(materials_.add("nothing", 1), absl::OkStatus());
     texture_table_.attribute_names = 1;
@@ -36,24 +34,12 @@ class ShapeBuilderTest : public testing::Test {
   }
   absl::Status add(const std::string& text, bool instanced = false,
                    const Transform& placed_from_object = {}) {
-    shapes_.push_back(message<v1::Shape>(text));
-    return builder_.add(shapes_.back(), placed_from_object, instanced, "here");
+    messages_.push_back(message<v1::Shape>(text));
+    return shapes_.add(messages_.back(), placed_from_object, instanced, "here");
   }
   std::string refusal(const std::string& text) { return std::string(add(text).message()); }
 
-  NameTable materials_{"material", 2};
-  MaterialTable material_table_;
-  MediumNames media_;
-  NamedTextures textures_;
-  BlobsInMemory blobs_;
-  const std::map<std::string, int> attribute_names_{{"dirt", 0}};
-  TextureTable texture_table_;
-  MeshAttributes attributes_{attribute_names_, blobs_.source, texture_table_};
-  std::vector<std::string> warnings_;
-  std::list<v1::Shape> shapes_;
-  ShapeTable table_;
-  ShapeBuilder builder_{
-      {blobs_.source, materials_, material_table_, media_, textures_, attributes_}, table_, warnings_};
+  std::list<v1::Shape> messages_;
 };
 
 TEST_F(ShapeBuilderTest, PlacesTheVerticesOfAMesh) {
@@ -67,7 +53,7 @@ TEST_F(ShapeBuilderTest, PlacesTheVerticesOfAMesh) {
               ElementsAre(0, 2, 1));
   EXPECT_EQ(table_.shapes[0].material, 0);
   EXPECT_EQ(table_.shapes[0].triangle_count, 1);
-  EXPECT_THAT(builder_.names(), ElementsAre("here"));
+  EXPECT_THAT(shapes_.names(), ElementsAre("here"));
 }
 
 TEST_F(ShapeBuilderTest, EveryKindHasItsArray) {
@@ -151,13 +137,13 @@ TEST_F(ShapeBuilderTest, AlphaIsForAllKinds) {
 TEST_F(ShapeBuilderTest, NotesWhatEmitsLight) {
   ASSERT_EQ(add("disk { radius: 1 }"), absl::OkStatus());
   ASSERT_EQ(add("disk { radius: 1 } area_light { two_sided: true }"), absl::OkStatus());
-  ASSERT_EQ(builder_.emitters().size(), 1u);
-  EXPECT_EQ(builder_.emitters()[0].shape, 1);
-  EXPECT_TRUE(builder_.emitters()[0].light->two_sided());
+  ASSERT_EQ(shapes_.emitters().size(), 1u);
+  EXPECT_EQ(shapes_.emitters()[0].shape, 1);
+  EXPECT_TRUE(shapes_.emitters()[0].light->two_sided());
   ASSERT_EQ(add("disk { radius: 1 } area_light {}", true), absl::OkStatus());
   ASSERT_EQ(add("curves { points { digest: 'curve' } starts { digest: 'start' } } area_light {}"),
             absl::OkStatus());
-  EXPECT_EQ(builder_.emitters().size(), 1u);
+  EXPECT_EQ(shapes_.emitters().size(), 1u);
   EXPECT_THAT(warnings_, ElementsAre(HasSubstr("here: shapes of an object cannot emit light"),
                                      HasSubstr("here: curves cannot emit light")));
 }
