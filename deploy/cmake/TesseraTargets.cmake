@@ -101,11 +101,15 @@ if(TESSERA_SANITIZE MATCHES "thread")
     "TSAN_OPTIONS=ignore_noninstrumented_modules=1:suppressions=${CMAKE_SOURCE_DIR}/tests/support/tsan.supp")
 endif()
 
-# tessera_test_entry(NAME COMMAND command... TIMEOUT seconds [LONG seconds] [LABELS labels...]): what CTest
-# runs; with LONG, and that timeout, also the long form (tests/support/long_form.h), the entry NAME_long,
-# labelled `long`. The working directory is the source tree's root.
+# tessera_test_entry(NAME COMMAND command... [TIMEOUT seconds] [LONG seconds] [LABELS labels...]): what CTest
+# runs; after 300 s, if not told otherwise, it hangs. With LONG, and that timeout, also the long form
+# (tests/support/long_form.h), the entry NAME_long, labelled `long`. The working directory is the source tree's
+# root.
 function(tessera_test_entry name)
   cmake_parse_arguments(arg "" "TIMEOUT;LONG" "COMMAND;LABELS" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
   add_test(NAME ${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
     ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
@@ -160,9 +164,6 @@ endfunction()
 # several entries, which costs less to build.
 function(tessera_test name)
   cmake_parse_arguments(arg "" "IN;PRECOMPILED;TIMEOUT;LONG" "DEPENDS;LABELS" ${ARGN})
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
-  endif()
   if(arg_IN)
     target_sources(${arg_IN} PRIVATE ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${arg_IN} PRIVATE ${arg_DEPENDS})
@@ -173,8 +174,8 @@ function(tessera_test name)
       "${arg_PRECOMPILED}")
     set(command ${name})
   endif()
-  tessera_test_entry(${name} COMMAND ${command} TIMEOUT ${arg_TIMEOUT} LONG "${arg_LONG}" LABELS
-    ${arg_LABELS})
+  tessera_test_entry(${name} COMMAND ${command} TIMEOUT "${arg_TIMEOUT}" LONG "${arg_LONG}"
+    LABELS ${arg_LABELS})
 endfunction()
 
 # Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor
@@ -281,9 +282,6 @@ endfunction()
 # code 77, see tests/support/kernel/kernel_main.cpp). The long form is for the first.
 function(tessera_kernel_test name)
   cmake_parse_arguments(arg "" "IN;TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 300)
-  endif()
   if(arg_IN)
     tessera_tests_of("${arg_UNPARSED_ARGUMENTS}" sources)
   else()
@@ -297,7 +295,7 @@ function(tessera_kernel_test name)
     if(sources)
       target_sources(${arg_IN}_${isa} PRIVATE ${arg_UNPARSED_ARGUMENTS})
     endif()
-    tessera_test_entry(${name}_${isa} COMMAND ${arg_IN}_${isa} ${sources} TIMEOUT ${arg_TIMEOUT} LONG
+    tessera_test_entry(${name}_${isa} COMMAND ${arg_IN}_${isa} ${sources} TIMEOUT "${arg_TIMEOUT}" LONG
       "${long}" LABELS ${arg_LABELS})
     set(long)
   endforeach()

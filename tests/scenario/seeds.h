@@ -1,5 +1,5 @@
 // Which random worlds a test runs: TESSERA_SCHEDULES=N in the environment runs that many seeds, from
-// TESSERA_FIRST_SEED on, for the long form and to repeat a failure.
+// TESSERA_FIRST_SEED on, for runs by hand and to repeat a failure.
 #pragma once
 
 #include <cstdint>

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scenario/seeds.h"
+#include "support/long_form.h"
 
 namespace tessera::server {
 namespace {
@@ -18,7 +19,7 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
     const std::string violation = simulation.run();
     if (!violation.empty()) {
       ADD_FAILURE() << "seed " << seed << " " << violation << "\nagain: TESSERA_FIRST_SEED=" << seed
-                    << " TESSERA_SCHEDULES=1 scenario_test --gtest_filter="
+                    << " TESSERA_SCHEDULES=1 scenario_tests --gtest_filter="
                     << testing::UnitTest::GetInstance()->current_test_info()->test_suite_name() << "."
                     << testing::UnitTest::GetInstance()->current_test_info()->name();
       break;
@@ -51,10 +52,10 @@ SimulationCounts run_seeds(std::uint64_t count, bool real_journal, std::size_t w
 }
 
 TEST(Simulation, NothingIsLostAndEveryJobEnds) {
-  const std::uint64_t count = number_from("TESSERA_SCHEDULES", 2000);
+  const std::uint64_t count = test::how_often("TESSERA_SCHEDULES", 500, 2000);
   const SimulationCounts counts = run_seeds(count, /*real_journal=*/false, /*workers=*/0);
   // A world in which nothing goes wrong proves nothing.
-  if (count < 1000) return;
+  if (count < 500) return;
   EXPECT_GT(counts.coordinator_deaths, count / 4);
   EXPECT_GT(counts.worker_deaths, count / 2);
   EXPECT_GT(counts.quarantines, count / 100);
@@ -66,7 +67,8 @@ TEST(Simulation, NothingIsLostAndEveryJobEnds) {
 }
 
 TEST(Simulation, AllFollowsFromTheSeed) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  const std::uint64_t count = test::long_form() ? 200 : 50;
+  for (std::uint64_t seed = 0; seed < count; ++seed) {
     Simulation first({.seed = seed}), again({.seed = seed});
     static_cast<void>(first.run());
     static_cast<void>(again.run());
@@ -75,15 +77,16 @@ TEST(Simulation, AllFollowsFromTheSeed) {
 }
 
 TEST(Simulation, TheJournalSurvivesPowerFailuresAndFullDisks) {
-  const std::uint64_t count = number_from("TESSERA_SCHEDULES", 200);
+  const std::uint64_t count = test::how_often("TESSERA_SCHEDULES", 80, 200);
   const SimulationCounts counts = run_seeds(count, /*real_journal=*/true, /*workers=*/0);
-  if (count < 200) return;
+  if (count < 80) return;
   EXPECT_GT(counts.power_failures, count / 8);
   EXPECT_GT(counts.disk_full, count / 40);
 }
 
 TEST(Simulation, ThousandsOfWorkers) {
-  run_seeds(number_from("TESSERA_SCHEDULES", 1), /*real_journal=*/false, /*workers=*/2000);
+  run_seeds(test::how_often("TESSERA_SCHEDULES", 1, 1), /*real_journal=*/false,
+            /*workers=*/test::long_form() ? 2000 : 1000);
 }
 
 }  // namespace
