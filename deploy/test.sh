@@ -34,8 +34,10 @@ cd "$top/build/$preset"
 export TESSERA_SKIPS=$top/build/$preset/skipped.txt
 : >"$TESSERA_SKIPS"
 result=0
-# One more than there are processors: tests of the farm wait more than they work.
-ctest --output-on-failure --no-tests=error -j "$(($(nproc) + 1))" "${labels[@]}" "${arguments[@]}" || result=$?
+# Tests of farms, of which so many run at once, wait more than they work.
+farms=$(sed -n 's/.*"slots": \([0-9]*\).*/\1/p' "$top/deploy/resources.json")
+ctest --output-on-failure --no-tests=error -j "$(($(nproc) + farms - 1))" \
+  --resource-spec-file "$top/deploy/resources.json" "${labels[@]}" "${arguments[@]}" || result=$?
 if [ -s "$TESSERA_SKIPS" ]; then
   say "skipped"
   sort -u "$TESSERA_SKIPS"

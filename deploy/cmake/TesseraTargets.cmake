@@ -113,6 +113,11 @@ function(tessera_test_entry name)
   add_test(NAME ${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
     ENVIRONMENT "${TESSERA_TEST_ENVIRONMENT}")
+  if("integration" IN_LIST arg_LABELS OR "load" IN_LIST arg_LABELS)
+    # Farms wait more than they work: they begin first, some at a time (deploy/resources.json), and the others
+    # run beside them.
+    set_tests_properties(${name} PROPERTIES COST 1000 RESOURCE_GROUPS "farms:1")
+  endif()
   if(arg_LONG)
     add_test(NAME ${name}_long COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${name}_long PROPERTIES TIMEOUT ${arg_LONG} SKIP_RETURN_CODE 77 LABELS
