@@ -123,7 +123,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME")
       .listing(integrators())
       .checked_by(check_integrator);
-  add_word(command, "--sampler", job.sampler, "sobol or independent");
+  add_word(command, "--sampler", job.sampler, "sobol, z-sobol or independent");
   add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
   add_parsed(command, "--filter", job.filter, parse_filter,
              "pixel filter: box, triangle, gaussian, mitchell or lanczos")

@@ -1,6 +1,7 @@
 #include "wire/job_check.h"
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -79,6 +80,14 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   return absl::OkStatus();
 }
 
+absl::Status check_sampler(const v1::JobSpec& spec) {
+  const std::uint32_t bits = spec.view().sample_bits(), expected = sample_bits_of(spec);
+  if (bits == expected) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("view.sample_bits is ", bits, "; with sampler ", word_of(spec.view().sampler()), " and ",
+                   spec.samples().spp(), " samples a pixel ", expected, " was expected"));
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -111,7 +120,13 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
+  if (auto s = check_sampler(spec); !s.ok()) return s;
   return check_noise(spec);
+}
+
+std::uint32_t sample_bits_of(const v1::JobSpec& spec) {
+  if (spec.view().sampler() != v1::SAMPLER_Z_SOBOL || spec.samples().spp() == 0) return 0;
+  return static_cast<std::uint32_t>(std::bit_width(spec.samples().spp() - 1));
 }
 
 void add_phases(v1::JobSpec& spec) {

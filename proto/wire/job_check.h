@@ -1,6 +1,8 @@
 // Checks of jobs, alike in all three programs, and what follows from a job's algorithm.
 #pragma once
 
+#include <cstdint>
+
 #include "absl/status/status.h"
 #include "tessera/v1/job.pb.h"
 
@@ -10,8 +12,12 @@ namespace tessera::wire {
 /// InvalidArgument, by name, where the job has a setting that this version does not know, an algorithm that
 /// does not exist or cannot do what the job asks for, layers that are none (layers/automaton.h), or noise
 /// that is out of range or does not go with the number of samples, the tile size or the samples of a unit;
-/// or settings of single algorithms that are not right (own_settings.h).
+/// sample_bits that do not go with the sampler; or settings of single algorithms that are not right
+/// (own_settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
+
+/// What JobSpec.View.sample_bits is to be.
+std::uint32_t sample_bits_of(const v1::JobSpec& spec);
 
 /// Gives the job the phases of its algorithm, which must exist.
 void add_phases(v1::JobSpec& spec);

@@ -4,6 +4,7 @@
 
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
 #include "wire/own_settings.h"
 
@@ -36,6 +37,7 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   view.set_max_depth(std::min(wishes.has_max_depth() ? wishes.max_depth() : kDefaultMaxDepth, kMaxDepth));
   *view.mutable_layers() = wishes.layers();
   job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);
+  view.set_sample_bits(sample_bits_of(job));
   job.mutable_samples()->set_noise(wishes.noise());
 }
 

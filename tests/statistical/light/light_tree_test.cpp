@@ -1,6 +1,7 @@
 // Are lights picked as often as their probabilities say, and all that can be seen?
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "render/light/selection/light_tree_build.h"
@@ -92,6 +93,34 @@ TEST(LightTree, PicksAsOftenAsItSays) {
     const auto result = test::chi_square_test(observed, expected);
     EXPECT_GT(result.degrees_of_freedom, 8);
     EXPECT_GT(result.p_value, test::sidak_level(0.01, kReceivers)) << "receiver " << i;
+  }
+}
+
+TEST(LightTree, PicksOneOfFewTheSameForOnePointAndForMany) {
+  std::mt19937 places(12);
+  Random random(5);
+  for (std::size_t lights = 2; lights <= kLightTreeWidth; ++lights) {
+    Lamp lamp = many_lamps();
+    // Of all kinds.
+    std::shuffle(lamp.table.lights.begin(), lamp.table.lights.end(), places);
+    lamp.table.lights.resize(lights);
+    lamp.table.tree = build_light_tree(lamp.table);
+    for (int i = 0; i < 60; ++i) {
+      const Receiver from = some_receiver(places, i);
+      const Float u = random.next();
+      const LightPick picks = pick_light(lamp.table, from, u, Mask::all());
+      const Float pmf = pick_pmf(lamp.table, picks.light, from, Mask::all());
+      for (int l = 0; l < kWidth; ++l) {
+        const Mask one = and_not(Mask::first(l + 1), Mask::first(l));
+        const LightPick pick = pick_light(lamp.table, from, u, one);
+        ASSERT_EQ(pick.picked.bits() >> l & 1, picks.picked.bits() >> l & 1);
+        if (none(pick.picked & one)) continue;
+        ASSERT_EQ(pick.light.lane(l), picks.light.lane(l));
+        ASSERT_EQ(pick.pmf.lane(l), picks.pmf.lane(l));
+        ASSERT_EQ(pick.u.lane(l), picks.u.lane(l));
+        ASSERT_EQ(pick_pmf(lamp.table, pick.light, from, one).lane(l), pmf.lane(l));
+      }
+    }
   }
 }
 

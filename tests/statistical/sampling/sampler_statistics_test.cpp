@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "render/integrator/vertex/dimensions.h"
-#include "render/sampling/sampler.h"
+#include "render/sampling/sample_key.h"
 #include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-constexpr SamplerKind kKinds[] = {SamplerKind::kSobol, SamplerKind::kIndependent};
+constexpr SamplerKind kKinds[] = {SamplerKind::kSobol, SamplerKind::kIndependent, SamplerKind::kZSobol};
 
 /// Dimensions as the integrators use them: those of the camera, of early and late bounces, of media.
 constexpr int kPairs[] = {
@@ -36,7 +36,8 @@ struct Places {
   UInt x, y, sample;
 };
 Float number(SamplerKind kind, std::uint64_t seed, const Places& at, Coordinate c) {
-  const Sampler sampler(kind, Sampler::pixel_hash(seed, at.x, at.y), reverse_bits(at.sample));
+  const SampleKey key = sample_key({.kind = kind, .seed = seed, .sample_bits = 11}, at.x, at.y, at.sample);
+  const Sampler sampler(kind, key.pixel, key.reversed_sample);
   const Vec2 u = sampler.get_2d(c.pair);
   return c.second ? u.y : u.x;
 }

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -38,6 +40,22 @@ TEST(JobSettings, EverythingHasADefault) {
   EXPECT_EQ(spec.view().sampler(), v1::SAMPLER_SOBOL);
   EXPECT_EQ(spec.samples().spp(), 16U);
   EXPECT_EQ(spec.view().max_depth(), 5U);
+}
+
+TEST(JobSettings, SamplesInZOrderDependOnTheirNumber) {
+  JobSettings request;
+  request.sampler = v1::SAMPLER_Z_SOBOL;
+  for (const auto& [spp, bits] : {std::pair{1u, 0u}, {2u, 1u}, {10u, 4u}, {16u, 4u}, {17u, 5u}}) {
+    request.spp = spp;
+    const auto job = prepare_job(request, scene_of(64, 48), "");
+    ASSERT_TRUE(job.ok()) << job.status();
+    EXPECT_EQ((*job)->spec.view().sample_bits(), bits) << spp;
+    v1::JobSpec wrong = (*job)->spec;
+    wrong.mutable_view()->set_sample_bits(bits + 1);
+    EXPECT_THAT(wire::check_settings(wrong).message(), HasSubstr("view.sample_bits is"));
+    wrong.mutable_view()->set_sampler(v1::SAMPLER_SOBOL);
+    EXPECT_EQ(wire::check_settings(wrong).code(), absl::StatusCode::kInvalidArgument);
+  }
 }
 
 TEST(JobSettings, ABiasedPictureIsWarnedOf) {

@@ -1,9 +1,10 @@
-#include "render/sampling/sampler.h"
+#include "render/sampling/sample_key.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,24 +26,26 @@ std::vector<Pair> samples(SamplerKind kind, std::uint32_t x, std::uint32_t y, in
   return result;
 }
 
+/// A (0, m, 2)-net in base 2: each elementary interval of area 2^-m holds exactly one of 2^m points.
+void expect_net(std::span<const Pair> points, int m) {
+  ASSERT_EQ(points.size(), std::size_t{1} << m);
+  for (int a = 0; a <= m; ++a) {
+    std::set<std::pair<int, int>> cells;
+    for (const auto& [u, v] : points) {
+      cells.emplace(static_cast<int>(u * static_cast<float>(1 << a)),
+                    static_cast<int>(v * static_cast<float>(1 << (m - a))));
+    }
+    EXPECT_EQ(cells.size(), points.size()) << "m " << m << " a " << a;
+  }
+}
+
 TEST(SobolSampler, EveryAlignedPowerOfTwoRunIsANet) {
-  // A (0, m, 2)-net in base 2: each elementary interval of area 2^-m holds exactly one of 2^m points. Owen
-  // scrambling and shuffling keep that for every aligned run of the sequence.
+  // Owen scrambling and shuffling keep that for every aligned run of the sequence.
   const std::vector<Pair> points = samples(SamplerKind::kSobol, 17, 5, 3, 256);
   for (const int m : {4, 5, 6, 8}) {
-    const int run = 1 << m;
-    for (int first = 0; first < 256; first += run) {
-      for (int a = 0; a <= m; ++a) {
-        std::set<std::pair<int, int>> cells;
-        for (int i = first; i < first + run; ++i) {
-          const auto& [u, v] = points[static_cast<std::size_t>(i)];
-          cells.emplace(static_cast<int>(u * static_cast<float>(1 << a)),
-                        static_cast<int>(v * static_cast<float>(1 << (m - a))));
-        }
-        EXPECT_EQ(cells.size(), static_cast<std::size_t>(run))
-            << "m " << m << " first " << first << " a " << a;
-      }
-    }
+    const std::size_t run = std::size_t{1} << m;
+    for (std::size_t first = 0; first < 256; first += run)
+      expect_net(std::span(points).subspan(first, run), m);
   }
 }
 
@@ -53,6 +56,40 @@ TEST(SobolSampler, PixelsDimensionsAndSeedsDiffer) {
   EXPECT_NE(base, samples(SamplerKind::kSobol, 3, 4, 0, 16, 1));
   EXPECT_NE(base, samples(SamplerKind::kSobol, 3, 4, 0, 16, std::uint64_t{1} << 32));
   EXPECT_EQ(base, samples(SamplerKind::kSobol, 3, 4, 0, 16));
+}
+
+TEST(ZSobolSampler, PixelsAndAlignedBlocksOfThemAreNets) {
+  constexpr std::uint32_t kSampleBits = 4;
+  for (const int dimension : {0, 3, 70}) {
+    for (const int side_bits : {0, 1, 2}) {  // of blocks; squares of sequences have 2^8 pixels a side
+      for (const std::uint32_t x0 : {0u, 256u - 4u, 256u}) {
+        std::vector<Pair> points;
+        for (std::uint32_t p = 0; p < 1u << (2 * side_bits); ++p) {
+          const UInt x(x0 + (p & ((1u << side_bits) - 1))), y(512 + (p >> side_bits));
+          const SampleKey key = sample_key(
+              {.kind = SamplerKind::kZSobol, .seed = 7, .sample_bits = kSampleBits}, x, y, UInt::iota(0));
+          const Vec2 u = Sampler(SamplerKind::kZSobol, key.pixel, key.reversed_sample).get_2d(dimension);
+          for (int l = 0; l < kWidth; ++l) points.emplace_back(u.x.lane(l), u.y.lane(l));
+        }
+        expect_net(points, static_cast<int>(kSampleBits) + 2 * side_bits);
+      }
+    }
+  }
+}
+
+TEST(ZSobolSampler, HasRoomForAllSamplesOfAPixel) {
+  // 2^24 samples leave room for 16 x 16 pixels: each has numbers of its own, also from those of other
+  // squares.
+  std::set<std::pair<std::uint32_t, std::uint32_t>> keys;
+  constexpr std::uint32_t kLast = (1u << 24) - kWidth;
+  for (std::uint32_t x = 0; x < 40; ++x) {
+    for (const std::uint32_t first : {0u, kLast}) {
+      const SampleKey key = sample_key({.kind = SamplerKind::kZSobol, .seed = 7, .sample_bits = 24}, UInt(x),
+                                       UInt(3u), UInt::iota(first));
+      for (int l = 0; l < kWidth; ++l) keys.emplace(key.pixel.lane(l), key.reversed_sample.lane(l));
+    }
+  }
+  EXPECT_EQ(keys.size(), 40u * 2 * kWidth);
 }
 
 /// Mean of u v over pixels minus 1/4, in standard deviations: 7/144 is the variance of u v for independent u

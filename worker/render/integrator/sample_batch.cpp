@@ -11,6 +11,7 @@
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
+#include "render/sampling/sample_key.h"
 #include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -45,10 +46,10 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);
     const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
     const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
-               reversed = reverse_bits(bit_cast<std::uint32_t>(name.c[2]));
-    const UInt hash =
-        Sampler::stream_hash(Sampler::pixel_hash(seed_, px, py), bit_cast<std::uint32_t>(name.c[3]));
-    const Sampler sampler(scene_.sampler.kind, hash, reversed);
+               stream = bit_cast<std::uint32_t>(name.c[3]);
+    SampleKey key = sample_key(scene_.sampler, px, py, bit_cast<std::uint32_t>(name.c[2]));
+    key.pixel = Sampler::stream_hash(key.pixel, stream);
+    const Sampler sampler(scene_.sampler.kind, key.pixel, key.reversed_sample);
 
     // Where on the film, and where on the lens.
     Vec2 film{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
@@ -81,8 +82,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
                         .medium = Int(scene_.camera.medium),
                         .layer_state = state_at_eye(scene_)};
     store(scene_, path, paths, slot);
-    hash.store(keys_.pixel_hash + slot);
-    reversed.store(keys_.reversed_sample + slot);
+    key.pixel.store(keys_.pixel_hash + slot);
+    key.reversed_sample.store(keys_.reversed_sample + slot);
     weight.store(filter_weight_ + slot);
     store_lanes(Spectrum(0.0f), radiance_, slot);
     Float(0.0f).store(coverage_ + slot);

@@ -13,21 +13,34 @@ TESSERA_INLINE Int kind_of(const LightTable& table, Int light, Mask active) {
   return gather(kinds, light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
 }
 
+/// The record of all active lanes, if they have one light.
+TESSERA_INLINE const LightRecord* common_light(const LightTable& table, Int light, Mask active) {
+  const std::optional<std::int32_t> one = common_value(light, active);
+  return one ? &table.lights[static_cast<std::size_t>(*one)] : nullptr;
+}
+
 /// The records of 16 lights.
 struct LightLanes {
   const LightTable& table;
   Int light;
   Mask active;
+  const LightRecord* common = common_light(table, light, active);  // read once then, not gathered
 
   TESSERA_INLINE Float field(float LightRecord::*member) const {
-    return gather_member(table.lights.data(), member, light, active);
+    return common != nullptr ? Float(common->*member)
+                             : gather_member(table.lights.data(), member, light, active);
   }
   TESSERA_INLINE Int field(std::int32_t LightRecord::*member) const {
-    return gather_member(table.lights.data(), member, light, active);
+    return common != nullptr ? Int(common->*member)
+                             : gather_member(table.lights.data(), member, light, active);
   }
   /// Elements first, first + 1 and first + 2 of an array.
   template <std::size_t N>
   TESSERA_INLINE Vec3 field3(float (LightRecord::*member)[N], int first = 0) const {
+    if (common != nullptr) {
+      const float* const row = (common->*member) + first;
+      return {Float(row[0]), Float(row[1]), Float(row[2])};
+    }
     // A row of four: none of the arrays ends the record.
     const Float4 row = gather4((table.lights.data()->*member) + first,
                                light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);

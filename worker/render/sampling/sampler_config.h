@@ -4,11 +4,12 @@
 
 namespace tessera::render {
 
-enum class SamplerKind : std::int32_t { kSobol, kIndependent };
+enum class SamplerKind : std::int32_t { kSobol, kIndependent, kZSobol };
 
 struct SamplerConfig {
   SamplerKind kind = SamplerKind::kSobol;
   std::uint64_t seed = 0;
+  int sample_bits = 0;  // kZSobol: pixels take up to 2^sample_bits samples; at most 24
 };
 
 }  // namespace tessera::render

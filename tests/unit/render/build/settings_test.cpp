@@ -41,6 +41,9 @@ TEST(ReadSettings, TakesWhatTheJobNames) {
   const Settings by_chance = settings_of(
       "content { algorithms { direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_TREE } }");
   EXPECT_EQ(by_chance.light_selection, LightSelection::kNone);
+  const Settings z = settings_of("view { sampler: SAMPLER_Z_SOBOL sample_bits: 5 }");
+  EXPECT_EQ(z.sampler.kind, SamplerKind::kZSobol);
+  EXPECT_EQ(z.sampler.sample_bits, 5);
 }
 
 TEST(ReadSettings, EveryAcceleratorButEmbreesIsAStructure) {

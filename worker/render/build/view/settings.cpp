@@ -126,6 +126,10 @@ Settings read_settings(const v1::JobSpec& job) {
   }
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
+  if (view.sampler() == v1::SAMPLER_Z_SOBOL) {
+    result.sampler.kind = SamplerKind::kZSobol;
+    result.sampler.sample_bits = static_cast<int>(view.sample_bits());
+  }
   result.sampler.seed = view.seed();
   result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
   result.occlusion_distance = static_cast<float>(asked.ambient_occlusion().distance());

@@ -1,0 +1,102 @@
+// By how much one light, or one part of many, is preferred to another.
+#pragma once
+
+#include "render/light/light.h"
+#include "render/light/selection/light_tree.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Children of a LightTreeNode, whose members these are.
+struct LightClusters {
+  Vec3 centre, axis;
+  Float radius, mean, cos_reach, intensity;
+  Mask two_sided;
+
+  /// All of them, one a lane.
+  static TESSERA_INLINE LightClusters all(const LightTreeNode& node) {
+    const auto load3 = [](const float(&rows)[3][kLightTreeWidth]) {
+      return Vec3{Float::load(rows[0]), Float::load(rows[1]), Float::load(rows[2])};
+    };
+    return {load3(node.centre),
+            load3(node.axis),
+            Float::load(node.radius),
+            Float::load(node.mean),
+            Float::load(node.cos_reach),
+            Float::load(node.intensity),
+            Int::load(node.two_sided) != 0};
+  }
+  /// The child `k`, in all lanes.
+  static TESSERA_INLINE LightClusters one(const LightTreeNode& node, int k) {
+    const auto spread3 = [k](const float(&rows)[3][kLightTreeWidth]) {
+      return Vec3{Float(rows[0][k]), Float(rows[1][k]), Float(rows[2][k])};
+    };
+    return {spread3(node.centre),       spread3(node.axis),       Float(node.radius[k]),
+            Float(node.mean[k]),        Float(node.cos_reach[k]), Float(node.intensity[k]),
+            Int(node.two_sided[k]) != 0};
+  }
+};
+
+/// Where light is to arrive: a Receiver's members.
+struct LitPoint {
+  Vec3 p, normal;
+  Mask on_surface;  // there is a normal
+
+  TESSERA_INLINE LitPoint(Vec3 point, Vec3 shading_normal)
+      : p(point),
+        normal(shading_normal),
+        on_surface((normal.x != 0.0f) | (normal.y != 0.0f) | (normal.z != 0.0f)) {}
+};
+
+namespace detail {
+
+/// Least part of what comes in from lights that an estimate may say: normals may be bent, a mix has two, and
+/// the mean over many lights is a guess.
+inline constexpr float kLeastPart = 0.02f;
+
+/// The mean of max(cos, 0) over directions of which the mean vector has a length of `mean` and a cosine of
+/// `cosine` with what they are measured against. Exact for one direction and for all.
+TESSERA_INLINE Float mean_cosine(Float cosine, Float mean) {
+  const Float c = cosine * mean;
+  return 0.5f * (c + safe_sqrt(fma(c, c, 0.25f * fnma(mean, mean, Float(1.0f)))));
+}
+
+}  // namespace detail
+
+/// Light that lights may bring to a point, were nothing in between: intensity over distance squared, times
+/// the cosines at either end, as means over the lights' directions and extent. Zero where they turn their
+/// backs on it.
+TESSERA_INLINE Float importance(const LightClusters& lights, const LitPoint& at) {
+  const Vec3 to = at.p - lights.centre;
+  const Float distance_squared = length_squared(to);
+  const Float inverse = 1.0f / max(sqrt(distance_squared), 1e-18f);
+  // The cone under which the point sees the sphere about them.
+  const Float sin_seen = lights.radius * inverse;
+  const Mask outside = sin_seen < 1.0f;
+  const Float cos_seen = select(outside, safe_sqrt(fnma(sin_seen, sin_seen, Float(1.0f))), -1.0f);
+  const Float mean_seen = fma(cos_seen, Float(0.5f), Float(0.5f));
+
+  Float cos_off = dot(lights.axis, to) * inverse;
+  cos_off = select(lights.two_sided, abs(cos_off), cos_off);
+  const Float sin_off = safe_sqrt(fnma(cos_off, cos_off, Float(1.0f)));
+  const Float cos_least = select(cos_off >= cos_seen, 1.0f, fma(cos_off, cos_seen, sin_off * sin_seen));
+  const Mask reaches = ~(outside & (cos_least <= lights.cos_reach));
+
+  Float part = max(detail::mean_cosine(cos_off, lights.mean * mean_seen), detail::kLeastPart);
+  if (any(at.on_surface)) {
+    const Float received =
+        max(detail::mean_cosine(-dot(at.normal, to) * inverse, mean_seen), detail::kLeastPart);
+    part = part * select(at.on_surface, received, 1.0f);
+  }
+  const Float spread = max(max(distance_squared, sqr(lights.radius) * 0.25f), 1e-37f);
+  return select_or_zero(reaches, lights.intensity * part / spread);
+}
+
+/// The sum of sixteen weights, and of each four: sums of four do not wait for each other.
+template <class T>
+TESSERA_INLINE T sum_of_fours(const T (&each)[kLightTreeWidth], T (&fours)[kLightTreeWidth / 4]) {
+  for (int q = 0; q < kLightTreeWidth / 4; ++q)
+    fours[q] = (each[4 * q] + each[4 * q + 1]) + (each[4 * q + 2] + each[4 * q + 3]);
+  return (fours[0] + fours[1]) + (fours[2] + fours[3]);
+}
+
+}  // namespace tessera::render::TESSERA_ISA
