@@ -39,7 +39,7 @@ const std::map<std::string, Rooms>& rules() {
        {"agent", "render", "render/build", "base", "options", "telemetry", "transport", "wire",
         "tessera/v1"}},
       {"client/farm", {"farm", "import", "base", "transport", "wire", "tessera/v1"}},
-      {"client/image", {"image", "wire"}},
+      {"client/image", {"image", "base", "wire"}},
       {"client/import", {"import", "base", "expression", "images", "tables", "wire", "tessera/v1"}},
       {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
