@@ -49,7 +49,7 @@ const std::map<std::string, Rooms>& rules() {
        {"command", "base", "bench", "expression", "farm", "image", "import", "layers", "local", "mesh",
         "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},
       {"client/local",
-       {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "wire",
+       {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "transport", "wire",
         "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
