@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,8 +15,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "bench/against.h"
 #include "bench/analysis.h"
+#include "bench/machine.h"
 #include "bench/report.h"
+#include "command/bench_sides.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
@@ -36,7 +41,8 @@ struct BenchOptions {
   std::vector<std::string> references;
   std::uint32_t reference_spp = 0;  // 0: none is made
   std::string compare;              // OPTION=A,B
-  std::string json, plot, bias_plot;
+  std::string json, plot, bias_plot, against;
+  SideOptions sides;
   BenchPlan plan{.spp = {4, 16, 64, 256}, .seeds = 4, .threads = 1};
 };
 
@@ -223,6 +229,19 @@ absl::StatusOr<BenchReference> find_reference(const BenchOptions& options, std::
   return made;
 }
 
+SideScene side_scene(const BenchOptions& options, std::size_t index, const BenchSceneResult& result,
+                     const BenchReference& reference) {
+  SideScene scene{
+      .file = options.scenes[index], .own = {}, .reference = reference, .peer_reference = std::nullopt};
+  for (const BenchVariantResult& variant : result.variants) {
+    scene.own.push_back({variant.name, variant.name.empty() ? "" : absl::StrCat("--", variant.name),
+                         variant.spec.view().seed()});
+  }
+  if (!options.sides.references.empty()) scene.peer_reference = options.sides.references[index];
+  scene.reference_spp = options.reference_spp;
+  return scene;
+}
+
 absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std::size_t index,
                                                std::vector<LoadedVariant>& loaded, std::stop_token stop) {
   std::vector<BenchVariant> variants;
@@ -238,6 +257,12 @@ absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std:
       variants, *reference, options.plan, [&](const std::string& what) { steps(what); }, stop);
   if (!measured.ok()) return measured.status();
   result.variants = *std::move(measured);
+  if (!options.sides.any()) return result;
+  absl::StatusOr<std::vector<WholeResult>> whole = measure_sides(
+      options.sides, side_scene(options, index, result, *reference), options.plan,
+      [&](const std::string& what) { steps(what); }, stop);
+  if (!whole.ok()) return whole.status();
+  result.whole = *std::move(whole);
   return result;
 }
 
@@ -253,6 +278,9 @@ absl::Status check(BenchOptions& options) {
                                                    options.references.size(),
                                                    " references; one for each is needed"));
   }
+  if (!options.sides.references.empty() && options.sides.references.size() != options.scenes.size())
+    return absl::InvalidArgumentError("--peer-reference: one for each scene is needed");
+  if (absl::Status status = check_peers(options.sides); !status.ok()) return status;
   for (const std::string& file : {options.json, options.plot, options.bias_plot}) {
     if (file.empty()) continue;
     if (absl::Status status = check_writable(file); !status.ok()) return status;
@@ -264,13 +292,26 @@ absl::Status check(BenchOptions& options) {
   return absl::OkStatus();
 }
 
-int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results) {
+int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results,
+                const Machine& machine) {
   absl::Status status;
-  if (!options.json.empty()) status = replace_file_with(options.json, to_json(results, options.plan));
+  if (!options.json.empty())
+    status = replace_file_with(options.json, to_json(results, options.plan, machine));
   if (status.ok() && !options.plot.empty()) status = write_plot(to_plot(results, options.plan), options.plot);
   if (status.ok() && !options.bias_plot.empty())
     status = write_plot(to_bias_plot(results, options.plan), options.bias_plot);
   return status.ok() ? kDone : report(kIncomplete, std::string{status.message()});
+}
+
+/// A file of --json, of at most 64 MiB.
+absl::StatusOr<std::string> read_results(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!file || error) return absl::NotFoundError(absl::StrCat(path, ": cannot be read"));
+  if (size > std::uintmax_t{64} << 20)
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is larger than 64 MiB"));
+  return std::string{std::istreambuf_iterator<char>(file), {}};
 }
 
 int run(BenchOptions options, Interrupt& interrupt) {
@@ -285,6 +326,14 @@ int run(BenchOptions options, Interrupt& interrupt) {
               << kReferenceFactor * std::uint64_t{options.plan.spp.back()} << " here\n";
   }
 
+  std::string earlier;
+  if (!options.against.empty()) {
+    absl::StatusOr<std::string> read = read_results(options.against);
+    if (!read.ok()) return report(kUsage, std::string{read.status().message()});
+    earlier = *std::move(read);
+  }
+
+  const MachineWatch watch;
   const std::stop_token stop = interrupt.token();
   std::vector<BenchSceneResult> results;
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
@@ -303,7 +352,22 @@ int run(BenchOptions options, Interrupt& interrupt) {
     }
     results.push_back(*std::move(result));
   }
-  return write_files(options, results);
+  const Machine machine = watch.machine();
+  std::cout << "\nmachine: " << to_text(machine) << '\n';
+  if (!earlier.empty()) {
+    const absl::StatusOr<BenchChanges> changes = changes_since(earlier, results, machine);
+    if (!changes.ok()) return report(kUsage, absl::StrCat(options.against, ": ", changes.status().message()));
+    std::cout << to_text(*changes);
+  }
+  std::cout << std::flush;
+  return write_files(options, results, machine);
+}
+
+/// Options that are not those of `render`, or that each of its processes gets another value of.
+std::vector<std::string> own_options() {
+  return {"--reference", "--make-reference", "--spp",       "--seeds",          "--compare",
+          "--threads",   "--whole",          "--peer",      "--peer-reference", "--against",
+          "--json",      "--plot",           "--plot-bias", "--quiet",          "--seed"};
 }
 
 }  // namespace
@@ -334,6 +398,22 @@ void add_bench_command(CommandLine& line) {
           "with all that can render the scene")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add_flag("--whole", options->sides.whole,
+                   "measure whole processes as well, from the command to the file");
+  command
+      .add("--peer", options->sides.peers,
+           "another program, a shell's command line with {scene}, {spp} and {out} (and {seed}, {threads}) "
+           "that "
+           "takes turns with whole processes of this one")
+      .type_name("COMMAND");
+  command
+      .add("--peer-reference", options->sides.references,
+           "what peers' images are held against; absent: what --make-reference makes each of them render, or "
+           "--reference")
+      .separated_by_commas()
+      .type_name("FILE.exr,...");
+  command.add("--against", options->against, "compare with the figures of an earlier run's --json")
+      .type_name("FILE.json");
   command.group("Output");
   command.add("--json", options->json, "write all figures").type_name("FILE.json");
   command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
@@ -344,7 +424,12 @@ void add_bench_command(CommandLine& line) {
   command.option("--isa").one_of(local_isas());
   command.example("tessera bench scene.pbrt --make-reference 4096 --reference ref.exr");
   command.example("tessera bench box.pbrt --reference ref.exr --compare filter=box,gaussian");
-  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+  command.does([options, command](Interrupt& interrupt) {
+    std::vector<std::string> but_for = own_options();
+    but_for.push_back(absl::StrCat("--", options->compare.substr(0, options->compare.find('='))));
+    options->sides.job_words = command.given(but_for);
+    return run(*options, interrupt);
+  });
 }
 
 }  // namespace tessera::client
