@@ -25,7 +25,7 @@ mkdir -p "$references"
 # The scenes, each called by its folder.
 files=()
 for file in "$folder"/*/scene-bench.pbrt; do files+=("$(realpath "$file")"); done
-for name in "${own[@]}"; do files+=("$root/scenes/$name/scene.textproto"); done
+for name in "${own[@]}"; do files+=("$root/scenes/$name"/scene.*); done
 
 # Every reference is made once, with twice the samples that bench asks for.
 list=""

@@ -110,7 +110,8 @@ class AgentTest : public ::testing::Test {
       EXPECT_EQ(scene.name().size(), 5000);
       return std::make_unique<FakeScene>(renderer_);
     };
-    auto agent = Agent::create(std::make_unique<GrpcLink>(coordinator_.channel(), "the fake"), std::move(options));
+    auto agent =
+        Agent::create(std::make_unique<GrpcLink>(coordinator_.channel(), "the fake"), std::move(options));
     ASSERT_TRUE(agent.ok()) << agent.status();
     agent_ = *std::move(agent);
     runner_ = std::jthread{[this](std::stop_token stop) { status_ = agent_->run(stop); }};
