@@ -4,9 +4,9 @@
 #
 #   tests/bench/performance.sh FOLDER [options of tessera bench]
 #
-# FOLDER holds the shared scenes (FOLDER/NAME/scene-bench.pbrt). Options given come after those here and add to them; with
-# any, nothing under docs/ is written: performance.md, .txt, .json, .svg are left in the current directory. Settings, by
-# environment variables:
+# FOLDER holds the shared scenes (FOLDER/NAME/scene-bench.pbrt). Leaves performance.md, .txt, .json and .svg in the
+# current directory. Options given come after those here and add to them; with any, nothing under docs/ is written.
+# Settings, by environment variables:
 #
 #   TESSERA     the program (build/release/bin/tessera)
 #   REFERENCES  a folder that keeps references; those that are there are not rendered again (a temporary one)
@@ -44,8 +44,8 @@ done
 
 awk '
   function row() {
-    if (name != "") printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, cpu, whole, relmse, trimmed, flip,
-      efficient, slope, speed, share
+    if (name != "") printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, cpu, whole, relmse,
+      trimmed, flip, efficient, slope, speed, share
     name = ""; slope = share = "-"; processes = 0
   }
   BEGIN {
@@ -54,8 +54,11 @@ awk '
   }
   / pixels, / {row(); name = $1 " (" $2 ")"}
   /^whole processes/ {processes = 1}
-  !processes && /^ +[0-9]+ / && NF > 9 {cpu = $2; relmse = $4; trimmed = $5; flip = $6; efficient = $10; speed = $NF}
-  processes && /^ +[0-9]+ / && NF > 5 {whole = $2}  # the last: the most samples
+  # The last row of a table: the most samples.
+  !processes && /^ +[0-9]+ / && NF > 9 {
+    cpu = $2; relmse = $4; trimmed = $5; flip = $6; efficient = $10; speed = $NF
+  }
+  processes && /^ +[0-9]+ / && NF > 5 {whole = $2}
   /slope of MSE/ {slope = $6}
   /of the rays alone/ {share = $5 " %"}
   /^machine: / {row(); sub(/^machine: /, ""); printf "\n%s.\n", $0}
@@ -67,7 +70,7 @@ if [ $# -gt 0 ]; then exit; fi
 # Tenths of a point are enough: half of the size.
 sed -E 's/([0-9]\.[0-9])[0-9]+/\1/g' performance.svg >"$root/docs/performance.svg"
 mkdir -p "$root/docs/bench"
-cp performance.json "$root/docs/bench/$("$tessera" --version | awk '{print $NF}').json"
+sed "s#$references/##g" performance.json >"$root/docs/bench/$("$tessera" --version | awk '{print $NF}').json"
 awk -v file="$here/performance.md" '
   $0 == "<!-- /table -->" {skip = 0}
   !skip {print}
