@@ -1,6 +1,9 @@
 #include "bench/against.h"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -89,6 +92,16 @@ std::string verdict(const Interval& ratio) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::string> read_results(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!file || error) return absl::NotFoundError(absl::StrCat(path, ": cannot be read"));
+  if (size > std::uintmax_t{64} << 20)
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is larger than 64 MiB"));
+  return std::string{std::istreambuf_iterator<char>(file), {}};
+}
 
 absl::StatusOr<BenchChanges> changes_since(const std::string& text,
                                            const std::vector<BenchSceneResult>& scenes,

@@ -29,6 +29,9 @@ struct BenchChanges {
   std::vector<std::string> missing;  // scenes that the earlier run does not have with these settings
 };
 
+/// The text of a file of --json. NotFound when it cannot be read, InvalidArgument beyond 64 MiB.
+absl::StatusOr<std::string> read_results(const std::string& path);
+
 /// `json`: the text of the file. InvalidArgument when it is none of a bench.
 absl::StatusOr<BenchChanges> changes_since(const std::string& json,
                                            const std::vector<BenchSceneResult>& scenes,

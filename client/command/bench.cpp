@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -301,17 +299,6 @@ int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>
   if (status.ok() && !options.bias_plot.empty())
     status = write_plot(to_bias_plot(results, options.plan), options.bias_plot);
   return status.ok() ? kDone : report(kIncomplete, std::string{status.message()});
-}
-
-/// A file of --json, of at most 64 MiB.
-absl::StatusOr<std::string> read_results(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!file || error) return absl::NotFoundError(absl::StrCat(path, ": cannot be read"));
-  if (size > std::uintmax_t{64} << 20)
-    return absl::InvalidArgumentError(absl::StrCat(path, ": is larger than 64 MiB"));
-  return std::string{std::istreambuf_iterator<char>(file), {}};
 }
 
 int run(BenchOptions options, Interrupt& interrupt) {

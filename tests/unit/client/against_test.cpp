@@ -78,6 +78,11 @@ TEST(Against, WhatWasNotMeasuredThenIsNamed) {
   EXPECT_THAT(to_text(*found), HasSubstr("not measured then with these settings: hall"));
 }
 
+TEST(Against, AFileThatIsNotThereIsNamed) {
+  EXPECT_THAT(std::string(read_results("/no/such/file.json").status().message()),
+              HasSubstr("/no/such/file.json"));
+}
+
 TEST(Against, AnyOtherTextIsRefused) {
   for (const char* const text : {"", "[]", "{}", "{\"scenes\": 3}", "{\"scenes\": [{\"name\": 1}]}",
                                  "{\"version\": \"1\", \"machine\": {}, \"scenes\": []}"}) {

@@ -32,7 +32,7 @@ TEST(FillIn, QuotesWhatItPutsIn) {
 
 TEST(Process, CostsWhatItAndItsChildrenCompute) {
   // Two shells that count, the second a child of the first.
-  const std::string count = "i=0; while [ $i -lt 20000 ]; do i=$((i+1)); done";
+  const std::string count = "i=0; while [ $i -lt 100000 ]; do i=$((i+1)); done";
   const auto idle = run_process({"sh", "-c", ":"}, {});
   const auto busy = run_process({"sh", "-c", count + "; sh -c '" + count + "'"}, {});
   ASSERT_TRUE(idle.ok() && busy.ok()) << idle.status() << busy.status();
