@@ -12,12 +12,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_split.h"
 #include "bench/against.h"
 #include "bench/analysis.h"
 #include "bench/machine.h"
 #include "bench/report.h"
 #include "command/bench_sides.h"
+#include "command/bench_variants.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
@@ -27,7 +27,6 @@
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
-#include "wire/enum_words.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -58,34 +57,6 @@ int report_measuring(const absl::Status& status) {
   return report(absl::IsInvalidArgument(status) || absl::IsNotFound(status) ? kUsage : kJobFailed, message);
 }
 
-/// "OPTION=A,B" as the options of one variant each; one without any where there is nothing to compare.
-struct VariantOption {
-  std::string option, value;  // empty: none
-  std::string name() const { return option.empty() ? "" : absl::StrCat(option, "=", value); }
-};
-
-/// "integrator=all" and "accelerator=all" are comparisons of what can render the scene.
-constexpr const char* kIntegrator = "integrator";
-constexpr const char* kAccelerator = "accelerator";
-
-bool asks_for_all(const BenchOptions& options) {
-  return options.compare == absl::StrCat(kIntegrator, "=all") ||
-         options.compare == absl::StrCat(kAccelerator, "=all");
-}
-
-/// All values of the option in `text` where it is "OPTION=all" of one of those; else none.
-std::vector<VariantOption> all_values(const std::string& text) {
-  std::vector<VariantOption> variants;
-  if (text == absl::StrCat(kIntegrator, "=all")) {
-    for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
-      variants.push_back({kIntegrator, algorithm.name});
-  } else if (text == absl::StrCat(kAccelerator, "=all")) {
-    for (const std::string& word : wire::words_of(*v1::Accelerator_descriptor()))
-      variants.push_back({kAccelerator, word});
-  }
-  return variants;
-}
-
 /// A scene of so many primitives is not searched without any structure, unless that is named.
 constexpr double kMostForBrute = 2e4;
 
@@ -98,32 +69,6 @@ std::string too_many_for_brute(const v1::JobSpec& spec, const BenchScene& scene)
   return absl::StrFormat(
       "every ray would be tested against %.0f primitives; a comparison that names it has it",
       primitives->second);
-}
-
-absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
-  if (text.empty()) return std::vector<VariantOption>(1);
-  const std::vector<std::string> sides = absl::StrSplit(text, absl::MaxSplits('=', 1));
-  if (sides.size() != 2 || sides[0].empty())
-    return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
-  std::vector<VariantOption> variants;
-  if (variants = all_values(text); !variants.empty()) return variants;
-  for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
-    variants.push_back({sides[0], value});
-  }
-  if (variants.size() < 2)
-    return absl::InvalidArgumentError("--compare: expected two values or more, OPTION=A,B");
-  return variants;
-}
-
-/// The options with one more, as if the command line had ended in --OPTION VALUE.
-absl::StatusOr<RenderOptions> with_option(RenderOptions options, const VariantOption& variant) {
-  if (variant.option.empty()) return options;
-  const absl::Status status =
-      options::parse_options([&](options::Command& command) { define_job_options(command, options); },
-                             {absl::StrCat("--", variant.option), variant.value});
-  if (!status.ok())
-    return absl::InvalidArgumentError(absl::StrCat("--compare ", variant.name(), ": ", status.message()));
-  return options;
 }
 
 /// A variant and what it refers to.
@@ -173,12 +118,12 @@ std::optional<Failed> load_variants(const BenchOptions& options, const std::stri
     absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
     if (!render.ok()) return Failed{report(kUsage, std::string{render.status().message()})};
     render->scene = scene;
-    render->job.several_integrators = variant.option == kIntegrator;
+    render->job.several_integrators = variant.option == "integrator";
     render->threads = options.plan.threads;
     render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
     absl::Status refusal;
     const std::optional<Failed> failed = load_variant(
-        *render, variant.name(), asks_for_all(options) ? &refusal : nullptr, loaded.emplace_back());
+        *render, variant.name(), asks_for_all(options.compare) ? &refusal : nullptr, loaded.emplace_back());
     if (!refusal.ok()) {
       refusals.push_back({variant.name(), std::string{refusal.message()}});
       loaded.pop_back();
