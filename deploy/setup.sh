@@ -18,7 +18,7 @@ libraries=(
   # RPC, errors, metrics, logs
   libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libspdlog-dev
   # journal, digests, compression
-  libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev
+  libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev libdeflate-dev
   # renderer and images
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libimath-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files

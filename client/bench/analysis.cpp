@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "absl/strings/str_format.h"
 #include "image/metrics.h"
 
 namespace tessera::client {
@@ -30,6 +31,10 @@ Interval interval_of(const std::vector<double>& values) {
   for (const double log : logs) squares += (log - mean) * (log - mean);
   const double half = student_t_quantile(0.05, n - 1) * std::sqrt(squares / (n - 1) / n);
   return {std::exp(mean), std::exp(mean - half), std::exp(mean + half)};
+}
+
+std::string ends_of(const Interval& interval) {
+  return interval.has_ends() ? absl::StrFormat("%.4g to %.4g", interval.low, interval.high) : "-";
 }
 
 double without_noise(double measured, double noise) {

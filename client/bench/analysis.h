@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bench/measure.h"
@@ -17,6 +18,9 @@ struct Interval {
   bool has_ends() const { return low == low; }
 };
 Interval interval_of(const std::vector<double>& values);
+
+/// "1.23 to 1.45", or a dash where it has no ends.
+std::string ends_of(const Interval& interval);
 
 /// An error against a noisy reference without the reference's own: their squares add up. As it was measured
 /// where the reference would take more than half of it: then the reference is not good enough, and the error

@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "bench/bias.h"
+#include "bench/process.h"
 #include "bench/reference.h"
 #include "image/metrics.h"
 #include "local/bench_scene.h"
@@ -61,12 +62,29 @@ struct BenchRefusal {
   std::string name, reason;
 };
 
+/// One picture of one process.
+struct WholeRun {
+  std::uint32_t spp = 0;
+  std::uint64_t seed = 0;
+  ProcessCost cost;
+  double relmse = 0, relmse_trimmed = 0;  // against its side's reference, as it is
+
+  /// 1 / (relMSE without the worst 0.1 % x CPU seconds of the process).
+  double efficiency() const { return 1 / (relmse_trimmed * cost.cpu_seconds); }
+};
+
+struct WholeResult {
+  std::string name, reference;
+  std::vector<WholeRun> runs;  // by sample count, then seed
+};
+
 struct BenchSceneResult {
   std::string name;
   std::string reference;  // where it comes from
   ReferenceNoise noise;
   std::vector<BenchVariantResult> variants;
   std::vector<BenchRefusal> refusals = {};
+  std::vector<WholeResult> whole = {};  // processes, this program's first; empty: not asked for
 };
 
 struct BenchPlan {

@@ -8,16 +8,12 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bench/analysis.h"
+#include "bench/whole.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
 
 namespace tessera::client {
 namespace {
-
-/// "1.23 to 1.45", or a dash where it is not known.
-std::string ends_of(const Interval& interval) {
-  return interval.has_ends() ? absl::StrFormat("%.4g to %.4g", interval.low, interval.high) : "-";
-}
 
 const std::string& integrator_of(const v1::JobSpec& spec) { return spec.content().algorithms().integrator(); }
 
@@ -182,6 +178,7 @@ std::string to_text(const BenchSceneResult& scene) {
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
     absl::StrAppend(&text, comparison_text(scene.variants.front(), scene.variants[i], scene.noise));
   }
+  absl::StrAppend(&text, to_text(scene.whole));
   for (const BenchRefusal& refusal : scene.refusals)
     absl::StrAppend(&text, "not measured: ", refusal.name, ": ", refusal.reason, "\n");
   return text;

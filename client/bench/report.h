@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/machine.h"
 #include "bench/measure.h"
 #include "plot/log_log_plot.h"
 
@@ -13,7 +14,8 @@ namespace tessera::client {
 std::string to_text(const BenchSceneResult& scene);
 
 /// All figures; the fields are in docs/command-line.md. Numbers that are not known are null.
-std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);
+std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan,
+                    const Machine& machine);
 
 /// relMSE over CPU time, one line a scene and variant, and the square of its bias where that is seen.
 LogLogPlot to_plot(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan);

@@ -75,6 +75,20 @@ Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   return json;
 }
 
+Json json_of(const WholeResult& result) {
+  Json json{{"name", result.name}, {"reference", result.reference}};
+  for (const WholeRun& run : result.runs) {
+    json["runs"].push_back({{"spp", run.spp},
+                            {"seed_offset", run.seed},
+                            {"cpu_seconds", run.cost.cpu_seconds},
+                            {"wall_seconds", run.cost.wall_seconds},
+                            {"relmse", run.relmse},
+                            {"relmse_trimmed", run.relmse_trimmed},
+                            {"efficiency", run.efficiency()}});
+  }
+  return json;
+}
+
 Json json_of(const BenchSceneResult& scene) {
   const v1::PixelRect& crop = scene.variants.front().spec.cut().crop();
   Json json{
@@ -94,6 +108,7 @@ Json json_of(const BenchSceneResult& scene) {
     }
     json["efficiency_ratios"].push_back(std::move(comparison));
   }
+  for (const WholeResult& result : scene.whole) json["whole"].push_back(json_of(result));
   for (const BenchRefusal& refusal : scene.refusals)
     json["not_measured"].push_back({{"name", refusal.name}, {"reason", refusal.reason}});
   return json;
@@ -101,11 +116,18 @@ Json json_of(const BenchSceneResult& scene) {
 
 }  // namespace
 
-std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan) {
+std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan& plan,
+                    const Machine& machine) {
   Json json{{"version", wire::build_version()},
             {"seeds", plan.seeds},
             {"threads", plan.threads},
-            {"spp", plan.spp}};
+            {"spp", plan.spp},
+            {"machine",
+             {{"model", machine.model},
+              {"processors", machine.processors},
+              {"load", machine.load},
+              {"others", machine.others},
+              {"loaded", machine.is_loaded()}}}};
   for (const BenchSceneResult& scene : scenes) json["scenes"].push_back(json_of(scene));
   // Names may hold bytes that are not UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

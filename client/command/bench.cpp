@@ -12,9 +12,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_split.h"
+#include "bench/against.h"
 #include "bench/analysis.h"
+#include "bench/machine.h"
 #include "bench/report.h"
+#include "command/bench_sides.h"
+#include "command/bench_variants.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
@@ -24,7 +27,6 @@
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
-#include "wire/enum_words.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -36,7 +38,8 @@ struct BenchOptions {
   std::vector<std::string> references;
   std::uint32_t reference_spp = 0;  // 0: none is made
   std::string compare;              // OPTION=A,B
-  std::string json, plot, bias_plot;
+  std::string json, plot, bias_plot, against;
+  SideOptions sides;
   BenchPlan plan{.spp = {4, 16, 64, 256}, .seeds = 4, .threads = 1};
 };
 
@@ -54,34 +57,6 @@ int report_measuring(const absl::Status& status) {
   return report(absl::IsInvalidArgument(status) || absl::IsNotFound(status) ? kUsage : kJobFailed, message);
 }
 
-/// "OPTION=A,B" as the options of one variant each; one without any where there is nothing to compare.
-struct VariantOption {
-  std::string option, value;  // empty: none
-  std::string name() const { return option.empty() ? "" : absl::StrCat(option, "=", value); }
-};
-
-/// "integrator=all" and "accelerator=all" are comparisons of what can render the scene.
-constexpr const char* kIntegrator = "integrator";
-constexpr const char* kAccelerator = "accelerator";
-
-bool asks_for_all(const BenchOptions& options) {
-  return options.compare == absl::StrCat(kIntegrator, "=all") ||
-         options.compare == absl::StrCat(kAccelerator, "=all");
-}
-
-/// All values of the option in `text` where it is "OPTION=all" of one of those; else none.
-std::vector<VariantOption> all_values(const std::string& text) {
-  std::vector<VariantOption> variants;
-  if (text == absl::StrCat(kIntegrator, "=all")) {
-    for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
-      variants.push_back({kIntegrator, algorithm.name});
-  } else if (text == absl::StrCat(kAccelerator, "=all")) {
-    for (const std::string& word : wire::words_of(*v1::Accelerator_descriptor()))
-      variants.push_back({kAccelerator, word});
-  }
-  return variants;
-}
-
 /// A scene of so many primitives is not searched without any structure, unless that is named.
 constexpr double kMostForBrute = 2e4;
 
@@ -94,32 +69,6 @@ std::string too_many_for_brute(const v1::JobSpec& spec, const BenchScene& scene)
   return absl::StrFormat(
       "every ray would be tested against %.0f primitives; a comparison that names it has it",
       primitives->second);
-}
-
-absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text) {
-  if (text.empty()) return std::vector<VariantOption>(1);
-  const std::vector<std::string> sides = absl::StrSplit(text, absl::MaxSplits('=', 1));
-  if (sides.size() != 2 || sides[0].empty())
-    return absl::InvalidArgumentError("--compare: expected OPTION=A,B");
-  std::vector<VariantOption> variants;
-  if (variants = all_values(text); !variants.empty()) return variants;
-  for (const std::string& value : std::vector<std::string>(absl::StrSplit(sides[1], ','))) {
-    variants.push_back({sides[0], value});
-  }
-  if (variants.size() < 2)
-    return absl::InvalidArgumentError("--compare: expected two values or more, OPTION=A,B");
-  return variants;
-}
-
-/// The options with one more, as if the command line had ended in --OPTION VALUE.
-absl::StatusOr<RenderOptions> with_option(RenderOptions options, const VariantOption& variant) {
-  if (variant.option.empty()) return options;
-  const absl::Status status =
-      options::parse_options([&](options::Command& command) { define_job_options(command, options); },
-                             {absl::StrCat("--", variant.option), variant.value});
-  if (!status.ok())
-    return absl::InvalidArgumentError(absl::StrCat("--compare ", variant.name(), ": ", status.message()));
-  return options;
 }
 
 /// A variant and what it refers to.
@@ -169,12 +118,12 @@ std::optional<Failed> load_variants(const BenchOptions& options, const std::stri
     absl::StatusOr<RenderOptions> render = with_option(options.render, variant);
     if (!render.ok()) return Failed{report(kUsage, std::string{render.status().message()})};
     render->scene = scene;
-    render->job.several_integrators = variant.option == kIntegrator;
+    render->job.several_integrators = variant.option == "integrator";
     render->threads = options.plan.threads;
     render->quiet = options.render.quiet || !loaded.empty();  // a scene warns once
     absl::Status refusal;
     const std::optional<Failed> failed = load_variant(
-        *render, variant.name(), asks_for_all(options) ? &refusal : nullptr, loaded.emplace_back());
+        *render, variant.name(), asks_for_all(options.compare) ? &refusal : nullptr, loaded.emplace_back());
     if (!refusal.ok()) {
       refusals.push_back({variant.name(), std::string{refusal.message()}});
       loaded.pop_back();
@@ -223,6 +172,19 @@ absl::StatusOr<BenchReference> find_reference(const BenchOptions& options, std::
   return made;
 }
 
+SideScene side_scene(const BenchOptions& options, std::size_t index, const BenchSceneResult& result,
+                     const BenchReference& reference) {
+  SideScene scene{
+      .file = options.scenes[index], .own = {}, .reference = reference, .peer_reference = std::nullopt};
+  for (const BenchVariantResult& variant : result.variants) {
+    scene.own.push_back({variant.name, variant.name.empty() ? "" : absl::StrCat("--", variant.name),
+                         variant.spec.view().seed()});
+  }
+  if (!options.sides.references.empty()) scene.peer_reference = options.sides.references[index];
+  scene.reference_spp = options.reference_spp;
+  return scene;
+}
+
 absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std::size_t index,
                                                std::vector<LoadedVariant>& loaded, std::stop_token stop) {
   std::vector<BenchVariant> variants;
@@ -238,6 +200,12 @@ absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std:
       variants, *reference, options.plan, [&](const std::string& what) { steps(what); }, stop);
   if (!measured.ok()) return measured.status();
   result.variants = *std::move(measured);
+  if (!options.sides.any()) return result;
+  absl::StatusOr<std::vector<WholeResult>> whole = measure_sides(
+      options.sides, side_scene(options, index, result, *reference), options.plan,
+      [&](const std::string& what) { steps(what); }, stop);
+  if (!whole.ok()) return whole.status();
+  result.whole = *std::move(whole);
   return result;
 }
 
@@ -253,6 +221,9 @@ absl::Status check(BenchOptions& options) {
                                                    options.references.size(),
                                                    " references; one for each is needed"));
   }
+  if (!options.sides.references.empty() && options.sides.references.size() != options.scenes.size())
+    return absl::InvalidArgumentError("--peer-reference: one for each scene is needed");
+  if (absl::Status status = check_peers(options.sides); !status.ok()) return status;
   for (const std::string& file : {options.json, options.plot, options.bias_plot}) {
     if (file.empty()) continue;
     if (absl::Status status = check_writable(file); !status.ok()) return status;
@@ -264,9 +235,11 @@ absl::Status check(BenchOptions& options) {
   return absl::OkStatus();
 }
 
-int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results) {
+int write_files(const BenchOptions& options, const std::vector<BenchSceneResult>& results,
+                const Machine& machine) {
   absl::Status status;
-  if (!options.json.empty()) status = replace_file_with(options.json, to_json(results, options.plan));
+  if (!options.json.empty())
+    status = replace_file_with(options.json, to_json(results, options.plan, machine));
   if (status.ok() && !options.plot.empty()) status = write_plot(to_plot(results, options.plan), options.plot);
   if (status.ok() && !options.bias_plot.empty())
     status = write_plot(to_bias_plot(results, options.plan), options.bias_plot);
@@ -285,6 +258,14 @@ int run(BenchOptions options, Interrupt& interrupt) {
               << kReferenceFactor * std::uint64_t{options.plan.spp.back()} << " here\n";
   }
 
+  std::string earlier;
+  if (!options.against.empty()) {
+    absl::StatusOr<std::string> read = read_results(options.against);
+    if (!read.ok()) return report(kUsage, std::string{read.status().message()});
+    earlier = *std::move(read);
+  }
+
+  const MachineWatch watch;
   const std::stop_token stop = interrupt.token();
   std::vector<BenchSceneResult> results;
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
@@ -303,7 +284,22 @@ int run(BenchOptions options, Interrupt& interrupt) {
     }
     results.push_back(*std::move(result));
   }
-  return write_files(options, results);
+  const Machine machine = watch.machine();
+  std::cout << "\nmachine: " << to_text(machine) << '\n';
+  if (!earlier.empty()) {
+    const absl::StatusOr<BenchChanges> changes = changes_since(earlier, results, machine);
+    if (!changes.ok()) return report(kUsage, absl::StrCat(options.against, ": ", changes.status().message()));
+    std::cout << to_text(*changes);
+  }
+  std::cout << std::flush;
+  return write_files(options, results, machine);
+}
+
+/// Options that are not those of `render`, or that each of its processes gets another value of.
+std::vector<std::string> own_options() {
+  return {"--reference", "--make-reference", "--spp",       "--seeds",          "--compare",
+          "--threads",   "--whole",          "--peer",      "--peer-reference", "--against",
+          "--json",      "--plot",           "--plot-bias", "--quiet",          "--seed"};
 }
 
 }  // namespace
@@ -334,6 +330,22 @@ void add_bench_command(CommandLine& line) {
           "with all that can render the scene")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add_flag("--whole", options->sides.whole,
+                   "measure whole processes as well, from the command to the file");
+  command
+      .add("--peer", options->sides.peers,
+           "another program, a shell's command line with {scene}, {spp} and {out} (and {seed}, {threads}) "
+           "that "
+           "takes turns with whole processes of this one")
+      .type_name("COMMAND");
+  command
+      .add("--peer-reference", options->sides.references,
+           "what peers' images are held against; absent: what --make-reference makes each of them render, or "
+           "--reference")
+      .separated_by_commas()
+      .type_name("FILE.exr,...");
+  command.add("--against", options->against, "compare with the figures of an earlier run's --json")
+      .type_name("FILE.json");
   command.group("Output");
   command.add("--json", options->json, "write all figures").type_name("FILE.json");
   command.add("--plot", options->plot, "draw error over time").type_name("FILE.png|svg");
@@ -344,7 +356,12 @@ void add_bench_command(CommandLine& line) {
   command.option("--isa").one_of(local_isas());
   command.example("tessera bench scene.pbrt --make-reference 4096 --reference ref.exr");
   command.example("tessera bench box.pbrt --reference ref.exr --compare filter=box,gaussian");
-  command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
+  command.does([options, command](Interrupt& interrupt) {
+    std::vector<std::string> but_for = own_options();
+    but_for.push_back(absl::StrCat("--", options->compare.substr(0, options->compare.find('='))));
+    options->sides.job_words = command.given(but_for);
+    return run(*options, interrupt);
+  });
 }
 
 }  // namespace tessera::client

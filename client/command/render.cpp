@@ -21,7 +21,7 @@
 #include "command/report/output.h"
 #include "command/report/stats_file.h"
 #include "command/report/time_spent.h"
-#include "farm/farm_client.h"
+#include "farm/job_calls.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
 #include "wire/version.h"
@@ -33,7 +33,7 @@ using Clock = std::chrono::steady_clock;
 
 /// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they
 /// have may be taken over. Empty when there is none.
-absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec spec, std::stop_token stop) {
+absl::StatusOr<std::string> find_job_to_go_on(JobCalls& client, v1::JobSpec spec, std::stop_token stop) {
   spec.mutable_content()->set_build(wire::build_version());
   const auto jobs = client.jobs(stop);
   if (!jobs.ok()) return jobs.status();
@@ -56,7 +56,7 @@ absl::StatusOr<std::string> find_job_to_go_on(FarmClient& client, v1::JobSpec sp
 /// The job from submission, or from where it was, to its end.
 absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet,
                                     std::stop_token stop) {
-  FarmClient client{farm.channel(), {.address = "this process"}};
+  JobCalls& client = farm.calls();
   absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
   if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();

@@ -2,14 +2,12 @@
 
 #include <grpcpp/channel.h>
 
-#include <random>
 #include <utility>
 
 #include "base/printable.h"
 #include "farm/stubs.h"
 #include "transport/call.h"
 #include "transport/channel.h"
-#include "wire/printable_message.h"
 
 namespace tessera::client {
 namespace {
@@ -20,14 +18,6 @@ using std::chrono::seconds;
 constexpr milliseconds kCallTimeout = seconds{15};
 // A status comes at least every second (farm.proto).
 constexpr milliseconds kWatchStall = seconds{15};
-
-/// 128 random bits in hexadecimal.
-std::string make_request_id() {
-  std::random_device random;
-  std::string id;
-  for (int i = 0; i < 4; ++i) absl::StrAppend(&id, absl::Hex(random(), absl::kZeroPad8));
-  return id;
-}
 
 }  // namespace
 
@@ -191,37 +181,16 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
   transport::StallGuard guard{context, kWatchStall};
   const auto reader = stubs_->farm->WatchJob(&context, request);
   v1::WatchJobResponse response;
-  while (progress.handler.ok() && reader->Read(&response)) {
+  while (reader->Read(&response)) {
     guard.progress();
     contact_.succeeded();
-    if (response.has_status()) wire::make_printable(*response.mutable_status());
-    if (progress.after > 0 && response.status().revision() != progress.last.revision()) {
-      progress.last = response.status();
-      progress.after = 0;
-      progress.restarted = true;
-      if (handlers.restart) progress.handler = handlers.restart();
-      break;
-    }
-    for (const v1::UnitResult& result : response.results()) {
-      if (result.sequence() <= progress.after) continue;
-      progress.handler = handlers.result(result);
-      if (!progress.handler.ok()) break;
-      progress.after = result.sequence();
-    }
-    if (response.has_status()) {
-      progress.last = response.status();
-      if (handlers.status) handlers.status(progress.last);
-    }
+    if (!progress.take(response, handlers)) break;
   }
   if (!progress.handler.ok() || progress.restarted) context.TryCancel();
   const grpc::Status status = reader->Finish();
   const std::string call = absl::StrCat("WatchJob at ", contact_.address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));
   return status.ok() ? absl::OkStatus() : transport::from_grpc(status, call);
-}
-
-bool has_ended(v1::JobState state) {
-  return state == v1::DONE || state == v1::INCOMPLETE || state == v1::FAILED || state == v1::CANCELLED;
 }
 
 }  // namespace tessera::client

@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "farm/contact.h"
+#include "farm/job_calls.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/farm.pb.h"
 
@@ -31,10 +32,10 @@ struct FarmClientOptions {
 
 /// Every call may be repeated safely, and is, while the error may go away by itself and patience lasts. All
 /// calls end with Cancelled when `stop` is requested. Not thread-safe.
-class FarmClient {
+class FarmClient final : public JobCalls {
  public:
   FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions options);
-  ~FarmClient();
+  ~FarmClient() override;
 
   /// A client over the same connection, for another thread.
   std::unique_ptr<FarmClient> another() const;
@@ -48,18 +49,12 @@ class FarmClient {
   absl::StatusOr<std::uint64_t> upload(const std::vector<const SceneBlob*>& blobs, std::stop_token stop,
                                        const UploadProgress& progress = {});
 
-  /// Whose results a new job takes over.
-  struct Reuse {
-    std::string continued;  // this job's; empty: those of whichever job has most of them
-    bool fresh = false;     // nobody's
-  };
-  /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with
-  /// this spec; NotFound when there is none.
-  absl::StatusOr<std::string> submit(const v1::JobSpec& spec, const Reuse& reuse, std::stop_token stop);
+  absl::StatusOr<std::string> submit(const v1::JobSpec& spec, const Reuse& reuse,
+                                     std::stop_token stop) override;
 
-  absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop);
-  absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop);
-  absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop);
+  absl::StatusOr<v1::GetJobResponse> job(const std::string& job_id, std::stop_token stop) override;
+  absl::StatusOr<std::vector<v1::JobStatus>> jobs(std::stop_token stop) override;
+  absl::StatusOr<v1::JobStatus> cancel(const std::string& job_id, std::stop_token stop) override;
   /// Forgets a job that is over, and its results. FailedPrecondition when it is not over.
   absl::Status delete_job(const std::string& job_id, std::stop_token stop);
   /// Units that were set aside are tried again. FailedPrecondition when the job ended otherwise than
@@ -79,28 +74,12 @@ class FarmClient {
   absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
 
-  struct WatchHandlers {
-    // Every result once, in the order of its journal. An error ends the watch. Absent: results are not sent.
-    std::function<absl::Status(const v1::UnitResult&)> result;
-    std::function<void(const v1::JobStatus&)> status;
-    // Results that were given before turned out to be wrong: forget all of them, they come again from the
-    // first one on.
-    std::function<absl::Status()> restart;
-  };
-  /// Follows the job to its end, over any number of breaks of the connection and restarts of the coordinator,
-  /// and returns the final status.
+  /// Over any number of breaks of the connection and restarts of the coordinator.
   absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers,
-                                      std::stop_token stop);
+                                      std::stop_token stop) override;
 
  private:
   struct Stubs;
-  // State of one watch, over all its connections.
-  struct WatchProgress {
-    std::uint64_t after = 0;  // the last result handled
-    v1::JobStatus last;
-    bool restarted = false;  // results turned out to be wrong: again from the first one
-    absl::Status handler;    // what the result handler said
-  };
 
   absl::StatusOr<std::vector<v1::BlobRef>> find_missing(const std::vector<const SceneBlob*>& blobs,
                                                         std::stop_token stop);
@@ -115,8 +94,5 @@ class FarmClient {
   std::unique_ptr<Stubs> stubs_;
   Contact contact_;
 };
-
-/// True for DONE, INCOMPLETE, FAILED and CANCELLED.
-bool has_ended(v1::JobState state);
 
 }  // namespace tessera::client

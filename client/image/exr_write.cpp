@@ -1,29 +1,26 @@
-#include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfFloatAttribute.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIntAttribute.h>
-#include <OpenEXR/ImfMultiPartOutputFile.h>
-#include <OpenEXR/ImfOutputFile.h>
-#include <OpenEXR/ImfOutputPart.h>
-#include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfStandardAttributes.h>
-#include <OpenEXR/ImfStringAttribute.h>
+#include <Imath/half.h>
+#include <OpenEXR/openexr.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <bit>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <set>
+#include <span>
+#include <stdexcept>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "image/atomic_file.h"
 #include "image/exr.h"
+#include "image/zip_block.h"
 
 namespace tessera::client {
 namespace {
-
-Imath::Box2i box_of(const Window& window) { return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}}; }
 
 absl::Status check(const Image& image, const std::string& path) {
   const auto fail = [&](auto... what) {
@@ -50,7 +47,7 @@ bool stored_as_half(const std::string& name, PixelType type) {
          !absl::StartsWith(name, "id.");
 }
 
-std::vector<Imath::half> to_half(const std::vector<float>& values) {
+std::vector<Imath::half> to_half(std::span<const float> values) {
   std::vector<Imath::half> halves(values.size());
   std::ranges::transform(values, halves.begin(), [](float value) {
     constexpr float kMax = 65504;
@@ -67,69 +64,162 @@ std::string layer_of(const Channel& channel) {
   return dot == std::string::npos ? "" : channel.name.substr(0, dot);
 }
 
-/// Those of each part, by its name.
+/// Those of each part, by its name; in the order of the file, which is that of their names.
 std::map<std::string, Channels> parts_of(const Image& image, ExrParts parts) {
   std::map<std::string, Channels> result;
   for (const Channel& channel : image.channels)
     result[parts == ExrParts::kMany ? layer_of(channel) : ""].push_back(&channel);
+  for (auto& [name, channels] : result) std::ranges::sort(channels, {}, &Channel::name);
   return result;
 }
 
-Imf::Header make_header(const Image& image, const Channels& channels, PixelType type) {
-  Imf::Header header(box_of(image.display), box_of(image.data));
-  header.compression() = Imf::ZIP_COMPRESSION;
-  // Rec.709 is what a file without this attribute is taken for; saying so costs nothing.
-  Imf::addChromaticities(header, Imf::Chromaticities());
-  for (const Channel* const channel : channels) {
-    header.channels().insert(channel->name,
-                             Imf::Channel(stored_as_half(channel->name, type) ? Imf::HALF : Imf::FLOAT));
+/// What the library cannot do ends the writing of a file.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file that OpenEXRCore writes. Its C++ interface has no place for a deflate of one's own.
+class ExrFile {
+ public:
+  explicit ExrFile(const std::string& path)
+      : descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    if (descriptor_ < 0) throw WriteError(std::strerror(errno));
+    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    how.user_data = this;
+    how.write_fn = &ExrFile::write;
+    how.error_handler_fn = &ExrFile::note_error;
+    check(exr_start_write(&context_, path.c_str(), EXR_WRITE_FILE_DIRECTLY, &how));
   }
-  for (const auto& [name, value] : image.metadata) {
-    if (const auto* text = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*text));
-    if (const auto* number = std::get_if<std::int32_t>(&value))
-      header.insert(name, Imf::IntAttribute(*number));
-    if (const auto* real = std::get_if<float>(&value)) header.insert(name, Imf::FloatAttribute(*real));
+  ~ExrFile() {
+    if (context_ != nullptr) static_cast<void>(exr_finish(&context_));
+    ::close(descriptor_);
   }
-  return header;
+  ExrFile(const ExrFile&) = delete;
+  ExrFile& operator=(const ExrFile&) = delete;
+
+  exr_context_t context() const { return context_; }
+  void check(exr_result_t result) const {
+    if (result != EXR_ERR_SUCCESS)
+      throw WriteError(error_.empty() ? exr_get_default_error_message(result) : error_);
+  }
+  /// Writes the places of all chunks.
+  void finish() { check(exr_finish(&context_)); }
+
+ private:
+  static std::int64_t write(exr_const_context_t, void* self, const void* bytes, std::uint64_t size,
+                            std::uint64_t offset, exr_stream_error_func_ptr_t) {
+    ExrFile& file = *static_cast<ExrFile*>(self);
+    for (std::uint64_t done = 0; done < size;) {
+      const ssize_t written = ::pwrite(file.descriptor_, static_cast<const char*>(bytes) + done, size - done,
+                                       static_cast<off_t>(offset + done));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) {
+        file.error_ = std::strerror(written < 0 ? errno : ENOSPC);
+        return -1;
+      }
+      done += static_cast<std::uint64_t>(written);
+    }
+    return static_cast<std::int64_t>(size);
+  }
+  static void note_error(exr_const_context_t context, exr_result_t, const char* message) {
+    void* self = nullptr;
+    if (context == nullptr || exr_get_user_data(context, &self) != EXR_ERR_SUCCESS || self == nullptr) return;
+    std::string& error = static_cast<ExrFile*>(self)->error_;
+    if (error.empty()) error = message;  // the first one is the cause
+  }
+
+  const int descriptor_;
+  exr_context_t context_ = nullptr;
+  std::string error_;
+};
+
+exr_attr_box2i_t box_of(const Window& window) {
+  return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }
 
-/// Writes the channels to `output`, a file or a part of one.
-template <class Output>
-void write_channels(const Image& image, const Channels& channels, PixelType type, Output& output) {
-  // OpenEXR addresses pixels from the origin of the coordinate system: Slice::Make takes care of that.
-  std::vector<std::vector<Imath::half>> halves;
-  halves.reserve(channels.size());
-  Imf::FrameBuffer frame;
+void write_header(const ExrFile& file, const Image& image, const std::string& name, const Channels& channels,
+                  PixelType type) {
+  const exr_context_t context = file.context();
+  int part = 0;
+  file.check(exr_add_part(context, name.empty() ? nullptr : name.c_str(), EXR_STORAGE_SCANLINE, &part));
+  const exr_attr_box2i_t display = box_of(image.display), data = box_of(image.data);
+  const exr_attr_v2f_t center = {0, 0};
+  file.check(exr_initialize_required_attr(context, part, &display, &data, 1, &center, 1,
+                                          EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP));
+  // Rec.709 is what a file without this attribute is taken for; saying so costs nothing.
+  const exr_attr_chromaticities_t rec709 = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};
+  file.check(exr_attr_set_chromaticities(context, part, "chromaticities", &rec709));
   for (const Channel* const channel : channels) {
     const bool half = stored_as_half(channel->name, type);
-    const void* data = channel->values.data();
-    if (half) data = halves.emplace_back(to_half(channel->values)).data();
-    frame.insert(channel->name, Imf::Slice::Make(half ? Imf::HALF : Imf::FLOAT, data, box_of(image.data)));
+    file.check(exr_add_channel(context, part, channel->name.c_str(), half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+                               EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
-  output.setFrameBuffer(frame);
-  output.writePixels(image.data.height());
+  // What was read of another file may have attributes that say how that is laid out.
+  static const std::set<std::string> own = {"chunkCount", "name", "type", "version"};
+  for (const auto& [key, value] : image.metadata) {
+    if (own.contains(key)) continue;
+    if (const auto* text = std::get_if<std::string>(&value))
+      file.check(exr_attr_set_string(context, part, key.c_str(), text->c_str()));
+    if (const auto* number = std::get_if<std::int32_t>(&value))
+      file.check(exr_attr_set_int(context, part, key.c_str(), *number));
+    if (const auto* real = std::get_if<float>(&value))
+      file.check(exr_attr_set_float(context, part, key.c_str(), *real));
+  }
 }
 
-void write_file(const Image& image, const std::string& file, PixelType type, ExrParts wanted) {
+/// A block of so many scanlines is compressed as one: that of ZIP files.
+constexpr std::int32_t kBlockLines = 16;
+
+/// Appends the row of a channel, little endian.
+void append_row(std::span<const float> row, bool half, std::vector<unsigned char>& block) {
+  static_assert(std::endian::native == std::endian::little);
+  const std::size_t at = block.size();
+  if (half) {
+    const std::vector<Imath::half> halves = to_half(row);
+    block.resize(at + halves.size() * sizeof(Imath::half));
+    std::memcpy(block.data() + at, halves.data(), halves.size() * sizeof(Imath::half));
+  } else {
+    block.resize(at + row.size_bytes());
+    std::memcpy(block.data() + at, row.data(), row.size_bytes());
+  }
+}
+
+void write_pixels(const ExrFile& file, int part, const Image& image, const Channels& channels,
+                  PixelType type) {
+  const auto width = static_cast<std::size_t>(image.data.width());
+  ZipBlockPacker packer;
+  std::vector<unsigned char> block;
+  for (std::int32_t y = 0; y < image.data.height(); y += kBlockLines) {
+    block.clear();
+    for (std::int32_t line = y; line < std::min(y + kBlockLines, image.data.height()); ++line) {
+      for (const Channel* const channel : channels) {
+        const std::span<const float> plane = channel->values;
+        append_row(plane.subspan(static_cast<std::size_t>(line) * width, width),
+                   stored_as_half(channel->name, type), block);
+      }
+    }
+    const std::span<const unsigned char> packed = packer.pack(block);
+    file.check(
+        exr_write_scanline_chunk(file.context(), part, image.data.y0 + y, packed.data(), packed.size()));
+  }
+}
+
+void write_file(const Image& image, const std::string& path, PixelType type, ExrParts wanted) {
   const std::map<std::string, Channels> parts = parts_of(image, wanted);
-  if (parts.size() == 1) {
-    const Channels& channels = parts.begin()->second;
-    Imf::OutputFile output(file.c_str(), make_header(image, channels, type));
-    write_channels(image, channels, type, output);
-    return;
-  }
-  std::vector<Imf::Header> headers;
-  for (const auto& [name, channels] : parts) {
-    Imf::Header& header = headers.emplace_back(make_header(image, channels, type));
-    header.setName(name.empty() ? "rgba" : name);
-    header.setType(Imf::SCANLINEIMAGE);
-  }
-  Imf::MultiPartOutputFile output(file.c_str(), headers.data(), static_cast<int>(headers.size()));
-  int number = 0;
-  for (const auto& [name, channels] : parts) {
-    Imf::OutputPart part(output, number++);
-    write_channels(image, channels, type, part);
-  }
+  ExrFile file(path);
+  constexpr std::size_t kShortName = 31;
+  const auto is_long = [](const std::string& name) { return name.size() > kShortName; };
+  const bool long_names =
+      std::ranges::any_of(image.channels, is_long, &Channel::name) ||
+      std::ranges::any_of(image.metadata, [&](const auto& entry) { return is_long(entry.first); });
+  file.check(exr_set_longname_support(file.context(), long_names));
+  for (const auto& [name, channels] : parts)
+    write_header(file, image, parts.size() > 1 && name.empty() ? "rgba" : name, channels, type);
+  file.check(exr_write_header(file.context()));
+  int part = 0;
+  for (const auto& [name, channels] : parts) write_pixels(file, part++, image, channels, type);
+  file.finish();
 }
 
 }  // namespace

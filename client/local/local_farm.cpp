@@ -5,14 +5,17 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "agent/agent.h"
 #include "local/bench_scene.h"
+#include "local/local_calls.h"
+#include "local/local_link.h"
 #include "local/scene_blobs.h"
 #include "service/coordinator.h"
-#include "service/in_process.h"
+#include "service/farm/farm.h"
 
 namespace tessera::client {
 
@@ -20,6 +23,7 @@ struct LocalFarm::Parts {
   std::shared_ptr<SceneBlobs> blobs;
   std::unique_ptr<server::Coordinator> coordinator;
   std::jthread failure;  // waits for the coordinator's
+  std::optional<LocalCalls> calls;
   std::unique_ptr<agent::Agent> agent;
   std::shared_ptr<std::atomic<bool>> building = std::make_shared<std::atomic<bool>>(false);
   std::jthread worker;
@@ -46,6 +50,7 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   server::CoordinatorOptions coordinator_options;
   coordinator_options.blobs = parts->blobs;
   coordinator_options.data_dir = options.checkpoint;
+  coordinator_options.takes_messages = false;
   // Results that a checkpoint has lost are rendered again, and it is deleted by whoever made it.
   coordinator_options.accept_loss = true;
   // Somebody watches, and Ctrl-C keeps what is done.
@@ -55,13 +60,13 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
       server::Coordinator::start(std::move(coordinator_options));
   if (!coordinator.ok()) return coordinator.status();
   parts->coordinator = *std::move(coordinator);
+  parts->calls.emplace(parts->coordinator->farm());
   parts->failure = std::jthread{[&farm = *parts->coordinator, failed = std::move(options.failed)] {
     if (const absl::Status status = farm.wait(); !status.ok() && failed) failed(status);
   }};
 
   agent::AgentOptions agent_options;
   agent_options.name = "local";
-  agent_options.address = "this process";
   agent_options.threads = options.threads;
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
@@ -77,9 +82,10 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
     return loaded;
   };
   agent_options.blobs = [blobs = parts->blobs](const std::string& digest) { return blobs->bytes(digest); };
+  agent_options.plain_results = options.checkpoint.empty();
   agent_options.grace = std::chrono::milliseconds{0};
-  absl::StatusOr<std::unique_ptr<agent::Agent>> agent =
-      agent::Agent::create(server::in_process_channel(*parts->coordinator), std::move(agent_options));
+  absl::StatusOr<std::unique_ptr<agent::Agent>> agent = agent::Agent::create(
+      std::make_unique<LocalLink>(parts->coordinator->farm(), *parts->blobs), std::move(agent_options));
   if (!agent.ok()) return agent.status();
   parts->agent = *std::move(agent);
   // Its status is of no use here: a worker that cannot register leaves the job waiting only until the farm is
@@ -92,9 +98,7 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
 LocalFarm::LocalFarm(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 LocalFarm::~LocalFarm() = default;
 
-std::shared_ptr<grpc::Channel> LocalFarm::channel() {
-  return server::in_process_channel(*parts_->coordinator);
-}
+JobCalls& LocalFarm::calls() { return *parts_->calls; }
 
 bool LocalFarm::building() const { return *parts_->building; }
 

@@ -1,4 +1,5 @@
-// A farm within this process: the coordinator and the worker of the big one, without sockets.
+// A farm within this process: the coordinator and the worker of the big one, without
+// messages between them.
 #pragma once
 
 #include <functional>
@@ -9,13 +10,10 @@
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
 
-namespace grpc {
-class Channel;
-}
-
 namespace tessera::client {
 
 struct BuiltScene;
+class JobCalls;
 
 struct LocalFarmOptions {
   int threads = 1;
@@ -47,7 +45,7 @@ class LocalFarm {
   ~LocalFarm();
 
   /// To the coordinator. Must not be used once the farm is gone.
-  std::shared_ptr<grpc::Channel> channel();
+  JobCalls& calls();
 
   /// Whether a scene is being built.
   bool building() const;

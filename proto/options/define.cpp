@@ -231,6 +231,18 @@ Option Command::add_flag(const char* name, bool& value, const char* description)
 
 Option Command::option(const char* name) { return Option{*spec_->find(name)}; }
 
+std::vector<std::string> Command::given(const std::vector<std::string>& but_for) const {
+  std::vector<std::string> words;
+  for (const auto& option : spec_->options) {
+    const bool left_out =
+        std::ranges::any_of(but_for, [&](const std::string& name) { return option->is_called(name); });
+    if (option->is_argument() || left_out) continue;
+    for (const std::string& value : option->given)
+      words.push_back(option->is_flag() ? option->name() : option->name() + "=" + value);
+  }
+  return words;
+}
+
 void Command::runs(std::function<int()> action) { spec_->action = std::move(action); }
 
 }  // namespace tessera::options

@@ -41,6 +41,7 @@ absl::Status take_one(OptionSpec& spec, const std::string& value) {
 void take(OptionSpec& spec, const std::vector<std::string>& values) {
   if (values.size() > 1 && !spec.list) throw CLI::ValidationError(spec.name() + " is given twice");
   if (spec.list) spec.clear();
+  spec.given = values;
   for (const std::string& value : values) {
     // CLI11 takes the option that follows for the value.
     if (!spec.is_argument() && value.starts_with("--"))

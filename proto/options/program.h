@@ -87,6 +87,10 @@ class Command {
   /// One that was added before.
   Option option(const char* name);
 
+  /// The options that the command line has given, as words: "--name=value" and flags. Those called `but_for`
+  /// are left out, and so are arguments.
+  std::vector<std::string> given(const std::vector<std::string>& but_for) const;
+
   /// Sets what Program::run does when the command line names this command.
   void runs(std::function<int()> action);
 

@@ -32,6 +32,7 @@ struct OptionSpec {
   std::function<absl::Status(const std::string&)> take;  // one value
   std::function<void()> clear;                           // of a list: what was there by default
   std::function<std::string()> show;                     // the value as text
+  std::vector<std::string> given = {};                   // values as the command line has them; "" for a flag
 
   bool is_argument() const { return !names.front().starts_with('-'); }
   bool is_flag() const { return value_name.empty(); }

@@ -6,12 +6,13 @@
 
 namespace tessera::transport {
 
-Backoff::Backoff(Duration first, Duration cap, std::uint32_t seed)
-    : first_(first), cap_(cap), bound_(first), random_(seed) {}
+Backoff::Backoff(Duration first, Duration cap, std::optional<std::uint32_t> seed)
+    : first_(first), cap_(cap), bound_(first), seed_(seed) {}
 
 Backoff::Duration Backoff::next() {
+  if (!random_) random_.emplace(seed_ ? *seed_ : std::random_device{}());
   const Duration delay{
-      std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(random_)};
+      std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(*random_)};
   bound_ = std::min(2 * bound_, cap_);
   return delay;
 }

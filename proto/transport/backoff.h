@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <stop_token>
 
@@ -15,8 +16,9 @@ class Backoff {
  public:
   using Duration = std::chrono::milliseconds;
 
+  /// Absent: a random seed.
   explicit Backoff(Duration first = Duration{100}, Duration cap = Duration{5000},
-                   std::uint32_t seed = std::random_device{}());
+                   std::optional<std::uint32_t> seed = std::nullopt);
 
   /// The delay before the next attempt.
   Duration next();
@@ -28,7 +30,8 @@ class Backoff {
   Duration first_;
   Duration cap_;
   Duration bound_;
-  std::mt19937 random_;
+  const std::optional<std::uint32_t> seed_;
+  std::optional<std::mt19937> random_;  // made when first needed: most calls succeed at once
 };
 
 /// Sleeps for `delay`, or until `stop` is requested: then false.

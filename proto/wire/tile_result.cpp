@@ -10,6 +10,8 @@
 //     byte plane 0 of all words, byte plane 1, plane 2, plane 3;
 //     words: u32 counts[pixels], f32 values[C][pixels]
 //
+// Results that stay within a process have the magic "TSRTILE0" and, behind the header, the words as they are.
+//
 // Planes of equal significance compress where whole floats do not: their exponents are alike, their mantissas
 // are not.
 #include "wire/tile_result.h"
@@ -32,6 +34,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "words are copied as they are");
 
 constexpr char kMagic[] = "TSRTILE1";
+constexpr char kPlainMagic[] = "TSRTILE0";
+constexpr std::size_t kMagicBytes = 8;
 constexpr std::size_t kFixedHeaderBytes = 8 + 7 * 4;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr int kCompressionLevel = 1;
@@ -61,8 +65,8 @@ ZSTD_DCtx* thread_decompressor() {
   return context.get();
 }
 
-std::string encode_header(const TileResult& result) {
-  std::string header(kMagic, 8);
+std::string encode_header(const TileResult& result, Packing packing) {
+  std::string header(packing == Packing::kZstd ? kMagic : kPlainMagic, kMagicBytes);
   const std::uint32_t fixed[7] = {result.x0,
                                   result.y0,
                                   result.x1,
@@ -94,11 +98,14 @@ absl::Status check_channels(const std::vector<ChannelDesc>& channels) {
   return absl::OkStatus();
 }
 
+bool is_plain(std::string_view bytes) { return std::memcmp(bytes.data(), kPlainMagic, kMagicBytes) == 0; }
+
 /// Reads the header into `result`; returns its length.
 absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& result) {
   if (bytes.size() < kFixedHeaderBytes)
     return unsound(absl::StrCat(bytes.size(), " bytes are too few for the header"));
-  if (std::memcmp(bytes.data(), kMagic, 8) != 0) return unsound("bad magic number");
+  if (std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0 && !is_plain(bytes))
+    return unsound("bad magic number");
   std::uint32_t fixed[7];
   std::memcpy(fixed, bytes.data() + 8, sizeof(fixed));
   result.x0 = fixed[0], result.y0 = fixed[1], result.x1 = fixed[2], result.y1 = fixed[3];
@@ -144,6 +151,16 @@ void join_planes(const char* planes, std::size_t count, std::size_t first, std::
   }
 }
 
+/// The words behind the header of a plain result.
+absl::StatusOr<TileResult> decode_plain(std::string_view words, std::uint64_t count, TileResult result) {
+  if (words.size() != 4 * count) return unsound("it does not have the size of its channels");
+  result.counts.resize(result.pixel_count());
+  result.values.resize(count - result.pixel_count());
+  std::memcpy(result.counts.data(), words.data(), 4 * result.counts.size());
+  std::memcpy(result.values.data(), words.data() + 4 * result.counts.size(), 4 * result.values.size());
+  return result;
+}
+
 }  // namespace
 
 bool are_siblings(std::uint32_t a_begin, std::uint32_t a_end, std::uint32_t b_begin, std::uint32_t b_end,
@@ -155,11 +172,19 @@ bool are_siblings(std::uint32_t a_begin, std::uint32_t a_end, std::uint32_t b_be
   return b_end == std::min<std::uint64_t>(a_begin + 2 * length, spp);
 }
 
-std::string encode_tile_result(const TileResult& result) {
+std::string encode_tile_result(const TileResult& result, Packing packing) {
   const std::size_t pixels = result.pixel_count();
   assert(result.counts.size() == pixels && result.values.size() == pixels * result.channels.size());
-  const std::string header = encode_header(result);
+  const std::string header = encode_header(result, packing);
   const std::size_t words = result.counts.size() + result.values.size();
+  if (packing == Packing::kNone) {
+    std::string bytes;
+    bytes.reserve(header.size() + 4 * words);
+    bytes += header;
+    bytes.append(reinterpret_cast<const char*>(result.counts.data()), 4 * result.counts.size());
+    bytes.append(reinterpret_cast<const char*>(result.values.data()), 4 * result.values.size());
+    return bytes;
+  }
   std::string content(header.size() + 4 * words, '\0');
   std::memcpy(content.data(), header.data(), header.size());
   std::vector<std::uint32_t> values(result.values.size());
@@ -191,8 +216,10 @@ absl::StatusOr<TileResult> decode_tile_result(std::string_view bytes, std::size_
         absl::StrCat(result.channels.size(), " channels, where at most ", max_channels, " were expected"));
   }
 
-  // The frame must say by itself that it holds just what the header promises, before anything is allocated.
   const std::uint64_t words = pixels * (1 + result.channels.size());
+  if (is_plain(bytes)) return decode_plain(bytes.substr(*header_size), words, std::move(result));
+
+  // The frame must say by itself that it holds just what the header promises, before anything is allocated.
   const std::string_view frame = bytes.substr(*header_size);
   const unsigned long long content_size = ZSTD_getFrameContentSize(frame.data(), frame.size());
   if (content_size != *header_size + 4 * words)

@@ -55,8 +55,12 @@ void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pix
                        std::uint32_t* left_counts, float* left, std::size_t left_stride,
                        const std::uint32_t* right_counts, const float* right, std::size_t right_stride);
 
-/// zstd-compressed bytes with a checksum.
-std::string encode_tile_result(const TileResult& result);
+enum class Packing {
+  kZstd,  // compressed, with a checksum: for the network and disks
+  kNone   // the words as they are: for results that stay in the memory of one process
+};
+
+std::string encode_tile_result(const TileResult& result, Packing packing = Packing::kZstd);
 
 /// Most channels of a result.
 inline constexpr std::size_t kMaxChannels = 128;

@@ -243,8 +243,10 @@ absl::Status Coordinator::Impl::wait() {
     if (health != nullptr) health->set_serving(false);
     farm->stop();
     if (listener) listener->stop();
-    server->Shutdown(std::chrono::system_clock::now() + kGrace);
-    server->Wait();
+    if (server != nullptr) {
+      server->Shutdown(std::chrono::system_clock::now() + kGrace);
+      server->Wait();
+    }
   });
   const std::lock_guard lock(mutex);
   return reason;
@@ -255,7 +257,9 @@ Coordinator::Coordinator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 absl::StatusOr<std::unique_ptr<Coordinator>> Coordinator::start(CoordinatorOptions options) {
   auto impl = std::make_unique<Impl>();
   if (absl::Status status = impl->open(options); !status.ok()) return status;
-  if (absl::Status status = impl->listen(options); !status.ok()) return status;
+  if (options.takes_messages) {
+    if (absl::Status status = impl->listen(options); !status.ok()) return status;
+  }
   return std::unique_ptr<Coordinator>(new Coordinator(std::move(impl)));
 }
 
@@ -268,6 +272,7 @@ int Coordinator::bound_port() const { return impl_->listener ? impl_->listener->
 int Coordinator::join_port() const { return impl_->joining ? impl_->joining->port() : 0; }
 int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
 int Coordinator::health_port() const { return impl_->health ? impl_->health->port() : 0; }
+Farm& Coordinator::farm() { return *impl_->farm; }
 void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }
 absl::Status Coordinator::wait() { return impl_->wait(); }
 

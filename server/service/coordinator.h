@@ -1,5 +1,5 @@
 // The coordinator as a whole: scheduler, store and the services on top of them. No gRPC here; connections
-// from within the process are made by in_process.h.
+// from within the process are made by in_process.h, and calls without messages through farm().
 #pragma once
 
 #include <chrono>
@@ -18,10 +18,13 @@
 namespace tessera::server {
 
 class BlobStore;
+class Farm;
 
 struct CoordinatorOptions {
   /// "127.0.0.1:7070"; port 0 takes any free one. Empty: reachable from within the process only.
   std::string listen;
+  /// Whether calls come as messages of gRPC, which in_process.h wants, too. False: only through farm().
+  bool takes_messages = true;
   /// Journal, results and blobs; made when it does not exist. Empty: everything is kept in memory.
   std::filesystem::path data_dir;
   /// Go on with what there is when something is lost that was acknowledged.
@@ -122,6 +125,9 @@ class Coordinator {
   /// Until shutdown was requested, by `request_shutdown` or because the journal could no longer be written;
   /// an error in that case. Everything acknowledged is on disk.
   absl::Status wait();
+
+  /// For calls without messages.
+  Farm& farm();
 
   /// Everything that runs behind the interface (coordinator.cpp).
   struct Impl;

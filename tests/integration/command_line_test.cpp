@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "absl/strings/str_cat.h"
 #include "image/exr.h"
@@ -133,6 +134,32 @@ TEST(CommandLine, BenchMeasuresComparesAndKeepsItsReference) {
                                           "--spp", "4", "--seeds", "1", "--quiet"});
   ASSERT_EQ(kept.status.code, 0) << kept.err;
   EXPECT_THAT(kept.out, HasSubstr("its own MSE")) << "the noise is known from the file";
+
+  // Whole processes of this program and a peer, which is this program too: the same pictures.
+  const std::string later = (directory.path() / "later.json").string();
+  const std::string peer = absl::StrCat(
+      tessera_program(),
+      " render {scene} --spp {spp} --seed 7 --resolution 32x32 --max-depth 3 --threads 1 -o {out}");
+  const support::Finished whole = tessera(
+      {"bench",   kScene,      "--resolution", "32x32",   "--reference", reference, "--spp",   "1,4",
+       "--seeds", "2",         "--max-depth",  "3",       "--seed",      "7",       "--whole", "--json",
+       later,     "--against", json,           "--quiet", "--peer",      peer});
+  ASSERT_EQ(whole.status.code, 0) << whole.err;
+  EXPECT_THAT(whole.out, HasSubstr("efficiency of tessera over peer "));
+  EXPECT_THAT(whole.out, HasSubstr("machine: "));
+  EXPECT_THAT(whole.out, HasSubstr("not measured then with these settings"));
+  std::ifstream file(later);
+  const auto scene = nlohmann::json::parse(file)["scenes"][0];
+  // In this process and in another, with the options and the seeds that were given.
+  for (std::size_t run = 0; run < 4; ++run) {
+    EXPECT_NEAR(scene["whole"][0]["runs"][run]["relmse_trimmed"].get<double>(),
+                scene["variants"][0]["runs"][run]["relmse_trimmed"].get<double>(), 1e-12);
+  }
+  EXPECT_EQ(scene["whole"][1]["runs"][0]["relmse"], scene["whole"][0]["runs"][0]["relmse"]) << "seed 7";
+  const support::Finished lacking =
+      tessera({"bench", kScene, "--reference", reference, "--peer", "render {scene} {spp}"});
+  EXPECT_EQ(lacking.status.code, 2);
+  EXPECT_THAT(lacking.err, HasSubstr("lacks {out}"));
 
   const support::Finished other =
       tessera({"bench", kScene, "--resolution", "32x48", "--reference", reference, "--spp", "1"});

@@ -49,9 +49,10 @@ v1::RegisterRequest registration(const AgentOptions& options) {
 /// reverse.
 class Agent::Work {
  public:
-  Work(std::shared_ptr<grpc::Channel> channel, AgentOptions options, std::unique_ptr<BlobCache> cache)
+  Work(std::unique_ptr<CoordinatorLink> link, AgentOptions options, std::unique_ptr<BlobCache> cache)
       : options_(std::move(options)),
-        link_(std::move(channel), options_.address),
+        owned_link_(std::move(link)),
+        link_(*owned_link_),
         session_(link_, registration(options_),
                  [this](const std::string& id, std::stop_token stop) { heart_.introduce(id, stop); }),
         cache_(std::move(cache)),
@@ -60,7 +61,7 @@ class Agent::Work {
         intake_(leases_,
                 {.scene_digests = [this] { return renderer_.loaded_digests(); },
                  .forget_job = [this](const std::string& job_id) { renderer_.forget_job(job_id); }},
-                options_.address,
+                link_.address(),
                 std::min<std::size_t>(kQueuedPerThread * static_cast<std::size_t>(options_.threads),
                                       wire::kMaxLeasesPerCall)),
         heart_(link_, session_, leases_, drain_),
@@ -107,7 +108,8 @@ class Agent::Work {
   void wind_down();
 
   const AgentOptions options_;
-  CoordinatorLink link_;
+  const std::unique_ptr<CoordinatorLink> owned_link_;
+  CoordinatorLink& link_;
   Session session_;
   LeaseTable leases_;
   const std::unique_ptr<BlobCache> cache_;      // null when the options name a blob source
@@ -178,7 +180,7 @@ void Agent::Work::wind_down() {
     spdlog::warn("units still at work after the grace period are stopped");
 }
 
-absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::shared_ptr<grpc::Channel> channel,
+absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::unique_ptr<CoordinatorLink> link,
                                                      AgentOptions options) {
   if (options.isas.empty())
     return absl::FailedPreconditionError("this worker has no kernels for this machine");
@@ -189,7 +191,7 @@ absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::shared_ptr<grpc::Chann
     if (!opened.ok()) return opened.status();
     cache = *std::move(opened);
   }
-  auto work = std::make_unique<Work>(std::move(channel), std::move(options), std::move(cache));
+  auto work = std::make_unique<Work>(std::move(link), std::move(options), std::move(cache));
   return std::unique_ptr<Agent>{new Agent{std::move(work)}};
 }
 

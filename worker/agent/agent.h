@@ -14,11 +14,9 @@
 #include "absl/status/statusor.h"
 #include "render/build/load_scene.h"
 
-namespace grpc {
-class Channel;
-}
-
 namespace tessera::agent {
+
+class CoordinatorLink;
 
 /// Builds a scene: render::load_scene, or what a test puts in its place.
 using SceneLoader = std::function<absl::StatusOr<std::unique_ptr<render::RenderScene>>(
@@ -28,12 +26,13 @@ struct AgentOptions {
   std::string name;               // for people
   std::string host;               // what stays over restarts: faults are counted by it; empty: the name
   std::vector<std::string> tags;  // what jobs may require
-  std::string address;            // of the coordinator, for messages
   int threads = 1;                // as many tiles are rendered at once
   std::vector<std::string> isas;  // that this worker may use, best first
   // How it rounds with each of them (render::arithmetic_classes); empty: nothing is known of it but the ISAs.
   std::vector<std::string> arithmetic_classes = {};
   SceneLoader load_scene;
+  // The coordinator is in this process, and keeps results in its memory: they need no compression.
+  bool plain_results = false;
   // Where the blobs come from; empty: from the coordinator, through a cache in `cache_dir`.
   render::BlobSource blobs;
   std::filesystem::path cache_dir;
@@ -77,7 +76,7 @@ struct AgentReport {
 class Agent {
  public:
   /// FailedPrecondition when there is no ISA to work with or the cache directory cannot be used.
-  static absl::StatusOr<std::unique_ptr<Agent>> create(std::shared_ptr<grpc::Channel> channel,
+  static absl::StatusOr<std::unique_ptr<Agent>> create(std::unique_ptr<CoordinatorLink> link,
                                                        AgentOptions options);
   ~Agent();
 

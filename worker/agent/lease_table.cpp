@@ -30,7 +30,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   held->inputs = lease.token().inputs();
   held->spec = std::move(spec);
 
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   if (closed_) return;
   Key key = key_of(*held);
   if (const auto before = delivered_.find(key); before != delivered_.end() && before->second > asked_at)
@@ -45,23 +45,25 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   }
   entries_.emplace(key, Entry{std::move(held), lease.token()});
   queue_.push_back(std::move(key));
-  changed_.notify_all();
+  lock.unlock();
+  granted_.notify_one();
 }
 
 std::shared_ptr<HeldUnit> LeaseTable::next(std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return nullptr;
+  if (!granted_.wait(lock, stop, [this] { return !queue_.empty(); })) return nullptr;
   if (stop.stop_requested()) return nullptr;
   Entry& entry = entries_.at(queue_.front());
   queue_.pop_front();
   entry.begun = true;
-  changed_.notify_all();
-  return entry.held;
+  std::shared_ptr<HeldUnit> held = entry.held;
+  end_change(std::move(lock));
+  return held;
 }
 
 void LeaseTable::wait_until_hungry(std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  changed_.wait(lock, stop, [&] { return queue_.empty() && asked_ == 0; });
+  hungry_.wait(lock, stop, [&] { return queue_.empty() && asked_ == 0; });
 }
 
 std::size_t LeaseTable::ask(std::size_t full) {
@@ -73,9 +75,9 @@ std::size_t LeaseTable::ask(std::size_t full) {
 }
 
 void LeaseTable::answered(std::size_t asked) {
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   asked_ -= asked;
-  changed_.notify_all();
+  end_change(std::move(lock));
 }
 
 v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
@@ -120,7 +122,7 @@ std::vector<v1::LeaseToken> LeaseTable::tokens() const {
 }
 
 std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   std::size_t revoked = 0;
   for (const v1::LeaseToken& token : tokens) {
     const auto found = entries_.find(
@@ -130,39 +132,46 @@ std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
     forget_if_queued(found);
     ++revoked;
   }
-  changed_.notify_all();
+  end_change(std::move(lock));
   return revoked;
 }
 
 void LeaseTable::revoke_all() {
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   for (auto& [key, entry] : entries_) entry.held->stop.request_stop();
   std::erase_if(entries_, [](const auto& item) { return !item.second.begun; });
   queue_.clear();
-  changed_.notify_all();
+  end_change(std::move(lock));
 }
 
 std::size_t LeaseTable::drop_queued() {
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   closed_ = true;
   const std::size_t dropped = queue_.size();
   std::erase_if(entries_, [](const auto& item) { return !item.second.begun; });
   queue_.clear();
-  changed_.notify_all();
+  end_change(std::move(lock));
   return dropped;
 }
 
 void LeaseTable::release(const HeldUnit& unit) {
-  std::lock_guard lock{mutex_};
+  std::unique_lock lock{mutex_};
   const auto found = entries_.find(key_of(unit));
   // A revoked unit may have been granted anew; that grant is not this one's to release.
   if (found != entries_.end() && found->second.held.get() == &unit) entries_.erase(found);
-  changed_.notify_all();
+  end_change(std::move(lock));
+}
+
+void LeaseTable::end_change(std::unique_lock<std::mutex> lock) {
+  const bool hungry = queue_.empty() && asked_ == 0, empty = entries_.empty();
+  lock.unlock();
+  if (hungry) hungry_.notify_all();
+  if (empty) empty_.notify_all();
 }
 
 bool LeaseTable::wait_until_empty(std::chrono::milliseconds timeout) {
   std::unique_lock lock{mutex_};
-  return changed_.wait_for(lock, timeout, [this] { return entries_.empty(); });
+  return empty_.wait_for(lock, timeout, [this] { return entries_.empty(); });
 }
 
 void LeaseTable::forget_if_queued(std::map<Key, Entry>::iterator entry) {

@@ -96,10 +96,13 @@ class LeaseTable {
     bool given_up = false;
   };
   static Key key_of(const HeldUnit& unit);
+  /// Tells those who wait for nothing to be queued, or held, once they can have the lock.
+  void end_change(std::unique_lock<std::mutex> lock);
   void forget_if_queued(std::map<Key, Entry>::iterator entry);
 
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  std::condition_variable_any granted_, hungry_,
+      empty_;  // something queued; nothing, nor asked for; none held
   std::uint64_t deliveries_ = 0;
   std::map<Key, std::uint64_t> delivered_;  // the latest, numbered
   std::map<Key, Entry> entries_;

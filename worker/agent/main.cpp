@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_join.h"
 #include "agent/agent.h"
+#include "agent/link/grpc_link.h"
 #include "agent/link/join.h"
 #include "agent/metrics.h"
 #include "agent/stores/blob_cache.h"
@@ -123,7 +124,6 @@ agent::AgentOptions agent_options(const Options& options) {
   result.name = worker_name(options);
   result.host = options.name.empty() ? host_name() : options.name;
   result.tags = options.tags;
-  result.address = options.server;
   result.threads = options.threads;
   result.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   result.arithmetic_classes = render::arithmetic_classes(result.isas);
@@ -199,7 +199,7 @@ int run_worker(const Options& options) {
     std::cerr << "tessera-worker: " << render::why_no_kernels() << '\n';
     return kUsage;
   }
-  auto agent = agent::Agent::create(*channel, worker);
+  auto agent = agent::Agent::create(std::make_unique<agent::GrpcLink>(*channel, options.server), worker);
   if (!agent.ok()) {
     std::cerr << "tessera-worker: " << agent.status().message() << '\n';
     return kUsage;

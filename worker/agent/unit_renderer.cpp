@@ -174,7 +174,8 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
   const absl::StatusOr<wire::TileResult> result = scene->scene->render_tile(request, stop, counts);
   if (!result.ok()) return result.status();
   const std::chrono::nanoseconds encode_start = base::thread_cpu_time();
-  outcome.payload = wire::encode_tile_result(*result);
+  outcome.payload =
+      wire::encode_tile_result(*result, options_.plain_results ? wire::Packing::kNone : wire::Packing::kZstd);
   (*outcome.stats.mutable_stage_ns())["encode"] = count_of(base::thread_cpu_time() - encode_start);
   return absl::OkStatus();
 }

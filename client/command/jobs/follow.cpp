@@ -132,7 +132,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 
 }  // namespace
 
-absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_id, const v1::JobSpec& spec,
+absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& how, std::stop_token stop,
                                        const PartialImage& partial) {
   const AssemblyOptions options = assembly_options(spec);
@@ -145,7 +145,7 @@ absl::StatusOr<FollowedJob> follow_job(FarmClient& farm, const std::string& job_
   std::uint32_t units = 0;
   std::stop_source enough;
   const std::stop_callback stopped{stop, [&] { enough.request_stop(); }};
-  FarmClient::WatchHandlers handlers;
+  JobCalls::WatchHandlers handlers;
   handlers.result = [&](const v1::UnitResult& unit) {
     ++units;
     return add_result(unit, *assembler);

@@ -61,6 +61,8 @@ void Dispatcher::notify_work() {
 void Dispatcher::notify_worker(const std::string& worker) {
   {
     const std::lock_guard lock(mutex_);
+    // What it parks later is tried once anyway; what is being tried may have looked before.
+    if (!trying_ && !by_worker_.contains(worker)) return;
     called_.insert(worker);
   }
   wake_.notify_one();
@@ -125,10 +127,12 @@ void Dispatcher::try_called() {
       by_worker_.erase(first, last);
     }
     called_.clear();
+    trying_ = true;
   }
   const TimePoint now = clock_.now();
   std::erase_if(trying, [now](Parked& parked) { return parked.attempt(now >= parked.deadline); });
   const std::lock_guard lock(mutex_);
+  trying_ = false;
   append(trying);
 }
 
@@ -138,6 +142,7 @@ void Dispatcher::try_parked(bool last) {
     const std::lock_guard lock(mutex_);
     trying.swap(parked_);
     by_worker_.clear();
+    trying_ = true;
   }
   const TimePoint now = clock_.now();
   Queue vain, untried;
@@ -157,6 +162,7 @@ void Dispatcher::try_parked(bool last) {
   }
   // First those that had no turn, then those that came meanwhile.
   const std::lock_guard lock(mutex_);
+  trying_ = false;
   untried.splice(untried.end(), parked_);
   untried.splice(untried.end(), vain);
   by_worker_.clear();

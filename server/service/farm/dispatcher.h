@@ -64,6 +64,7 @@ class Dispatcher {
   std::unordered_multimap<std::string, Queue::iterator> by_worker_;
   std::unordered_set<std::string> called_;  // workers with a free hand
   std::vector<std::function<bool()>> subscribers_;
+  bool trying_ = false;  // some of them are not in the lists just now
   bool work_ = false;
   bool news_ = false;
   bool stop_ = false;

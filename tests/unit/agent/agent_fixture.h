@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "agent/agent.h"
+#include "agent/link/grpc_link.h"
 #include "support/process/temp_dir.h"
 #include "tessera/v1/scene.pb.h"
 #include "unit/agent/fake_coordinator.h"
@@ -92,7 +93,6 @@ class AgentTest : public ::testing::Test {
              std::chrono::milliseconds unit_limit = {}) {
     AgentOptions options;
     options.name = "test";
-    options.address = "the fake";
     options.threads = threads;
     options.isas = {"avx2"};
     options.cache_dir = cache_.path();
@@ -110,7 +110,8 @@ class AgentTest : public ::testing::Test {
       EXPECT_EQ(scene.name().size(), 5000);
       return std::make_unique<FakeScene>(renderer_);
     };
-    auto agent = Agent::create(coordinator_.channel(), std::move(options));
+    auto agent =
+        Agent::create(std::make_unique<GrpcLink>(coordinator_.channel(), "the fake"), std::move(options));
     ASSERT_TRUE(agent.ok()) << agent.status();
     agent_ = *std::move(agent);
     runner_ = std::jthread{[this](std::stop_token stop) { status_ = agent_->run(stop); }};

@@ -22,7 +22,7 @@ class PreparedStoreTest : public ::testing::Test {
 
   FakeRenderer renderer_;
   FakeCoordinator coordinator_;
-  CoordinatorLink link_{coordinator_.channel(), "the fake"};
+  GrpcLink link_{coordinator_.channel(), "the fake"};
   PreparedStore store_{link_, nullptr};
   v1::WorkUnit unit_;
   std::shared_ptr<const LoadedScene> scene_;

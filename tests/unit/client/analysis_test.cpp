@@ -117,7 +117,10 @@ TEST(Report, SaysWhenADifferenceIsNotSignificant) {
 TEST(Report, JsonHasWhatTheTableHas) {
   const BenchSceneResult scene{
       .name = "room", .reference = "room.exr", .noise = {}, .variants = {variant_of("", -1, 1)}};
-  const auto json = nlohmann::json::parse(to_json({scene}, {.spp = {4, 16, 64}, .seeds = 4, .threads = 1}));
+  const auto json = nlohmann::json::parse(
+      to_json({scene}, {.spp = {4, 16, 64}, .seeds = 4, .threads = 1}, {.model = "m", .load = 2}));
+  EXPECT_EQ(json["machine"]["model"], "m");
+  EXPECT_EQ(json["machine"]["loaded"], true);
   const auto& variant = json["scenes"][0]["variants"][0];
   EXPECT_EQ(variant["runs"].size(), 12u);
   EXPECT_NEAR(variant["slope"]["value"], -1, 1e-9);
@@ -169,7 +172,7 @@ TEST(Report, TellsBiasFromVariance) {
   EXPECT_EQ(plot.series[1].points[0].y, 0.25);
   EXPECT_EQ(to_plot({scene}, plan).series.size(), 3u);
 
-  const auto json = nlohmann::json::parse(to_json({scene}, plan))["scenes"][0];
+  const auto json = nlohmann::json::parse(to_json({scene}, plan, {}))["scenes"][0];
   EXPECT_EQ(json["variants"][1]["bias"][2]["squared"], 0.25);
   EXPECT_EQ(json["not_measured"][0]["reason"], "sees no media");
 }

@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
@@ -15,7 +16,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 
@@ -74,6 +77,58 @@ TEST(Exr, ManyPartsHaveALayerEach) {
   // A picture without layers has nothing to divide.
   ASSERT_TRUE(write_exr(small_image(), directory / "b.exr", PixelType::kFloat, ExrParts::kMany).ok());
   EXPECT_EQ(Imf::MultiPartInputFile((directory / "b.exr").c_str()).parts(), 1);
+}
+
+/// Bits without any order, no block of which can be packed.
+Image image_of_noise(std::int32_t width, std::int32_t height) {
+  Image image;
+  image.data = image.display = {0, 0, width, height};
+  std::mt19937 random(2);
+  for (const char* const name : {"R", "G", "B"}) {
+    for (float& v : image.add(name).values) v = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+  }
+  return image;
+}
+
+TEST(Exr, BlocksThatDoNotShrinkAndSinglePixelsAreReadAsWritten) {
+  const support::TempDir directory;
+  for (const auto& [width, height] : {std::pair{33, 50}, {1, 17}, {1, 1}}) {
+    const Image image = image_of_noise(width, height);
+    ASSERT_TRUE(write_exr(image, directory / "a.exr").ok());
+    Imf::InputFile file((directory / "a.exr").c_str());
+    std::vector<float> values(image.pixel_count());
+    Imf::FrameBuffer frame;
+    frame.insert("G", Imf::Slice::Make(Imf::FLOAT, values.data(), file.header().dataWindow()));
+    file.setFrameBuffer(frame);
+    file.readPixels(0, height - 1);
+    // Bit by bit: some are no numbers.
+    EXPECT_EQ(std::memcmp(values.data(), image.find("G")->values.data(), values.size() * sizeof(float)), 0);
+  }
+}
+
+TEST(Exr, LongNamesAreKept) {
+  const support::TempDir directory;
+  const std::string name = "variance.a-light-with-a-name-of-more-than-31-bytes.R";
+  Image image = random_image({0, 0, 7, 5}, {0, 0, 7, 5}, {"R", name});
+  const std::string key = "tessera.an-attribute-with-a-name-of-more-than-31-bytes";
+  image.metadata[key] = std::string("");
+  ASSERT_TRUE(write_exr(image, directory / "a.exr").ok());
+  const absl::StatusOr<Image> read = read_exr(directory / "a.exr");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->find(name)->values, image.find(name)->values);
+  EXPECT_EQ(read->metadata.at(key), image.metadata.at(key));
+  // What was read is written again, with what the library said of the file.
+  ASSERT_TRUE(write_exr(*read, directory / "b.exr", PixelType::kFloat, ExrParts::kMany).ok());
+  const absl::StatusOr<Image> again = read_exr(directory / "b.exr");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->metadata.at(key), image.metadata.at(key));
+}
+
+TEST(Exr, AFullDiskIsAnErrorWithItsCause) {
+  const absl::Status status = write_exr(small_image(), "/dev/full");
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("/dev/full"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("No space left"));
 }
 
 TEST(Exr, RoundTripIsExactInFloat) {

@@ -32,9 +32,13 @@ TileResult sample_result() {
   return result;
 }
 
-TEST(TileResult, RoundTripsBitForBit) {
+class TileResultPacking : public testing::TestWithParam<Packing> {};
+
+INSTANTIATE_TEST_SUITE_P(, TileResultPacking, testing::Values(Packing::kZstd, Packing::kNone));
+
+TEST_P(TileResultPacking, RoundTripsBitForBit) {
   const TileResult result = sample_result();
-  const auto decoded = decode_tile_result(encode_tile_result(result));
+  const auto decoded = decode_tile_result(encode_tile_result(result, GetParam()));
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(decoded->x0, result.x0);
   EXPECT_EQ(decoded->y0, result.y0);
@@ -48,9 +52,9 @@ TEST(TileResult, RoundTripsBitForBit) {
   EXPECT_EQ(std::memcmp(decoded->values.data(), result.values.data(), 4 * result.values.size()), 0);
 }
 
-TEST(TileResult, RefusesMorePixelsThanExpected) {
+TEST_P(TileResultPacking, RefusesMorePixelsThanExpected) {
   const TileResult result = sample_result();
-  const std::string bytes = encode_tile_result(result);
+  const std::string bytes = encode_tile_result(result, GetParam());
   EXPECT_TRUE(decode_tile_result(bytes, result.pixel_count()).ok());
   EXPECT_THAT(std::string(decode_tile_result(bytes, result.pixel_count() - 1).status().message()),
               HasSubstr("pixels"));
@@ -84,16 +88,16 @@ TEST(TileResult, EveryFlippedByteIsNoticedOrMeansNothing) {
   EXPECT_LE(meaningless, 4);
 }
 
-TEST(TileResult, EveryCutIsNoticed) {
-  const std::string sound = encode_tile_result(sample_result());
+TEST_P(TileResultPacking, EveryCutIsNoticed) {
+  const std::string sound = encode_tile_result(sample_result(), GetParam());
   for (std::size_t size = 0; size < sound.size(); ++size) {
     EXPECT_FALSE(decode_tile_result(std::string_view(sound).substr(0, size)).ok()) << size;
   }
   EXPECT_FALSE(decode_tile_result(sound + "x").ok());
 }
 
-TEST(TileResult, AHugeClaimAllocatesNothing) {
-  std::string bytes = encode_tile_result(sample_result());
+TEST_P(TileResultPacking, AHugeClaimAllocatesNothing) {
+  std::string bytes = encode_tile_result(sample_result(), GetParam());
   const std::uint32_t huge = 4'000'000'000u;
   std::memcpy(bytes.data() + 16, &huge, 4);  // x1
   std::memcpy(bytes.data() + 20, &huge, 4);  // y1

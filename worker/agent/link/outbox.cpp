@@ -42,7 +42,7 @@ Outbox::~Outbox() {
 
 bool Outbox::push(Outcome outcome, std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  const bool room = changed_.wait(lock, stop, [this] { return queue_.size() < capacity_; });
+  const bool room = room_.wait(lock, stop, [this] { return queue_.size() < capacity_; });
   if (!room) {
     leases_.release(*outcome.unit);
     return false;
@@ -50,7 +50,8 @@ bool Outbox::push(Outcome outcome, std::stop_token stop) {
   ++held_results_;
   held_bytes_ += size_of(outcome);
   queue_.push_back(std::move(outcome));
-  changed_.notify_all();
+  lock.unlock();
+  filled_.notify_one();
   return true;
 }
 
@@ -64,11 +65,12 @@ void Outbox::add_to(AgentReport& report) const {
 void Outbox::send_all(std::stop_token stop) {
   while (true) {
     std::unique_lock lock{mutex_};
-    if (!changed_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
+    if (!filled_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
     Outcome outcome = std::move(queue_.front());
+    const bool was_full = queue_.size() == capacity_;
     queue_.pop_front();
-    changed_.notify_all();
     lock.unlock();
+    if (was_full) room_.notify_all();
     deliver(outcome, stop);
     lock.lock();
     --held_results_;

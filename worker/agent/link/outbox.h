@@ -58,7 +58,7 @@ class Outbox {
   Heart& heart_;
   const std::size_t capacity_;
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  std::condition_variable_any filled_, room_;
   std::deque<Outcome> queue_;
   std::uint64_t acknowledged_ = 0;
   std::uint64_t held_results_ = 0, held_bytes_ = 0;  // queued, or on their way

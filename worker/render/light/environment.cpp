@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -26,26 +27,19 @@ bool invert_linear(const Affine& a, Affine& inverse) {
   return true;
 }
 
-/// R, G, B of a texel, linear.
-void read_texel(const TextureImage& image, std::size_t index, float rgb[3]) {
+/// Four linear floats a texel. Those of the image itself where it has them: the system takes longer to give
+/// out fresh memory than all arithmetic of this file.
+void take_texels(TextureImage image, float scale, Environment& e) {
   if (image.format == TexelFormat::kFloat) {
-    for (std::size_t c = 0; c < 3; ++c) rgb[c] = image.texels32[index * 4 + c];
-    return;
+    e.texels = std::move(image.texels32);
+  } else {
+    e.texels.resize(image.texels8.size() * 4);
+    for (std::size_t i = 0; i < e.texels.size(); ++i)
+      e.texels[i] = image.decode[image.texels8[i / 4] >> (8 * (i % 4)) & 255];
   }
-  const std::uint32_t packed = image.texels8[index];
-  for (int c = 0; c < 3; ++c) rgb[c] = image.decode[packed >> (8 * c) & 255];
-}
-
-void copy_texels(const TextureImage& image, float scale, Environment& e) {
-  const std::size_t texels = static_cast<std::size_t>(e.width) * static_cast<std::size_t>(e.height);
-  e.texels.resize(texels * 4);
-  for (std::size_t i = 0; i < texels; ++i) {
-    float rgb[3];
-    read_texel(image, i, rgb);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float v = rgb[c] * scale;
-      e.texels[i * 4 + c] = std::isfinite(v) && v > 0 ? v : 0.0f;
-    }
+  for (std::size_t i = 0; i < e.texels.size(); ++i) {
+    const float v = e.texels[i] * scale;
+    e.texels[i] = std::isfinite(v) && v > 0 ? v : 0.0f;
   }
 }
 
@@ -99,25 +93,26 @@ float leave_mean_to_bsdfs(const Environment& e, std::vector<float>& weights) {
   for (const float w : weights) sum += w;
   for (std::int32_t y = 0; y < e.height; ++y) solid_angle += e.width * row_weight(e, y);
   const double mean = sum / solid_angle;
-  std::vector<float> above(weights.size());
-  double left = 0;
-  std::size_t i = 0;
-  for (std::int32_t y = 0; y < e.height; ++y) {
-    const double low = mean * row_weight(e, y);
-    for (std::int32_t x = 0; x < e.width; ++x, ++i) {
-      above[i] = static_cast<float>(std::max(weights[i] - low, 0.0));
-      left += above[i];
+  /// Calls `f` with each weight and what is left of it.
+  const auto for_each = [&](auto f) {
+    std::size_t i = 0;
+    for (std::int32_t y = 0; y < e.height; ++y) {
+      const double low = mean * row_weight(e, y);
+      for (std::int32_t x = 0; x < e.width; ++x, ++i)
+        f(weights[i], static_cast<float>(std::max(weights[i] - low, 0.0)));
     }
-  }
+  };
+  double left = 0;
+  for_each([&](float&, float above) { left += above; });
   if (!(left > kSmallestShare * sum)) return 0;
-  weights = std::move(above);
+  for_each([](float& weight, float above) { weight = above; });
   return static_cast<float>(left / sum);
 }
 
 }  // namespace
 
-absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping,
-                                              float scale, const Affine& render_from_light, bool compensate) {
+absl::StatusOr<Environment> build_environment(TextureImage image, EnvironmentMapping mapping, float scale,
+                                              const Affine& render_from_light, bool compensate) {
   Environment e;
   e.mapping = mapping;
   e.render_from_light = render_from_light;
@@ -136,7 +131,7 @@ absl::StatusOr<Environment> build_environment(const TextureImage& image, Environ
         "an octahedral environment image must be square, this one is ", image.width, " x ", image.height));
   e.width = image.width;
   e.height = image.height;
-  copy_texels(image, scale, e);
+  take_texels(std::move(image), scale, e);
   e.flux = flux_of(e);
 
   std::vector<float> weights(e.texels.size() / 4);

@@ -13,8 +13,7 @@ namespace tessera::render {
 /// sampling finds the light as well, and multiple importance sampling weighs the two: only what is brighter
 /// than the mean is sampled then [Karlik et al. 2019], and nothing when that is next to nothing.
 /// InvalidArgument says what is wrong with the image or the transform.
-absl::StatusOr<Environment> build_environment(const TextureImage& image, EnvironmentMapping mapping,
-                                              float scale, const Affine& render_from_light,
-                                              bool compensate = false);
+absl::StatusOr<Environment> build_environment(TextureImage image, EnvironmentMapping mapping, float scale,
+                                              const Affine& render_from_light, bool compensate = false);
 
 }  // namespace tessera::render

@@ -47,12 +47,13 @@ absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight
   const std::string where = absl::StrCat("image '", light.image().path(), "'");
   const auto bytes = inputs_.blobs(light.image().digest());
   if (!bytes.ok()) return located(bytes.status(), where);
-  const auto image = load_texture_image(bytes->bytes, light.image().path());
+  auto image = load_texture_image(bytes->bytes, light.image().path());
   if (!image.ok()) return image.status();
   const EnvironmentMapping mapping = light.mapping() == v1::InfiniteLight::LATITUDE_LONGITUDE
                                          ? EnvironmentMapping::kLatitudeLongitude
                                          : EnvironmentMapping::kEqualAreaOctahedral;
-  auto built = build_environment(*image, mapping, scale, world_from_light->to_affine(), compensate);
+  auto built =
+      build_environment(*std::move(image), mapping, scale, world_from_light->to_affine(), compensate);
   if (!built.ok()) return located(built.status(), where);
   return built;
 }

@@ -1,0 +1,84 @@
+#include "local/local_link.h"
+
+#include "local/awaited.h"
+#include "service/farm/farm.h"
+#include "store/blobs/blob_store.h"
+#include "transport/backoff.h"
+#include "wire/limits.h"
+
+namespace tessera::client {
+namespace {
+
+server::Farm::Origin origin() {
+  return {.certificate = "", .peer = "this process", .fingerprint = "", .account = nullptr};
+}
+
+}  // namespace
+
+absl::StatusOr<v1::RegisterResponse> LocalLink::register_worker(const v1::RegisterRequest& request,
+                                                                std::stop_token) {
+  return farm_.register_worker(request, origin());
+}
+
+absl::StatusOr<v1::LeaseResponse> LocalLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
+  Awaited<absl::StatusOr<v1::LeaseResponse>> answer;
+  farm_.lease(
+      request, origin(), [stop] { return stop.stop_requested(); }, answer.done());
+  return answer.wait(stop);
+}
+
+absl::StatusOr<v1::HeartbeatResponse> LocalLink::heartbeat(const v1::HeartbeatRequest& request,
+                                                           std::stop_token) {
+  return farm_.heartbeat(request, origin());
+}
+
+absl::StatusOr<v1::CompleteResponse> LocalLink::complete(const v1::CompleteRequest& request,
+                                                         std::stop_token stop) {
+  Awaited<absl::StatusOr<v1::CompleteResponse>> answer;
+  farm_.complete(request, origin(), answer.done());
+  return answer.wait(stop);
+}
+
+absl::Status LocalLink::fail(const v1::FailRequest& request, std::stop_token stop) {
+  Awaited<absl::Status> answer;
+  farm_.fail(request, origin(), answer.done());
+  return answer.wait(stop);
+}
+
+absl::Status LocalLink::deregister(const v1::DeregisterRequest& request) {
+  return farm_.deregister(request.worker_id(), origin());
+}
+
+absl::Status LocalLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {
+  if (wanted.doubted) {
+    if (absl::Status status = drop_if_damaged(blobs_, wanted.digest); !status.ok()) return status;
+  }
+  const absl::StatusOr<std::unique_ptr<server::BlobReader>> reader = blobs_.read(wanted.digest);
+  if (!reader.ok()) return reader.status();
+  for (std::uint64_t offset = wanted.offset; offset < (*reader)->size();) {
+    if (stop.stop_requested()) return absl::CancelledError("the download was given up");
+    const absl::StatusOr<std::string> bytes = (*reader)->read(offset, wire::kBlobChunkBytes);
+    if (!bytes.ok()) return bytes.status();
+    if (absl::Status status = sink(*bytes); !status.ok()) return status;
+    offset += bytes->size();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LocalLink::upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token) {
+  if (blobs_.query(blob.digest()).complete) return absl::OkStatus();
+  if (absl::Status room = blobs_.check_room(bytes.size()); !room.ok()) return room;
+  const absl::StatusOr<std::unique_ptr<server::BlobWriter>> writer = blobs_.write(blob.digest(), 0);
+  if (absl::IsAlreadyExists(writer.status())) return absl::OkStatus();
+  if (!writer.ok()) return writer.status();
+  absl::Status status = (*writer)->append(bytes);
+  if (status.ok()) status = (*writer)->finish();
+  if (status.ok()) farm_.note_upload(blob.digest(), bytes.size());
+  return status;
+}
+
+bool LocalLink::wait(transport::Backoff& backoff, std::stop_token stop) {
+  return transport::interruptible_sleep(backoff.next(), std::move(stop));
+}
+
+}  // namespace tessera::client
