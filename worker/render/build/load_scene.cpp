@@ -254,7 +254,11 @@ class BuiltScene final : public RenderScene {
     }
     if (scatters_ && filter_reach(tables_.filter.x) + filter_reach(tables_.filter.y) > 0) {
       ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset);
-      return integrator->render(film, film, stop);
+      const std::uint64_t samples = stats.samples;
+      const bool finished = integrator->render(film, film, stop);
+      // Those of the border are none of the picture's.
+      stats.samples = samples + result.pixel_count() * (result.sample_end - result.sample_begin);
+      return finished;
     }
     FixedTile film(result);
     return integrator->render(film, film, stop);
