@@ -128,6 +128,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_parsed(command, "--filter", job.filter, parse_filter,
              "pixel filter: box, triangle, gaussian, mitchell or lanczos")
       .type_name("NAME");
+  add_word(command, "--reconstruction", job.reconstruction,
+           "pixels that a sample goes into: sample (one), scatter (all whose filters reach it), or auto "
+           "(scatter where the filter gains by it)");
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
@@ -164,9 +167,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--light-selection", job.light_selection,
            "probabilities of lights: auto, tree, mixed, power or uniform");
   add_word(command, "--traversal", job.traversal, "trace rays by packet or single");
-  command.add("--tile", job.tile_size, "side of a tile, pixels")
-      .in_range(1, wire::kMaxTileSize)
-      .with_default();
+  command
+      .add("--tile", job.tile_size, "side of a tile, pixels (default: 32; with reconstruction scatter 128)")
+      .in_range(1, wire::kMaxTileSize);
   command.add("-D", options.defines, "a parameter of the scene; may be repeated")
       .type_name("NAME=VALUE")
       .checked_by(check_define);

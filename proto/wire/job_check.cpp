@@ -12,6 +12,7 @@
 #include "wire/enum_words.h"
 #include "wire/limits.h"
 #include "wire/own_settings.h"
+#include "wire/pixel_filter.h"
 
 namespace tessera::wire {
 
@@ -121,6 +122,9 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
   if (auto s = check_sampler(spec); !s.ok()) return s;
+  if (spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
+    if (auto s = allows_scattering(spec); !s.ok()) return s;
+  }
   return check_noise(spec);
 }
 

@@ -42,6 +42,10 @@ inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;
 
+/// Largest radius of a pixel filter with which samples go into several pixels, pixels: tiles are rendered
+/// with a border of that width.
+inline constexpr float kMaxScatterRadius = 16;
+
 /// RenderSettings.grid_density
 inline constexpr double kMinGridDensity = 1e-3;
 inline constexpr double kMaxGridDensity = 1e4;

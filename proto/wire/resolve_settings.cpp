@@ -36,6 +36,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   view.set_seed(wishes.seed());
   view.set_max_depth(std::min(wishes.has_max_depth() ? wishes.max_depth() : kDefaultMaxDepth, kMaxDepth));
   *view.mutable_layers() = wishes.layers();
+  if (wishes.reconstruction() == v1::RECONSTRUCTION_SCATTER)
+    view.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
   job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);
   view.set_sample_bits(sample_bits_of(job));
   job.mutable_samples()->set_noise(wishes.noise());

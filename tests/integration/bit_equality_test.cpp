@@ -46,6 +46,23 @@ TEST(BitEquality, InProcessWhateverThreadsAndTiles) {
   }
 }
 
+/// The scene's filter is a tent: unless something else is asked for, samples go into several pixels.
+TEST(BitEquality, SamplesOfOnePixelOrOfAllAroundWhateverTiles) {
+  std::set<std::string> pictures;
+  for (const char* reconstruction : {"sample", "scatter"}) {
+    const Arguments job = kCornellBox + Arguments{"--reconstruction", reconstruction};
+    const std::string expected = render_hash(job);
+    pictures.insert(expected);
+    EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", "11"}), expected) << reconstruction;
+  }
+  EXPECT_EQ(pictures.size(), 2u);
+  EXPECT_TRUE(pictures.contains(render_hash(kCornellBox)));
+  // Wider filters reach beyond small tiles.
+  const Arguments wide = kView + Arguments{"--spp", "10", "--filter", "lanczos"};
+  const std::string expected = render_hash(wide);
+  EXPECT_EQ(render_hash(wide + Arguments{"--threads", "3", "--tile", "3"}), expected);
+}
+
 TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   FarmUnderTest farm;
   const std::string expected = render_hash(kCornellBox);

@@ -17,8 +17,8 @@ TEST(Farm, ASecondSubmitUploadsNothing) {
   const auto uploaded = [&](const char* spp) {
     const std::filesystem::path stats = farm.directory() / "stats.json";
     const support::Finished done = tessera(farm.on_farm(
-        {"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp, "--quiet", "-o",
-         (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
+        {"submit", "--fresh", "scenes/cornell-box/scene.pbrt", "--resolution", "32x32", "--spp", spp,
+         "--quiet", "-o", (farm.directory() / "image.exr").string(), "--stats", stats.string()}));
     EXPECT_EQ(done.status.code, 0) << done.err;
     EXPECT_EQ(json_number(stats, "samples"), 32 * 32 * std::stod(spp));
     return json_number(stats, "uploaded_bytes");

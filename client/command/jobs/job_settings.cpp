@@ -13,6 +13,7 @@
 #include "wire/job_check.h"
 #include "wire/limits.h"
 #include "wire/own_settings.h"
+#include "wire/pixel_filter.h"
 #include "wire/resolve_settings.h"
 
 namespace tessera::client {
@@ -24,6 +25,12 @@ namespace {
 constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 14;
 constexpr std::uint64_t kUsualUnits = std::uint64_t{1}
                                       << 20;  // of a job, at most; the coordinator remembers each
+constexpr std::uint32_t kTileSize = 32;
+// With a border as wide as the filter, whose samples are for this tile alone: 3 % of them with a border of
+// one pixel, where smaller tiles would have 6 and 13.
+constexpr std::uint32_t kScatteringTileSize = 128;
+// Large tiles are results of many bytes: of so many samples a pixel, at least.
+constexpr std::uint32_t kLeastScatteredSamples = 4;
 // A pass returns the whole film, so that smaller ones would be more to send and to merge.
 constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
@@ -60,6 +67,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_accelerator(request.accelerator);
   if (request.grid_density) asked.set_grid_density(*request.grid_density);
   asked.set_nesting(request.nesting);
+  asked.set_reconstruction(request.reconstruction);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;
@@ -91,13 +99,34 @@ absl::StatusOr<v1::PixelRect> resolve_crop(const JobSettings& request, const Res
   return *request.crop;
 }
 
+v1::PixelFilter filter_of(const JobSettings& request, const v1::Scene& scene) {
+  if (!request.filter) return scene.film().filter();
+  v1::PixelFilter filter;
+  filter.set_kind(*request.filter);
+  return filter;
+}
+
 /// The Scene message, with the film's filter as asked for.
 std::string scene_bytes(const JobSettings& request, const v1::Scene& scene) {
   if (!request.filter) return scene.SerializeAsString();
   v1::Scene filtered = scene;
-  filtered.mutable_film()->clear_filter();
-  filtered.mutable_film()->mutable_filter()->set_kind(*request.filter);
+  *filtered.mutable_film()->mutable_filter() = filter_of(request, scene);
   return filtered.SerializeAsString();
+}
+
+/// Whether samples go into several pixels, where that is left to the program, or asked of several
+/// integrators.
+absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstruction wish,
+                                    const v1::PixelFilter& filter, v1::JobSpec& spec) {
+  if (wish == v1::RECONSTRUCTION_SAMPLE) return absl::OkStatus();
+  const bool can = wire::allows_scattering(spec).ok();
+  if (wish == v1::RECONSTRUCTION_SCATTER) {
+    if (!can && request.several_integrators) spec.mutable_view()->clear_reconstruction();
+    return wire::check_scattering(filter);
+  }
+  if (can && wire::gains_by_scattering(filter))
+    spec.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -184,9 +213,11 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   const auto across = [side](std::uint32_t begin, std::uint32_t end) {
     return (end - begin + side - 1) / side + 1;
   };
+  const std::uint32_t least =
+      spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER ? kLeastScatteredSamples : 1;
   const std::uint32_t samples =
       samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
-  return std::min(samples * longer, std::bit_ceil(spp));
+  return std::min(std::max(samples, least) * longer, std::bit_ceil(spp));
 }
 
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
@@ -215,7 +246,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
   const v1::RenderSettings own = request.own.message();
-  wire::resolve_settings(wishes_of(request, own, scene.settings()), spec);
+  const v1::RenderSettings wishes = wishes_of(request, own, scene.settings());
+  wire::resolve_settings(wishes, spec);
   if (auto s = resolve_layers(request, scene, *spec.mutable_view()); !s.ok()) return s;
   const std::string& integrator = spec.content().algorithms().integrator();
   if (absl::Status status = wire::check_algorithm_name(integrator); !status.ok()) return status;
@@ -224,19 +256,26 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       return absl::OutOfRangeError(status.message());
   }
 
+  if (absl::Status status =
+          resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
+      !status.ok())
+    return request.reconstruction != 0 ? absl::OutOfRangeError(status.message()) : status;
+
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
   view.set_height(film.height);
   for (const v1::AOV aov : std::set(request.aovs.begin(), request.aovs.end())) view.add_aovs(aov);
   v1::JobSpec::Cut& cut = *spec.mutable_cut();
   *cut.mutable_crop() = *std::move(crop);
-  cut.set_tile_size(request.tile_size);
+  const bool scatters = view.reconstruction() == v1::RECONSTRUCTION_SCATTER;
+  cut.set_tile_size(request.tile_size.value_or(scatters ? kScatteringTileSize : kTileSize));
   cut.set_samples_per_unit(samples_of_a_unit(spec));
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked = request.noise || !request.integrator.empty() || request.direct_light != 0 ||
-                       !request.aovs.empty() || request.layers.any() || own.ByteSizeLong() > 0;
+    const bool asked = request.noise || request.reconstruction != 0 || !request.integrator.empty() ||
+                       request.direct_light != 0 || !request.aovs.empty() || request.layers.any() ||
+                       own.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   warn_of_bias(spec, job->warnings);

@@ -43,7 +43,8 @@ struct JobSettings {
   OwnWishes own;
   // The same settings are for several integrators: those that one has not are left out, else refused.
   bool several_integrators = false;
-  std::uint32_t tile_size = 32;
+  v1::Reconstruction reconstruction{};
+  std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
   LayerWishes layers;
   std::string isa;

@@ -231,6 +231,58 @@ TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
   EXPECT_THAT(refusal([](JobSettings& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
 }
 
+TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsIt) {
+  ImportedScene scene = scene_of(64, 64);
+  const auto reconstruction = [&](const JobSettings& request = {}) {
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? std::pair((*job)->spec.view().reconstruction(), (*job)->spec.cut().tile_size())
+                    : std::pair(v1::RECONSTRUCTION_AUTO, 0u);
+  };
+  const std::pair one(v1::RECONSTRUCTION_UNSPECIFIED, 32u), several(v1::RECONSTRUCTION_SCATTER, 128u);
+  EXPECT_EQ(reconstruction(), one) << "a box";
+  v1::PixelFilter& filter = *scene.scene.mutable_film()->mutable_filter();
+  for (const auto kind : {v1::PixelFilter::TRIANGLE, v1::PixelFilter::GAUSSIAN, v1::PixelFilter::MITCHELL,
+                          v1::PixelFilter::LANCZOS}) {
+    filter.set_kind(kind);
+    EXPECT_EQ(reconstruction(), several) << kind;
+  }
+  filter.set_kind(v1::PixelFilter::GAUSSIAN);
+  filter.set_sigma(0.2f);
+  EXPECT_EQ(reconstruction(), one) << "narrow";
+  filter.set_sigma(0.5f);
+  filter.set_radius_x(0.5f);
+  EXPECT_EQ(reconstruction(), one) << "narrow one way";
+  filter.set_radius_x(40);
+  EXPECT_EQ(reconstruction(), one) << "too wide";
+  filter.set_radius_x(2);
+  JobSettings request;
+  request.tile_size = 16;
+  EXPECT_EQ(reconstruction(request).second, 16u);
+  request.noise = 0.1;
+  EXPECT_EQ(reconstruction(request).first, v1::RECONSTRUCTION_UNSPECIFIED);
+  request = {};
+  request.reconstruction = v1::RECONSTRUCTION_SAMPLE;
+  EXPECT_EQ(reconstruction(request), one);
+  request = {};
+  request.integrator = "bdpt";
+  EXPECT_EQ(reconstruction(request), one);
+
+  request.reconstruction = v1::RECONSTRUCTION_SCATTER;
+  EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
+              HasSubstr("integrator 'bdpt' has its own way from samples to pixels"));
+  request.several_integrators = true;
+  EXPECT_EQ(reconstruction(request), one);
+  request = {};
+  request.reconstruction = v1::RECONSTRUCTION_SCATTER;
+  filter.set_radius_x(17);
+  const auto wide = prepare_job(request, scene, "");
+  EXPECT_EQ(wide.status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(wide.status().message()), HasSubstr("the pixel filter's radius is 17"));
+  scene.scene.mutable_settings()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+  EXPECT_EQ(prepare_job({}, scene, "").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   ImportedScene scene = scene_of(64, 64);
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");

@@ -53,6 +53,15 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     noisy.mutable_cut()->set_tile_size(8);
     EXPECT_EQ(wire::check_settings(noisy).ok(), traits.noise) << traits.name;
 
+    v1::JobSpec scattered = job;
+    scattered.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+    EXPECT_EQ(wire::check_settings(scattered).ok(), traits.scatters) << traits.name;
+    if (traits.scatters) {
+      v1::JobSpec both = noisy;
+      both.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+      EXPECT_THAT(std::string(wire::check_settings(both).message()), HasSubstr("does not go with noise"));
+    }
+
     v1::JobSpec by_chance = job;
     by_chance.mutable_content()->mutable_algorithms()->set_direct_light(v1::DIRECT_LIGHT_BSDF);
     EXPECT_EQ(wire::check_settings(by_chance).ok(), traits.bsdf_lighting) << traits.name;

@@ -12,6 +12,7 @@
 #include "render/film/adaptive_tile.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
+#include "render/film/scatter_tile.h"
 #include "render/integrator/kernel.h"
 #include "wire/algorithm.h"
 #include "wire/aov_channels.h"
@@ -47,8 +48,8 @@ class BuiltScene final : public RenderScene {
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
-        auto self = std::unique_ptr<BuiltScene>(new BuiltScene(
-            *kernel, *traits, *algorithm, std::move(channels), std::move(known), job.samples()));
+        auto self = std::unique_ptr<BuiltScene>(
+            new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), std::move(known), job));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
         if (options.geometry_read) options.geometry_read();
         return made_ready(std::move(self), scene, job);
@@ -59,8 +60,8 @@ class BuiltScene final : public RenderScene {
     auto content = build->finish();
     if (!content.ok()) return content.status();
     if (options.contents) options.contents->add(key, *content);
-    auto self = std::unique_ptr<BuiltScene>(new BuiltScene(*kernel, *traits, *algorithm, std::move(channels),
-                                                           *std::move(content), job.samples()));
+    auto self = std::unique_ptr<BuiltScene>(
+        new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), *std::move(content), job));
     return made_ready(std::move(self), scene, job);
   }
 
@@ -187,13 +188,14 @@ class BuiltScene final : public RenderScene {
 
   BuiltScene(const Kernel& kernel, const wire::AlgorithmTraits& traits, const Algorithm& algorithm,
              std::vector<wire::ChannelDesc> channels, std::shared_ptr<const SceneContent> content,
-             const v1::JobSpec::Samples& samples)
+             const v1::JobSpec& job)
       : kernel_(kernel),
         traits_(traits),
         algorithm_(algorithm),
         channels_(std::move(channels)),
         content_(std::move(content)),
-        noise_{.noise = samples.noise(), .samples = samples.spp()},
+        noise_{.noise = job.samples().noise(), .samples = job.samples().spp()},
+        scatters_(job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER),
         tables_(content_->tables) {}
 
   /// What an algorithm without phases makes of the scene alone.
@@ -250,6 +252,14 @@ class BuiltScene final : public RenderScene {
                         static_cast<std::uint32_t>(tables_.camera.height), noise_);
       return integrator->render(film, film, stop);
     }
+    if (scatters_ && filter_reach(tables_.filter.x) + filter_reach(tables_.filter.y) > 0) {
+      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset);
+      const std::uint64_t samples = stats.samples;
+      const bool finished = integrator->render(film, film, stop);
+      // Those of the border are none of the picture's.
+      stats.samples = samples + result.pixel_count() * (result.sample_end - result.sample_begin);
+      return finished;
+    }
     FixedTile film(result);
     return integrator->render(film, film, stop);
   }
@@ -260,6 +270,7 @@ class BuiltScene final : public RenderScene {
   const std::vector<wire::ChannelDesc> channels_;
   const std::shared_ptr<const SceneContent> content_;
   const NoiseTarget noise_;
+  const bool scatters_;  // samples go into several pixels
   SceneTables tables_;
   std::unique_ptr<const Prepared> prepared_alone_;
 };

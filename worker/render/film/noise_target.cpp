@@ -14,11 +14,12 @@ constexpr double kUsualDeviation = 1.0 / 3;
 
 std::uint32_t samples_for(const NoiseTarget& target, double pilot_error) {
   const std::uint32_t most = std::max(target.samples / 2, kPilotSamples);
-  const double deviation = std::sqrt(pilot_error * kPilotSamples) / target.noise;
-  // In proportion to the deviation: the fewest samples for a mean squared error [Neyman 1934]. The same error
-  // everywhere (the square of the deviation) would cost as many samples as no adaptation at all. So a block's
-  // error is the target times the root of its deviation over the usual one.
-  const double both = deviation * kUsualDeviation / target.noise;
+  const double deviation = std::sqrt(pilot_error * kPilotSamples) / kUsualDeviation;
+  // In proportion to the deviation over the root of the cost: the least work for a mean squared error [Neyman
+  // 1934]. Paths that deviate more are longer, too: they cost about the root of it. The same error everywhere
+  // (the square of the deviation) would take as many samples as no adaptation at all.
+  const double weight = std::sqrt(deviation) * std::sqrt(std::sqrt(deviation));
+  const double both = weight * kUsualDeviation * kUsualDeviation / (target.noise * target.noise);
   // Not a number is as bad as infinite.
   if (!(both / 2 < most)) return most;
   // Sequences are best cut at powers of two, and next best half way to the next.

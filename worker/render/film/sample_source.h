@@ -9,10 +9,17 @@ namespace tessera::render {
 
 /// One sample of the film.
 struct SampleName {
-  std::uint32_t x, y;   // pixel of the film
+  std::uint32_t x, y;   // pixel of the film; modulo 2^32, of a border around it
   std::uint32_t index;  // in its sequence
   std::uint32_t
       stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a TileRequest
+};
+
+/// Places of samples within their pixels, in pixels from the upper left corner: those of sample `first + i`
+/// at [i], the same in all pixels.
+struct CommonPlaces {
+  std::uint32_t first;
+  const float *x, *y;
 };
 
 /// Says what is to be sampled next.
@@ -22,6 +29,8 @@ class SampleSource {
   /// Fills `names` from the front; returns how many samples are wanted next, 0 when nothing more is. All
   /// samples of the call before have been given to the film.
   virtual std::size_t next(std::span<SampleName> names) = 0;
+  /// Where samples of the latest next() lie; null: about their pixels as the filter is distributed.
+  virtual const CommonPlaces* places() const { return nullptr; }
   /// The pass that all these samples belong to, where work is done in passes (wire::WorkKind).
   virtual std::uint32_t pass() const { return 0; }
 };

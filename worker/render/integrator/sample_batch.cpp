@@ -40,6 +40,7 @@ PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
 bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places,
                         std::optional<float> shared_time) {
   name_next(source, most);
+  const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
   for (int slot = 0; slot < size_; slot += kWidth) {
@@ -56,11 +57,18 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     Vec2 lens{Float(0.5f), Float(0.5f)};
     Float time(0.0f), weight;
     if (places == SamplePlaces::kRandom) {
-      const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
-      film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
+      if (common != nullptr) {
+        const Int number = name.c[2] - static_cast<std::int32_t>(common->first);
+        const Mask named = Mask::first(size_ - slot);
+        film = {film.x + gather(common->x, number, named), film.y + gather(common->y, number, named)};
+        weight = Float(1.0f);
+      } else {
+        const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
+        film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
+        weight = filter.weight;
+      }
       lens = sampler.get_2d(dimension::kLens);
       if (scene_.any_motion) time = shared_time ? Float(*shared_time) : sampler.get_2d(dimension::kTime).x;
-      weight = filter.weight;
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
       film = {fma(to_float(place.x), 1.0f / kPlaceSteps, film.x),
@@ -238,8 +246,9 @@ void SampleBatch::drop_bad_samples() {
       ++stats_.dropped_samples;
       if (stats_.warnings.size() >= 8) continue;
       const SampleName& name = names_[i + std::countr_zero(bits)];
-      stats_.warnings.push_back("pixel (" + std::to_string(name.x) + ", " + std::to_string(name.y) +
-                                "), sample " + std::to_string(name.index) +
+      stats_.warnings.push_back("pixel (" + std::to_string(static_cast<std::int32_t>(name.x)) + ", " +
+                                std::to_string(static_cast<std::int32_t>(name.y)) + "), sample " +
+                                std::to_string(name.index) +
                                 ": radiance is not finite or beyond 1e15; counted as black");
     }
   }

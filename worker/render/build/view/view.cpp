@@ -4,30 +4,31 @@
 #include <cmath>
 #include <utility>
 
+#include "wire/pixel_filter.h"
+
 namespace tessera::render {
 
 absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
   FilterSpec spec;
-  float usual_radius = 0.5f;
   switch (filter.kind()) {
     case v1::PixelFilter::TRIANGLE:
-      spec.kind = FilterKind::kTriangle, usual_radius = 2;
+      spec.kind = FilterKind::kTriangle;
       break;
     case v1::PixelFilter::GAUSSIAN:
-      spec.kind = FilterKind::kGaussian, usual_radius = 1.5f;
+      spec.kind = FilterKind::kGaussian;
       break;
     case v1::PixelFilter::MITCHELL:
-      spec.kind = FilterKind::kMitchell, usual_radius = 2;
+      spec.kind = FilterKind::kMitchell;
       break;
     case v1::PixelFilter::LANCZOS:
-      spec.kind = FilterKind::kLanczos, usual_radius = 4;
+      spec.kind = FilterKind::kLanczos;
       break;
     default:
       break;
   }
   const auto positive_or = [](float x, float otherwise) { return x > 0 && std::isfinite(x) ? x : otherwise; };
-  spec.radius_x = positive_or(filter.radius_x(), usual_radius);
-  spec.radius_y = positive_or(filter.radius_y(), usual_radius);
+  const wire::FilterRadius radius = wire::radius_of(filter);
+  spec.radius_x = radius.x, spec.radius_y = radius.y;
   spec.sigma = positive_or(filter.sigma(), spec.sigma);
   spec.tau = positive_or(filter.tau(), spec.tau);
   if (filter.b() != 0 || filter.c() != 0) spec.b = filter.b(), spec.c = filter.c();
@@ -45,6 +46,9 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   const std::int32_t medium = tables.camera.medium;  // belongs to the content
   tables.camera = *std::move(camera);
   tables.camera.medium = medium;
+  if (job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
+    if (auto s = wire::check_scattering(scene.film().filter()); !s.ok()) return s;
+  }
   auto filter = build_filter(scene.film().filter());
   if (!filter.ok()) return filter.status();
   tables.filter = *std::move(filter);
