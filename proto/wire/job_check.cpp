@@ -79,6 +79,13 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   return absl::OkStatus();
 }
 
+absl::Status check_footprint(const v1::JobSpec& spec) {
+  const double footprint = spec.view().texture_footprint();
+  if (footprint >= 0 && footprint <= kMaxTextureFootprint) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("view.texture_footprint is ", footprint, "; 0 to ",
+                                                 kMaxTextureFootprint, " pixels were expected"));
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -111,6 +118,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
+  if (auto s = check_footprint(spec); !s.ok()) return s;
   return check_noise(spec);
 }
 

@@ -42,6 +42,13 @@ inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;
 
+/// RenderSettings.texture_footprint
+inline constexpr double kMaxTextureFootprint = 16;
+inline constexpr double kDefaultTextureFootprint = 0.125;  // pbrt's, from 64 samples a pixel on
+
+/// ImageTexture.max_anisotropy
+inline constexpr float kMaxAnisotropy = 64;
+
 /// RenderSettings.grid_density
 inline constexpr double kMinGridDensity = 1e-3;
 inline constexpr double kMaxGridDensity = 1e4;

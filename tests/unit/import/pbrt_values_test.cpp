@@ -315,7 +315,27 @@ TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
             std::string(kTriangle));
   EXPECT_EQ(scene.scene.shapes(0).area_light().texture(), "half.pfm");
   EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 6 / (pi * 0.5 * 0.5));
-  EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::BILINEAR);
+  EXPECT_FALSE(scene.scene.textures(0).image().has_filter());
+}
+
+TEST_F(PbrtValues, ImagesAreFilteredByTheirOwnWords) {
+  const auto image = [&](const std::string& parameters) {
+    const ImportedScene scene =
+        world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"half.pfm\" " + parameters +
+              "\n" + "Material \"diffuse\" \"texture reflectance\" \"t\"\n" + std::string(kTriangle));
+    return scene.scene.textures(0).image();
+  };
+  EXPECT_FALSE(image("").has_filter());
+  EXPECT_TRUE(image("\"string filter\" \"bilinear\"").has_filter());
+  EXPECT_EQ(image("\"string filter\" \"bilinear\"").filter(), v1::ImageTexture::BILINEAR);
+  EXPECT_EQ(image("\"string filter\" \"point\"").filter(), v1::ImageTexture::NEAREST);
+  EXPECT_EQ(image("\"string filter\" \"trilinear\"").filter(), v1::ImageTexture::TRILINEAR);
+  const std::string ewa = "\"string filter\" \"ewa\" \"float maxanisotropy\" ";
+  EXPECT_EQ(image(ewa + "4").filter(), v1::ImageTexture::EWA);
+  EXPECT_EQ(image(ewa + "4").max_anisotropy(), 4);
+  EXPECT_FALSE(image(ewa + "0.5").has_max_anisotropy());  // with a warning
+  EXPECT_FALSE(image(ewa + "1e9").has_max_anisotropy());
+  EXPECT_FALSE(image("\"string filter\" \"sharp\"").has_filter());
 }
 
 TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {

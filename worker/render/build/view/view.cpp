@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "render/build/view/footprint.h"
+
 namespace tessera::render {
 
 absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
@@ -45,6 +47,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   const std::int32_t medium = tables.camera.medium;  // belongs to the content
   tables.camera = *std::move(camera);
   tables.camera.medium = medium;
+  tables.footprint = footprint_of(tables.camera, job.view().texture_footprint());
   auto filter = build_filter(scene.film().filter());
   if (!filter.ok()) return filter.status();
   tables.filter = *std::move(filter);
