@@ -315,10 +315,11 @@ TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
             std::string(kTriangle));
   EXPECT_EQ(scene.scene.shapes(0).area_light().texture(), "half.pfm");
   EXPECT_FLOAT_EQ(scene.scene.shapes(0).area_light().scale(), 6 / (pi * 0.5 * 0.5));
-  EXPECT_FALSE(scene.scene.textures(0).image().has_filter());
+  EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::BILINEAR);
 }
 
 TEST_F(PbrtValues, ImagesAreFilteredByTheirOwnWords) {
+  write("half.pfm", "x");
   const auto image = [&](const std::string& parameters) {
     const ImportedScene scene =
         world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"half.pfm\" " + parameters +

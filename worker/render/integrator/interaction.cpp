@@ -85,9 +85,11 @@ struct Route {
 Vec2 bump_steps(const MaterialRecord& material, const TexturePoint& at) {
   const Float usual(material.bump_step);
   if (!at.has_footprint || (material.flags & kBendsSoftly) != 0) return {usual, usual};
+  // Below, rounding of u and v would be more than 1 % of the slope.
+  const Float least = max(max(abs(at.uv.x), abs(at.uv.y)), Float(1.0f)) * 1e-5f;
   const auto step = [&](Float along_x, Float along_y) {
     const Float sum = 0.5f * (abs(along_x) + abs(along_y));
-    return select(sum > 0.0f, sum, usual);
+    return select(sum > 0.0f, max(sum, least), usual);
   };
   return {step(at.duvdx.x, at.duvdy.x), step(at.duvdx.y, at.duvdy.y)};
 }
