@@ -109,7 +109,7 @@ TEST(MipPyramid, KeepsTexelsOfFullResolution) {
   }
 }
 
-TEST(MipPyramid, RoundingMakesNothingLighter) {
+TEST(MipPyramid, RoundingDoesNotAddUp) {
   // Sums of four texels with every remainder. A bias of an eighth at each of seven levels would be 0.9.
   TextureImage image = random_image(1024, 1024, TexelFormat::kLinear8);
   ASSERT_TRUE(make_pyramid(image, "test").ok());

@@ -46,8 +46,8 @@ std::vector<MipLevel> levels_of(std::int32_t width, std::int32_t height) {
 
 using Texel = std::array<float, 4>;
 
-/// The two ways in which texels are stored. Texels of 16 bits are averaged as integers of 65535ths where four
-/// are taken evenly, and rounded to even: no level is lighter than the one before.
+/// The two ways in which texels are stored. Those of 16 bits are averaged as integers where four are taken
+/// evenly, and rounded to even, so that errors do not add up over the levels.
 struct Texels16 {
   std::uint32_t* data;
 
