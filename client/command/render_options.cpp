@@ -131,6 +131,14 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--reconstruction", job.reconstruction,
            "pixels that a sample goes into: sample (one), scatter (all whose filters reach it), or auto "
            "(scatter where the filter gains by it)");
+  add_word(command, "--texture-filter", job.texture_filter,
+           "of image textures that name none: bilinear (at full resolution), trilinear or ewa");
+  command
+      .add(
+          "--texture-footprint", job.texture_footprint,
+          "what a look-up of a filtered texture or bump map covers, as a part of a pixel's width; 0: nothing "
+          "is filtered (default: 0.125)")
+      .in_range(0.0, wire::kMaxTextureFootprint);
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");

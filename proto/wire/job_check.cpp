@@ -89,6 +89,13 @@ absl::Status check_sampler(const v1::JobSpec& spec) {
                    spec.samples().spp(), " samples a pixel ", expected, " was expected"));
 }
 
+absl::Status check_footprint(const v1::JobSpec& spec) {
+  const double footprint = spec.view().texture_footprint();
+  if (footprint >= 0 && footprint <= kMaxTextureFootprint) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("view.texture_footprint is ", footprint, "; 0 to ",
+                                                 kMaxTextureFootprint, " pixels were expected"));
+}
+
 absl::Status check_noise(const v1::JobSpec& spec) {
   const double noise = spec.samples().noise();
   if (noise == 0) return absl::OkStatus();
@@ -125,6 +132,7 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = allows_scattering(spec); !s.ok()) return s;
   }
+  if (auto s = check_footprint(spec); !s.ok()) return s;
   return check_noise(spec);
 }
 

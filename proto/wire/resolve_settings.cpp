@@ -30,6 +30,7 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   if (accelerator == v1::ACCELERATOR_GRID) algorithms.set_grid_density(wishes.grid_density());
   const v1::Nesting nesting = or_default(wishes.nesting());
   algorithms.set_nesting(nesting == v1::NESTING_AUTO ? v1::NESTING_UNSPECIFIED : nesting);
+  algorithms.set_texture_filter(or_default(wishes.texture_filter()));
   resolve_own_settings(wishes, algorithms);
   v1::JobSpec::View& view = *job.mutable_view();
   view.set_sampler(or_default(wishes.sampler()));
@@ -38,6 +39,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   *view.mutable_layers() = wishes.layers();
   if (wishes.reconstruction() == v1::RECONSTRUCTION_SCATTER)
     view.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+  view.set_texture_footprint(wishes.has_texture_footprint() ? wishes.texture_footprint()
+                                                            : kDefaultTextureFootprint);
   job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);
   view.set_sample_bits(sample_bits_of(job));
   job.mutable_samples()->set_noise(wishes.noise());

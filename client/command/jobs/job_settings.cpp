@@ -68,6 +68,8 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   if (request.grid_density) asked.set_grid_density(*request.grid_density);
   asked.set_nesting(request.nesting);
   asked.set_reconstruction(request.reconstruction);
+  asked.set_texture_filter(request.texture_filter);
+  if (request.texture_footprint) asked.set_texture_footprint(*request.texture_footprint);
   v1::RenderSettings wishes = scene;
   wishes.MergeFrom(asked);
   return wishes;

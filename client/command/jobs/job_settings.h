@@ -38,6 +38,8 @@ struct JobSettings {
   v1::Accelerator accelerator{};
   std::optional<double> grid_density;
   v1::Nesting nesting{};
+  v1::TextureFilter texture_filter{};
+  std::optional<double> texture_footprint;
   v1::LightSelection light_selection{};
   v1::Traversal traversal{};
   OwnWishes own;

@@ -141,10 +141,14 @@ void write_option(Context& context, const std::string& name, std::string_view va
     }
     return;
   }
+  if (name == "disabletexturefiltering" && value == "true") {
+    context.scene.mutable_settings()->set_texture_footprint(0);
+    return;
+  }
   // These do not change what the image shows.
-  constexpr std::string_view kWithoutEffect[] = {
-      "rendercoordsys",          "pixelstats",           "wavefront", "msereferenceimage", "msereferenceout",
-      "disabletexturefiltering", "displacementedgescale"};
+  constexpr std::string_view kWithoutEffect[] = {"rendercoordsys",  "pixelstats",
+                                                 "wavefront",       "msereferenceimage",
+                                                 "msereferenceout", "displacementedgescale"};
   if (contains(kWithoutEffect, name) || value == "false") return;
   context.diagnostics.warning(where, concat("option \"", name, "\" is not supported: it is ignored"));
 }

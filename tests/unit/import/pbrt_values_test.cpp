@@ -318,6 +318,27 @@ TEST_F(PbrtValues, ImagesOnLightsShareTheirPower) {
   EXPECT_EQ(scene.scene.textures(0).image().filter(), v1::ImageTexture::BILINEAR);
 }
 
+TEST_F(PbrtValues, ImagesAreFilteredByTheirOwnWords) {
+  write("half.pfm", "x");
+  const auto image = [&](const std::string& parameters) {
+    const ImportedScene scene =
+        world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"half.pfm\" " + parameters +
+              "\n" + "Material \"diffuse\" \"texture reflectance\" \"t\"\n" + std::string(kTriangle));
+    return scene.scene.textures(0).image();
+  };
+  EXPECT_FALSE(image("").has_filter());
+  EXPECT_TRUE(image("\"string filter\" \"bilinear\"").has_filter());
+  EXPECT_EQ(image("\"string filter\" \"bilinear\"").filter(), v1::ImageTexture::BILINEAR);
+  EXPECT_EQ(image("\"string filter\" \"point\"").filter(), v1::ImageTexture::NEAREST);
+  EXPECT_EQ(image("\"string filter\" \"trilinear\"").filter(), v1::ImageTexture::TRILINEAR);
+  const std::string ewa = "\"string filter\" \"ewa\" \"float maxanisotropy\" ";
+  EXPECT_EQ(image(ewa + "4").filter(), v1::ImageTexture::EWA);
+  EXPECT_EQ(image(ewa + "4").max_anisotropy(), 4);
+  EXPECT_FALSE(image(ewa + "0.5").has_max_anisotropy());  // with a warning
+  EXPECT_FALSE(image(ewa + "1e9").has_max_anisotropy());
+  EXPECT_FALSE(image("\"string filter\" \"sharp\"").has_filter());
+}
+
 TEST_F(PbrtValues, PowerOfAreaLightsFollowsFromTheirSize) {
   const std::string emitter = "AreaLightSource \"diffuse\" \"rgb L\" [ 1 1 1 ] \"float power\" 10\n";
   // A sphere of radius 2 under a scaling by 3: area 4 pi 36. One triangle of area 1/2, on both sides.

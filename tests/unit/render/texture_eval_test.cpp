@@ -60,7 +60,7 @@ Colour image_reference(const TextureNode& node, double u, double v) {
   const double x = (node.scale_u * u + node.offset_u) * node.image->width;
   const double y = (1 - (node.scale_v * v + node.offset_v)) * node.image->height;
   Colour result;
-  if (node.nearest) {
+  if (node.filter == TexelFilter::kNearest) {
     result = texel(node, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
   } else {
     const int x0 = static_cast<int>(std::floor(x - 0.5)), y0 = static_cast<int>(std::floor(y - 0.5));
@@ -157,7 +157,7 @@ TEST(ImageTexture, AgreesWithTheDefinitionInEveryMode) {
 TEST(ImageTexture, NearestReadsTheTexelUnderThePoint) {
   // Coordinates in the middle of texels, where rounding decides nothing.
   TextureNode node = image_node(random_image(8, 4, TexelFormat::kFloat));
-  node.nearest = true;
+  node.filter = TexelFilter::kNearest;
   for (const WrapMode wrap : {WrapMode::kRepeat, WrapMode::kClamp, WrapMode::kBlack, WrapMode::kMirror}) {
     node.wrap = wrap;
     TextureTable table;
@@ -197,7 +197,7 @@ TEST(ImageTexture, StaysFiniteForAnyCoordinate) {
     for (const bool nearest : {false, true}) {
       table.nodes.push_back(image_node(random_image(5, 3, TexelFormat::kFloat)));
       table.nodes.back().wrap = wrap;
-      table.nodes.back().nearest = nearest;
+      table.nodes.back().filter = nearest ? TexelFilter::kNearest : TexelFilter::kBilinear;
     }
   }
   TextureNode checker;

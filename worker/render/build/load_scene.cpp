@@ -162,7 +162,8 @@ class BuiltScene final : public RenderScene {
     const TextureImage* last = nullptr;
     for (const TextureNode& node : tables_.textures.nodes) {
       if (node.image && node.image.get() != last)
-        bytes += 4 * (node.image->texels8.size() + node.image->texels32.size());
+        bytes += 4 * (node.image->texels8.size() + node.image->texels32.size() +
+                      node.image->pyramid.texels16.size() + node.image->pyramid.texels32.size());
       last = node.image.get();
     }
     return bytes;

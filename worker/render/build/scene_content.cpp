@@ -36,10 +36,11 @@ struct ArrayBuilders {
   const RenderSpace space;
   SceneArrays& arrays;
   std::vector<std::string>& warnings;
+  const TexelFilter unsaid_filter;  // of images
 
   // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
   TextureImages images{};
-  TextureBuilder textures{space, images, arrays.textures};
+  TextureBuilder textures{space, images, arrays.textures, unsaid_filter};
   MediumBuilder media{space, blobs, arrays.media};
   MaterialBuilder materials{textures, arrays.materials, warnings};
   MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
@@ -103,6 +104,15 @@ void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& ta
   }
   tables.volumetric = tables.volumetric || !arrays.media.media.empty();
   tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
+}
+
+/// Whether footprints are asked for, once images are decoded.
+void set_footprint_traits(const SceneArrays& arrays, SceneTables& tables) {
+  for (const MaterialRecord& material : arrays.materials.materials)
+    tables.any_filtered |= material.bump_texture >= 0 && !(material.flags & kBendsSoftly);
+  for (const TextureNode& node : arrays.textures.nodes)
+    tables.any_filtered |= node.image && !node.image->pyramid.levels.empty();
+  tables.any_tangents |= tables.any_filtered;
 }
 
 absl::Status build_embree(const ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
@@ -238,6 +248,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                                                       .space = render_space_about(*origin),
                                                       .arrays = arrays,
                                                       .warnings = content->warnings,
+                                                      .unsaid_filter = settings.texture_filter,
                                                       .nesting = settings.nesting,
                                                       .wants_flat = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
@@ -273,6 +284,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
 
   if (auto s = build_accelerator(builders, settings, parts_->options, parts_->accel, content); !s.ok())
     return s;
+  set_footprint_traits(arrays, content.tables);
   const float* const centre = content.accelerator->bounding_centre();
   const float radius = content.accelerator->bounding_radius();
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;

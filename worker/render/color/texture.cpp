@@ -1,6 +1,7 @@
 #include "render/color/texture.h"
 
 #include "render/color/image_lookup.h"
+#include "render/color/mip_lookup.h"
 #include "render/color/procedural.h"
 #include "render/core/affine.h"
 #include "render/core/constants.h"
@@ -14,10 +15,9 @@ constexpr float kLargestCoordinate = 4194304.0f;
 /// Finite, whatever comes in.
 Float tame(Float x) { return clamp(select(x == x, x, 0.0f), -kLargestCoordinate, kLargestCoordinate); }
 
-/// Parameters that follow from the point instead of the surface [pbrt-v4].
-Vec2 projected_uv(const TextureNode& node, const TexturePoint& at) {
-  if (node.source == UvSource::kSurface) return at.uv;
-  const Vec3 p = transform_point(node.texture_from_render, at.p);
+/// Parameters that follow from a point of render space instead of the surface [pbrt-v4].
+Vec2 projected_uv(const TextureNode& node, Vec3 point) {
+  const Vec3 p = transform_point(node.texture_from_render, point);
   if (node.source == UvSource::kPlanar) return {p.x, p.y};
   Float phi = atan2(p.y, p.x);
   phi = select(phi < 0.0f, phi + 2 * kPi, phi) * (0.5f / kPi);
@@ -27,7 +27,7 @@ Vec2 projected_uv(const TextureNode& node, const TexturePoint& at) {
 
 Vec2 map_uv(const TextureNode& node, const TexturePoint& at) {
   if (!node.plain_uv) {
-    const Vec2 uv = projected_uv(node, at);
+    const Vec2 uv = node.source == UvSource::kSurface ? at.uv : projected_uv(node, at.p);
     return {tame(fma(node.scale_u, uv.x, fma(node.u_from_v, uv.y, node.offset_u))),
             tame(fma(node.scale_v, uv.y, fma(node.v_from_u, uv.x, node.offset_v)))};
   }
@@ -38,10 +38,41 @@ Spectrum constant(const TextureNode& node, Mask active) {
   return select_or_zero(active, spectrum_of(node.value));
 }
 
-Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
+/// The footprint in (s, t), of textures whose parameters follow from the point by way of differences.
+TexelFootprint map_footprint(const TextureNode& node, const TexturePoint& at) {
+  const auto mapped = [&](Vec2 uv) {
+    return Vec2{fma(node.scale_u, uv.x, uv.y * node.u_from_v), fma(node.scale_v, uv.y, uv.x * node.v_from_u)};
+  };
+  if (node.source == UvSource::kSurface) return {mapped(at.duvdx), mapped(at.duvdy)};
+  const Vec2 here = projected_uv(node, at.p);
+  const auto difference = [&](Vec3 step) {
+    const Vec2 there = projected_uv(node, at.p + step);
+    Vec2 d{there.x - here.x, there.y - here.y};
+    // Angles go round.
+    if (node.source == UvSource::kSpherical) d.y = d.y - floor(d.y + 0.5f);
+    if (node.source == UvSource::kCylindrical) d.x = d.x - floor(d.x + 0.5f);
+    return mapped({tame(d.x), tame(d.y)});
+  };
+  return {difference(at.dpdx), difference(at.dpdy)};
+}
+
+Spectrum filtered_image(const TextureNode& node, const TexturePoint& at, Vec2 st, Mask active) {
+  const MipLookup lookup{node.image->pyramid, node.wrap, node.channel};
+  if (!at.has_footprint) return lookup.bilinear(st, active);
+  const TexelFootprint footprint = map_footprint(node, at);
+  return node.filter == TexelFilter::kEwa ? lookup.elliptic(st, footprint, node.max_anisotropy, active)
+                                          : lookup.trilinear(st, footprint, active);
+}
+
+Spectrum plain_image(const TextureNode& node, Vec2 st, Mask active) {
   const ImageLookup lookup{*node.image, node.wrap, node.channel};
+  return node.filter == TexelFilter::kNearest ? lookup.nearest(st, active) : lookup.bilinear(st, active);
+}
+
+Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
   const Vec2 st = map_uv(node, at);
-  Spectrum value = node.nearest ? lookup.nearest(st, active) : lookup.bilinear(st, active);
+  Spectrum value =
+      is_filtered(node.filter) ? filtered_image(node, at, st, active) : plain_image(node, st, active);
   value = value * node.scale;
   if (node.invert) value = max(Spectrum(1.0f) - value, 0.0f);
   return select_or_zero(active, value);

@@ -39,6 +39,30 @@ enum class TexelFormat : std::int32_t {
   kFloat     // four floats
 };
 
+enum class TexelFilter : std::int32_t { kBilinear, kNearest, kTrilinear, kEwa };
+
+/// Whether images are looked up in their pyramids.
+constexpr bool is_filtered(TexelFilter filter) {
+  return filter == TexelFilter::kTrilinear || filter == TexelFilter::kEwa;
+}
+
+/// One level of a pyramid; kernels read all four numbers at once.
+struct MipLevel {
+  std::int32_t first = 0;  // texel in the arrays
+  std::int32_t width = 1, height = 1;
+  std::int32_t stride = 2;  // texels from row to row: the first of each row follows its last, too
+};
+static_assert(sizeof(MipLevel) == 16);
+
+/// An image and its averages [Williams 1983], linear values, rows from the top: each level has half the width
+/// and half the height of the one before, rounded down. Neighbours in a row are read at once, so that a
+/// bilinear look-up is two reads a lane.
+struct MipPyramid {
+  std::vector<MipLevel> levels;      // from full resolution to one texel; empty: there is no pyramid
+  BigArray<std::uint32_t> texels16;  // of 8-bit images, two a texel: R | G << 16, B | A << 16, in 65535ths
+  BigArray<float> texels32;          // of others: four a texel
+};
+
 /// Decoded pixels, rows from the top. Shared by all textures that use the file the same way.
 struct TextureImage {
   std::int32_t width = 0, height = 0;
@@ -46,6 +70,7 @@ struct TextureImage {
   BigArray<std::uint32_t> texels8;  // R | G << 8 | B << 16 | A << 24
   BigArray<float> texels32;         // four floats a texel
   float decode[256] = {};           // 8-bit value -> linear
+  MipPyramid pyramid;               // instead of the texels, for textures that are filtered
 };
 
 struct TextureNode {
@@ -53,8 +78,9 @@ struct TextureNode {
   float value[kBands] = {0, 0, 0};            // kConstant
   std::shared_ptr<const TextureImage> image;  // kImage
   WrapMode wrap = WrapMode::kRepeat;
-  bool nearest = false;
-  bool invert = false;  // 1 - value, after scale
+  TexelFilter filter = TexelFilter::kBilinear;
+  float max_anisotropy = 8;  // kEwa
+  bool invert = false;       // 1 - value, after scale
   float scale = 1;
   std::int32_t channel = -1;  // -1: RGB; 0..3: that channel, in all components
   // kImage, kCheckerboard, kDots: (u', v') = (scale_u u + u_from_v v + offset_u, v_from_u u + scale_v v +

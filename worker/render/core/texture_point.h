@@ -13,11 +13,19 @@ struct TexturePoint {
   // For attributes of meshes
   Int shape, primitive;
   Vec2 barycentric;  // weights of corners 1 and 2
+  // What a look-up covers, for textures that are filtered: from the point to the ends of the two half-axes of
+  // a footprint, in render space and in uv. Set with has_footprint alone.
+  bool has_footprint = false;
+  Vec3 dpdx, dpdy;
+  Vec2 duvdx, duvdy;
 
   /// Point for textures that need no more than uv: images on lights, for example.
   static TESSERA_INLINE TexturePoint at(Vec2 uv) {
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-    return {uv, zero, zero, Int(-1), Int(0), {Float(0.0f), Float(0.0f)}};
+    TexturePoint point;
+    point.uv = uv, point.p = zero, point.n = zero;
+    point.shape = Int(-1), point.primitive = Int(0), point.barycentric = {Float(0.0f), Float(0.0f)};
+    return point;
   }
 };
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "render/bsdf/material_slots.h"
+#include "render/camera/footprint.h"
 #include "render/color/texture.h"
 #include "render/core/constants.h"
 
@@ -29,10 +30,18 @@ Int traits_of(Int kind, Mask active) {
 }
 Mask is_mix(Int flags) { return (flags & kMixed) != 0; }
 
+/// Where textures of what scatters light are looked up.
+TexturePoint footprint_point(const SceneTables& scene, const Surface& s) {
+  TexturePoint at = texture_point(s);
+  if (scene.any_filtered && scene.footprint.on) set_footprint(scene.footprint, s.ng, s.dpdu, s.dpdv, at);
+  return at;
+}
+
 Float amount_of(const SceneTables& scene, const MaterialRecord& mix, const Surface& surface, Mask lanes) {
   const ScalarSlot& slot = mix.scalars[slot::kMixAmount];
   if (slot.texture < 0) return Float(slot.value);
-  return clamp(eval_texture_scalar(scene.textures, slot.texture, texture_point(surface), lanes), 0.0f, 1.0f);
+  return clamp(eval_texture_scalar(scene.textures, slot.texture, footprint_point(scene, surface), lanes),
+               0.0f, 1.0f);
 }
 
 /// Materials on the way from the one that a shape names to those that have a BSDF.
@@ -71,19 +80,35 @@ struct Route {
   }
 };
 
+/// Steps in u and v over which a bump map is differentiated: half of what the footprint covers along them, so
+/// that the slope is that of what the footprint averages [pbrt-v4]. The record's where there is none.
+Vec2 bump_steps(const MaterialRecord& material, const TexturePoint& at) {
+  const Float usual(material.bump_step);
+  if (!at.has_footprint || (material.flags & kBendsSoftly) != 0) return {usual, usual};
+  // Below, rounding of u and v would be more than 1 % of the slope.
+  const Float least = max(max(abs(at.uv.x), abs(at.uv.y)), Float(1.0f)) * 1e-5f;
+  const auto step = [&](Float along_x, Float along_y) {
+    const Float sum = 0.5f * (abs(along_x) + abs(along_y));
+    return select(sum > 0.0f, max(sum, least), usual);
+  };
+  return {step(at.duvdx.x, at.duvdy.x), step(at.duvdx.y, at.duvdy.y)};
+}
+
 /// Tilts the shading normal as if the surface were displaced along it by the texture [Blinn 1978].
 Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surface& s, Mask lanes) {
-  const TexturePoint at = texture_point(s);
+  const TexturePoint at = footprint_point(scene, s);
+  const Vec2 step = bump_steps(material, at);
   TexturePoint beside_u = at, beside_v = at;
-  beside_u.uv.x = beside_u.uv.x + material.bump_step;
-  beside_v.uv.y = beside_v.uv.y + material.bump_step;
-  beside_u.p = fma(s.dpdu, material.bump_step, beside_u.p);
-  beside_v.p = fma(s.dpdv, material.bump_step, beside_v.p);
+  beside_u.uv.x = beside_u.uv.x + step.x;
+  beside_v.uv.y = beside_v.uv.y + step.y;
+  beside_u.p = fma(s.dpdu, step.x, beside_u.p);
+  beside_v.p = fma(s.dpdv, step.y, beside_v.p);
   const auto height = [&](const TexturePoint& p) {
     return eval_texture_scalar(scene.textures, material.bump_texture, p, lanes);
   };
-  const Float here = height(at), scale = Float(1.0f / material.bump_step);
-  const Float along_u = (height(beside_u) - here) * scale, along_v = (height(beside_v) - here) * scale;
+  const Float here = height(at);
+  const Float along_u = (height(beside_u) - here) * (1.0f / step.x),
+              along_v = (height(beside_v) - here) * (1.0f / step.y);
   const Vec3 dpdu = fma(s.ns, along_u - dot(s.ns, s.dpdu), s.dpdu);
   const Vec3 dpdv = fma(s.ns, along_v - dot(s.ns, s.dpdv), s.dpdv);
   const Vec3 n = cross(dpdu, dpdv);
@@ -94,7 +119,7 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
 
 /// The normal that a tangent-space normal map gives.
 Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes) {
-  const Vec3 encoded = rgb_of(eval_texture(scene.textures, texture, texture_point(s), lanes));
+  const Vec3 encoded = rgb_of(eval_texture(scene.textures, texture, footprint_point(scene, s), lanes));
   const Vec3 local{encoded.x * 2.0f - 1.0f, encoded.y * 2.0f - 1.0f, encoded.z * 2.0f - 1.0f};
   const Vec3 n = Frame::from_normal_tangent(s.ns, s.dpdu).to_world(local);
   const Float l2 = length_squared(n);
@@ -165,8 +190,8 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
   }
   load_constants(scene.materials, route.record, common, part.flags, active, part.params);
   if (incomplete(part.params)) {
-    complete_parameters(scene.materials, scene.textures, texture_point(surface), route.record, part.kind,
-                        active, part.params);
+    complete_parameters(scene.materials, scene.textures, footprint_point(scene, surface), route.record,
+                        part.kind, active, part.params);
   }
   set_frame(scene, surface, wo, route.record, active, part);
   part.lambertian = (part.params.some_flags & (kOneSided | kBendsSoftly)) == 0 &&

@@ -6,6 +6,7 @@
 
 #include "render/bsdf/material_table.h"
 #include "render/camera/camera_record.h"
+#include "render/camera/footprint_record.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/layer_table.h"
@@ -61,6 +62,7 @@ struct SceneTables {
   const LightTable& lights;
   const MediumTable& media;
   CameraRecord camera;
+  FootprintRecord footprint;
   PixelFilterRecord filter;
   float exposure = 1;
   SamplerConfig sampler;
@@ -78,7 +80,8 @@ struct SceneTables {
   std::vector<std::uint8_t> shading_group;
   std::int32_t shading_groups = 0;
   bool any_textures = false;  // some material looks a texture up
-  bool any_tangents = false;  // some material needs dp/du: bump, normal map, anisotropy
+  bool any_tangents = false;  // some material needs dp/du: bump, normal map, anisotropy, filtered textures
+  bool any_filtered = false;  // some texture or bump map is looked up by footprints
   bool any_mix = false;
   bool any_opacity = false;  // some material lets part of the light straight through
   // Paths look for media and for surfaces that light passes without being scattered.

@@ -39,7 +39,10 @@ struct Surface {
 Surface surface_at(const ShapeTable& table, const Hit& hit, Vec3 o, Vec3 d, Mask active, bool want_tangents);
 
 TESSERA_INLINE TexturePoint texture_point(const Surface& s) {
-  return {s.uv, s.p, s.ns, s.shape, s.primitive, s.barycentric};
+  TexturePoint point;
+  point.uv = s.uv, point.p = s.p, point.n = s.ns;
+  point.shape = s.shape, point.primitive = s.primitive, point.barycentric = s.barycentric;
+  return point;
 }
 
 /// `p` moved off its surface to the side that `w` points to.

@@ -161,10 +161,13 @@ void TextureTable::write_image(PropertyReader& reader, v1::ImageTexture& image) 
   } else {
     reader.error(*reader.find("wrap_mode"), concat("expected repeat, mirror or clamp, found \"", wrap, "\""));
   }
-  const std::string filter = reader.keyword("filter_type", "bilinear");
+  // Mitsuba 3 has no others; those of 0.6 are pyramids.
+  const std::string filter = reader.keyword("filter_type", "");
   if (filter == "nearest") {
     image.set_filter(v1::ImageTexture::NEAREST);
-  } else if (filter != "bilinear") {
+  } else if (filter == "bilinear") {
+    image.set_filter(v1::ImageTexture::BILINEAR);
+  } else if (!filter.empty()) {
     reader.error(*reader.find("filter_type"), concat("expected bilinear or nearest, found \"", filter, "\""));
   }
   // Mitsuba's v grows down the image.

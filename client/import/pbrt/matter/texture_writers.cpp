@@ -1,12 +1,18 @@
 #include "import/pbrt/matter/texture_writers.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "import/input/concat.h"
 #include "import/pbrt/file/tokenizer.h"
+#include "wire/limits.h"
 
 namespace tessera::client::pbrt {
 namespace {
+
+using wire::kMaxAnisotropy;
 
 /// A value of the texture's own kind: a float texture's values are floats (or float textures), as spectra.
 v1::SpectrumValue value_of_kind(TextureKind kind, ValueReader& values, std::string_view name,
@@ -96,6 +102,32 @@ void write_encoding(ValueReader& values, v1::ImageTexture& image) {
   }
 }
 
+/// pbrt takes a level of the pyramid for "point" and "bilinear", too; here they are of full resolution, and
+/// the pixel's own samples average them.
+void write_filter(ValueReader& values, v1::ImageTexture& image) {
+  constexpr std::pair<std::string_view, v1::ImageTexture::Filter> kFilters[] = {
+      {"point", v1::ImageTexture::NEAREST},
+      {"bilinear", v1::ImageTexture::BILINEAR},
+      {"trilinear", v1::ImageTexture::TRILINEAR},
+      {"EWA", v1::ImageTexture::EWA},
+      {"ewa", v1::ImageTexture::EWA}};
+  const std::string filter = values.get_string("filter", "");
+  const auto known = std::ranges::find(kFilters, filter, [](const auto& pair) { return pair.first; });
+  if (known != std::end(kFilters)) {
+    image.set_filter(known->second);
+  } else if (!filter.empty()) {
+    values.warn(concat("texture filter \"", filter, "\" is not known: it is filtered as if it named none"));
+  }
+  const double max_anisotropy = values.get_float("maxanisotropy", 8);
+  if (image.filter() != v1::ImageTexture::EWA || max_anisotropy == 8) return;
+  if (max_anisotropy >= 1 && max_anisotropy <= kMaxAnisotropy) {
+    image.set_max_anisotropy(static_cast<float>(max_anisotropy));
+  } else {
+    values.warn(
+        concat("a maxanisotropy of ", max_anisotropy, " is not from 1 to ", kMaxAnisotropy, ": 8 is used"));
+  }
+}
+
 void write_imagemap(const TextureInput& in, v1::Texture& texture) {
   ValueReader& values = in.values;
   v1::ImageTexture& image = *texture.mutable_image();
@@ -112,15 +144,7 @@ void write_imagemap(const TextureInput& in, v1::Texture& texture) {
   else
     values.warn(concat("texture wrap mode \"", wrap, "\" is not supported: the image is repeated"));
 
-  // Every sample looks the image up at full resolution: what pbrt's "trilinear" and "EWA" filter beforehand
-  // is averaged by the pixel's own samples.
-  const std::string filter = values.get_string("filter", "bilinear");
-  if (filter == "point") {
-    image.set_filter(v1::ImageTexture::NEAREST);
-  } else if (filter != "bilinear" && filter != "trilinear" && filter != "EWA" && filter != "ewa") {
-    values.warn(concat("texture filter \"", filter, "\" is not known: bilinear is used"));
-  }
-  values.parameters().ignore({"maxanisotropy"});
+  write_filter(values, image);
 
   const double scale = values.get_float("scale", 1);
   if (scale != 1) image.set_scale(static_cast<float>(scale));
@@ -199,6 +223,7 @@ void write_bilerp(const TextureInput& in, v1::Texture& texture) {
   *image.mutable_image() = in.values.context().blobs.add_bytes(std::move(file));
   image.mutable_image()->set_path("bilerp.pfm");
   image.set_wrap(v1::ImageTexture::CLAMP);
+  image.set_filter(v1::ImageTexture::BILINEAR);  // texels are as wide as the texture
   v1::UvMapping& mapping = *image.mutable_mapping();
   write_mapping(in, mapping);
   mapping.set_scale_u(0.5f * (mapping.has_scale_u() ? mapping.scale_u() : 1));

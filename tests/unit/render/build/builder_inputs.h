@@ -72,6 +72,8 @@ class NamedTextures final : public TextureNodes {
     if (it == nodes_.end()) return absl::InvalidArgumentError(absl::StrCat("no texture ", name));
     return it->second;
   }
+  absl::StatusOr<int> exact_node(const std::string& name) override { return node(name); }
+  absl::StatusOr<int> filtered_node(const std::string& name) override { return node(name); }
   absl::StatusOr<int> normal_map(const v1::ImageTexture&) override {
     add("a normal map", {});
     return static_cast<int>(table_.nodes.size()) - 1;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
 #include "render/build/texture/mesh_attributes.h"
 #include "unit/render/build/builder_inputs.h"
 
@@ -91,6 +92,47 @@ TEST_F(TextureBuilderTest, OnlyImagesThatAreAskedForAreRead) {
   EXPECT_EQ(table_.nodes[static_cast<std::size_t>(*map)].image, node("used").image);
 }
 
+TEST_F(TextureBuilderTest, ImagesAreFilteredByTheirUse) {
+  TextureBuilder builder(space_, images_, table_, TexelFilter::kTrilinear);
+  scene_ = message<v1::Scene>(R"(
+      textures { name: 'unsaid' image { image { digest: 'a' } } }
+      textures { name: 'plain' image { image { digest: 'a' } filter: BILINEAR } }
+      textures { name: 'near' image { image { digest: 'a' } filter: NEAREST } }
+      textures { name: 'long' image { image { digest: 'a' } filter: EWA max_anisotropy: 16 } }
+      textures { name: 'half' scale { value { texture: 'unsaid' } factor { constant { constant: 0.5 } } } })");
+  ASSERT_EQ(builder.build(scene_.textures()), absl::OkStatus());
+  const auto node = [&](const absl::StatusOr<int>& found) -> const TextureNode& {
+    EXPECT_TRUE(found.ok()) << found.status();
+    return table_.nodes[static_cast<std::size_t>(found.value_or(0))];
+  };
+  EXPECT_EQ(node(builder.node("unsaid")).filter, TexelFilter::kTrilinear);
+  EXPECT_EQ(node(builder.node("plain")).filter, TexelFilter::kBilinear);
+  EXPECT_EQ(node(builder.node("long")).filter, TexelFilter::kEwa);
+  EXPECT_EQ(node(builder.node("long")).max_anisotropy, 16);
+  // What is so already is not made again.
+  EXPECT_EQ(*builder.exact_node("plain"), *builder.node("plain"));
+  EXPECT_EQ(*builder.filtered_node("long"), *builder.node("long"));
+  for (const char* const name : {"unsaid", "long"}) {
+    EXPECT_EQ(node(builder.exact_node(name)).filter, TexelFilter::kBilinear);
+    EXPECT_EQ(node(builder.exact_node(name)).image, node(builder.node("plain")).image);
+  }
+  EXPECT_EQ(node(builder.filtered_node("plain")).filter, TexelFilter::kEwa);
+  EXPECT_EQ(node(builder.filtered_node("near")).filter, TexelFilter::kNearest);
+  // Through what is made of images.
+  const int half = *builder.exact_node("half"),
+            input = table_.nodes[static_cast<std::size_t>(half)].inputs[0];
+  EXPECT_NE(half, *builder.node("half"));
+  EXPECT_EQ(input, *builder.exact_node("unsaid"));
+  EXPECT_EQ(*builder.exact_node("half"), half);
+  // The file is read once for texels and once for a pyramid, which replaces them.
+  BlobsInMemory blobs({{"a", one_texel(1, 2, 3)}});
+  ASSERT_EQ(images_.decode(blobs.source, 2), absl::OkStatus());
+  EXPECT_THAT(blobs.asked(), ElementsAre("a", "a"));
+  EXPECT_EQ(node(builder.node("plain")).image->texels32.size(), 4u);
+  EXPECT_TRUE(node(builder.node("unsaid")).image->texels32.empty());
+  EXPECT_EQ(node(builder.node("unsaid")).image->pyramid.levels.size(), 1u);
+}
+
 TEST_F(TextureBuilderTest, AnImageThatIsNotThereIsNamed) {
   ASSERT_EQ(build("textures { name: 'wood' image { image { digest: 'w' path: 'wood.png' } } }"),
             absl::OkStatus());
@@ -123,6 +165,10 @@ TEST_F(TextureBuilderTest, NamesTheTextureAtFault) {
   EXPECT_THAT(refusal("textures { name: 't' direction_mix { direction {} } }"),
               HasSubstr("direction is zero"));
   EXPECT_THAT(refusal("textures { name: 't' image { scale: nan } }"), HasSubstr("scale is not finite"));
+  for (const char* const anisotropy : {"0.5", "65", "nan", "-1"}) {
+    EXPECT_THAT(refusal(absl::StrCat("textures { name: 't' image { max_anisotropy: ", anisotropy, " } }")),
+                HasSubstr("1 to 64 was expected"));
+  }
   EXPECT_THAT(std::string(builder_.node("none").status().message()),
               HasSubstr("texture 'none' does not exist"));
 }

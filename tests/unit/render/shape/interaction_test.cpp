@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+
+#include "render/color/mip_pyramid.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -186,6 +189,45 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   // pbrt's bumps only bend the normal.
   bumpy.flags &= ~kBendsSoftly;
   EXPECT_NEAR(f_cos(above_, above2_), cosine / 3.14159265f, 1e-5f);
+}
+
+TEST_F(InteractionTest, BumpsHaveTheSlopeOfWhatAPixelCovers) {
+  // Heights rise by 1/64 a texel, with a ripple of 1/4 from texel to texel. The camera is 8 above.
+  TextureImage image;
+  image.width = image.height = 64;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const float height = static_cast<float>(i % 64) / 64 + 0.25f * static_cast<float>(i % 2);
+    image.texels32.insert(image.texels32.end(), {height, height, height, 1});
+  }
+  ASSERT_TRUE(make_pyramid(image, "ripple").ok());
+  TextureNode node;
+  node.kind = TextureKind::kImage;
+  node.filter = TexelFilter::kEwa;
+  node.image = std::make_shared<const TextureImage>(std::move(image));
+  arrays_.textures.nodes = {node};
+  scene_.any_tangents = scene_.any_filtered = true;
+  scene_.footprint.on = true;
+  for (int i = 0; i < 3; ++i) scene_.footprint.x[i] = i == 0, scene_.footprint.y[i] = i == 1;
+  scene_.footprint.z[2] = -1, scene_.footprint.place[2] = 8;
+  arrays_.materials.materials = {diffuse(1)};
+  arrays_.materials.materials[0].flags |= kHasBump;
+  arrays_.materials.materials[0].bump_texture = 0;
+  arrays_.materials.materials[0].bump_step = 0.0005f;
+  const auto slope_along_u = [&](float half_axis) {
+    scene_.footprint.spread_x = scene_.footprint.spread_y = half_axis / 8;
+    Interaction at;
+    interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+    return -at.frame.z.x.lane(3) / at.frame.z.z.lane(3);
+  };
+  // Averages of 8 texels, without the ripple: the step of 2 texels is along the slope of 1.
+  EXPECT_NEAR(slope_along_u(4.0f / 64), 1, 1e-4);
+  // Far below a texel, from one to the next at u = 1/2: the ripple, down by 1/4, and up by 1/64.
+  EXPECT_NEAR(slope_along_u(0.01f / 64), 1 + 64 * 0.25f * -1, 0.1);
+  // Without a camera to see it, over the record's step.
+  scene_.footprint.on = false;
+  Interaction at;
+  interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+  EXPECT_NEAR(-at.frame.z.x.lane(3) / at.frame.z.z.lane(3), 1 - 16, 0.1);
 }
 
 }  // namespace

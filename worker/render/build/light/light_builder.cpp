@@ -64,7 +64,7 @@ absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) 
 
 absl::Status LightBuilder::set_texture(const std::string& name, LightRecord& record) {
   if (name.empty()) return absl::OkStatus();
-  const auto node = inputs_.textures.node(name);
+  const auto node = inputs_.textures.exact_node(name);
   if (!node.ok()) return node.status();
   record.texture = *node;
   table_.any_textures = true;

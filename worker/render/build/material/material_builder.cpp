@@ -110,7 +110,9 @@ absl::Status MaterialBuilder::set_sides(const v1::Material& material, MaterialRe
 absl::Status MaterialBuilder::set_maps(const v1::Material& material, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   if (material.displacement().has_texture()) {
-    auto node = textures_.node(material.displacement().texture());
+    // Mitsuba's heights are differentiated where they are, others over a footprint.
+    auto node = material.bends_softly() ? textures_.exact_node(material.displacement().texture())
+                                        : textures_.filtered_node(material.displacement().texture());
     if (!node.ok()) return node.status();
     record.bump_texture = *node;
     record.bump_step = difference_step(textures_.table(), *node);
@@ -128,10 +130,7 @@ absl::Status MaterialBuilder::set_maps(const v1::Material& material, MaterialSlo
   }
   if (material.bends_softly() && (record.flags & kHasBump)) record.flags |= kBendsSoftly;
   if (!material.has_opacity()) return absl::OkStatus();
-  if (auto s = slots.set_scalar(material.opacity(), 1, record.opacity); !s.ok()) return s;
-  record.opacity.value = std::clamp(record.opacity.value, 0.0f, 1.0f);
-  if (record.opacity.texture >= 0 || record.opacity.value < 1) record.flags |= kHasOpacity;
-  return absl::OkStatus();
+  return slots.set_opacity(material.opacity());
 }
 
 }  // namespace tessera::render

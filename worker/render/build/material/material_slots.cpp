@@ -1,5 +1,6 @@
 #include "render/build/material/material_slots.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -13,7 +14,7 @@ void put(const Rgb& rgb, SpectrumSlot& slot) {
 }
 
 absl::StatusOr<std::optional<Rgb>> MaterialSlots::look_up(const std::string& texture, std::int32_t& slot) {
-  const auto node = inputs_.textures.node(texture);
+  const auto node = exact_ ? inputs_.textures.exact_node(texture) : inputs_.textures.node(texture);
   if (!node.ok()) return node.status();
   const TextureNode& found = inputs_.textures.table().nodes[static_cast<std::size_t>(*node)];
   if (found.kind == TextureKind::kConstant) return Rgb{found.value[0], found.value[1], found.value[2]};
@@ -46,6 +47,15 @@ absl::Status MaterialSlots::set_scalar(const v1::FloatValue& value, float otherw
   if (!std::isfinite(constant)) return absl::InvalidArgumentError("a parameter is not finite");
   slot.value = constant;
   return absl::OkStatus();
+}
+
+absl::Status MaterialSlots::set_opacity(const v1::FloatValue& value) {
+  exact_ = true;
+  const absl::Status set = set_scalar(value, 1, record.opacity);
+  exact_ = false;
+  record.opacity.value = std::clamp(record.opacity.value, 0.0f, 1.0f);
+  if (record.opacity.texture >= 0 || record.opacity.value < 1) record.flags |= kHasOpacity;
+  return set;
 }
 
 absl::Status MaterialSlots::set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot) {

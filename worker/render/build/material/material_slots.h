@@ -32,6 +32,8 @@ class MaterialSlots {
 
   absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, SpectrumSlot& slot);
   absl::Status set_scalar(const v1::FloatValue& value, float otherwise, ScalarSlot& slot);
+  /// Of light that is scattered at all: textures at full resolution.
+  absl::Status set_opacity(const v1::FloatValue& value);
   absl::Status set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot);
   absl::Status set_roughness(const v1::Roughness& roughness, ScalarSlot& u, ScalarSlot& v);
   absl::Status set_eta(const v1::Spectrum& eta, float otherwise);
@@ -52,6 +54,7 @@ class MaterialSlots {
 
   const MaterialInputs& inputs_;
   const std::string& name_;
+  bool exact_ = false;  // textures are looked up at full resolution
 };
 
 void put(const Rgb& rgb, SpectrumSlot& slot);

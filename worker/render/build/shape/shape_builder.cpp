@@ -189,7 +189,7 @@ absl::Status ShapeBuilder::set_media(const v1::Shape& shape, ShapeRecord& record
 absl::Status ShapeBuilder::set_alpha(const v1::Shape& shape, ShapeRecord& record) {
   if (!shape.has_alpha()) return absl::OkStatus();
   if (shape.alpha().has_texture()) {
-    auto node = inputs_.textures.node(shape.alpha().texture());
+    auto node = inputs_.textures.exact_node(shape.alpha().texture());
     if (!node.ok()) return node.status();
     record.alpha_texture = *node;
     record.flags |= kHasAlpha;

@@ -15,6 +15,21 @@ namespace {
 
 constexpr int kUnknown = -1, kInProgress = -2;
 
+absl::Status set_filter(const v1::ImageTexture& image, TexelFilter unsaid, TextureNode& node) {
+  node.filter = unsaid;
+  if (image.has_filter()) {
+    node.filter = image.filter() == v1::ImageTexture::NEAREST     ? TexelFilter::kNearest
+                  : image.filter() == v1::ImageTexture::TRILINEAR ? TexelFilter::kTrilinear
+                  : image.filter() == v1::ImageTexture::EWA       ? TexelFilter::kEwa
+                                                                  : TexelFilter::kBilinear;
+  }
+  if (!image.has_max_anisotropy()) return absl::OkStatus();
+  node.max_anisotropy = image.max_anisotropy();
+  if (node.max_anisotropy >= 1 && node.max_anisotropy <= wire::kMaxAnisotropy) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("its max_anisotropy is ", node.max_anisotropy, "; 1 to ",
+                                                 wire::kMaxAnisotropy, " was expected"));
+}
+
 WrapMode wrap_of(const v1::ImageTexture& image) {
   switch (image.wrap()) {
     case v1::ImageTexture::CLAMP:
@@ -46,6 +61,35 @@ absl::StatusOr<int> TextureBuilder::node(const std::string& name) {
   auto node = named_node(name);
   if (node.ok()) need_images(*node);
   return node;
+}
+
+absl::StatusOr<int> TextureBuilder::variant(const std::string& name, bool filtered) {
+  const auto node = named_node(name);
+  if (!node.ok()) return node.status();
+  const int result = refiltered(*node, filtered);
+  need_images(result);
+  return result;
+}
+
+int TextureBuilder::refiltered(int node, bool filtered) {
+  const auto [known, is_new] = variants_.try_emplace({node, filtered}, node);
+  if (!is_new) return known->second;
+  TextureNode changed = table_.nodes[static_cast<std::size_t>(node)];
+  bool differs = false;
+  const TexelFilter wanted = filtered ? TexelFilter::kEwa : TexelFilter::kBilinear;
+  if (changed.kind == TextureKind::kImage && changed.filter != TexelFilter::kNearest &&
+      changed.filter != wanted) {
+    changed.filter = wanted;
+    changed.image = images_.twin(changed.image.get(), filtered);
+    differs = true;
+  }
+  for (std::int32_t& input : changed.inputs) {
+    if (input < 0) continue;
+    const int other = refiltered(input, filtered);
+    differs = differs || other != input;
+    input = other;
+  }
+  return differs ? known->second = add(std::move(changed)) : node;
 }
 
 absl::StatusOr<int> TextureBuilder::normal_map(const v1::ImageTexture& image) {
@@ -125,9 +169,9 @@ absl::StatusOr<int> TextureBuilder::input(const v1::SpectrumValue& value, const 
 absl::StatusOr<TextureNode> TextureBuilder::make_image(const v1::ImageTexture& image) const {
   TextureNode node;
   node.kind = TextureKind::kImage;
-  node.image = images_.slot(image);
+  if (auto s = set_filter(image, unsaid_, node); !s.ok()) return s;
+  node.image = images_.slot(image, is_filtered(node.filter));
   node.wrap = wrap_of(image);
-  node.nearest = image.filter() == v1::ImageTexture::NEAREST;
   node.invert = image.invert();
   node.scale = image.has_scale() ? image.scale() : 1;
   // An enum of the wire may have any value, and the kernels read the texels at this offset.

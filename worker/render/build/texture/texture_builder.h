@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -20,9 +21,11 @@ class TextureBuilder final : public TextureNodes {
  public:
   using Textures = google::protobuf::RepeatedPtrField<v1::Texture>;
 
-  /// Fills the nodes of `table`, whose images come from `images`.
-  TextureBuilder(const RenderSpace& space, TextureImages& images, TextureTable& table)
-      : space_(space), images_(images), table_(table) {}
+  /// Fills the nodes of `table`, whose images come from `images`; `unsaid`: how they are filtered that do not
+  /// say it.
+  TextureBuilder(const RenderSpace& space, TextureImages& images, TextureTable& table,
+                 TexelFilter unsaid = TexelFilter::kBilinear)
+      : space_(space), images_(images), table_(table), unsaid_(unsaid) {}
 
   /// Makes the nodes of all textures, which must outlive this. InvalidArgument names the texture.
   absl::Status build(const Textures& textures);
@@ -30,6 +33,8 @@ class TextureBuilder final : public TextureNodes {
   const std::map<std::string, int>& attribute_names() const { return attribute_names_; }
 
   absl::StatusOr<int> node(const std::string& name) override;
+  absl::StatusOr<int> exact_node(const std::string& name) override { return variant(name, false); }
+  absl::StatusOr<int> filtered_node(const std::string& name) override { return variant(name, true); }
   absl::StatusOr<int> normal_map(const v1::ImageTexture& image) override;
   int scaled(int node, float factor) override;
   const TextureTable& table() const override { return table_; }
@@ -43,18 +48,23 @@ class TextureBuilder final : public TextureNodes {
   /// Makes a node of other nodes; `amount`: of a mix, as a spectrum.
   absl::StatusOr<TextureNode> combine(const v1::Texture& texture);
   absl::StatusOr<int> input(const v1::SpectrumValue& value, const Rgb& otherwise);
+  absl::StatusOr<int> variant(const std::string& name, bool filtered);
+  /// `node` with all its images filtered (kEwa), or none: itself where that is so already.
+  int refiltered(int node, bool filtered);
   int add(TextureNode node);
   void need_images(int node);
 
   const RenderSpace& space_;
   TextureImages& images_;
   TextureTable& table_;
+  const TexelFilter unsaid_;
   const Textures* textures_ = nullptr;
   NameTable names_{"texture"};  // places among textures_
   std::vector<int> nodes_;      // of textures_; kUnknown or kInProgress while there is none
   std::map<std::string, int> attribute_names_;
-  std::vector<bool> needed_;     // nodes that need_images() has seen
-  std::vector<double> lookups_;  // of the textures' nodes; beyond the end: 1
+  std::map<std::pair<int, bool>, int> variants_;  // refiltered() of its arguments
+  std::vector<bool> needed_;                      // nodes that need_images() has seen
+  std::vector<double> lookups_;                   // of the textures' nodes; beyond the end: 1
   int nesting_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/build/values/located.h"
 #include "render/build/values/parallel.h"
+#include "render/color/mip_pyramid.h"
 #include "render/color/texture_load.h"
 
 namespace tessera::render {
@@ -26,12 +27,19 @@ TexelEncoding encoding_of(const v1::ImageTexture& image) {
 
 }  // namespace
 
-std::shared_ptr<const TextureImage> TextureImages::slot(const v1::ImageTexture& image) {
-  const std::string key =
-      absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/", image.gamma());
+std::shared_ptr<const TextureImage> TextureImages::slot(const v1::ImageTexture& image, bool pyramid) {
+  const std::string key = absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/",
+                                       image.gamma(), pyramid ? "/pyramid" : "");
   Slot& slot = slots_[key];
-  if (!slot.image) slot = {&image, std::make_shared<TextureImage>()};
+  if (!slot.image) slot = {&image, pyramid, std::make_shared<TextureImage>()};
   return slot.image;
+}
+
+std::shared_ptr<const TextureImage> TextureImages::twin(const TextureImage* slot, bool pyramid) {
+  for (const auto& [key, known] : slots_) {
+    if (known.image.get() == slot) return this->slot(*known.source, pyramid);
+  }
+  return nullptr;
 }
 
 absl::Status TextureImages::decode(const BlobSource& blobs, int threads) {
@@ -45,6 +53,9 @@ absl::Status TextureImages::decode(const BlobSource& blobs, int threads) {
     if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", image.image().path(), "'"));
     auto loaded = load_texture_image(bytes->bytes, image.image().path(), {encoding_of(image), image.gamma()});
     if (!loaded.ok()) return loaded.status();
+    if (wanted[i]->pyramid) {
+      if (auto s = make_pyramid(*loaded, image.image().path()); !s.ok()) return s;
+    }
     *wanted[i]->image = *std::move(loaded);
     return absl::OkStatus();
   });

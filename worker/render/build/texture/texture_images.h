@@ -15,8 +15,11 @@ namespace tessera::render {
 
 class TextureImages {
  public:
-  /// Where the image will be: every file once for each way of decoding it. Keeps a reference to the message.
-  std::shared_ptr<const TextureImage> slot(const v1::ImageTexture& image);
+  /// Where the image, or its pyramid, will be: every file once for each way of decoding it. Keeps a reference
+  /// to the message.
+  std::shared_ptr<const TextureImage> slot(const v1::ImageTexture& image, bool pyramid);
+  /// The slot of the same file with or without a pyramid.
+  std::shared_ptr<const TextureImage> twin(const TextureImage* slot, bool pyramid);
   /// The image of a slot will be decoded.
   void need(const TextureImage* slot) { needed_.insert(slot); }
   /// Fills the images that are needed, on up to `threads` threads. Errors name the image's file.
@@ -25,9 +28,10 @@ class TextureImages {
  private:
   struct Slot {
     const v1::ImageTexture* source = nullptr;
+    bool pyramid = false;
     std::shared_ptr<TextureImage> image;
   };
-  std::map<std::string, Slot> slots_;  // by digest and encoding
+  std::map<std::string, Slot> slots_;  // by digest, encoding and whether there is a pyramid
   std::set<const TextureImage*> needed_;
 };
 

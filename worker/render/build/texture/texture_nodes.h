@@ -16,6 +16,12 @@ class TextureNodes {
 
   /// The node of a texture. InvalidArgument where there is none of this name.
   virtual absl::StatusOr<int> node(const std::string& name) = 0;
+  /// The same with images at full resolution: for what light passes or is emitted by, whose probabilities
+  /// count on single texels.
+  virtual absl::StatusOr<int> exact_node(const std::string& name) = 0;
+  /// The same with images averaged over all of the footprint (kEwa), for heights that are differentiated over
+  /// it; those that take the nearest texel stay so.
+  virtual absl::StatusOr<int> filtered_node(const std::string& name) = 0;
   /// A node for an image that no texture names.
   virtual absl::StatusOr<int> normal_map(const v1::ImageTexture& image) = 0;
   /// A node that is `factor` times `node`.

@@ -70,6 +70,17 @@ PhotonConfig photon_config(const v1::PhotonSettings& asked) {
           .direct = asked.light() == v1::PHOTON_LIGHT_ALL};
 }
 
+TexelFilter filter_of(v1::TextureFilter asked) {
+  switch (asked) {
+    case v1::TEXTURE_FILTER_TRILINEAR:
+      return TexelFilter::kTrilinear;
+    case v1::TEXTURE_FILTER_EWA:
+      return TexelFilter::kEwa;
+    default:
+      return TexelFilter::kBilinear;
+  }
+}
+
 MutationKind mutation_kind(v1::MutationKind asked) {
   switch (asked) {
     case v1::MUTATION_KIND_PATH:
@@ -99,6 +110,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
   result.light_selection = selection_of(asked);
+  result.texture_filter = filter_of(asked.texture_filter());
   if (asked.has_irradiance_cache()) {
     const v1::IrradianceCache& cache = asked.irradiance_cache();
     result.irradiance_cache = {.error = static_cast<float>(cache.error()),

@@ -26,7 +26,8 @@ struct Settings {
   double grid_density = kGridDensity;
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
-  bool single_rays = false;  // rays are traced one by one
+  bool single_rays = false;                             // rays are traced one by one
+  TexelFilter texture_filter = TexelFilter::kBilinear;  // of images that name none
   LightSelection light_selection = LightSelection::kAuto;
   PhotonConfig photon;
   MetropolisConfig metropolis;

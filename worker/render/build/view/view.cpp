@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "wire/pixel_filter.h"
+#include "render/build/view/footprint.h"
 
 namespace tessera::render {
 
@@ -49,6 +50,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   if (job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = wire::check_scattering(scene.film().filter()); !s.ok()) return s;
   }
+  tables.footprint = footprint_of(tables.camera, job.view().texture_footprint());
   auto filter = build_filter(scene.film().filter());
   if (!filter.ok()) return filter.status();
   tables.filter = *std::move(filter);

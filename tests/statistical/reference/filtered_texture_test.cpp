@@ -1,0 +1,108 @@
+// Pictures with filtered textures: means that do not depend on the filter, slopes of bumps in closed form,
+// and one texture for all ways that light takes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "statistical/reference/picture.h"
+
+namespace tessera::test::filtered_texture {
+namespace {
+
+constexpr int kSide = 256;
+
+/// A grey image in the portable float format.
+template <class Value>
+std::string image_of(Value&& value) {
+  std::string file = absl::StrCat("Pf\n", kSide, " ", kSide, "\n-1.0\n");
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const float v = value(x, y);
+      file.append(reinterpret_cast<const char*>(&v), sizeof v);
+    }
+  }
+  return file;
+}
+
+/// A floor seen straight from above, 2 x 2 of it, with what `texture` says of an image that spans 8 x 8.
+std::string floor_with(const std::string& texture, const std::string& material, const std::string& light) {
+  return absl::StrCat(
+      "textures { name: 'image' image { image { digest: 'image' } ", texture,
+      " mapping { source: PLANAR texture_from_world { elements: [0.125,0,0,0.5, 0,0.125,0,0.5, "
+      "0,0,0.125,0, 0,0,0,1] } } } } materials { name: 'floor' ",
+      material, " } shapes { disk { radius: 9 } material: 'floor' } ", light,
+      " camera { orthographic { } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,4, "
+      "0,0,0,1] } } ");
+}
+
+TEST(FilteredTexture, KeepsTheMeanOfWhatIsFinerThanAPixel) {
+  // Texels of 1/32, half of a pixel, with reflectance 0.2 or 0.8 in stripes.
+  PictureRequest request;
+  request.max_depth = 1;
+  request.spp = 256;
+  request.blobs = {{"image", image_of([](int x, int) { return x % 2 == 0 ? 0.2f : 0.8f; })}};
+  for (const char* const filter : {"BILINEAR", "NEAREST", "TRILINEAR", "EWA"}) {
+    for (const char* const footprint : {"0.125", "1"}) {
+      request.scene =
+          floor_with(absl::StrCat("filter: ", filter), "diffuse { reflectance { texture: 'image' } }",
+                     "lights { distant { direction { z: -1 } irradiance { constant: 2 } } }");
+      request.settings = absl::StrCat("texture_footprint: ", footprint);
+      SCOPED_TRACE(absl::StrCat(filter, " ", footprint));
+      expect_value(measure_picture(request), 2 * 0.5 / std::numbers::pi);
+    }
+  }
+}
+
+TEST(FilteredTexture, BumpsHaveTheSlopeOfWhatAPixelCovers) {
+  // Heights that rise by 0.5 along x, with a ripple that is steeper by far from texel to texel.
+  constexpr double kSlope = 0.5;
+  PictureRequest request;
+  request.max_depth = 1;
+  request.spp = 64;
+  request.blobs = {{"image", image_of([](int x, int) {
+                      return static_cast<float>(8.0 * x / kSide * kSlope + 0.1 * (x % 2));
+                    })}};
+  request.scene =
+      floor_with("wrap: CLAMP",
+                 "diffuse { reflectance { constant { constant: 0.5 } } } displacement { texture: 'image' }",
+                 "lights { distant { direction { z: -1 } irradiance { constant: 2 } } }");
+  // Sixteen texels: the ripple is gone but for a 65536th.
+  request.settings = "texture_footprint: 4";
+  const double flat = 2 * 0.5 / std::numbers::pi;
+  expect_value(measure_picture(request), flat / std::sqrt(1 + kSlope * kSlope), 2e-3);
+  // A 50th of a texel: slopes of 0.5 + 3.2 and 0.5 - 3.2, half and half.
+  request.settings = "texture_footprint: 0.01";
+  const auto cosine = [](double slope) { return 1 / std::sqrt(1 + slope * slope); };
+  expect_value(measure_picture(request), flat * 0.5 * (cosine(kSlope + 3.2) + cosine(kSlope - 3.2)), 2e-2);
+}
+
+TEST(FilteredTexture, IsTheSameForLightFromBothEnds) {
+  // A coarse footprint, so that ways that saw different textures would differ: a ball in a corner of coloured
+  // grain, lit by a lamp, with all ways that bdpt has against those of path, and light tracing.
+  std::mt19937 random(5);
+  PictureRequest request;
+  request.max_depth = 3;
+  request.spp = 256;
+  request.settings = "texture_footprint: 2";
+  request.blobs = {{"image", image_of([&](int, int) { return (random() & 1) != 0 ? 0.9f : 0.1f; })}};
+  request.scene = floor_with(
+      "filter: EWA", "diffuse { reflectance { texture: 'image' } }",
+      "materials { name: 'lamp' diffuse { reflectance { constant { constant: 0 } } } } "
+      "shapes { sphere { radius: 0.3 } material: 'lamp' area_light { radiance { constant: 5 } } "
+      "world_from_object { elements: [1,0,0,2, 0,1,0,1, 0,0,1,2, 0,0,0,1] } } "
+      "shapes { sphere { radius: 0.5 } material: 'floor' world_from_object { elements: [1,0,0,0.3, "
+      "0,1,0,0, 0,0,1,0.2, 0,0,0,1] } }");
+  const Picture path = measure_picture(request);
+  request.integrator = "bdpt";
+  expect_same(path, measure_picture(request));
+  request.integrator = "light";
+  expect_same(path, measure_picture(request));
+}
+
+}  // namespace
+}  // namespace tessera::test::filtered_texture

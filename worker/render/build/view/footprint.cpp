@@ -1,0 +1,58 @@
+#include "render/build/view/footprint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tessera::render {
+
+namespace {
+
+/// Length of a column of the map; the unit vector along it.
+double axis_of(const Affine& map, int column, float (&unit)[3]) {
+  const double v[3] = {map.m[column], map.m[4 + column], map.m[8 + column]};
+  const double length = std::hypot(v[0], v[1], v[2]);
+  for (int i = 0; i < 3; ++i) unit[i] = static_cast<float>(v[i] / length);
+  return length;
+}
+
+}  // namespace
+
+FootprintRecord footprint_of(const CameraRecord& camera, double part) {
+  FootprintRecord record;
+  record.on = part > 0;
+  if (!record.on) return record;
+  const Affine& pose =
+      camera.steps.empty() ? camera.render_from_camera : camera.steps[camera.steps.size() / 2];
+  const double right = axis_of(pose, 0, record.x), up = axis_of(pose, 1, record.y),
+               forward = axis_of(pose, 2, record.z);
+  for (int i = 0; i < 3; ++i) record.place[i] = pose.m[4 * i + 3];
+  double spread_x = std::abs(double{camera.scale_x}), spread_y = std::abs(double{camera.scale_y});
+  switch (camera.kind) {
+    case CameraKind::kPerspective: {
+      spread_x *= right / forward, spread_y *= up / forward;
+      const auto farthest = [](double scale, double offset, double size) {
+        return std::max(std::abs(offset), std::abs(offset + scale * size));
+      };
+      const double corner = std::hypot(farthest(camera.scale_x, camera.offset_x, camera.width),
+                                       farthest(camera.scale_y, camera.offset_y, camera.height));
+      record.least_cosine = static_cast<float>(1 / std::hypot(1.0, corner));
+      break;
+    }
+    case CameraKind::kOrthographic:
+      record.parallel = true;
+      spread_x *= right, spread_y *= up;
+      break;
+    case CameraKind::kEquirectangular:
+      spread_x *= 2 * std::numbers::pi, spread_y *= std::numbers::pi;
+      break;
+    case CameraKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
+      spread_x *= 2 * std::sqrt(std::numbers::pi), spread_y *= 2 * std::sqrt(std::numbers::pi);
+      break;
+  }
+  record.spread_x = static_cast<float>(part * spread_x);
+  record.spread_y = static_cast<float>(part * spread_y);
+  return record;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,59 @@
+#include "render/camera/footprint.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// A footprint on a surface that is seen from its edge has no end.
+constexpr float kLeastCosine = 1.0f / 64, kLargest = 1e8f;
+
+Vec3 broadcast(const float (&v)[3]) { return {Float(v[0]), Float(v[1]), Float(v[2])}; }
+
+/// Finite, whatever comes in.
+Float tame(Float x) { return clamp(select_or_zero(x == x, x), -kLargest, kLargest); }
+
+}  // namespace
+
+void set_footprint(const FootprintRecord& camera, Vec3 n, Vec3 dpdu, Vec3 dpdv, TexturePoint& at) {
+  const Vec3 x = broadcast(camera.x), y = broadcast(camera.y), z = broadcast(camera.z);
+  // Two vectors at right angles to the ray: the camera's axes turned with its own to the ray.
+  Vec3 direction = z, across_x = x, across_y = y;
+  Float size(1.0f);
+  if (!camera.parallel) {
+    const Vec3 way = at.p - broadcast(camera.place);
+    const Float distance = length(way);
+    direction = way * (1.0f / max(distance, 1e-30f));
+    const Float forward = dot(direction, z), sign = select(forward < 0.0f, Float(-1.0f), Float(1.0f));
+    const Vec3 between = fma(z, sign, direction);
+    const Float part = 1.0f / fma(forward, sign, Float(1.0f));
+    across_x = x - between * (dot(direction, x) * part);
+    across_y = y - between * (dot(direction, y) * part);
+    // A pixel of a flat film takes up less of the sphere the farther it is from the axis, by the cube of the
+    // cosine.
+    const Float cosine = max(forward, Float(camera.least_cosine));
+    size = distance * cosine * sqrt(cosine);
+  }
+  // Along the ray to the surface's plane.
+  const Float facing = dot(n, direction);
+  const Float slope = 1.0f / copysign(max(abs(facing), Float(kLeastCosine)), facing);
+  const auto project = [&](Vec3 across, float spread) {
+    const Vec3 step = across * (size * spread);
+    return step - direction * (dot(n, step) * slope);
+  };
+  at.dpdx = project(across_x, camera.spread_x);
+  at.dpdy = project(across_y, camera.spread_y);
+  // Least squares: the step in u and v that comes closest to a step in space [pbrt-v4].
+  const Float uu = length_squared(dpdu), uv = dot(dpdu, dpdv), vv = length_squared(dpdv);
+  Float inverse = 1.0f / difference_of_products(uu, vv, uv, uv);
+  inverse = select_or_zero(is_finite(inverse), inverse);
+  const auto in_uv = [&](Vec3 step) {
+    const Float u = dot(dpdu, step), v = dot(dpdv, step);
+    return Vec2{tame(difference_of_products(vv, u, uv, v) * inverse),
+                tame(difference_of_products(uu, v, uv, u) * inverse)};
+  };
+  at.duvdx = in_uv(at.dpdx);
+  at.duvdy = in_uv(at.dpdy);
+  at.has_footprint = true;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
