@@ -87,6 +87,15 @@ void define_occlusion_options(options::Command& command, std::optional<double>& 
       .in_range(0, wire::kLargestSceneNumber);
 }
 
+void define_guiding_options(options::Command& command, std::optional<double>& samples) {
+  command.group("Integrator guided");
+  command
+      .add("--guiding-samples", samples,
+           "paths a pixel that are learned from and are none of the picture (3.5 unless given)")
+      .in_range(wire::kLeastGuidingSamples, wire::kMostGuidingSamples)
+      .type_name("N");
+}
+
 }  // namespace
 
 void define_radiosity_options(options::Command& command, RadiosityWishes& radiosity) {
@@ -123,6 +132,7 @@ void define_own_options(options::Command& command, OwnWishes& own) {
   define_cache_options(command, own.cache);
   define_preview_options(command, own.preview);
   define_occlusion_options(command, own.occlusion_distance);
+  define_guiding_options(command, own.guiding_samples);
 }
 
 }  // namespace tessera::client

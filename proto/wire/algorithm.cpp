@@ -14,6 +14,10 @@ namespace {
 // The second fills what the first, of few points of the picture, has left.
 constexpr std::array kCachePhases{PhaseTraits{.name = "first records", .parts = 64},
                                   PhaseTraits{.name = "records", .parts = 64}};
+// Each follows twice as many paths as the one before.
+constexpr std::array kGuidePhases{PhaseTraits{.name = "first guide", .parts = 16, .merge_width = 16},
+                                  PhaseTraits{.name = "second guide", .parts = 16, .merge_width = 16},
+                                  PhaseTraits{.name = "guide", .parts = 16, .merge_width = 16}};
 // Estimates are quick: the scene's patches take as long, and are made for each.
 constexpr std::array kRadiosityPhases{PhaseTraits{.name = "estimate", .parts = 8},
                                       PhaseTraits{.name = "links", .parts = 64},
@@ -145,6 +149,16 @@ constexpr std::array kAlgorithms{
                     .samples_all_light = true,
                     .starts_at_lights = true,
                     .own_settings = OwnSettings::kMetropolis},
+    AlgorithmTraits{.name = "guided",
+                    .summary = "paths from the camera that learn where light comes from, through media too",
+                    .media = true,
+                    .noise = true,
+                    .first_hit_aovs = true,
+                    .layers = LayerStates::kFromCamera,
+                    .shadow_layers = true,
+                    .bsdf_lighting = true,
+                    .own_settings = OwnSettings::kGuiding,
+                    .phases = kGuidePhases},
 };
 
 std::vector<AlgorithmTraits>& table() {

@@ -48,7 +48,8 @@ enum class OwnSettings : std::uint8_t {
   kRadiosity = 33,
   kIrradianceCache = 34,
   kPreview = 36,
-  kAmbientOcclusion = 39
+  kAmbientOcclusion = 39,
+  kGuiding = 40
 };
 
 struct AlgorithmTraits {

@@ -76,6 +76,9 @@ inline constexpr std::uint32_t kMaxCandidates = 4096;
 inline constexpr double kMinLargeSteps = 0.01;
 inline constexpr double kMinStep = 1e-6, kMaxStep = 0.5;
 
+/// GuidingSettings.samples
+inline constexpr double kLeastGuidingSamples = 0.01, kMostGuidingSamples = 1024;
+
 /// Most phases of one job, parts of one phase, and blobs that are merged at a time.
 inline constexpr int kMaxPhases = 64;
 inline constexpr std::uint32_t kMaxPartsPerPhase = std::uint32_t{1} << 20;

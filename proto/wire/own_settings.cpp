@@ -35,6 +35,8 @@ constexpr double kDefaultCacheError = 0.3;
 constexpr std::uint32_t kDefaultCacheSamples = 1024;
 constexpr std::uint32_t kDefaultGlossyBands = 8;
 constexpr double kDefaultLeastReach = 3, kDefaultMostReach = 32;
+// docs/decisions/0045-path-guiding.md
+constexpr double kDefaultGuidingSamples = 3.5;
 
 template <int kInWishes, int kInJobs>
 constexpr bool has_number(OwnSettings own) {
@@ -51,6 +53,7 @@ static_assert(has_number<Wishes::kIrradianceCacheFieldNumber, Job::kIrradianceCa
 static_assert(has_number<Wishes::kPreviewFieldNumber, Job::kPreviewFieldNumber>(OwnSettings::kPreview));
 static_assert(has_number<Wishes::kAmbientOcclusionFieldNumber, Job::kAmbientOcclusionFieldNumber>(
     OwnSettings::kAmbientOcclusion));
+static_assert(has_number<Wishes::kGuidingFieldNumber, Job::kGuidingFieldNumber>(OwnSettings::kGuiding));
 
 v1::PhotonSettings resolved(v1::PhotonSettings photon) {
   photon.set_map(or_default(photon.map()));
@@ -88,6 +91,11 @@ v1::PreviewSettings resolved(v1::PreviewSettings preview) {
   preview.set_shadows(or_default(preview.shadows()));
   if (!preview.has_ambient()) preview.set_ambient(1);
   return preview;
+}
+
+v1::GuidingSettings resolved(v1::GuidingSettings guiding) {
+  if (!guiding.has_samples()) guiding.set_samples(kDefaultGuidingSamples);
+  return guiding;
 }
 
 /// OK where `value` is in [least, most].
@@ -213,6 +221,9 @@ void resolve_own_settings(const v1::RenderSettings& wishes, v1::Algorithms& algo
     case OwnSettings::kAmbientOcclusion:
       *algorithms.mutable_ambient_occlusion() = wishes.ambient_occlusion();
       return;
+    case OwnSettings::kGuiding:
+      *algorithms.mutable_guiding() = resolved(wishes.guiding());
+      return;
   }
 }
 
@@ -233,6 +244,10 @@ absl::Status check_own_settings(const v1::Algorithms& algorithms) {
   if (algorithms.has_irradiance_cache()) return check(algorithms.irradiance_cache());
   if (algorithms.has_preview())
     return check_range("preview.ambient", algorithms.preview().ambient(), 0, kMaxAmbient);
+  if (algorithms.has_guiding()) {
+    return check_range("guiding.samples", algorithms.guiding().samples(), kLeastGuidingSamples,
+                       kMostGuidingSamples);
+  }
   return check_range("ambient_occlusion.distance", algorithms.ambient_occlusion().distance(), 0,
                      kLargestSceneNumber);
 }

@@ -64,6 +64,7 @@ v1::RenderSettings OwnWishes::message() const {
   if (const auto asked = message_of(cache); says_something(asked)) *all.mutable_irradiance_cache() = asked;
   if (const auto asked = message_of(preview); says_something(asked)) *all.mutable_preview() = asked;
   if (occlusion_distance) all.mutable_ambient_occlusion()->set_distance(*occlusion_distance);
+  if (guiding_samples) all.mutable_guiding()->set_samples(*guiding_samples);
   return all;
 }
 

@@ -56,6 +56,7 @@ struct OwnWishes {
   CacheWishes cache;
   PreviewWishes preview;
   std::optional<double> occlusion_distance;  // v1::AmbientOcclusion
+  std::optional<double> guiding_samples;     // v1::GuidingSettings
 
   /// With the settings of those algorithms alone for which something is asked.
   v1::RenderSettings message() const;

@@ -364,6 +364,7 @@ TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
   check("preview", "preview", [](OwnWishes& own) { own.preview.shadows = v1::SHADOWS_NONE; });
   check("preview", "preview", [](OwnWishes& own) { own.preview.ambient = 0; });
   check("ao", "ambient_occlusion", [](OwnWishes& own) { own.occlusion_distance = 0; });
+  check("guided", "guiding", [](OwnWishes& own) { own.guiding_samples = 2; });
 }
 
 TEST(JobSettings, AnOptionOfZeroIsNoScenesWish) {

@@ -97,6 +97,7 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
   wishes.mutable_irradiance_cache()->set_error(0.5);
   wishes.mutable_preview()->set_ambient(0.5);
   wishes.mutable_ambient_occlusion()->set_distance(0.5);
+  wishes.mutable_guiding()->set_samples(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
     // A scene's wishes wait for an algorithm that has such settings; a job has its own alone.
     v1::JobSpec job;
@@ -112,6 +113,7 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
     EXPECT_EQ(algorithms.has_irradiance_cache(), is(wire::OwnSettings::kIrradianceCache)) << traits.name;
     EXPECT_EQ(algorithms.has_preview(), is(wire::OwnSettings::kPreview)) << traits.name;
     EXPECT_EQ(algorithms.has_ambient_occlusion(), is(wire::OwnSettings::kAmbientOcclusion)) << traits.name;
+    EXPECT_EQ(algorithms.has_guiding(), is(wire::OwnSettings::kGuiding)) << traits.name;
     EXPECT_FALSE(wire::check_owner(wishes, traits.name).ok()) << traits.name;
 
     if (!is(wire::OwnSettings::kNone)) {

@@ -6,6 +6,7 @@
 #include "render/accel/arithmetic.h"
 #include "render/integrator/ambient_occlusion/ambient_occlusion.h"
 #include "render/integrator/bdpt/bidirectional.h"
+#include "render/integrator/guide/guided_path.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
 #include "render/integrator/irradiance_cache/phase.h"
 #include "render/integrator/kernel.h"
@@ -44,6 +45,9 @@ std::unique_ptr<Integrator> make_for_one_event(const IntegratorContext& context)
 // Both phases do the same; the second reads what the first has made.
 constexpr AlgorithmPhase kCachePhases[] = {{&make_records, &merge_records}, {&make_records, &merge_records}};
 
+constexpr AlgorithmPhase kGuidePhases[] = {
+    {&make_guide, &merge_guides}, {&make_guide, &merge_guides}, {&make_guide, &merge_guides}};
+
 std::unique_ptr<Integrator> make_vcm(const IntegratorContext& context) {
   const StageTimer timer(context.stats.times, Stage::kCamera);
   return std::make_unique<Bidirectional>(context, StrategyFilter{}, std::make_unique<Merging>(context.scene));
@@ -65,6 +69,7 @@ constexpr Algorithm kAlgorithms[] = {
     {.name = "preview", .make = &make<Preview>, .prepare = &Preview::prepare},
     {"photon", &make<PhotonMapper>},
     {"mlt", &make<Metropolis>},
+    {"guided", &make<GuidedPath>, kGuidePhases, &prepare_guide},
 };
 
 std::uint64_t read_clock() { return clock_ticks(); }

@@ -71,6 +71,7 @@ struct SceneTables {
   LayerTable layers;
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
+  double guiding_samples = 0;    // paths a pixel that guides are learned from
   RadiositySettings radiosity;
   PreviewSettings preview;
   PhotonConfig photon;

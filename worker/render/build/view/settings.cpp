@@ -145,6 +145,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.sampler.seed = view.seed();
   result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
   result.occlusion_distance = static_cast<float>(asked.ambient_occlusion().distance());
+  result.guiding_samples = asked.guiding().samples();
   for (const int aov : view.aovs()) {
     if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
     if (aov == v1::AOV_NORMAL) result.aovs.normal = true;

@@ -19,6 +19,7 @@ struct Settings {
   AovRequest aovs;
   IrradianceCacheSettings irradiance_cache;
   float occlusion_distance = 0;  // 0: any
+  double guiding_samples = 0;    // a pixel
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
   PreviewSettings preview;

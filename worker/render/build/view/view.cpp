@@ -59,6 +59,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.sampler = settings.sampler;
   tables.max_depth = settings.max_depth;
   tables.occlusion_distance = settings.occlusion_distance;
+  tables.guiding_samples = settings.guiding_samples;
   tables.aovs = settings.aovs;
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;

@@ -1,11 +1,11 @@
 #include "render/integrator/irradiance_cache/phase.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "render/camera/camera.h"
+#include "render/film/film_part.h"
 #include "render/integrator/irradiance_cache/gather.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
 
@@ -51,17 +51,9 @@ bool is_reached(const RecordPlace& place, const auto& sites, std::size_t first, 
 /// Pixels of a part, each with its first sample.
 class PixelsOfPart final : public SampleSource {
  public:
-  /// Parts are the cells of a grid over the film; of their pixels every `step`th of every `step`th row.
-  PixelsOfPart(const CameraRecord& film, const PartRequest& part, std::uint32_t step) : step_(step) {
-    auto columns = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(part.parts)));
-    while (part.parts % columns != 0) --columns;
-    const std::uint32_t rows = part.parts / columns, row = part.part / columns, column = part.part % columns;
-    const auto border = [](std::int32_t size, std::uint32_t i, std::uint32_t cells) {
-      return static_cast<std::uint32_t>(std::uint64_t{static_cast<std::uint32_t>(size)} * i / cells);
-    };
-    x0_ = x_ = border(film.width, column, columns), x1_ = border(film.width, column + 1, columns);
-    y_ = border(film.height, row, rows), y1_ = border(film.height, row + 1, rows);
-  }
+  /// Every `step`th of every `step`th row.
+  PixelsOfPart(const FilmRect& part, std::uint32_t step)
+      : step_(step), x0_(part.x0), x1_(part.x1), y1_(part.y1), x_(part.x0), y_(part.y0) {}
 
   std::size_t next(std::span<SampleName> names) override {
     std::size_t n = 0;
@@ -75,8 +67,8 @@ class PixelsOfPart final : public SampleSource {
   }
 
  private:
-  const std::uint32_t step_;
-  std::uint32_t x0_ = 0, x1_ = 0, y1_ = 0, x_ = 0, y_ = 0;
+  const std::uint32_t step_, x0_, x1_, y1_;
+  std::uint32_t x_, y_;
 };
 
 /// Follows paths from the eye as the picture does, and makes records where they would have none.
@@ -170,7 +162,8 @@ bool make_records(const IntegratorContext& context, const PartRequest& part, std
   const std::uint64_t samples = context.stats.samples;
   const auto recorder =
       std::make_unique<Recorder>(context, static_cast<const IrradianceCache*>(part.prepared));
-  PixelsOfPart pixels(context.scene.camera, part, part.phase == 0 ? kFirstStep : 1);
+  const CameraRecord& film = context.scene.camera;
+  PixelsOfPart pixels(film_part(film.width, film.height, part), part.phase == 0 ? kFirstStep : 1);
   const bool finished = recorder->look_at(pixels, std::move(stop));
   context.stats.samples = samples;  // those of the pixels are none of the picture's
   blob = blob_of(recorder->records());

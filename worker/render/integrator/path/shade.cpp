@@ -25,6 +25,9 @@ struct Wavefront::Event {
   Vec2 roulette;  // Russian roulette, mixed material
   Vec2 choice;    // light, BSDF lobe
   Vertex vertex;
+  // Where paths are guided, or guides made
+  GuideCells cells;
+  Guided guided;
 
   // Loaded in place, and what is filled in later is not zeroed: copying costs 4 % of shading, zeroing 6 %.
   TESSERA_INLINE Event(const SceneTables& scene, const SampleBatch& batch, const PathState& paths,
@@ -99,6 +102,7 @@ void Wavefront::shade(int depth) {
     if (last) continue;
 
     shading_timer_.lap(ShadingPart::kMaterials);
+    if (guide_ != nullptr || recorder_ != nullptr) find_guide(e, events, depth);
     const Mask settled = settle(e.path, v, e.hit.t, hit, depth);
     sample_one_light(e, events, settled, depth);
     shading_timer_.lap(ShadingPart::kPaths);
@@ -107,6 +111,15 @@ void Wavefront::shade(int depth) {
     shading_timer_.share(v.surface.material, hit);
   }
   alive_ = kept;
+}
+
+void Wavefront::find_guide(Event& e, Mask events, int depth) {
+  const Vertex& v = e.vertex;
+  const Mask lanes = guidable(v, events);
+  const UInt key = hash(batch_.key(e.path.slot, events), UInt(static_cast<std::uint32_t>(depth)));
+  e.cells = guide_cells_at(v.surface.p, face_forward(v.at.frame.z, v.wo),
+                           {to_unit_float(key), to_unit_float(hash(key))});
+  if (guide_ != nullptr) e.guided = guide_->at(e.cells, lanes);
 }
 
 void Wavefront::add_environment(const Event& e, Mask missed) {
@@ -167,7 +180,8 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
   shading_timer_.lap(ShadingPart::kLights);
   const Mask reachable = choice.picked & light.valid;
   if (none(reachable)) return;
-  const BsdfEval bsdf = eval_scattering(scene_, v, light.wi, reachable);
+  BsdfEval bsdf = eval_scattering(scene_, v, light.wi, reachable);
+  if (guide_ != nullptr) bsdf.pdf = mixed_pdf(*guide_, e.guided, light.wi, bsdf.pdf, reachable);
 
   shading_timer_.lap(ShadingPart::kMaterials);
   const Float pdf = light.pdf * choice.pmf;
@@ -236,7 +250,14 @@ void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, S
 void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) {
   const Vertex& v = e.vertex;
   const Vec2 u = e.sampler.get_2d(e.first_pair + dimension::kBsdfDirection);
-  const BsdfSample bsdf = sample_scattering(scene_, v, e.choice.y, u, events);
+  GuidedSample sample;
+  if (guide_ != nullptr) {
+    sample = sample_guided(scene_, *guide_, e.guided, v, e.choice.y, u, events);
+  } else {
+    sample.bsdf = sample_scattering(scene_, v, e.choice.y, u, events);
+    sample.bsdf_pdf = sample.bsdf.pdf;
+  }
+  const BsdfSample& bsdf = sample.bsdf;
   shading_timer_.lap(ShadingPart::kMaterials);
   WidePath next;
   next.origin = next.reference = offset_origin(v.surface, bsdf.wi);
@@ -245,6 +266,12 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
   next.roulette_scale =
       select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);
+  if (guide_ != nullptr) {
+    // Roulette goes by what samples of the BSDF would have brought: those that follow the guide have little
+    // throughput because there are many of them.
+    const Mask guided = e.guided.followed & (sample.bsdf_pdf > 0.0f);
+    next.roulette_scale *= select(guided, max(bsdf.pdf / sample.bsdf_pdf, 1.0f), 1.0f);
+  }
   next.slot = e.path.slot;
   if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
   next.time = v.time;
@@ -259,6 +286,11 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
       look_for_shadow_of_sky(e, bsdf, next.beta, depth, and_not(joinable(v, alive), bsdf.specular));
   }
   if (depth > kRouletteStart) alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
+
+  if (recorder_ != nullptr) {
+    const Mask learnt = guidable(v, events) & bsdf.valid;
+    recorder_->add(guide_, e.guided, e.cells, sample, e.path.beta, next.slot, learnt, alive);
+  }
 
   // Entries are read 16 at a time, or sorted elsewhere, before they are overwritten, and never move up.
   kept += append(scene_, next, alive, paths_, kept);

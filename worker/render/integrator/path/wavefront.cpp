@@ -27,6 +27,11 @@ void Wavefront::advance(int depth) {
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }
   shade(depth);
+  trace_to_lights(depth);
+  if (recorder_ != nullptr) recorder_->all_found(batch_, paths_, alive_);
+}
+
+void Wavefront::trace_to_lights(int depth) {
   const StageTimer timer(stats_.times, Stage::kShadow);
   if (shadow_layers_) shadow_layers_->trace(batch_, depth);
   if (scene_.volumetric) {

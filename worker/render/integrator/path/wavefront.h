@@ -5,6 +5,7 @@
 #include <memory>
 #include <stop_token>
 
+#include "render/integrator/guide/guide_recorder.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
@@ -43,6 +44,8 @@ class Wavefront : public Integrator {
   RenderStats& stats_;
   SampleBatch batch_;
   PathState paths_;
+  const GuideField* guide_ = nullptr;  // of directions; null: paths go as BSDFs have it
+  GuideRecorder* recorder_ = nullptr;  // of what paths find; may be null
 
  private:
   void advance(int depth);
@@ -50,12 +53,14 @@ class Wavefront : public Integrator {
   void shade(int depth);
   /// Copies paths and hits into sorted_, those of one shading group together.
   void sort_by_group();
+  void trace_to_lights(int depth);
   void trace_shadow_rays();
   /// Times of rays as a query wants them.
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
 
   // The steps of shade(), for 16 paths; see shade.cpp.
   struct Event;
+  void find_guide(Event& e, Mask events, int depth);
   void add_environment(const Event& e, Mask missed);
   void add_emission(const Event& e, Mask hit);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
