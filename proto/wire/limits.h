@@ -45,6 +45,7 @@ inline constexpr std::uint32_t kNoiseBlock = 8;
 /// Largest radius of a pixel filter with which samples go into several pixels, pixels: tiles are rendered
 /// with a border of that width.
 inline constexpr float kMaxScatterRadius = 16;
+
 /// RenderSettings.texture_footprint
 inline constexpr double kMaxTextureFootprint = 16;
 inline constexpr double kDefaultTextureFootprint = 0.125;  // pbrt's, from 64 samples a pixel on

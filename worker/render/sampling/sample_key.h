@@ -20,8 +20,8 @@ TESSERA_INLINE UInt spread_bits(UInt x) {
   return (x | (x * 2u)) & 0x5555u;
 }
 
-/// Pixels of a square share a sequence: they follow each other in Z order, each with 2^sample_bits samples, so
-/// that neighbours' samples are stratified together, and their errors are blue noise [Ahmed & Wonka 2020].
+/// Pixels of a square share a sequence: they follow each other in Z order, each with 2^sample_bits samples,
+/// so that neighbours' samples are stratified together, and their errors are blue noise [Ahmed & Wonka 2020].
 /// Squares have up to 256 pixels a side, as many as 32 bits of the sequence's index leave room for.
 TESSERA_INLINE SampleKey z_order_key(const SamplerConfig& config, UInt x, UInt y, UInt sample) {
   const int side_bits = std::min(8, (32 - config.sample_bits) / 2);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "wire/pixel_filter.h"
 #include "render/build/view/footprint.h"
+#include "wire/pixel_filter.h"
 
 namespace tessera::render {
 
