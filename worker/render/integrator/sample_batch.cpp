@@ -43,12 +43,14 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
   const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
+  SamplerConfig config = scene_.sampler;
+  config.seed = seed_;
   for (int slot = 0; slot < size_; slot += kWidth) {
     const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);
     const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
     const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
                stream = bit_cast<std::uint32_t>(name.c[3]);
-    SampleKey key = sample_key(scene_.sampler, px, py, bit_cast<std::uint32_t>(name.c[2]));
+    SampleKey key = sample_key(config, px, py, bit_cast<std::uint32_t>(name.c[2]));
     key.pixel = Sampler::stream_hash(key.pixel, stream);
     const Sampler sampler(scene_.sampler.kind, key.pixel, key.reversed_sample);
 
