@@ -123,7 +123,7 @@ TEST(SamplerStatistics, NeighboursSamplesAndSeedsAreIndependent) {
   for (const SamplerKind kind : kKinds) {
     for (const Other& other : others) {
       // Sobol' samples of one pixel keep out of each other's way, and are meant to.
-      if (kind == SamplerKind::kSobol && other.dsample != 0) continue;
+      if (kind != SamplerKind::kIndependent && other.dsample != 0) continue;
       for (const Coordinate c : all) {
         const double p = p_of_square([&](std::uint32_t first, Float& u, Float& v) {
           const Places at = row_of_pixels(first, 0);
