@@ -102,13 +102,13 @@ if(TESSERA_SANITIZE MATCHES "thread")
 endif()
 
 # tessera_test_entry(NAME COMMAND command... [TIMEOUT seconds] [LONG seconds] [LABELS labels...]): what CTest
-# runs; after 300 s, if not told otherwise, it hangs. With LONG, and that timeout, also the long form
+# runs; after 600 s, if not told otherwise, it hangs. With LONG, and that timeout, also the long form
 # (tests/support/long_form.h), the entry NAME_long, labelled `long`. The working directory is the source tree's
 # root.
 function(tessera_test_entry name)
   cmake_parse_arguments(arg "" "TIMEOUT;LONG" "COMMAND;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 300)
+    set(arg_TIMEOUT 600)
   endif()
   add_test(NAME ${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77 LABELS "${arg_LABELS}"
