@@ -27,7 +27,7 @@ struct Measured {
   double rays_alone_per_second = 0;
 };
 
-/// What must be the same for figures to be comparable.
+/// Names a measurement: figures of equal names are comparable.
 std::string key_of(const std::string& scene, int width, int height, const std::string& variant,
                    const std::string& integrator, const std::string& sampler) {
   return absl::StrCat(scene, " ", width, "x", height, variant.empty() ? "" : ", ", variant, ", ", integrator,

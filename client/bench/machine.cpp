@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "bench/process.h"
 
 namespace tessera::client {
 namespace {
@@ -32,8 +33,7 @@ unsigned usable_processors() {
 double seconds_of(int who) {
   rusage usage{};
   ::getrusage(who, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+  return cpu_seconds(usage);
 }
 
 }  // namespace

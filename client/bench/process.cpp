@@ -47,6 +47,8 @@ struct FileCloser {
 
 }  // namespace
 
+double cpu_seconds(const rusage& usage) { return seconds(usage.ru_utime) + seconds(usage.ru_stime); }
+
 absl::StatusOr<ProcessCost> run_process(const std::vector<std::string>& words, std::stop_token stop) {
   if (words.empty()) return absl::InvalidArgumentError("there is no command");
   const std::unique_ptr<std::FILE, FileCloser> printed(std::tmpfile());
@@ -92,7 +94,7 @@ absl::StatusOr<ProcessCost> run_process(const std::vector<std::string>& words, s
                                             ": ", last_line(printed.get())));
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  return ProcessCost{seconds(usage.ru_utime) + seconds(usage.ru_stime), wall.count()};
+  return ProcessCost{cpu_seconds(usage), wall.count()};
 }
 
 absl::StatusOr<std::string> fill_in(const std::string& command,

@@ -8,7 +8,12 @@
 
 #include "absl/status/statusor.h"
 
+struct rusage;
+
 namespace tessera::client {
+
+/// User and system time.
+double cpu_seconds(const rusage& usage);
 
 struct ProcessCost {
   double cpu_seconds = 0;  // user and system, of the process and all that it waited for

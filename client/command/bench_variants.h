@@ -1,4 +1,4 @@
-// What `tessera bench --compare` compares.
+// The variants that `tessera bench --compare` measures.
 #pragma once
 
 #include <string>

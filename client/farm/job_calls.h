@@ -1,4 +1,4 @@
-// What a client asks of a coordinator to have a job rendered, wherever that is.
+// The calls by which a client has a job rendered, wherever the coordinator is.
 #pragma once
 
 #include <cstdint>

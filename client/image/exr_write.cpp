@@ -73,7 +73,7 @@ std::map<std::string, Channels> parts_of(const Image& image, ExrParts parts) {
   return result;
 }
 
-/// What the library cannot do ends the writing of a file.
+/// Ends the writing of a file: the library has refused something.
 class WriteError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -155,7 +155,7 @@ void write_header(const ExrFile& file, const Image& image, const std::string& na
     file.check(exr_add_channel(context, part, channel->name.c_str(), half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
                                EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
-  // What was read of another file may have attributes that say how that is laid out.
+  // Attributes of a file that was read may say how that one is laid out.
   static const std::set<std::string> own = {"chunkCount", "name", "type", "version"};
   for (const auto& [key, value] : image.metadata) {
     if (own.contains(key)) continue;

@@ -24,7 +24,7 @@ absl::StatusOr<Message> printable(absl::StatusOr<Message> message) {
 /// News of any job. The farm holds it until it is over.
 class News {
  public:
-  /// What Farm::subscribe takes.
+  /// Serves as the callback of Farm::subscribe.
   bool wake() {
     bool over;
     {

@@ -16,7 +16,7 @@ namespace tessera::wire {
 /// (own_settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
 
-/// What JobSpec.View.sample_bits is to be.
+/// Returns the right JobSpec.View.sample_bits.
 std::uint32_t sample_bits_of(const v1::JobSpec& spec);
 
 /// Gives the job the phases of its algorithm, which must exist.

@@ -40,7 +40,7 @@ struct FollowOptions {
 };
 
 /// Follows the job to its end, with progress on stderr, and what happens to it meanwhile. Errors: those of
-/// FarmClient::watch; Internal when results do not fit the job.
+/// JobCalls::watch; Internal when results do not fit the job.
 absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& options, std::stop_token stop,
                                        const PartialImage& partial = {});
