@@ -19,7 +19,9 @@ using testing::HasSubstr;
 
 constexpr const char* kGlass = "scenes/glass-of-water/scene.textproto";
 constexpr const char* kBox = "scenes/cornell-box/scene.pbrt";
-/// Some seconds of CPU time: a pilot of 3 % of them tells.
+/// Minutes of CPU time: a pilot of 3 % of them tells on any machine. For choices alone.
+const Arguments kHugeJob{"--resolution", "128x96", "--spp", "16384"};
+/// Some seconds of it: a pilot tells unless the machine is loaded, then it says that it could not.
 const Arguments kLongJob{"--resolution", "128x96", "--spp", "512"};
 /// A pilot of 3 % of this would tell nothing.
 const Arguments kShortJob{"--resolution", "32x24", "--spp", "4"};
@@ -49,19 +51,23 @@ std::string choose(const std::string& scene, const Arguments& job, const std::fi
   return metadata(image, "tessera.integrator");
 }
 
-TEST(Auto, FindsCausticsFromBothEndsAndTellsWhy) {
+TEST(Auto, TellsWhyInTheImageAndTheStatistics) {
   const support::TempDir folder;
   std::string messages;
   const std::string chosen = choose(kGlass, kLongJob, folder.path(), &messages);
-  EXPECT_THAT(chosen, AnyOf("bdpt", "vcm"));
   const std::string told = metadata(folder.path() / "auto.exr", "tessera.auto");
-  EXPECT_THAT(told, HasSubstr("integrator " + chosen + ", by a pilot of "));
-  for (const char* tried : {"path: efficiency", "bdpt: efficiency", "vcm: efficiency", "light: efficiency"})
-    EXPECT_THAT(told, HasSubstr(tried));
-  EXPECT_THAT(messages, HasSubstr("integrator " + chosen + ", by a pilot of "));
   const std::string stats = contents_of(folder.path() / "auto.json");
   EXPECT_THAT(stats, HasSubstr("\"auto\""));
-  EXPECT_THAT(stats, HasSubstr("\"misses_light\": true"));
+  EXPECT_THAT(messages, HasSubstr("integrator " + chosen + ", "));
+  if (told.find("too short for a pilot") == std::string::npos) {
+    EXPECT_THAT(chosen, AnyOf("bdpt", "vcm"));
+    EXPECT_THAT(told, HasSubstr("integrator " + chosen + ", by a pilot of "));
+    for (const char* tried : {"path: efficiency", "bdpt: efficiency", "vcm: efficiency", "light: efficiency"})
+      EXPECT_THAT(told, HasSubstr(tried));
+    EXPECT_THAT(stats, HasSubstr("\"misses_light\": true"));
+  } else {
+    EXPECT_EQ(chosen, "path");
+  }
   EXPECT_EQ(pixel_sha256(folder.path() / "auto.exr"),
             expected_hash(Arguments{kGlass, "--integrator", chosen} + kLongJob));
 }
@@ -115,6 +121,19 @@ TEST(Auto, ASceneMayAskForIt) {
   EXPECT_EQ(choose(scene, {}, folder.path()), "path");
 }
 
+TEST(Auto, FindsCausticsFromBothEnds) {
+  FarmUnderTest farm;  // without workers: nobody renders it
+  const std::string job = farm.submit_detached(Arguments{kGlass, "--integrator", "auto"} + kHugeJob);
+  const auto kept = farm.client().job(job, {});
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  const std::string chosen = kept->spec().content().algorithms().integrator();
+  EXPECT_THAT(chosen, AnyOf("bdpt", "vcm"));
+  ASSERT_GE(kept->spec().farm().auto_choice().candidates_size(), 4);
+  EXPECT_EQ(kept->spec().farm().auto_choice().candidates(0).integrator(), chosen);
+  const support::Finished told = tessera(farm.on_farm({"job", job}));
+  EXPECT_THAT(told.out, HasSubstr("chosen      integrator " + chosen + ", by a pilot of "));
+}
+
 TEST(Auto, AFarmRendersWhatTheClientHasChosen) {
   FarmUnderTest farm;
   farm.add_worker(1);
@@ -123,12 +142,7 @@ TEST(Auto, AFarmRendersWhatTheClientHasChosen) {
   const auto kept = farm.client().job(job, {});
   ASSERT_TRUE(kept.ok()) << kept.status();
   const std::string chosen = kept->spec().content().algorithms().integrator();
-  EXPECT_THAT(chosen, AnyOf("bdpt", "vcm"));
-  ASSERT_GE(kept->spec().farm().auto_choice().candidates_size(), 4);
-  EXPECT_EQ(kept->spec().farm().auto_choice().candidates(0).integrator(), chosen);
   EXPECT_EQ(farm.fetch_hash(job), expected_hash(Arguments{kGlass, "--integrator", chosen} + kLongJob));
-  const support::Finished told = tessera(farm.on_farm({"job", job}));
-  EXPECT_THAT(told.out, HasSubstr("chosen      integrator " + chosen + ", by a pilot of "));
 
   // The choice is no part of what results are kept by.
   const std::string named = farm.submit_detached(Arguments{kGlass, "--integrator", chosen} + kLongJob);
