@@ -3,19 +3,14 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "base/split_mix.h"
 #include "wire/limits.h"
 
 namespace tessera::server {
 
 std::uint64_t inputs_key(const std::vector<ResultFingerprint>& inputs) {
   std::uint64_t key = 0;
-  for (const ResultFingerprint input : inputs) {
-    // The finalizer of SplitMix64 [Steele2014], in a chain.
-    key += input + 0x9e3779b97f4a7c15u;
-    key = (key ^ key >> 30) * 0xbf58476d1ce4e5b9u;
-    key = (key ^ key >> 27) * 0x94d049bb133111ebu;
-    key ^= key >> 31;
-  }
+  for (const ResultFingerprint input : inputs) key = base::split_mix(key + input);
   return key;
 }
 

@@ -5,19 +5,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/split_mix.h"
 #include "render/film/filter_value.h"
 #include "render/film/fixed_tile.h"
 
 namespace tessera::render {
 
 namespace {
-
-/// SplitMix64's mixing function [Steele, Lea & Flood 2014].
-std::uint64_t mixed(std::uint64_t x) {
-  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9;
-  x = (x ^ x >> 27) * 0x94d049bb133111eb;
-  return x ^ x >> 31;
-}
 
 float to_unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
@@ -80,7 +74,7 @@ bool ScatterTile::begin_samples() {
   together_ = std::min(kTogether, result_.sample_end - next_sample_);
   common_ = {next_sample_, x_.data(), y_.data()};
   // Random digits, the same in all points, make each of them evenly distributed [Kollig & Keller 2002].
-  const std::uint64_t digits = mixed(seed_ + 0x9e3779b97f4a7c15);
+  const std::uint64_t digits = base::split_mix(seed_);
   for (std::uint32_t s = 0; s < together_; ++s) {
     x_[s] = to_unit(van_der_corput(next_sample_ + s) ^ static_cast<std::uint32_t>(digits));
     y_[s] = to_unit(second_sobol(next_sample_ + s) ^ static_cast<std::uint32_t>(digits >> 32));

@@ -5,6 +5,7 @@
 #include <bit>
 #include <unordered_map>
 
+#include "base/split_mix.h"
 #include "render/core/constants.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -30,11 +31,6 @@ struct Node {
   bool pays() const { return squares[1] <= kTolerance * squares[0]; }
 };
 using Nodes = std::unordered_map<std::uint64_t, Node>;
-
-std::size_t place_hash(std::uint64_t key) {
-  key = (key ^ key >> 31) * 0x9e3779b97f4a7c15u;
-  return key ^ key >> 32;
-}
 
 }  // namespace
 
@@ -136,7 +132,7 @@ void GuideField::enter(const Sums& sums) {
   for (const Sums::Cell& cell : sums.cells) {
     const Node& node = sums.levels[cell.level].at(cell.node);
     if (node.density < 0) continue;
-    std::size_t at = place_hash(cell.key) & mask;
+    std::size_t at = base::split_mix(cell.key) & mask;
     while (entries_[at].cell != kNoCell) at = (at + 1) & mask;
     entries_[at] = {cell.key, node.density, node.pays()};
     any_followed_ = any_followed_ || node.pays();
@@ -153,7 +149,7 @@ Guided GuideField::at(const GuideCells& cells, Mask lanes) const {
   for (std::uint32_t bits = lanes.bits(); bits != 0; bits &= bits - 1) {
     const int i = std::countr_zero(bits);
     const std::uint64_t cell = guide_key::cell(exponent[i], x[i], y[i], z[i], side[i]);
-    std::size_t at = place_hash(cell) & mask;
+    std::size_t at = base::split_mix(cell) & mask;
     while (entries_[at].cell != cell && entries_[at].cell != kNoCell) at = (at + 1) & mask;
     const Entry& entry = entries_[at];
     if (entry.cell == kNoCell) continue;

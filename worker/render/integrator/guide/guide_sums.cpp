@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/split_mix.h"
+
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
@@ -15,11 +17,6 @@ constexpr std::size_t kFirstPlaces = std::size_t{1} << 12;
 std::uint64_t added(std::uint64_t a, std::uint64_t b) {
   const std::uint64_t sum = a + b;
   return sum < a ? std::numeric_limits<std::uint64_t>::max() : sum;
-}
-
-std::uint64_t mixed(std::uint64_t key) {
-  key = (key ^ key >> 32) * 0x9e3779b97f4a7c15u;
-  return key ^ key >> 29;
 }
 
 }  // namespace
@@ -33,7 +30,7 @@ GuideSums::GuideSums(std::size_t most) : most_(most), table_(kFirstPlaces) {}
 
 std::size_t GuideSums::place_of(std::uint64_t key) const {
   const std::size_t mask = table_.size() - 1;
-  std::size_t at = mixed(key) & mask;
+  std::size_t at = base::split_mix(key) & mask;
   while (table_[at].count != 0 && table_[at].key != key) at = (at + 1) & mask;
   return at;
 }

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "base/split_mix.h"
+
 namespace tessera::render::TESSERA_ISA::radiosity {
 
 namespace {
@@ -35,7 +37,7 @@ struct VertexKey {
 };
 struct VertexHash {
   std::size_t operator()(const VertexKey& key) const {
-    return static_cast<std::size_t>((key.where * 0x9e3779b97f4a7c15u ^ key.at) * 0xbf58476d1ce4e5b9u);
+    return static_cast<std::size_t>(base::split_mix(base::split_mix(key.where) ^ key.at));
   }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/split_mix.h"
 #include "render/integrator/stage_timer.h"
 #include "render/shape/error_bound.h"
 
@@ -21,12 +22,9 @@ Vec off_surface(const Vec& p, const Vec& normal) {
 }  // namespace
 
 Spread::Spread(std::uint64_t key) {
-  // [Steele, Lea & Flood 2014]
   for (double& start : at_) {
-    key += 0x9e3779b97f4a7c15u;
-    std::uint64_t z = (key ^ key >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    start = static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
+    start = static_cast<double>(base::split_mix(key) >> 11) * 0x1p-53;
+    key += base::kSplitMixStep;
   }
 }
 
