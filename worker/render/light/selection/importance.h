@@ -47,6 +47,23 @@ struct LitPoint {
         on_surface((normal.x != 0.0f) | (normal.y != 0.0f) | (normal.z != 0.0f)) {}
 };
 
+/// Receivers of 16 lanes, to be taken one by one.
+struct ReceiverLanes {
+  alignas(64) float p[3][kWidth], n[3][kWidth];
+
+  explicit ReceiverLanes(const Receiver& from) {
+    const Float values[] = {from.p.x, from.p.y, from.p.z, from.normal.x, from.normal.y, from.normal.z};
+    for (int c = 0; c < 3; ++c) {
+      values[c].store(p[c]);
+      values[3 + c].store(n[c]);
+    }
+  }
+  TESSERA_INLINE LitPoint lane(int l) const {
+    return {{Float(p[0][l]), Float(p[1][l]), Float(p[2][l])},
+            {Float(n[0][l]), Float(n[1][l]), Float(n[2][l])}};
+  }
+};
+
 namespace detail {
 
 /// Least part of what comes in from lights that an estimate may say: normals may be bent, a mix has two, and

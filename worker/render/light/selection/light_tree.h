@@ -30,7 +30,7 @@ static_assert(sizeof(LightTreeNode) == 64 * 12);
 
 struct LightTree {
   std::vector<LightTreeNode> nodes;  // the root first; empty when all lights are at infinity
-  int few = 0;                       // children of the root, where it is the only node; else 0
+  int root_children = 0;
   std::vector<std::uint32_t> paths;  // of each light: children to go to, the root's in the lowest four bits
   // Lights at infinity have no place among the nodes. Each is picked as often as the root.
   std::vector<std::int32_t> unbounded;

@@ -261,7 +261,8 @@ LightTree build_light_tree(const LightTable& table) {
   if (!items.empty()) {
     tree.nodes.resize(1);
     Builder(tree).build(items, 0, 0, 0);
-    if (tree.nodes.size() == 1) tree.few = static_cast<int>(items.size());
+    tree.root_children =
+        static_cast<int>(std::ranges::count_if(tree.nodes[0].intensity, [](float i) { return i > 0; }));
   }
   for (std::size_t i = 0; i < table.lights.size(); ++i) {
     if (const std::int32_t other = table.lights[i].same_as; other >= 0) {

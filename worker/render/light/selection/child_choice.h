@@ -1,35 +1,48 @@
-// Picking one of lights so few that all are children of a light tree's root: light by light for 16 points at
-// once, instead of point by point for 16 lights at once. The same bits either way.
+// One of a light tree node's children for each of 16 points: all at one node, or each at a node of its own.
 #pragma once
 
 #include "render/core/constants.h"
+#include "render/light/light_access.h"
 #include "render/light/selection/importance.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-class FewLights {
+/// The children's weights, child by child, for 16 points at once. How they came about leaves no trace: the
+/// same bits for a point whatever the others are at.
+class ChildChoice {
  public:
-  struct Choice {
-    Int light;
+  struct Picked {
+    Int child;
     Float probability;  // zero where no light reaches
     Float u;            // what is left of the number that chose, uniform in [0, 1) again
   };
 
-  /// Whether these are all lights of the tree, and no more than there are points.
-  static TESSERA_INLINE bool suit(const LightTree& tree, Mask points) {
-    return tree.few > 0 && tree.few <= count(points);
-  }
-
-  TESSERA_INLINE FewLights(const LightTree& tree, const Receiver& from)
-      : links_(tree.nodes[0].link), size_(tree.few) {
-    const LitPoint at(from.p, from.normal);
+  /// All points at `node`, which has `size` children: child by child.
+  TESSERA_INLINE ChildChoice(const LightTreeNode& node, int size, const LitPoint& at) : size_(size) {
     for (int k = 0; k < kLightTreeWidth; ++k)
-      each_[k] = k < size_ ? importance(LightClusters::one(tree.nodes[0], k), at) : Float(0.0f);
+      each_[k] = k < size ? importance(LightClusters::one(node, k), at) : Float(0.0f);
     total_ = sum_of_fours(each_, fours_);
   }
 
-  /// A light for each point; `u` is uniform in [0, 1).
-  TESSERA_INLINE Choice pick(Float u, Mask points) const {
+  /// Point by point, each at its own of `nodes`: nothing else hangs on what is found for a point, so that the
+  /// processor works on several of them.
+  TESSERA_INLINE ChildChoice(const LightTreeNode* nodes, Int own, const ReceiverLanes& points, Mask active)
+      : size_(kLightTreeWidth) {
+    static_assert(kWidth == kLightTreeWidth);
+    alignas(64) float rows[kWidth][kLightTreeWidth] = {};
+    alignas(64) std::int32_t node[kWidth];
+    own.store(node);
+    for (std::uint32_t lanes = active.bits(); lanes != 0; lanes &= lanes - 1) {
+      const int l = __builtin_ctz(lanes);
+      importance(LightClusters::all(nodes[node[l]]), points.lane(l)).store(rows[l]);
+    }
+    const Int first = Int::iota(0) * kLightTreeWidth;
+    for (int k = 0; k < kLightTreeWidth; ++k) each_[k] = gather(rows[0] + k, first);
+    total_ = sum_of_fours(each_, fours_);
+  }
+
+  /// A child for each point; `u` is uniform in [0, 1).
+  TESSERA_INLINE Picked pick(Float u, Mask points) const {
     Float left = u * total_;
     const Int four_of = passed(fours_, points, left);
     Float row[4];
@@ -46,12 +59,10 @@ class FewLights {
       weight = weight_of(i);
     }
     const Float rest = left / weight;
-    const Int link = gather(links_, i, points);
-    return {select(link < 0, -1 - link, Int(0)), share(weight),
-            select(rest < kOneMinusEpsilon, rest, kOneMinusEpsilon)};
+    return {i, share(weight), select(rest < kOneMinusEpsilon, rest, kOneMinusEpsilon)};
   }
 
-  /// The probability of the root's children.
+  /// The probability of a child.
   TESSERA_INLINE Float probability(Int child) const { return share(weight_of(child)); }
 
  private:
@@ -74,7 +85,6 @@ class FewLights {
   }
   TESSERA_INLINE Float share(Float weight) const { return select_or_zero(total_ > 0.0f, weight / total_); }
 
-  const std::int32_t* links_;
   int size_;
   Float each_[kLightTreeWidth], fours_[kFours], total_;
 };
