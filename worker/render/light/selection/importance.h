@@ -9,7 +9,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Children of a LightTreeNode, whose members these are.
 struct LightClusters {
   Vec3 centre, axis;
-  Float radius, mean, cos_reach, intensity;
+  Float radius, most_spread, mean, cos_reach, sin_reach, intensity;
   Mask two_sided;
 
   /// All of them, one a lane.
@@ -20,8 +20,10 @@ struct LightClusters {
     return {load3(node.centre),
             load3(node.axis),
             Float::load(node.radius),
+            Float::load(node.most_spread),
             Float::load(node.mean),
             Float::load(node.cos_reach),
+            Float::load(node.sin_reach),
             Float::load(node.intensity),
             Int::load(node.two_sided) != 0};
   }
@@ -31,8 +33,8 @@ struct LightClusters {
       return Vec3{Float(rows[0][k]), Float(rows[1][k]), Float(rows[2][k])};
     };
     return {spread3(node.centre),       spread3(node.axis),       Float(node.radius[k]),
-            Float(node.mean[k]),        Float(node.cos_reach[k]), Float(node.intensity[k]),
-            Int(node.two_sided[k]) != 0};
+            Float(node.most_spread[k]), Float(node.mean[k]),      Float(node.cos_reach[k]),
+            Float(node.sin_reach[k]),   Float(node.intensity[k]), Int(node.two_sided[k]) != 0};
   }
 };
 
@@ -70,6 +72,9 @@ namespace detail {
 /// the mean over many lights is a guess.
 inline constexpr float kLeastPart = 0.02f;
 
+/// Roundings of cosines: so nearly turned away, lights are not taken for dark.
+inline constexpr float kSlack = 2e-6f;
+
 /// The mean of max(cos, 0) over directions of which the mean vector has a length of `mean` and a cosine of
 /// `cosine` with what they are measured against. Exact for one direction and for all.
 TESSERA_INLINE Float mean_cosine(Float cosine, Float mean) {
@@ -94,9 +99,10 @@ TESSERA_INLINE Float importance(const LightClusters& lights, const LitPoint& at)
 
   Float cos_off = dot(lights.axis, to) * inverse;
   cos_off = select(lights.two_sided, abs(cos_off), cos_off);
-  const Float sin_off = safe_sqrt(fnma(cos_off, cos_off, Float(1.0f)));
-  const Float cos_least = select(cos_off >= cos_seen, 1.0f, fma(cos_off, cos_seen, sin_off * sin_seen));
-  const Mask reaches = ~(outside & (cos_least <= lights.cos_reach));
+  // They all turn away where it is seen at least as far off the axis as they reach from any point of the
+  // sphere.
+  const Float cos_all = fnma(lights.sin_reach, sin_seen, lights.cos_reach * cos_seen);
+  const Mask dark = outside & (cos_seen > -lights.cos_reach) & (cos_off < cos_all - detail::kSlack);
 
   Float part = max(detail::mean_cosine(cos_off, lights.mean * mean_seen), detail::kLeastPart);
   if (any(at.on_surface)) {
@@ -104,8 +110,8 @@ TESSERA_INLINE Float importance(const LightClusters& lights, const LitPoint& at)
         max(detail::mean_cosine(-dot(at.normal, to) * inverse, mean_seen), detail::kLeastPart);
     part = part * select(at.on_surface, received, 1.0f);
   }
-  const Float spread = max(max(distance_squared, sqr(lights.radius) * 0.25f), 1e-37f);
-  return select_or_zero(reaches, lights.intensity * part / spread);
+  const Float spread = min(sqr(inverse), lights.most_spread);
+  return select_or_zero(~dark, lights.intensity * part * spread);
 }
 
 /// The sum of sixteen weights, and of each four: sums of four do not wait for each other.

@@ -17,16 +17,17 @@ struct alignas(64) LightTreeNode {
 
   Each<float> centre[3] = {};  // of a sphere about them, render space
   Each<float> radius = {};
-  Each<float> axis[3] = {};  // of their mean normal, weighed by intensity; unit
+  Each<float> most_spread = {};  // 1 over the square of half the radius: nearer they are not taken to be
+  Each<float> axis[3] = {};      // of their mean normal, weighed by intensity; unit
   Each<float> mean =
       {};  // length of the mean of the unit normals: 1 when all are the same, 0 when there is no telling
-  Each<float> cos_reach =
-      {};  // of the largest angle off the axis at which one of them shines; -2: all around
+  // Of the largest angle off the axis at which one of them shines; -2 and 0: all around.
+  Each<float> cos_reach = {}, sin_reach = {};
   Each<float> intensity = {};         // a mean over colours; lights without a normal count four times
   Each<std::int32_t> two_sided = {};  // they shine to both sides of their normals
   Each<std::int32_t> link = {};       // a node; ~light where there is only one
 };
-static_assert(sizeof(LightTreeNode) == 64 * 12);
+static_assert(sizeof(LightTreeNode) == 64 * 14);
 
 struct LightTree {
   std::vector<LightTreeNode> nodes;  // the root first; empty when all lights are at infinity

@@ -199,7 +199,9 @@ class Builder {
     const Vec centre = b.centre();
     // The roundings of the centre and of the receiver are within the sphere, too.
     const double rounding = 1e-7 * (std::abs(centre[0]) + std::abs(centre[1]) + std::abs(centre[2]));
-    node.radius[k] = static_cast<float>((length(b.size()) / 2 + rounding) * (1 + 1e-6));
+    const double radius = (length(b.size()) / 2 + rounding) * (1 + 1e-6);
+    node.radius[k] = static_cast<float>(radius);
+    node.most_spread[k] = static_cast<float>(std::min(4 / (radius * radius), 1e36));
 
     const auto normal = [&](const Item& item) {
       const Vec& n = item.bounds.axis;
@@ -219,7 +221,8 @@ class Builder {
       node.axis[c][k] = static_cast<float>(axis[c]);
     }
     node.mean[k] = static_cast<float>(std::min(length(sum) / b.intensity, 1.0));
-    node.cos_reach[k] = reach < kPi64 ? static_cast<float>(std::cos(reach) - 1e-6) : -2.0f;
+    node.cos_reach[k] = reach < kPi64 ? static_cast<float>(std::cos(reach)) : -2.0f;
+    node.sin_reach[k] = reach < kPi64 ? static_cast<float>(std::sin(reach)) : 0.0f;
     node.intensity[k] = std::max(static_cast<float>(b.intensity), 1e-37f);
     node.two_sided[k] = b.two_sided;
   }
