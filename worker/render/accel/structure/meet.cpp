@@ -5,6 +5,30 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+namespace {
+
+/// Where the ray itself, not its rounding to float, is within a box.
+struct Crossing {
+  double enter = 0, leave = __builtin_inf();
+};
+Crossing crossing(const Ray& ray, const float (&low)[3], const float (&high)[3]) {
+  const double room = 0x1p-30 * ray.pad;  // more than doubles round off
+  Crossing in;
+  for (int k = 0; k < 3; ++k) {
+    const double below = low[k] - room - ray.o[k], above = high[k] + room - ray.o[k];
+    if (ray.d[k] == 0) {
+      if (below > 0 || above < 0) in.leave = -1;
+      continue;
+    }
+    const double a = below / ray.d[k], b = above / ray.d[k];
+    in.enter = std::max(in.enter, std::min(a, b));
+    in.leave = std::min(in.leave, std::max(a, b));
+  }
+  return in;
+}
+
+}  // namespace
+
 bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
                    const Primitive& primitive, float most, Meeting& meeting) {
   const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
@@ -19,9 +43,13 @@ bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& 
   const float t = (has_holes ? nearest_behind_holes(table, textures, primitive.shape, primitive.number, rays)
                              : analytic_shape(shape.kind)->nearest(table, shape, primitive.number, rays))
                       .lane(0);
-  if (!(t > 0 && t <= most && t >= box.enter && t <= box.leave)) return false;
-  meeting = {t, 0, 0};
-  return true;
+  if (!(t > 0 && t >= box.enter && t <= box.leave)) return false;
+  // Shapes are met in float. What a float of a far origin meets beside or before the shape's box would be
+  // found by those walks alone that look there.
+  const Crossing in = crossing(ray, primitive.corners[0], primitive.corners[1]);
+  if (in.enter > in.leave) return false;
+  meeting = {static_cast<float>(std::clamp<double>(t, in.enter, in.leave)), 0, 0};
+  return meeting.t > 0 && meeting.t <= most;
 }
 
 bool passes_through(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
