@@ -7,6 +7,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/report/exr_options.h"
 #include "command/report/output.h"
 #include "image/exr.h"
 #include "image/layer_strip.h"
@@ -18,7 +19,7 @@ namespace {
 struct ConvertOptions {
   std::string input;
   std::string output;
-  ExrOptions exr;
+  ExrFormat exr;
   std::vector<std::string> layers;  // of the image; none: all channels
   bool quiet = false;
 };
@@ -53,8 +54,7 @@ void add_convert_command(CommandLine& line) {
   Command command = line.add_command("convert", "Convert a scene to .textproto or .tsb, or an .exr to .png");
   command.add("IN", options->input, "a scene, or an .exr").required();
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
-  command.add_flag("--half", options->exr.half, "16-bit EXR");
-  command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
+  define_exr_options(command, options->exr);
   command
       .add("--layers", options->layers,
            "of an .exr: these layers, side by side; rgba is the picture, visits a heat map")

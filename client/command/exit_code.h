@@ -13,8 +13,9 @@ enum ExitCode : int {
   kBadScene = 3,
   kUnreachable = 4,  // cannot reach the coordinator, or it refuses
   kJobFailed = 5,
-  kIncomplete = 6,  // the image lacks samples, or could not be written
-  kHoles = 7,       // the image was written, with holes where units were set aside
+  kIncomplete = 6,    // the image lacks samples, or could not be written
+  kHoles = 7,         // the image was written, with holes where units were set aside
+  kFramesFailed = 8,  // of an animation, some frames have no whole image
   kInterrupted = 130
 };
 

@@ -14,10 +14,10 @@
 #include "base/cpu_time.h"
 #include "command/command.h"
 #include "command/exit_code.h"
+#include "command/frames/frames.h"
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/render_options.h"
-#include "command/report/item_names.h"
 #include "command/report/output.h"
 #include "command/report/stats_file.h"
 #include "command/report/time_spent.h"
@@ -54,13 +54,16 @@ absl::StatusOr<std::string> find_job_to_go_on(JobCalls& client, v1::JobSpec spec
 }
 
 /// The job from submission, or from where it was, to its end.
-absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, bool quiet,
+absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, const RenderOptions& options,
                                     std::stop_token stop) {
   JobCalls& client = farm.calls();
   absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
   if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();
-  return follow_job(client, *job_id, spec, {.quiet = quiet, .building = [&farm] { return farm.building(); }},
+  return follow_job(client, *job_id, spec,
+                    {.quiet = options.quiet,
+                     .building = [&farm] { return farm.building(); },
+                     .frame_memory = frame_memory(options.output, options.exr, spec)},
                     stop, {.wanted = true});
 }
 
@@ -128,14 +131,14 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!farm.ok()) return report(kJobFailed, std::string{farm.status().message()});
 
   const Clock::time_point start = Clock::now();
-  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, options.quiet, ended.get_token());
+  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, options, ended.get_token());
   if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  if (followed->image) add_item_names(loaded->imported.scene, spec, *followed->image);
+  if (followed->image) loaded->describe(options, *followed->image);
   exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
-  if (followed->image && !followed->written && options.checkpoint.empty())
+  if (followed->image && !followed->rows && !followed->written && options.checkpoint.empty())
     keep_image(*followed->image, options);
   is_whole = followed->written && followed->status.state() == v1::DONE;
   const TimeSpent spent = time_spent(
@@ -160,7 +163,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   return exit_code;
 }
 
-int run(const RenderOptions& options, Interrupt& interrupt) {
+int run_one(const RenderOptions& options, Interrupt& interrupt) {
   absl::Status status = check_output(options.output);
   status.Update(check_stats(options));
   if (status.ok() && !options.checkpoint.empty()) status = open_checkpoint(options.checkpoint);
@@ -176,6 +179,20 @@ int run(const RenderOptions& options, Interrupt& interrupt) {
   return exit_code;
 }
 
+int run(const RenderOptions& options, Interrupt& interrupt) {
+  if (options.frames.frames.empty()) return run_one(options, interrupt);
+  if (const absl::Status status = check_frames(options); !status.ok())
+    return report(kUsage, std::string{status.message()});
+  if (!options.checkpoint.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(options.checkpoint, error);
+  }
+  const auto start = [&](const RenderOptions& frame, int&) -> FrameJob {
+    return [frame, &interrupt] { return run_one(frame, interrupt); };
+  };
+  return run_frames(options, 1, start, interrupt.token());
+}
+
 }  // namespace
 
 void add_render_command(CommandLine& line) {
@@ -183,6 +200,7 @@ void add_render_command(CommandLine& line) {
   Command command = line.add_command("render", "Render a scene in this process");
   define_render_options(command, *options);
   command.option("--output").required();
+  define_frame_options(command, *options);
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command.group("Computation");
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
@@ -193,6 +211,7 @@ void add_render_command(CommandLine& line) {
            "keep results in this folder; the same command goes on with them")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");
+  command.example("tessera render turn.####.pbrt -o turn.####.exr --frames 1-60 --preview-video turn.mp4");
   command.example("tessera render kitchen.xml -o kitchen.png --noise 0.05 --spp 1024");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }

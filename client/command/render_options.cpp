@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -16,10 +17,14 @@
 #include "command/own_options.h"
 #include "command/read_option.h"
 #include "command/report/choice_text.h"
+#include "command/report/exr_options.h"
+#include "command/report/file_facts.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
+#include "command/report/scene_facts.h"
 #include "expression/polynomial.h"
 #include "import/import.h"
+#include "import/tessera_scene/animation.h"
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
@@ -98,8 +103,7 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.group("Image");
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
       .type_name("FILE");
-  command.add_flag("--half", options.exr.half, "16-bit EXR");
-  command.add_flag("--multipart", options.exr.multipart, "EXR with a part for each layer");
+  define_exr_options(command, options.exr);
   command.group("Quality");
   command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
@@ -142,6 +146,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.group("Film");
   add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
   add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
+  command
+      .add("--overscan", job.overscan,
+           "pixels to render on each side beyond the image; the EXR's data window has them")
+      .in_range(0, wire::kMaxFilmSize / 4);
   const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
     if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
       return taken.status();
@@ -193,6 +201,17 @@ absl::Status check_stats(const RenderOptions& options) {
   return options.stats.empty() ? absl::OkStatus() : check_writable(options.stats);
 }
 
+void LoadedJob::free_blobs() {
+  job->blobs.clear();
+  imported.blobs.clear();
+  std::string().swap(job->scene.bytes);
+}
+
+void LoadedJob::describe(const RenderOptions& options, Image& image) const {
+  add_scene_facts(imported.scene, job->spec, options.exr.matte_ranks, image);
+  if (options.frame) add_frame_facts(*options.frame, rate, image);
+}
+
 void LoadedJob::free_meshes() {
   for (SceneBlob& blob : imported.blobs) {
     if (wire::is_mesh(blob.bytes)) std::string().swap(blob.bytes);
@@ -210,6 +229,16 @@ std::vector<std::string> LoadedJob::warning_lines() const {
 }
 
 namespace {
+
+/// Frames a second: as asked for, or of the scene's own animation, or 24.
+Rational frame_rate(const RenderOptions& options, const v1::Scene& scene) {
+  if (options.frames.rate) return *options.frames.rate;
+  const double own = scene.animation().frames_per_second();
+  if (!(own > 0)) return {24, 1};
+  // Whole numbers as they are, others in thousandths.
+  return own == std::floor(own) ? Rational{static_cast<std::int32_t>(own), 1}
+                                : Rational{static_cast<std::int32_t>(std::lround(own * 1000)), 1000};
+}
 
 /// The job as the options and the scene ask for it.
 absl::StatusOr<ChosenJob> prepare(const RenderOptions& options, const ImportedScene& imported,
@@ -266,6 +295,16 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->imported = *std::move(imported);
+  loaded->rate = frame_rate(options, loaded->imported.scene);
+  if (options.frame) {
+    if (const absl::Status status =
+            pose_at_frame(static_cast<double>(*options.frame), loaded->imported.scene);
+        !status.ok()) {
+      exit_code = report(kBadScene, absl::StrCat(options.scene, ": ", std::string(status.message())));
+      return nullptr;
+    }
+  }
+  loaded->imported.scene.clear_animation();
   if (options.roots) set_roots(*options.roots, loaded->imported.scene);
   const auto print_warnings = [&](const std::vector<std::string>& lines) {
     if (options.quiet) return;
@@ -286,6 +325,10 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->job = std::move(job->job);
+  if (options.frame) {
+    loaded->job->spec.mutable_farm()->set_frame(*options.frame);
+    loaded->job->spec.mutable_farm()->set_group(options.group);
+  }
   loaded->built = std::move(job->built);
   print_warnings(loaded->job->warnings);
   if (const std::string chosen = choice_text(loaded->job->spec); !options.quiet && !chosen.empty())

@@ -8,11 +8,21 @@
 
 #include "absl/status/statusor.h"
 #include "command/command_line.h"
+#include "command/frames/frame_list.h"
 #include "command/jobs/auto_choice.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
 
 namespace tessera::client {
+
+/// An animation; no frames: one image.
+struct FrameOptions {
+  std::vector<std::int64_t> frames;
+  FrameOrder order = FrameOrder::kForward;
+  std::optional<Rational> rate;  // frames a second
+  bool skip_existing = false;
+  std::string preview_video;  // a file; empty: none
+};
 
 struct RenderOptions {
   std::string scene;   // the file
@@ -21,10 +31,13 @@ struct RenderOptions {
   std::vector<std::string> defines;                 // NAME=VALUE
   std::optional<v1::ImplicitSurface::Roots> roots;  // of all implicit surfaces; none: as the scene says
   int threads = 0;                                  // of this process
-  ExrOptions exr;
+  ExrFormat exr;
   std::string stats;       // a JSON file; empty: none
   std::string checkpoint;  // a folder; empty: none. `render` only
   bool quiet = false;
+  FrameOptions frames;
+  std::optional<std::int64_t> frame;  // the one of the animation that is to be rendered
+  std::string group;                  // of the animation's jobs
 };
 
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
@@ -43,9 +56,14 @@ struct LoadedJob {
   std::shared_ptr<const BuiltScene> built = nullptr;  // the job's scene, where it was built already
   double import_seconds = 0;                          // digests included
   double import_cpu_seconds = 0;
+  Rational rate;  // of an animation, frames a second
 
   /// Frees the bytes of the meshes.
   void free_meshes();
+  /// Frees those of all blobs, which the job does not know any more.
+  void free_blobs();
+  /// Adds to the job's image what its file tells of scene and frame.
+  void describe(const RenderOptions& options, Image& image) const;
   /// "file:line:column: message", one a warning.
   std::vector<std::string> warning_lines() const;
 };

@@ -10,7 +10,8 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;        // in memory
+constexpr std::uint64_t kMaxPixelsInFile = std::uint64_t{1} << 32;  // a film of the largest size
 
 std::string describe(const wire::TileResult& r) {
   return absl::StrCat("result for pixels [", r.x0, ", ", r.x1, ") x [", r.y0, ", ", r.y1, "), samples [",
@@ -35,8 +36,17 @@ void merge_into(wire::TileResult& left, const wire::TileResult& right) {
   left.sample_end = right.sample_end;
 }
 
-float pixel_value(wire::ChannelKind kind, float node, std::uint32_t count) {
-  if (kind == wire::ChannelKind::kFirst) return node;
+Window moved(const Window& window, std::int32_t by) {
+  return {window.x0 + by, window.y0 + by, window.x1 + by, window.y1 + by};
+}
+
+/// Of channel `c`.
+float pixel_value(const wire::ChannelDesc& channel, std::size_t c, float node, std::uint32_t count) {
+  const wire::ChannelKind kind = channel.kind;
+  const bool in_list = kind == wire::ChannelKind::kEntry || kind == wire::ChannelKind::kFurtherEntry;
+  const bool identifies = in_list && (c - channel.of) % 2 == 0;
+  if (kind == wire::ChannelKind::kFirst || identifies) return node;
+  if (in_list) return count == 0 ? 0.0f : static_cast<float>(double{node} / count);
   const std::uint32_t divisor = kind == wire::ChannelKind::kSum ? count : std::max(count, 1u) - 1;
   return divisor == 0 ? 0.0f : static_cast<float>(double{node} / divisor);
 }
@@ -53,19 +63,39 @@ absl::StatusOr<Assembler> Assembler::create(AssemblyOptions options) {
       std::uint32_t(crop.x1) > options.width || std::uint32_t(crop.y1) > options.height) {
     return fail("the crop is empty or not inside the film");
   }
-  if (std::uint64_t(crop.width()) * std::uint64_t(crop.height()) > kMaxPixels)
-    return fail("the crop is too large");
+  const std::uint64_t pixels = std::uint64_t(crop.width()) * std::uint64_t(crop.height());
+  const std::uint64_t bytes = pixels * (options.channels.size() + 1) * sizeof(float);
+  const bool in_file = options.tile_size > 0 && bytes > options.max_frame_bytes;
+  if (pixels > (in_file ? kMaxPixelsInFile : kMaxPixels)) return fail("the crop is too large");
   if (options.spp == 0 || options.channels.empty()) return fail("no samples or no channels");
-  return Assembler(std::move(options));
+  if (2 * std::uint64_t{options.overscan} >= std::min(options.width, options.height))
+    return fail("nothing of the film is within the overscan");
+  std::unique_ptr<TileFile> file;
+  if (in_file) {
+    auto created =
+        TileFile::create(crop, static_cast<std::int32_t>(options.tile_size), options.channels.size() + 1);
+    if (!created.ok()) return created.status();
+    file = *std::move(created);
+  }
+  return Assembler(std::move(options), std::move(file));
 }
 
-Assembler::Assembler(AssemblyOptions options) : options_(std::move(options)), store_(0) {
+Assembler::Assembler(AssemblyOptions options, std::unique_ptr<TileFile> file)
+    : options_(std::move(options)), file_(std::move(file)), store_(0) {
   frame_.data = options_.crop;
   frame_.display = {0, 0, std::int32_t(options_.width), std::int32_t(options_.height)};
-  for (const wire::ChannelDesc& channel : options_.channels) frame_.add(channel.name);
-  frame_.add("samples");
-  owner_.resize(frame_.pixel_count());
-  const std::size_t frame_bytes = frame_.channels.size() * frame_.pixel_count() * sizeof(float);
+  const auto add = [&](const std::string& name) {
+    if (file_) {
+      frame_.channels.push_back({name, {}});
+    } else {
+      frame_.add(name);
+    }
+  };
+  for (const wire::ChannelDesc& channel : options_.channels) add(channel.name);
+  add("samples");
+  owner_.resize(file_ ? file_->tiles() : frame_.pixel_count());
+  const std::size_t frame_bytes =
+      file_ ? options_.max_frame_bytes : frame_.channels.size() * frame_.pixel_count() * sizeof(float);
   store_ = NodeStore(options_.max_pending_bytes ? options_.max_pending_bytes : 4 * frame_bytes);
 }
 
@@ -97,6 +127,7 @@ absl::Status Assembler::check_result(const wire::TileResult& result) const {
 absl::StatusOr<Assembler::Tile*> Assembler::find_tile(const wire::TileResult& result) {
   const Window pixels{std::int32_t(result.x0), std::int32_t(result.y0), std::int32_t(result.x1),
                       std::int32_t(result.y1)};
+  if (file_) return find_file_tile(pixels, result);
   const auto row_of = [&](std::int32_t y) {
     return owner_.begin() + std::ptrdiff_t(y - options_.crop.y0) * options_.crop.width() +
            (pixels.x0 - options_.crop.x0);
@@ -114,6 +145,17 @@ absl::StatusOr<Assembler::Tile*> Assembler::find_tile(const wire::TileResult& re
   const auto owner = static_cast<std::uint32_t>(tiles_.size());
   for (std::int32_t y = pixels.y0; y < pixels.y1; ++y) std::fill_n(row_of(y), pixels.width(), owner);
   return &tile;
+}
+
+absl::StatusOr<Assembler::Tile*> Assembler::find_file_tile(const Window& pixels,
+                                                           const wire::TileResult& result) {
+  if (!file_->is_tile(pixels)) return foreign(result, "it is no tile of the job's grid");
+  std::uint32_t& owner = owner_[file_->index_of(pixels.x0, pixels.y0)];
+  if (owner == 0) {
+    tiles_.emplace_back().pixels = pixels;
+    owner = static_cast<std::uint32_t>(tiles_.size());
+  }
+  return &tiles_[owner - 1];
 }
 
 // Merges `result` with the waiting siblings, theirs with the next, as far up the tree as it goes.
@@ -158,9 +200,8 @@ absl::Status Assembler::add(wire::TileResult result) {
   absl::StatusOr<wire::TileResult> merged = merge_siblings(tile, std::move(result));
   if (!merged.ok()) return merged.status();
   if (merged->sample_begin == 0 && merged->sample_end == options_.spp) {
-    put_in_frame(tile, *merged);
     tile.whole = true;
-    return absl::OkStatus();
+    return put_in_frame(tile, *merged);
   }
   const std::uint32_t begin = merged->sample_begin, end = merged->sample_end;
   absl::StatusOr<NodeStore::Entry> entry = store_.put(*std::move(merged));
@@ -169,7 +210,20 @@ absl::Status Assembler::add(wire::TileResult result) {
   return absl::OkStatus();
 }
 
-void Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
+absl::Status Assembler::put_in_file(const Tile& tile, const wire::TileResult& sums) {
+  const std::size_t pixels = sums.pixel_count(), channels = options_.channels.size();
+  std::vector<float> values((channels + 1) * pixels);
+  for (std::size_t c = 0; c < channels; ++c) {
+    for (std::size_t i = 0; i < pixels; ++i)
+      values[c * pixels + i] =
+          pixel_value(options_.channels[c], c, sums.values[c * pixels + i], sums.counts[i]);
+  }
+  std::ranges::copy(sums.counts, values.begin() + static_cast<std::ptrdiff_t>(channels * pixels));
+  return file_->put(tile.pixels, values);
+}
+
+absl::Status Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
+  if (file_) return put_in_file(tile, sums);
   const std::size_t tile_width = std::size_t(tile.pixels.width());
   const std::size_t frame_width = std::size_t(options_.crop.width());
   const std::size_t corner = std::size_t(tile.pixels.y0 - options_.crop.y0) * frame_width +
@@ -180,8 +234,15 @@ void Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
     samples[target] = static_cast<float>(sums.counts[i]);
     for (std::size_t c = 0; c < options_.channels.size(); ++c) {
       frame_.channels[c].values[target] =
-          pixel_value(options_.channels[c].kind, sums.values[c * sums.pixel_count() + i], sums.counts[i]);
+          pixel_value(options_.channels[c], c, sums.values[c * sums.pixel_count() + i], sums.counts[i]);
     }
+  }
+  return absl::OkStatus();
+}
+
+void Assembler::list_missing(std::vector<Hole>& holes) const {
+  for (std::size_t i = 0; i < owner_.size(); ++i) {
+    if (owner_[i] == 0) holes.push_back({.pixels = file_->tile(i), .empty = true});
   }
 }
 
@@ -237,13 +298,20 @@ absl::StatusOr<Assembly> Assembler::finish() && {
         sums = *std::move(part);
       }
     }
-    if (sums) put_in_frame(tile, *sums);
+    if (sums) {
+      if (absl::Status status = put_in_frame(tile, *sums); !status.ok()) return status;
+    }
     assembly.holes.push_back({.pixels = tile.pixels, .empty = false});
   }
   assembly.incomplete_pixels = frame_.pixel_count() - whole_pixels;
-  if (assembly.incomplete_pixels > 0) mark_missing(assembly.holes);
+  if (assembly.incomplete_pixels > 0 && file_) list_missing(assembly.holes);
+  if (assembly.incomplete_pixels > 0 && !file_) mark_missing(assembly.holes);
   if (!options_.samples_channel) frame_.channels.pop_back();
+  const auto shift = static_cast<std::int32_t>(options_.overscan);
+  frame_.data = moved(frame_.data, -shift);
+  frame_.display = {0, 0, frame_.display.x1 - 2 * shift, frame_.display.y1 - 2 * shift};
   assembly.image = std::move(frame_);
+  assembly.rows = std::move(file_);
   return assembly;
 }
 

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "image/image.h"
 #include "image/node_store.h"
+#include "image/tile_file.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {
@@ -19,9 +21,15 @@ struct AssemblyOptions {
   std::uint32_t spp = 0;
   std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
   bool samples_channel = true;              // "samples": how many samples each pixel got
+  // Pixels of the film on each side that are none of the display window, whose corner is (0, 0) of the image.
+  std::uint32_t overscan = 0;
   // Results that wait for their sibling go to a temporary file when they need more bytes than this. 0: four
   // frames.
   std::size_t max_pending_bytes = 0;
+  // A frame of more bytes than this goes to a temporary file, tile by tile, where its tiles are squares of
+  // `tile_size` on a grid from (0, 0); 0: they may be any rectangles, and the frame is kept in memory.
+  std::size_t max_frame_bytes = SIZE_MAX;
+  std::uint32_t tile_size = 0;
 };
 
 /// Pixels of one tile of which samples are missing.
@@ -31,7 +39,8 @@ struct Hole {
 };
 
 struct Assembly {
-  Image image;
+  Image image;                 // whose planes are empty where they are in `rows`
+  std::unique_ptr<Rows> rows;  // null: the image has its pixels
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;  // tiles that are not whole, then rectangles that no tile covers
 };
@@ -39,7 +48,7 @@ struct Assembly {
 /// Puts the results of one job together. Results may come in any order; the image has the same bits whatever
 /// the order. A pixel's value is the sum over its samples divided by their number; a `variance` channel is
 /// the per-sample variance M2 / (n - 1), 0 for one sample. Memory: the frame, and `max_pending_bytes` of
-/// waiting results.
+/// waiting results; of a frame that goes to a file, a row of tiles.
 class Assembler {
  public:
   /// InvalidArgument when the options do not fit one another.
@@ -58,7 +67,7 @@ class Assembler {
 
   /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was.
   /// One that has none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a
-  /// dark corner, and 0 in all other channels. Every value is finite.
+  /// dark corner, and 0 in all other channels; black in a frame that is in a file. Every value is finite.
   absl::StatusOr<Assembly> finish() &&;
 
  private:
@@ -73,17 +82,23 @@ class Assembler {
     std::map<std::uint32_t, Node> nodes;
   };
 
-  explicit Assembler(AssemblyOptions options);
+  Assembler(AssemblyOptions options, std::unique_ptr<TileFile> file);
   absl::Status check_result(const wire::TileResult& result) const;
   absl::StatusOr<Tile*> find_tile(const wire::TileResult& result);
+  absl::StatusOr<Tile*> find_file_tile(const Window& pixels, const wire::TileResult& result);
   absl::StatusOr<wire::TileResult> merge_siblings(Tile& tile, wire::TileResult result);
-  void put_in_frame(const Tile& tile, const wire::TileResult& sums);
+  absl::Status put_in_frame(const Tile& tile, const wire::TileResult& sums);
+  absl::Status put_in_file(const Tile& tile, const wire::TileResult& sums);
   /// Marks the pixels that no tile has, and appends them to `holes`.
   void mark_missing(std::vector<Hole>& holes);
+  /// The same of a frame in a file, where they stay black.
+  void list_missing(std::vector<Hole>& holes) const;
 
   AssemblyOptions options_;
   Image frame_;
-  std::vector<std::uint32_t> owner_;  // per pixel of the crop: 1 + index into tiles_, 0 for none yet
+  std::unique_ptr<TileFile> file_;  // in place of the frame's pixels; null: they are in memory
+  // Per pixel of the crop, or per tile of the file: 1 + index into tiles_, 0 for none yet.
+  std::vector<std::uint32_t> owner_;
   std::vector<Tile> tiles_;
   NodeStore store_;
   std::uint64_t samples_done_ = 0;

@@ -1,7 +1,10 @@
 // OpenEXR files.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -9,26 +12,43 @@
 
 namespace tessera::client {
 
-enum class PixelType {
-  kFloat,  // 32 bits
-  kHalf    // 16 bits for all but `samples` and `depth.*`; finite values beyond +-65504 are stored as +-65504
+enum class ExrCompression { kNone, kRle, kZips, kZip, kPiz, kDwaa, kDwab };
+
+/// Whose names channels have in the file (exr/channel_names.h).
+enum class ChannelNames { kTessera, kBlender, kNuke, kMitsuba };
+
+/// How an EXR is written.
+struct ExrFormat {
+  // 16 bits for all channels but counts, numbers, distances and places; finite values beyond +-65504 are
+  // stored as +-65504.
+  bool half = false;
+  std::vector<std::string> half_layers{};  // the same for these alone: "rgba", "albedo", "normal.X"
+  bool multipart = false;                  // a part for each layer: "diffuse" has diffuse.R ...
+  ExrCompression compression = ExrCompression::kZip;
+  ChannelNames names = ChannelNames::kTessera;
+  std::uint32_t tile_size = 0;    // pixels each way; 0: scanlines
+  bool mipmaps = false;           // with tiles: each level half as large, a mean of four pixels
+  std::uint32_t matte_ranks = 6;  // things that a pixel of Cryptomatte tells (image/cryptomatte.h)
+  // Pixels of a larger frame are kept in a temporary file until they are written, bytes.
+  std::uint64_t frame_memory = std::uint64_t{1} << 30;
+  // Texts beside the image's own metadata.
+  std::vector<std::pair<std::string, std::string>> attributes{};
 };
 
-enum class ExrParts {
-  kOne,
-  kMany  // one for the channels without a layer's name, and one for each layer: "diffuse" has diffuse.R ...
-};
+/// Writes a file of one or several parts. The image's windows become dataWindow and displayWindow. The file
+/// is replaced as a whole (atomic_file.h). InvalidArgument when planes do not fit the windows, or
+/// Cryptomatte's identifiers would be in a part that is compressed with loss; Internal, with the file's name,
+/// when the disk does not take it.
+absl::Status write_exr(const Image& image, const std::string& path, const ExrFormat& format = {});
 
-/// Writes a scanline file with ZIP compression. The image's windows become dataWindow and displayWindow. The
-/// file is replaced as a whole (atomic_file.h). InvalidArgument when planes do not fit the windows; Internal,
-/// with the file's name, when the disk does not take it.
-absl::Status write_exr(const Image& image, const std::string& path, PixelType type = PixelType::kFloat,
-                       ExrParts parts = ExrParts::kOne);
-
-/// Reads the first part of any flat file: half, float or 32-bit integer, scanlines or tiles (the
-/// full-resolution level), RGB, luminance or luminance/chroma. Attributes of the types string, int and float
-/// become metadata. NotFound when there is no such file; InvalidArgument, with the file's name, for a file
-/// that is broken, deep, or larger than `max_pixels`. Never throws.
+/// Reads the first part of any flat file, and the channels of all parts that have the same pixels: half,
+/// float or 32-bit integer, scanlines or tiles (the full-resolution level), RGB, luminance or
+/// luminance/chroma. Attributes of the types that metadata have become metadata. NotFound when there is no
+/// such file; InvalidArgument, with the file's name, for a file that is broken, deep, or larger than
+/// `max_pixels`. Never throws.
 absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels = std::size_t{1} << 28);
+
+/// The same without pixels: windows and metadata.
+absl::StatusOr<Image> read_exr_facts(const std::string& path);
 
 }  // namespace tessera::client

@@ -5,13 +5,18 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfRationalAttribute.h>
 #include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTimeCodeAttribute.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <span>
 
 #include "absl/strings/str_cat.h"
 #include "image/exr.h"
@@ -43,7 +48,9 @@ absl::Status check_window(const Imath::Box2i& box, std::uint64_t max_pixels, con
   return absl::OkStatus();
 }
 
-absl::Status check_header(const Imf::Header& header, std::uint64_t max_pixels, const std::string& path) {
+/// `channels`: that the parts before this one have.
+absl::Status check_header(const Imf::Header& header, std::uint64_t max_pixels, std::uint64_t channels,
+                          const std::string& path) {
   if (header.hasType() && Imf::isDeepData(header.type()))
     return broken(path, "deep images are not supported");
   absl::Status status = check_window(header.dataWindow(), max_pixels, path);
@@ -55,9 +62,9 @@ absl::Status check_header(const Imf::Header& header, std::uint64_t max_pixels, c
   const Imath::Box2i& box = header.dataWindow();
   const std::uint64_t pixels =
       std::uint64_t(box.max.x - box.min.x + 1) * std::uint64_t(box.max.y - box.min.y + 1);
-  std::uint64_t channels = 0;
+  const std::uint64_t before = channels;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) ++channels;
-  if (channels == 0) return broken(path, "no channels");
+  if (channels == before) return broken(path, "no channels");
   std::error_code error;
   const std::uint64_t file_bytes = std::filesystem::file_size(path, error);
   if (error) return broken(path, error.message());
@@ -79,6 +86,13 @@ void read_metadata(const Imf::Header& header, Image& image) {
       image.metadata[it.name()] = std::int32_t{number->value()};
     } else if (const auto* real = dynamic_cast<const Imf::FloatAttribute*>(&attribute)) {
       image.metadata[it.name()] = real->value();
+    } else if (const auto* ratio = dynamic_cast<const Imf::RationalAttribute*>(&attribute)) {
+      image.metadata[it.name()] = Rational{ratio->value().n, ratio->value().d};
+    } else if (const auto* code = dynamic_cast<const Imf::TimeCodeAttribute*>(&attribute)) {
+      image.metadata[it.name()] = TimeCode{code->value().timeAndFlags(), code->value().userData()};
+    } else if (const auto* matrix = dynamic_cast<const Imf::M44fAttribute*>(&attribute)) {
+      RowMatrix& copy = std::get<RowMatrix>(image.metadata[it.name()] = RowMatrix{});
+      std::copy_n(matrix->value().getValue(), copy.m.size(), copy.m.begin());
     }
   }
 }
@@ -107,47 +121,81 @@ void read_subsampled(const std::string& path, Image& image) {
   }
 }
 
-void read_planes(Imf::MultiPartInputFile& file, Image& image) {
-  Imf::InputPart input(file, 0);
+/// Adds the channels of a part, but for those whose names the image has already.
+void read_planes(Imf::MultiPartInputFile& file, int part, Image& image) {
+  Imf::InputPart input(file, part);
   const Imf::Header& header = input.header();
   const Imath::Box2i box = header.dataWindow();
-  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) image.add(it.name());
+  const std::size_t first = image.channels.size();
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    if (image.find(it.name()) == nullptr) image.add(it.name());
+  }
   // OpenEXR converts half and integer pixels to the slice's type.
   Imf::FrameBuffer frame;
-  for (Channel& channel : image.channels) {
+  for (Channel& channel : std::span(image.channels).subspan(first)) {
     frame.insert(channel.name, Imf::Slice::Make(Imf::FLOAT, channel.values.data(), box));
   }
   input.setFrameBuffer(frame);
   input.readPixels(box.min.y, box.max.y);
 }
 
-absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels) {
-  Imf::MultiPartInputFile file(path.c_str(), kNoThreads);
-  const Imf::Header& header = file.header(0);
-  if (absl::Status status = check_header(header, max_pixels, path); !status.ok()) return status;
+/// Whether a further part is of the same pixels, and flat.
+bool belongs(const Imf::Header& header, const Image& image) {
+  const bool deep = header.hasType() && Imf::isDeepData(header.type());
+  return !deep && window_of(header.dataWindow()) == image.data && !is_subsampled(header.channels());
+}
+
+Image facts_of(const Imf::Header& header) {
   Image image;
   image.data = window_of(header.dataWindow());
   image.display = window_of(header.displayWindow());
   read_metadata(header, image);
+  return image;
+}
+
+absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels) {
+  Imf::MultiPartInputFile file(path.c_str(), kNoThreads);
+  const Imf::Header& header = file.header(0);
+  if (absl::Status status = check_header(header, max_pixels, 0, path); !status.ok()) return status;
+  Image image = facts_of(header);
   if (is_subsampled(header.channels())) {
     read_subsampled(path, image);
   } else {
-    read_planes(file, image);
+    read_planes(file, 0, image);
+    for (int part = 1; part < file.parts(); ++part) {
+      if (!belongs(file.header(part), image)) continue;
+      if (absl::Status status = check_header(file.header(part), max_pixels, image.channels.size(), path);
+          !status.ok())
+        return status;
+      read_planes(file, part, image);
+    }
   }
   return image;
+}
+
+template <class Read>
+absl::StatusOr<Image> read_safely(const std::string& path, Read&& read) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  if (!std::filesystem::is_regular_file(path, error)) return broken(path, "not a regular file");
+  try {
+    return read();
+  } catch (const std::exception& exception) {
+    return broken(path, absl::StrCat("cannot read as OpenEXR: ", exception.what()));
+  }
 }
 
 }  // namespace
 
 absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
-  if (!std::filesystem::is_regular_file(path, error)) return broken(path, "not a regular file");
-  try {
-    return read_file(path, max_pixels);
-  } catch (const std::exception& exception) {
-    return broken(path, absl::StrCat("cannot read as OpenEXR: ", exception.what()));
-  }
+  return read_safely(path, [&] { return read_file(path, max_pixels); });
+}
+
+absl::StatusOr<Image> read_exr_facts(const std::string& path) {
+  return read_safely(path, [&]() -> absl::StatusOr<Image> {
+    const Imf::MultiPartInputFile file(path.c_str(), kNoThreads);
+    return facts_of(file.header(0));
+  });
 }
 
 }  // namespace tessera::client

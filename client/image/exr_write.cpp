@@ -1,239 +1,179 @@
-#include <Imath/half.h>
-#include <OpenEXR/openexr.h>
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <bit>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
-#include <map>
 #include <set>
-#include <span>
-#include <stdexcept>
+#include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "image/atomic_file.h"
 #include "image/exr.h"
-#include "image/zip_block.h"
+#include "image/exr/channel_names.h"
+#include "image/exr/chunk_writer.h"
+#include "image/exr/exr_file.h"
+#include "image/exr/level_writer.h"
+#include "image/exr/part.h"
+#include "image/exr/rows.h"
 
 namespace tessera::client {
 namespace {
 
-absl::Status check(const Image& image, const std::string& path) {
-  const auto fail = [&](auto... what) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": ", what...));
-  };
+absl::Status check(const Image& image) {
   for (const Window& window : {image.data, image.display}) {
-    if (window.x1 <= window.x0 || window.y1 <= window.y0) return fail("the image is empty");
+    if (window.x1 <= window.x0 || window.y1 <= window.y0)
+      return absl::InvalidArgumentError("the image is empty");
   }
-  if (image.channels.empty()) return fail("the image has no channels");
-  std::set<std::string> names;
-  for (const Channel& channel : image.channels) {
-    if (channel.name.empty() || !names.insert(channel.name).second) {
-      return fail("channel name '", channel.name, "' is empty or there twice");
-    }
-    if (channel.values.size() != image.pixel_count())
-      return fail("channel ", channel.name, " has the wrong size");
-  }
-  return absl::OkStatus();
+  return image.channels.empty() ? absl::InvalidArgumentError("the image has no channels") : absl::OkStatus();
 }
 
-// Counts, numbers and distances need more digits than a half has.
-bool stored_as_half(const std::string& name, PixelType type) {
-  return type == PixelType::kHalf && name != "samples" && !absl::StartsWith(name, "depth.") &&
-         !absl::StartsWith(name, "id.");
-}
-
-std::vector<Imath::half> to_half(std::span<const float> values) {
-  std::vector<Imath::half> halves(values.size());
-  std::ranges::transform(values, halves.begin(), [](float value) {
-    constexpr float kMax = 65504;
-    return Imath::half(std::isfinite(value) ? std::clamp(value, -kMax, kMax) : value);
-  });
-  return halves;
-}
-
-using Channels = std::vector<const Channel*>;
-
-/// The layer that a channel's name tells: "a.b" of "a.b.R"; empty: none.
-std::string layer_of(const Channel& channel) {
-  const std::size_t dot = channel.name.rfind('.');
-  return dot == std::string::npos ? "" : channel.name.substr(0, dot);
-}
-
-/// Those of each part, by its name; in the order of the file, which is that of their names.
-std::map<std::string, Channels> parts_of(const Image& image, ExrParts parts) {
-  std::map<std::string, Channels> result;
-  for (const Channel& channel : image.channels)
-    result[parts == ExrParts::kMany ? layer_of(channel) : ""].push_back(&channel);
-  for (auto& [name, channels] : result) std::ranges::sort(channels, {}, &Channel::name);
-  return result;
-}
-
-/// Ends the writing of a file: the library has refused something.
-class WriteError : public std::runtime_error {
+class ImageRows final : public Rows {
  public:
-  using std::runtime_error::runtime_error;
-};
+  explicit ImageRows(const Image& image) : image_(image) {}
 
-/// A file that OpenEXRCore writes. Its C++ interface has no place for a deflate of one's own.
-class ExrFile {
- public:
-  explicit ExrFile(const std::string& path)
-      : descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
-    if (descriptor_ < 0) throw WriteError(std::strerror(errno));
-    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    how.user_data = this;
-    how.write_fn = &ExrFile::write;
-    how.error_handler_fn = &ExrFile::note_error;
-    check(exr_start_write(&context_, path.c_str(), EXR_WRITE_FILE_DIRECTLY, &how));
+  absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override {
+    std::copy_n(image_.channels[plane].values.begin() +
+                    static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row.size()),
+                row.size(), row.begin());
+    return absl::OkStatus();
   }
-  ~ExrFile() {
-    if (context_ != nullptr) static_cast<void>(exr_finish(&context_));
-    ::close(descriptor_);
-  }
-  ExrFile(const ExrFile&) = delete;
-  ExrFile& operator=(const ExrFile&) = delete;
-
-  exr_context_t context() const { return context_; }
-  void check(exr_result_t result) const {
-    if (result != EXR_ERR_SUCCESS)
-      throw WriteError(error_.empty() ? exr_get_default_error_message(result) : error_);
-  }
-  /// Writes the places of all chunks.
-  void finish() { check(exr_finish(&context_)); }
 
  private:
-  static std::int64_t write(exr_const_context_t, void* self, const void* bytes, std::uint64_t size,
-                            std::uint64_t offset, exr_stream_error_func_ptr_t) {
-    ExrFile& file = *static_cast<ExrFile*>(self);
-    for (std::uint64_t done = 0; done < size;) {
-      const ssize_t written = ::pwrite(file.descriptor_, static_cast<const char*>(bytes) + done, size - done,
-                                       static_cast<off_t>(offset + done));
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) {
-        file.error_ = std::strerror(written < 0 ? errno : ENOSPC);
-        return -1;
-      }
-      done += static_cast<std::uint64_t>(written);
-    }
-    return static_cast<std::int64_t>(size);
-  }
-  static void note_error(exr_const_context_t context, exr_result_t, const char* message) {
-    void* self = nullptr;
-    if (context == nullptr || exr_get_user_data(context, &self) != EXR_ERR_SUCCESS || self == nullptr) return;
-    std::string& error = static_cast<ExrFile*>(self)->error_;
-    if (error.empty()) error = message;  // the first one is the cause
-  }
-
-  const int descriptor_;
-  exr_context_t context_ = nullptr;
-  std::string error_;
+  const Image& image_;
 };
 
 exr_attr_box2i_t box_of(const Window& window) {
   return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }
 
-void write_header(const ExrFile& file, const Image& image, const std::string& name, const Channels& channels,
-                  PixelType type) {
+/// Sets an attribute of a part by the kind of its value.
+struct AttributeSetter {
+  exr_context_t context;
+  int part;
+  const char* name;
+
+  exr_result_t operator()(const std::string& text) const {
+    return exr_attr_set_string(context, part, name, text.c_str());
+  }
+  exr_result_t operator()(std::int32_t number) const { return exr_attr_set_int(context, part, name, number); }
+  exr_result_t operator()(float real) const { return exr_attr_set_float(context, part, name, real); }
+  exr_result_t operator()(const Rational& ratio) const {
+    const exr_attr_rational_t value = {ratio.numerator, ratio.denominator};
+    return exr_attr_set_rational(context, part, name, &value);
+  }
+  exr_result_t operator()(const TimeCode& code) const {
+    const exr_attr_timecode_t value = {code.time_and_flags, code.user_data};
+    return exr_attr_set_timecode(context, part, name, &value);
+  }
+  exr_result_t operator()(const RowMatrix& matrix) const {
+    exr_attr_m44f_t value;
+    std::ranges::copy(matrix.m, value.m);
+    return exr_attr_set_m44f(context, part, name, &value);
+  }
+};
+
+void write_header(const ExrFile& file, const Image& image, const ExrPart& part, const ExrFormat& format) {
   const exr_context_t context = file.context();
-  int part = 0;
-  file.check(exr_add_part(context, name.empty() ? nullptr : name.c_str(), EXR_STORAGE_SCANLINE, &part));
+  int index = 0;
+  file.check(exr_add_part(context, part.name.empty() ? nullptr : part.name.c_str(),
+                          format.tile_size > 0 ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &index));
   const exr_attr_box2i_t display = box_of(image.display), data = box_of(image.data);
   const exr_attr_v2f_t center = {0, 0};
-  file.check(exr_initialize_required_attr(context, part, &display, &data, 1, &center, 1,
-                                          EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP));
+  const exr_lineorder_t order = format.tile_size > 0 ? EXR_LINEORDER_RANDOM_Y : EXR_LINEORDER_INCREASING_Y;
+  file.check(exr_initialize_required_attr(context, index, &display, &data, 1, &center, 1, order,
+                                          compression_of(part.compression)));
+  if (format.tile_size > 0) {
+    file.check(exr_set_tile_descriptor(context, index, format.tile_size, format.tile_size,
+                                       format.mipmaps ? EXR_TILE_MIPMAP_LEVELS : EXR_TILE_ONE_LEVEL,
+                                       EXR_TILE_ROUND_DOWN));
+  }
   // Rec.709 is what a file without this attribute is taken for; saying so costs nothing.
   const exr_attr_chromaticities_t rec709 = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};
-  file.check(exr_attr_set_chromaticities(context, part, "chromaticities", &rec709));
-  for (const Channel* const channel : channels) {
-    const bool half = stored_as_half(channel->name, type);
-    file.check(exr_add_channel(context, part, channel->name.c_str(), half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
-                               EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
+  file.check(exr_attr_set_chromaticities(context, index, "chromaticities", &rec709));
+  for (const PartChannel& channel : part.channels) {
+    file.check(exr_add_channel(context, index, channel.name.c_str(),
+                               channel.half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC,
+                               1, 1));
   }
   // Attributes of a file that was read may say how that one is laid out.
   static const std::set<std::string> own = {"chunkCount", "name", "type", "version"};
   for (const auto& [key, value] : image.metadata) {
     if (own.contains(key)) continue;
-    if (const auto* text = std::get_if<std::string>(&value))
-      file.check(exr_attr_set_string(context, part, key.c_str(), text->c_str()));
-    if (const auto* number = std::get_if<std::int32_t>(&value))
-      file.check(exr_attr_set_int(context, part, key.c_str(), *number));
-    if (const auto* real = std::get_if<float>(&value))
-      file.check(exr_attr_set_float(context, part, key.c_str(), *real));
+    const AttributeSetter set{context, index, key.c_str()};
+    // A Cryptomatte is called as its channels are.
+    const bool names_layer = key.starts_with("cryptomatte/") && key.ends_with("/name");
+    file.check(names_layer ? set(std::string(
+                                 layer_of(channel_name(std::get<std::string>(value) + ".R", format.names))))
+                           : std::visit(set, value));
   }
+  for (const auto& [key, text] : format.attributes)
+    file.check(exr_attr_set_string(context, index, key.c_str(), text.c_str()));
 }
 
-/// A block of so many scanlines is compressed as one: that of ZIP files.
-constexpr std::int32_t kBlockLines = 16;
-
-/// Appends the row of a channel, little endian.
-void append_row(std::span<const float> row, bool half, std::vector<unsigned char>& block) {
-  static_assert(std::endian::native == std::endian::little);
-  const std::size_t at = block.size();
-  if (half) {
-    const std::vector<Imath::half> halves = to_half(row);
-    block.resize(at + halves.size() * sizeof(Imath::half));
-    std::memcpy(block.data() + at, halves.data(), halves.size() * sizeof(Imath::half));
-  } else {
-    block.resize(at + row.size_bytes());
-    std::memcpy(block.data() + at, row.data(), row.size_bytes());
-  }
-}
-
-void write_pixels(const ExrFile& file, int part, const Image& image, const Channels& channels,
-                  PixelType type) {
-  const auto width = static_cast<std::size_t>(image.data.width());
-  ZipBlockPacker packer;
-  std::vector<unsigned char> block;
-  for (std::int32_t y = 0; y < image.data.height(); y += kBlockLines) {
-    block.clear();
-    for (std::int32_t line = y; line < std::min(y + kBlockLines, image.data.height()); ++line) {
-      for (const Channel* const channel : channels) {
-        const std::span<const float> plane = channel->values;
-        append_row(plane.subspan(static_cast<std::size_t>(line) * width, width),
-                   stored_as_half(channel->name, type), block);
-      }
+void write_pixels(const ExrFile& file, int index, const Image& image, Rows& rows, const ExrPart& part,
+                  const ExrFormat& format) {
+  const std::int32_t width = image.data.width(), height = image.data.height();
+  ChunkWriter chunks(file, index, part);
+  LevelWriter levels(chunks, part, width, height, static_cast<std::int32_t>(format.tile_size),
+                     format.mipmaps);
+  const std::int32_t lines = lines_of_chunk(part.compression);
+  std::vector<std::vector<float>> row(part.channels.size(),
+                                      std::vector<float>(static_cast<std::size_t>(width)));
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      if (const absl::Status status = rows.read(part.channels[c].plane, y, row[c]); !status.ok())
+        throw WriteError(std::string(status.message()));
     }
-    const std::span<const unsigned char> packed = packer.pack(block);
-    file.check(
-        exr_write_scanline_chunk(file.context(), part, image.data.y0 + y, packed.data(), packed.size()));
+    if (format.tile_size > 0) {
+      levels.add(row);
+      continue;
+    }
+    for (std::size_t c = 0; c < row.size(); ++c) chunks.append(row[c], part.channels[c].half);
+    if ((y + 1) % lines == 0 || y + 1 == height) chunks.write_lines(image.data.y0 + y / lines * lines);
   }
 }
 
-void write_file(const Image& image, const std::string& path, PixelType type, ExrParts wanted) {
-  const std::map<std::string, Channels> parts = parts_of(image, wanted);
+void write_file(const Image& image, Rows& rows, const std::vector<ExrPart>& parts, const std::string& path,
+                const ExrFormat& format) {
   ExrFile file(path);
   constexpr std::size_t kShortName = 31;
   const auto is_long = [](const std::string& name) { return name.size() > kShortName; };
+  const auto has_long = [&](const ExrPart& part) {
+    return std::ranges::any_of(part.channels, is_long, &PartChannel::name);
+  };
   const bool long_names =
-      std::ranges::any_of(image.channels, is_long, &Channel::name) ||
+      std::ranges::any_of(parts, has_long) ||
       std::ranges::any_of(image.metadata, [&](const auto& entry) { return is_long(entry.first); });
   file.check(exr_set_longname_support(file.context(), long_names));
-  for (const auto& [name, channels] : parts)
-    write_header(file, image, parts.size() > 1 && name.empty() ? "rgba" : name, channels, type);
+  for (const ExrPart& part : parts) write_header(file, image, part, format);
   file.check(exr_write_header(file.context()));
-  int part = 0;
-  for (const auto& [name, channels] : parts) write_pixels(file, part++, image, channels, type);
+  int index = 0;
+  for (const ExrPart& part : parts) write_pixels(file, index++, image, rows, part, format);
   file.finish();
 }
 
 }  // namespace
 
-absl::Status write_exr(const Image& image, const std::string& path, PixelType type, ExrParts parts) {
-  if (absl::Status status = check(image, path); !status.ok()) return status;
+absl::Status write_exr(const Image& image, Rows& rows, const std::string& path, const ExrFormat& format) {
+  absl::Status sound = check(image);
+  const absl::StatusOr<std::vector<ExrPart>> parts =
+      sound.ok() ? parts_of(image, format) : absl::StatusOr<std::vector<ExrPart>>(sound);
+  if (!parts.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", parts.status().message()));
   return replace_file(path, [&](const std::string& file) {
     try {
-      write_file(image, file, type, parts);
+      write_file(image, rows, *parts, file, format);
       return absl::OkStatus();
     } catch (const std::exception& error) {
       return absl::InternalError(absl::StrCat(path, ": cannot write: ", error.what()));
     }
   });
+}
+
+absl::Status write_exr(const Image& image, const std::string& path, const ExrFormat& format) {
+  for (const Channel& channel : image.channels) {
+    if (channel.values.size() != image.pixel_count()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(path, ": channel ", channel.name, " has the wrong size"));
+    }
+  }
+  ImageRows rows(image);
+  return write_exr(image, rows, path, format);
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,7 @@
 // A float image with named channels, as it comes from the farm and goes to a file.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -26,7 +27,24 @@ struct Channel {
   std::vector<float> values;
 };
 
-using MetadataValue = std::variant<std::string, std::int32_t, float>;
+/// Attributes of OpenEXR's other types that describe pictures.
+struct Rational {
+  std::int32_t numerator = 0;
+  std::uint32_t denominator = 1;
+  bool operator==(const Rational&) const = default;
+};
+struct TimeCode {
+  std::uint32_t time_and_flags = 0;  // SMPTE 12M: digits of frames, seconds, minutes, hours from the low end
+  std::uint32_t user_data = 0;
+  bool operator==(const TimeCode&) const = default;
+};
+/// Acts on row vectors, as OpenEXR's do: translations are in elements 12, 13 and 14.
+struct RowMatrix {
+  std::array<float, 16> m{};
+  bool operator==(const RowMatrix&) const = default;
+};
+
+using MetadataValue = std::variant<std::string, std::int32_t, float, Rational, TimeCode, RowMatrix>;
 
 /// Linear Rec.709 unless a channel's name says otherwise.
 struct Image {

@@ -5,6 +5,18 @@
 namespace tessera::wire {
 namespace {
 
+/// A list of identifiers; `of` is set when it is known where the list begins.
+std::vector<ChannelDesc> list_of(const std::string& name) {
+  std::vector<ChannelDesc> channels;
+  for (std::size_t entry = 0; entry < kListEntries; ++entry) {
+    const ChannelKind kind = entry == 0 ? ChannelKind::kEntry : ChannelKind::kFurtherEntry;
+    const std::string number = std::to_string(entry);
+    channels.push_back({name + ".id" + number, kind});
+    channels.push_back({name + ".weight" + number, kind});
+  }
+  return channels;
+}
+
 std::vector<ChannelDesc> channels_of(v1::AOV aov) {
   using enum ChannelKind;
   switch (aov) {
@@ -23,6 +35,22 @@ std::vector<ChannelDesc> channels_of(v1::AOV aov) {
       return {{"id.shape", kFirst}, {"id.instance", kFirst}};
     case v1::AOV_VISITS:
       return {{"visits.nodes"}, {"visits.primitives"}};
+    case v1::AOV_POSITION:
+      return {{"position.X"}, {"position.Y"}, {"position.Z"}};
+    case v1::AOV_CAMERA_NORMAL:
+      return {{"camera-normal.X"}, {"camera-normal.Y"}, {"camera-normal.Z"}};
+    case v1::AOV_UV:
+      return {{"uv.U"}, {"uv.V"}};
+    case v1::AOV_MOTION:
+      return {{"motion.U"}, {"motion.V"}};
+    case v1::AOV_MATERIAL_ID:
+      return {{"id.material", kFirst}};
+    case v1::AOV_CRYPTO_OBJECT:
+      return list_of(kObjectList);
+    case v1::AOV_CRYPTO_MATERIAL:
+      return list_of(kMaterialList);
+    case v1::AOV_CRYPTO_ASSET:
+      return list_of(kAssetList);
     default:
       return {};  // counts and alpha come with every result
   }
@@ -35,7 +63,10 @@ std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
   aovs.erase(std::unique(aovs.begin(), aovs.end()), aovs.end());
   std::vector<ChannelDesc> channels = {{"R"}, {"G"}, {"B"}, {"A"}};
   for (const v1::AOV aov : aovs) {
-    const std::vector<ChannelDesc> added = channels_of(aov);
+    std::vector<ChannelDesc> added = channels_of(aov);
+    if (!added.empty() && added.front().kind == ChannelKind::kEntry) {
+      for (ChannelDesc& channel : added) channel.of = static_cast<std::uint8_t>(channels.size());
+    }
     channels.insert(channels.end(), added.begin(), added.end());
   }
   return channels;
@@ -59,7 +90,11 @@ std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view) {
 
 bool is_first_hit(v1::AOV aov) {
   return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH || aov == v1::AOV_ID ||
-         aov == v1::AOV_VISITS;
+         aov == v1::AOV_VISITS || aov >= v1::AOV_POSITION;
+}
+
+bool is_cryptomatte(v1::AOV aov) {
+  return aov == v1::AOV_CRYPTO_OBJECT || aov == v1::AOV_CRYPTO_MATERIAL || aov == v1::AOV_CRYPTO_ASSET;
 }
 
 }  // namespace tessera::wire

@@ -21,4 +21,10 @@ std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view);
 /// Whether the AOV is of the camera rays themselves: what they meet first, or visit on their way.
 bool is_first_hit(v1::AOV aov);
 
+/// Whether its channels are a list of identifiers (ChannelKind::kEntry), called NAME.id0, NAME.weight0,
+/// NAME.id1 ...
+bool is_cryptomatte(v1::AOV aov);
+inline constexpr const char kObjectList[] = "crypto-object", kMaterialList[] = "crypto-material",
+                            kAssetList[] = "crypto-asset";
+
 }  // namespace tessera::wire

@@ -54,7 +54,7 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
       if (is_first_hit(static_cast<v1::AOV>(aov)))
-        return cannot("gives no albedo, normal, depth, id or visits");
+        return cannot("gives nothing of what camera rays meet first: no albedo, normal, depth, id and so on");
     }
   }
   const double density = asked.grid_density();
@@ -128,6 +128,10 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
+  if (const std::size_t channels = channels_of(spec.view()).size(); channels > kMaxChannels) {
+    return absl::InvalidArgumentError(absl::StrCat("the AOVs and layers have ", channels,
+                                                   " channels; a result has ", kMaxChannels, " at most"));
+  }
   if (auto s = check_sampler(spec); !s.ok()) return s;
   if (spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = allows_scattering(spec); !s.ok()) return s;

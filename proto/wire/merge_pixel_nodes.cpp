@@ -33,7 +33,37 @@ void merge_squared_deviations(std::size_t pixels, const std::uint32_t* left_coun
   }
 }
 
+void merge_lists(std::size_t pixels, float* left, std::size_t left_stride, const float* right,
+                 std::size_t right_stride) {
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t entry = 0; entry < kListEntries; ++entry) {
+      const float* const pair = right + 2 * entry * right_stride + i;
+      add_to_list(left + i, left_stride, pair[0], pair[right_stride]);
+    }
+  }
+}
+
 }  // namespace
+
+void add_to_list(float* list, std::size_t stride, float identifier, float weight) {
+  if (weight == 0) return;
+  float *free = nullptr, *least = nullptr;
+  for (std::size_t entry = 0; entry < kListEntries; ++entry) {
+    float* const pair = list + 2 * entry * stride;
+    if (pair[stride] == 0) {
+      if (free == nullptr) free = pair;
+    } else if (pair[0] == identifier) {
+      pair[stride] += weight;
+      return;
+    } else if (least == nullptr || pair[stride] < least[stride]) {
+      least = pair;
+    }
+  }
+  float* const place = free != nullptr ? free : least;
+  if (free == nullptr && weight <= least[stride]) return;
+  place[0] = identifier;
+  place[stride] = weight;
+}
 
 void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pixels,
                        std::uint32_t* left_counts, float* left, std::size_t left_stride,
@@ -52,6 +82,10 @@ void merge_pixel_nodes(const std::vector<ChannelDesc>& channels, std::size_t pix
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind == ChannelKind::kFirst)
       merge_firsts(pixels, left_counts, left + c * left_stride, right + c * right_stride);
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].kind == ChannelKind::kEntry && channels[c].of == c)
+      merge_lists(pixels, left + c * left_stride, left_stride, right + c * right_stride, right_stride);
   }
   for (std::size_t i = 0; i < pixels; ++i) left_counts[i] += right_counts[i];
 }

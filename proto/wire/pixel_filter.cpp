@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "wire/algorithm.h"
+#include "wire/aov_channels.h"
 #include "wire/limits.h"
 
 namespace tessera::wire {
@@ -62,6 +63,13 @@ absl::Status allows_scattering(const v1::JobSpec& spec) {
     return absl::InvalidArgumentError(absl::StrCat("integrator '", spec.content().algorithms().integrator(),
                                                    "' has its own way from samples to pixels: reconstruction "
                                                    "'scatter' is not for it"));
+  }
+  for (const int aov : spec.view().aovs()) {
+    // A list knows whose sample it is; its neighbours' would have to be merged by their weights.
+    if (is_cryptomatte(static_cast<v1::AOV>(aov))) {
+      return absl::InvalidArgumentError(
+          "reconstruction 'scatter' does not go with Cryptomatte: 'sample' gives the filter's coverages");
+    }
   }
   if (spec.samples().noise() == 0) return absl::OkStatus();
   return absl::InvalidArgumentError(

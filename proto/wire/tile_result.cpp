@@ -85,9 +85,27 @@ std::string encode_header(const TileResult& result, Packing packing) {
   return header;
 }
 
+/// The channels from `first` on that are a list: all of it, and nothing else.
+bool is_list(const std::vector<ChannelDesc>& channels, std::size_t first) {
+  if (channels.size() - first < 2 * kListEntries) return false;
+  for (std::size_t i = 0; i < 2 * kListEntries; ++i) {
+    const ChannelDesc& channel = channels[first + i];
+    if (channel.of != first || channel.kind != (i < 2 ? ChannelKind::kEntry : ChannelKind::kFurtherEntry))
+      return false;
+  }
+  return true;
+}
+
 absl::Status check_channels(const std::vector<ChannelDesc>& channels) {
-  for (const ChannelDesc& channel : channels) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const ChannelDesc& channel = channels[c];
     if (channel.kind == ChannelKind::kSum || channel.kind == ChannelKind::kFirst) continue;
+    if (channel.kind == ChannelKind::kEntry) {
+      if (!is_list(channels, c))
+        return unsound(absl::StrCat("channel \"", channel.name, "\" begins no list of identifiers"));
+      c += 2 * kListEntries - 1;
+      continue;
+    }
     if (channel.kind != ChannelKind::kSquaredDeviation) {
       return unsound(absl::StrCat("channel \"", channel.name, "\" is of an unknown kind"));
     }

@@ -19,17 +19,28 @@ namespace tessera::wire {
 enum class ChannelKind : std::uint8_t {
   kSum = 0,  // sum over samples: a + b
   kSquaredDeviation =
-      1,      // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
-  kFirst = 2  // value of the node's first sample: a number that has no mean
+      1,       // sum of squared deviations from the mean of the kSum channel `of` [Chan et al. 1979]
+  kFirst = 2,  // value of the node's first sample: a number that has no mean
+  // A list of identifiers, each with the weight of its samples: pairs of neighbouring channels, the first
+  // pair (kEntry) what a sample has, the others (kFurtherEntry) empty there. `of` is the list's first
+  // channel.
+  kEntry = 3,
+  kFurtherEntry = 4
 };
 
 /// Whether samples have a value of their own for such a channel.
-constexpr bool is_sampled(ChannelKind kind) { return kind != ChannelKind::kSquaredDeviation; }
+constexpr bool is_sampled(ChannelKind kind) {
+  return kind != ChannelKind::kSquaredDeviation && kind != ChannelKind::kFurtherEntry;
+}
+
+/// Identifiers of a list. Where a node has more, those of the least weight are left out.
+inline constexpr std::size_t kListEntries = 8;
 
 struct ChannelDesc {
   std::string name;  // "R", "G", "B", "A", "variance.R", "albedo.R", "normal.X", "depth.Z", "id.shape"
   ChannelKind kind = ChannelKind::kSum;
-  std::uint8_t of = 0;  // index of the kSum channel that a kSquaredDeviation channel belongs to
+  // Index of the kSum channel that a kSquaredDeviation channel belongs to, or of a list's first channel.
+  std::uint8_t of = 0;
 
   bool operator==(const ChannelDesc&) const = default;
 };
@@ -61,6 +72,10 @@ enum class Packing {
 };
 
 std::string encode_tile_result(const TileResult& result, Packing packing = Packing::kZstd);
+
+/// Adds to a list of kListEntries pairs, identifier and weight, `stride` floats apart. Weight 0 is a free
+/// place.
+void add_to_list(float* list, std::size_t stride, float identifier, float weight);
 
 /// Most channels of a result.
 inline constexpr std::size_t kMaxChannels = 128;

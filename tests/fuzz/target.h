@@ -16,6 +16,8 @@ struct Target {
   std::string (*mutate)(std::string bytes, std::mt19937& random) = nullptr;
 };
 
+// ---- client/image
+extern const Target kExr;
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kTextScene;
 // ---- proto/wire, proto/images, proto/layers, proto/expression

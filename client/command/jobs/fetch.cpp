@@ -7,6 +7,7 @@
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/jobs/job_selection.h"
+#include "command/report/exr_options.h"
 #include "command/report/output.h"
 #include "command/server_option.h"
 
@@ -17,7 +18,7 @@ struct FetchOptions {
   ServerOption server;
   std::string job_id;
   std::string output;
-  ExrOptions exr;
+  ExrFormat exr;
   bool partial = false;
   bool quiet = false;
 };
@@ -40,7 +41,11 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
       return report(kIncomplete, absl::StrCat("job ", *id, " has no results yet"));
     }
   }
-  auto followed = follow_job(**farm, *id, job->spec(), {.quiet = options.quiet}, stop, partial);
+  auto followed = follow_job(**farm, *id, job->spec(),
+                             {.quiet = options.quiet,
+                              .building = {},
+                              .frame_memory = frame_memory(options.output, options.exr, job->spec())},
+                             stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status(), options.server);
   return deliver(*followed, job->spec(), options.output, options.exr, options.quiet);
 }
@@ -52,8 +57,7 @@ void add_fetch_command(CommandLine& line) {
   Command command = line.add_command("fetch", "Wait for the end of a job and write its image");
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
-  command.add_flag("--half", options->exr.half, "16-bit EXR");
-  command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
+  define_exr_options(command, options->exr);
   command.add_flag("--partial", options->partial, "write a partial image, if the job is not done");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <iostream>
 #include <optional>
 #include <utility>
@@ -13,12 +14,16 @@
 #include "command/exit_code.h"
 #include "command/jobs/job_news.h"
 #include "command/report/choice_text.h"
+#include "command/report/file_facts.h"
 #include "command/report/output.h"
 #include "command/report/progress.h"
+#include "command/report/scene_facts.h"
 #include "image/assemble.h"
+#include "image/exr/rows.h"
 #include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
+#include "wire/job_check.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -34,6 +39,8 @@ AssemblyOptions assembly_options(const v1::JobSpec& spec) {
   options.crop = {static_cast<std::int32_t>(crop.x0()), static_cast<std::int32_t>(crop.y0()),
                   static_cast<std::int32_t>(crop.x1()), static_cast<std::int32_t>(crop.y1())};
   options.spp = spec.samples().spp();
+  options.overscan = spec.farm().overscan();
+  options.tile_size = wire::works_in_passes(spec) ? 0 : spec.cut().tile_size();
   options.channels = wire::channels_of(spec.view());
   options.samples_channel =
       std::ranges::find(spec.view().aovs(), v1::AOV_SAMPLES) != spec.view().aovs().end();
@@ -135,7 +142,8 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& how, std::stop_token stop,
                                        const PartialImage& partial) {
-  const AssemblyOptions options = assembly_options(spec);
+  AssemblyOptions options = assembly_options(spec);
+  options.max_frame_bytes = how.frame_memory;
   absl::StatusOr<Assembler> assembler = Assembler::create(options);
   if (!assembler.ok()) return assembler.status();
 
@@ -178,6 +186,7 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
     absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
     if (!assembly.ok()) return assembly.status();
     followed.image = std::move(assembly->image);
+    followed.rows = std::move(assembly->rows);
     followed.incomplete_pixels = assembly->incomplete_pixels;
     followed.holes = std::move(assembly->holes);
   }
@@ -224,7 +233,14 @@ int end_of(const FollowedJob& followed) {
 
 }  // namespace
 
-int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrOptions& exr,
+std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, const v1::JobSpec& spec) {
+  // Cryptomatte is made of the whole image.
+  const bool mattes = std::ranges::any_of(
+      spec.view().aovs(), [](int aov) { return wire::is_cryptomatte(static_cast<v1::AOV>(aov)); });
+  return is_exr(output) && !mattes ? exr.frame_memory : UINT64_MAX;
+}
+
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
             bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings())
@@ -233,12 +249,16 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   const int code = end_of(followed);
   if (!followed.image) return code;
   set_render_info(render_info(spec, followed.status), *followed.image);
+  add_file_facts(spec.farm().name(), std::time(nullptr), *followed.image);
+  resolve_nameless_mattes(exr.matte_ranks, *followed.image);
   if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
     followed.image->metadata["tessera.partial"] =
         absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
   }
   if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
-  if (const absl::Status status = write_image(*followed.image, output, exr); !status.ok()) {
+  const absl::Status status = followed.rows ? write_exr(*followed.image, *followed.rows, output, exr)
+                                            : write_image(*followed.image, output, exr);
+  if (!status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }
   followed.written = true;

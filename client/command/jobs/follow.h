@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -11,6 +12,7 @@
 #include "command/report/output.h"
 #include "farm/farm_client.h"
 #include "image/assemble.h"
+#include "image/exr/rows.h"
 #include "image/image.h"
 
 namespace tessera::client {
@@ -27,6 +29,7 @@ struct FollowedJob {
   absl::Status broken_off;  // why following ended before the job did, where a partial image is wanted
   std::optional<Image>
       image;  // when the job is done, or incomplete, or a partial one is wanted and there is something
+  std::unique_ptr<Rows> rows;  // the image's pixels, where it has none itself
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;
   double wall_seconds = 0;  // of following
@@ -37,6 +40,8 @@ struct FollowedJob {
 struct FollowOptions {
   bool quiet = false;                   // no progress on stderr
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
+  // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedJob::rows.
+  std::uint64_t frame_memory = UINT64_MAX;
 };
 
 /// Follows the job to its end, with progress on stderr, and what happens to it meanwhile. Errors: those of
@@ -53,10 +58,14 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// one, kHoles and what is missing.
 int report_end(const v1::JobStatus& status);
 
+/// Bytes of a frame that may be kept in memory while it is on its way to this file: as `exr` has it, or any
+/// number where the whole of it is needed.
+std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, const v1::JobSpec& spec);
+
 /// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and
 /// its error, writes the image with its metadata to `output`, and returns the exit code.
-int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrOptions& exr,
+int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
             bool quiet);
 
 }  // namespace tessera::client

@@ -88,6 +88,33 @@ absl::Status resolve_layers(const JobSettings& request, const v1::Scene& scene, 
   return absl::OkStatus();
 }
 
+absl::Status check_overscan(const JobSettings& request, const v1::Camera& camera) {
+  if (request.overscan == 0) return absl::OkStatus();
+  if (request.crop)
+    return absl::OutOfRangeError("--overscan is of the whole film: it does not go with --crop");
+  if (camera.has_spherical())
+    return absl::OutOfRangeError("--overscan: a camera that sees all around has no more to see");
+  return absl::OkStatus();
+}
+
+/// The screen of a film with so many more pixels on each side, which shows the same in those that it had.
+void widen_screen(std::uint32_t overscan, const Resolution& picture, v1::Camera& camera) {
+  float screen[4] = {-1, 1, -1, 1};
+  const float aspect = static_cast<float>(picture.width) / static_cast<float>(picture.height);
+  if (camera.screen_window_size() == 4) {
+    std::copy_n(camera.screen_window().begin(), 4, screen);
+  } else if (aspect > 1) {
+    screen[0] = -aspect, screen[1] = aspect;
+  } else {
+    screen[2] = -1 / aspect, screen[3] = 1 / aspect;
+  }
+  const float x = (screen[1] - screen[0]) * static_cast<float>(overscan) / static_cast<float>(picture.width);
+  const float y = (screen[3] - screen[2]) * static_cast<float>(overscan) / static_cast<float>(picture.height);
+  camera.clear_screen_window();
+  for (const float border : {screen[0] - x, screen[1] + x, screen[2] - y, screen[3] + y})
+    camera.add_screen_window(border);
+}
+
 absl::StatusOr<v1::PixelRect> resolve_crop(const JobSettings& request, const Resolution& film) {
   v1::PixelRect crop;
   crop.set_x1(film.width);
@@ -108,12 +135,13 @@ v1::PixelFilter filter_of(const JobSettings& request, const v1::Scene& scene) {
   return filter;
 }
 
-/// The Scene message, with the film's filter as asked for.
-std::string scene_bytes(const JobSettings& request, const v1::Scene& scene) {
-  if (!request.filter) return scene.SerializeAsString();
-  v1::Scene filtered = scene;
-  *filtered.mutable_film()->mutable_filter() = filter_of(request, scene);
-  return filtered.SerializeAsString();
+/// The Scene message, with the film's filter and the camera's screen as asked for.
+std::string scene_bytes(const JobSettings& request, const Resolution& picture, const v1::Scene& scene) {
+  if (!request.filter && request.overscan == 0) return scene.SerializeAsString();
+  v1::Scene changed = scene;
+  *changed.mutable_film()->mutable_filter() = filter_of(request, scene);
+  if (request.overscan > 0) widen_screen(request.overscan, picture, *changed.mutable_camera());
+  return changed.SerializeAsString();
 }
 
 /// Whether samples go into several pixels, where that is left to the program, or asked of several
@@ -238,8 +266,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   v1::JobSpec& spec = job->spec;
   const v1::Scene& scene = imported.scene;
 
-  const Resolution film =
+  const Resolution picture =
       request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
+  if (absl::Status status = check_overscan(request, scene.camera()); !status.ok()) return status;
+  const Resolution film{picture.width + 2 * request.overscan, picture.height + 2 * request.overscan};
   if (film.width == 0 || film.height == 0 || std::max(film.width, film.height) > wire::kMaxFilmSize) {
     return absl::InvalidArgumentError(absl::StrCat("the scene's film has ", film.width, "x", film.height,
                                                    " pixels; 1 to ", wire::kMaxFilmSize,
@@ -258,6 +288,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       return absl::OutOfRangeError(status.message());
   }
 
+  for (const v1::AOV aov : std::set(request.aovs.begin(), request.aovs.end()))
+    spec.mutable_view()->add_aovs(aov);
   if (absl::Status status =
           resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
@@ -266,7 +298,6 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
   view.set_height(film.height);
-  for (const v1::AOV aov : std::set(request.aovs.begin(), request.aovs.end())) view.add_aovs(aov);
   v1::JobSpec::Cut& cut = *spec.mutable_cut();
   *cut.mutable_crop() = *std::move(crop);
   const bool scatters = view.reconstruction() == v1::RECONSTRUCTION_SCATTER;
@@ -290,7 +321,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   farm.set_max_workers(request.max_workers);
   farm.set_bits(request.bits);
 
-  job->scene.bytes = scene_bytes(request, scene);
+  farm.set_overscan(request.overscan);
+
+  job->scene.bytes = scene_bytes(request, picture, scene);
   job->scene.ref.set_digest(wire::sha256_hex(job->scene.bytes));
   job->scene.ref.set_size_bytes(job->scene.bytes.size());
   spec.mutable_content()->set_scene(job->scene.ref.digest());

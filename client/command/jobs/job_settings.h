@@ -26,6 +26,7 @@ struct Resolution {
 struct JobSettings {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
+  std::uint32_t overscan = 0;  // pixels on each side that the film has more
   std::optional<std::uint32_t> spp;
   std::optional<double> noise;  // relative error at which sampling stops; 0: never
   std::optional<std::uint32_t> max_depth;

@@ -4,18 +4,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "command/command.h"
 #include "command/exit_code.h"
+#include "command/frames/frames.h"
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/render_options.h"
-#include "command/report/item_names.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
 #include "command/report/stats_file.h"
@@ -65,7 +67,11 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   const v1::JobSpec& spec = loaded.job->spec;
   const Clock::time_point start = Clock::now();
   absl::StatusOr<FollowedJob> followed =
-      follow_job(farm, job_id, spec, {.quiet = options.render.quiet}, stop);
+      follow_job(farm, job_id, spec,
+                 {.quiet = options.render.quiet,
+                  .building = {},
+                  .frame_memory = frame_memory(options.render.output, options.render.exr, spec)},
+                 stop);
   if (!followed.ok()) {
     const int exit_code = report_farm_error(followed.status(), options.server);
     std::cerr << "tessera: the job goes on; its image comes with: tessera fetch " << job_id << " -o "
@@ -73,7 +79,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
     return exit_code;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  if (followed->image) add_item_names(loaded.imported.scene, spec, *followed->image);
+  if (followed->image) loaded.describe(options.render, *followed->image);
   const int exit_code =
       deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);
   if (options.render.stats.empty()) return exit_code;
@@ -92,9 +98,85 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   return exit_code;
 }
 
+/// A job on the farm, and what its image will need.
+struct Submitted {
+  std::unique_ptr<LoadedJob> loaded;
+  std::string id;
+  std::uint64_t uploaded_bytes = 0;
+};
+
+/// Loads, uploads and submits. Nothing, with the exit code set, where that does not work.
+std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, Interrupt& interrupt,
+                                int& exit_code) {
+  const auto fail = [&](const absl::Status& status) {
+    exit_code = report_farm_error(status, options.server);
+    return std::nullopt;
+  };
+  const auto continued = continued_job(farm, options.reuse.continued);
+  if (!continued.ok()) return fail(continued.status());
+  // --threads is not for this command.
+  const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const ChoiceOptions choice{
+      .threads = threads, .stop = [&] { return interrupt.token(); }, .continued = *continued};
+  Submitted job{load_job(options.render, exit_code, nullptr, &choice), "", 0};
+  if (job.loaded == nullptr) return std::nullopt;
+  const std::stop_token stop = interrupt.token();
+  const absl::StatusOr<std::uint64_t> uploaded = upload(farm, *job.loaded, options.render.quiet, stop);
+  if (!uploaded.ok()) return fail(uploaded.status());
+  job.uploaded_bytes = *uploaded;
+  v1::JobSpec& spec = job.loaded->job->spec;
+  if (*continued) {
+    // Only equal units have equal results.
+    spec.mutable_cut()->set_tile_size((*continued)->cut().tile_size());
+    spec.mutable_cut()->set_samples_per_unit((*continued)->cut().samples_per_unit());
+  }
+  absl::StatusOr<std::string> job_id = farm.submit(spec, options.reuse, stop);
+  if (!job_id.ok()) return fail(job_id.status());
+  job.id = *std::move(job_id);
+  if (options.detach || !options.render.quiet) std::cout << "job " << job.id << std::endl;
+  return job;
+}
+
+/// Frames that are on the farm before the image of the first of them is waited for.
+constexpr std::size_t kFramesAhead = 16;
+
+/// A word for the jobs of one command: when it began, and by which process.
+std::string new_group(const RenderOptions& options) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return absl::StrCat(std::filesystem::path(options.scene).filename().string(), "-",
+                      absl::Hex(std::chrono::duration_cast<std::chrono::milliseconds>(now).count()), "-",
+                      getpid());
+}
+
+int run_animation(const SubmitOptions& options, FarmClient& farm, Interrupt& interrupt) {
+  if (!options.reuse.continued.empty())
+    return report(kUsage, "--continue is for one image: it does not go with --frames");
+  std::uint64_t uploaded = 0;
+  RenderOptions all = options.render;
+  all.group = new_group(all);
+  const auto start = [&](const RenderOptions& frame, int& exit_code) -> FrameJob {
+    auto own = std::make_shared<SubmitOptions>(options);
+    own->render = frame;
+    std::optional<Submitted> submitted = submit(*own, farm, interrupt, exit_code);
+    if (!submitted) return nullptr;
+    uploaded += submitted->uploaded_bytes;
+    submitted->loaded->free_blobs();
+    const auto job = std::make_shared<Submitted>(*std::move(submitted));
+    return [own, job, &farm, &interrupt] {
+      if (own->detach) return static_cast<int>(kDone);
+      return wait_for_image(*own, farm, job->id, *job->loaded, job->uploaded_bytes, interrupt.token());
+    };
+  };
+  const int exit_code = run_frames(all, kFramesAhead, start, interrupt.token());
+  if (!options.render.quiet) std::cerr << "uploaded " << uploaded << " bytes for all frames\n";
+  return exit_code;
+}
+
 int run(const SubmitOptions& options, Interrupt& interrupt) {
-  if (const absl::Status status = check(options); !status.ok())
-    return report(kUsage, std::string{status.message()});
+  const bool is_animation = !options.render.frames.frames.empty();
+  absl::Status sound = is_animation ? check_frames(options.render) : absl::OkStatus();
+  sound.Update(check(options));
+  if (!sound.ok()) return report(kUsage, std::string{sound.message()});
   const auto farm = connect(options.server, options.render.quiet);
   if (!farm.ok()) return report_farm_error(farm.status(), options.server);
   // A coordinator that is not there is better noticed before a long import than after it.
@@ -104,31 +186,12 @@ int run(const SubmitOptions& options, Interrupt& interrupt) {
     std::cerr << "tessera: " << options.server.address << " has no worker yet; the job will wait for one"
               << std::endl;
   }
-
-  const auto continued = continued_job(**farm, options.reuse.continued);
-  if (!continued.ok()) return report_farm_error(continued.status(), options.server);
-
+  if (is_animation) return run_animation(options, **farm, interrupt);
   int exit_code = kDone;
-  // --threads is not for this command.
-  const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const ChoiceOptions choice{
-      .threads = threads, .stop = [&] { return interrupt.token(); }, .continued = *continued};
-  const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code, nullptr, &choice);
-  if (loaded == nullptr) return exit_code;
-  const std::stop_token stop = interrupt.token();
-  const absl::StatusOr<std::uint64_t> uploaded = upload(**farm, *loaded, options.render.quiet, stop);
-  if (!uploaded.ok()) return report_farm_error(uploaded.status(), options.server);
-  if (*continued) {
-    // Only equal units have equal results.
-    v1::JobSpec::Cut& cut = *loaded->job->spec.mutable_cut();
-    cut.set_tile_size((*continued)->cut().tile_size());
-    cut.set_samples_per_unit((*continued)->cut().samples_per_unit());
-  }
-  const absl::StatusOr<std::string> job_id = (*farm)->submit(loaded->job->spec, options.reuse, stop);
-  if (!job_id.ok()) return report_farm_error(job_id.status(), options.server);
-  if (options.detach || !options.render.quiet) std::cout << "job " << *job_id << std::endl;
+  const std::optional<Submitted> job = submit(options, **farm, interrupt, exit_code);
+  if (!job) return exit_code;
   if (options.detach) return kDone;
-  return wait_for_image(options, **farm, *job_id, *loaded, *uploaded, stop);
+  return wait_for_image(options, **farm, job->id, *job->loaded, job->uploaded_bytes, interrupt.token());
 }
 
 }  // namespace
@@ -137,6 +200,7 @@ void add_submit_command(CommandLine& line) {
   auto options = std::make_shared<SubmitOptions>();
   Command command = line.add_command("submit", "Render a scene on the farm");
   define_render_options(command, options->render);
+  define_frame_options(command, options->render);
   command.group("Job");
   JobSettings& job = options->render.job;
   if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;

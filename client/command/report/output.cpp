@@ -9,7 +9,6 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "image/atomic_file.h"
-#include "image/exr.h"
 #include "image/png.h"
 
 namespace tessera::client {
@@ -46,10 +45,9 @@ absl::Status check_writable(const std::string& path) {
 
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 
-absl::Status write_image(const Image& image, const std::string& path, const ExrOptions& exr) {
+absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr) {
   if (extension_of(path) == ".png") return write_png(image, path);
-  return write_exr(image, path, exr.half ? PixelType::kHalf : PixelType::kFloat,
-                   exr.multipart ? ExrParts::kMany : ExrParts::kOne);
+  return write_exr(image, path, exr);
 }
 
 }  // namespace tessera::client

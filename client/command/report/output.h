@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "image/exr.h"
 #include "image/image.h"
 
 namespace tessera::client {
@@ -18,13 +19,7 @@ absl::Status check_writable(const std::string& path);
 /// Whether the name of a file says so.
 bool is_exr(const std::string& path);
 
-/// How an EXR is written.
-struct ExrOptions {
-  bool half = false;       // 16 bits
-  bool multipart = false;  // a part for each layer
-};
-
 /// By extension: a linear EXR, or a tone-mapped PNG.
-absl::Status write_image(const Image& image, const std::string& path, const ExrOptions& exr = {});
+absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr = {});
 
 }  // namespace tessera::client

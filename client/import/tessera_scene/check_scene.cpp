@@ -9,6 +9,7 @@
 #include "base/nearest_name.h"
 #include "expression/expression.h"
 #include "import/input/concat.h"
+#include "import/tessera_scene/animation.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
@@ -170,6 +171,8 @@ class SceneCheck {
 
 void check_scene(const v1::Scene& scene, std::uint32_t file, Locations* locations, Diagnostics& diagnostics) {
   SceneCheck(scene, file, diagnostics).run(locations);
+  if (const absl::Status status = check_animation(scene); !status.ok())
+    diagnostics.error({file, 0, 0}, std::string(status.message()));
 }
 
 }  // namespace tessera::client::tessera_scene

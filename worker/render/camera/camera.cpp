@@ -160,6 +160,11 @@ CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 
   return result;
 }
 
+Vec3 normal_in_camera(const CameraRecord& camera, Vec3 normal, Float time) {
+  const Vec3 n = transform_normal(pose_at(camera, time), normal);
+  return n * (1.0f / sqrt(max(length_squared(n), 1e-30f)));
+}
+
 Float pixel_width(const CameraRecord& camera, Float distance) {
   const float step = std::max(std::abs(camera.scale_x), std::abs(camera.scale_y));
   switch (camera.kind) {

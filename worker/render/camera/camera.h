@@ -35,6 +35,9 @@ inline bool sees_points(const CameraRecord& camera) {
 CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active);
 
+/// A normal of render space in camera space, at `time`: unit length, as seen in the picture.
+Vec3 normal_in_camera(const CameraRecord& camera, Vec3 normal, Float time);
+
 /// Width of what one pixel sees, `distance` along its ray, in the middle of the film.
 Float pixel_width(const CameraRecord& camera, Float distance);
 

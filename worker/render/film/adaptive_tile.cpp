@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <utility>
 
 namespace tessera::render {
 namespace {
@@ -15,6 +16,9 @@ constexpr double kDarkness = 0.01;
 
 }  // namespace
 
+/// Identifiers, each once, with the weights of their samples.
+using IdentifierList = std::vector<std::pair<float, double>>;
+
 struct AdaptiveTile::Block {
   struct Pixel {
     std::uint32_t x, y;
@@ -24,6 +28,7 @@ struct AdaptiveTile::Block {
     std::array<double, kColors> early{};    // over the first half of the pilot
     std::array<double, kColors> squares{};  // of the colours
     std::vector<double> values;             // of every plane
+    std::vector<IdentifierList> lists;      // of every list
   };
   std::vector<Pixel> pixels;          // along a Z-order curve, so that 16 in a row are neighbours
   std::vector<std::uint32_t> all;     // their numbers
@@ -45,10 +50,10 @@ AdaptiveTile::AdaptiveTile(wire::TileResult& result, std::uint32_t film_width, s
   result_.counts.assign(result_.pixel_count(), 0);
   result_.values.assign(result_.channels.size() * result_.pixel_count(), 0.0f);
   for (const wire::ChannelDesc& channel : result_.channels) {
-    if (channel.kind == wire::ChannelKind::kFirst) {
-      if (firsts_end_ == 0) firsts_begin_ = planes_;
-      firsts_end_ = planes_ + 1;
-    }
+    const bool begins_list = channel.kind == wire::ChannelKind::kEntry && channel.of == plane_of_.size();
+    if (channel.kind == wire::ChannelKind::kSum) summed_.push_back(planes_);
+    if (channel.kind == wire::ChannelKind::kFirst) firsts_.push_back(planes_);
+    if (begins_list) lists_.push_back(planes_);
     plane_of_.push_back(wire::is_sampled(channel.kind) ? planes_++ : plane_of_[channel.of]);
   }
 }
@@ -93,7 +98,8 @@ void AdaptiveTile::open_block() {
     block.pixels.push_back({x, y});
   }
   for (std::uint32_t half : {0, 1}) {
-    block.halves[half].resize(block.pixels.size(), {.values = std::vector<double>(planes_)});
+    block.halves[half].resize(block.pixels.size(), {.values = std::vector<double>(planes_),
+                                                    .lists = std::vector<IdentifierList>(lists_.size())});
     want(block, half, 0, kPilotSamples, block.all);
   }
 }
@@ -123,12 +129,22 @@ void AdaptiveTile::add(std::span<const SampleName>, const float* planes, std::si
 
 void AdaptiveTile::take(const Given& given, const float* sample, std::size_t stride) {
   Block::Sums& sums = given.block->halves[given.half][given.pixel];
-  const auto add = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) sums.values[c] += static_cast<double>(sample[c * stride]);
+  const auto add = [&](const std::vector<std::size_t>& planes) {
+    for (const std::size_t c : planes) sums.values[c] += static_cast<double>(sample[c * stride]);
   };
-  add(0, firsts_begin_);
-  if (given.half == 0 && given.sample == 0) add(firsts_begin_, firsts_end_);
-  add(firsts_end_, planes_);
+  add(summed_);
+  if (given.half == 0 && given.sample == 0) add(firsts_);
+  for (std::size_t i = 0; i < lists_.size(); ++i) {
+    const float* const entry = sample + lists_[i] * stride;
+    auto& list = sums.lists[i];
+    if (entry[stride] == 0) continue;
+    const auto found = std::ranges::find(list, entry[0], &std::pair<float, double>::first);
+    if (found == list.end()) {
+      list.emplace_back(entry[0], entry[stride]);
+    } else {
+      found->second += static_cast<double>(entry[stride]);
+    }
+  }
   for (std::size_t c = 0; c < kColors; ++c) {
     const double value = sample[c * stride];
     sums.squares[c] += value * value;
@@ -181,7 +197,9 @@ void AdaptiveTile::put_pixel(const Block& block, std::size_t pixel) {
   const Block::Sums &a = block.halves[0][pixel], &b = block.halves[1][pixel];
   const double na = block.counts[0], nb = block.counts[1], n = na + nb;
   result_.counts[to] = block.counts[0] + block.counts[1];
+  put_lists(block, pixel, to);
   for (std::size_t c = 0; c < result_.channels.size(); ++c) {
+    if (result_.channels[c].kind >= wire::ChannelKind::kEntry) continue;
     const std::size_t plane = plane_of_[c];
     const double mean_a = a.values[plane] / na, mean_b = b.values[plane] / nb;
     double value = n * 0.5 * (mean_a + mean_b);
@@ -193,6 +211,31 @@ void AdaptiveTile::put_pixel(const Block& block, std::size_t pixel) {
       value = (within + between) * n * n / (4 * na * nb);
     }
     result_.values[c * result_.pixel_count() + to] = static_cast<float>(value);
+  }
+}
+
+/// The means of both halves' shares, as weights of all samples.
+void AdaptiveTile::put_lists(const Block& block, std::size_t pixel, std::size_t to) {
+  const double n = block.counts[0] + block.counts[1];
+  std::size_t list = 0;
+  for (std::size_t c = 0; c < result_.channels.size(); ++c) {
+    if (result_.channels[c].kind != wire::ChannelKind::kEntry || result_.channels[c].of != c) continue;
+    std::vector<std::pair<float, double>> all;
+    for (const std::uint32_t half : {0, 1}) {
+      for (const auto& [identifier, weight] : block.halves[half][pixel].lists[list]) {
+        const auto found = std::ranges::find(all, identifier, &std::pair<float, double>::first);
+        const double share = weight * n * 0.5 / block.counts[half];
+        if (found == all.end()) {
+          all.emplace_back(identifier, share);
+        } else {
+          found->second += share;
+        }
+      }
+    }
+    ++list;
+    float* const place = result_.values.data() + c * result_.pixel_count() + to;
+    for (const auto& [identifier, share] : all)
+      wire::add_to_list(place, result_.pixel_count(), identifier, static_cast<float>(share));
   }
 }
 

@@ -54,14 +54,15 @@ class AdaptiveTile final : public SampleSource, public Film {
   void decide(Block& block);
   void finish(Block& block);
   void put_pixel(const Block& block, std::size_t pixel);
+  void put_lists(const Block& block, std::size_t pixel, std::size_t to);
 
   wire::TileResult& result_;
   const std::uint32_t film_width_, film_height_;
   const NoiseTarget target_;
   std::vector<std::size_t> plane_of_;  // of each channel: where its samples, or those it deviates from, are
   std::size_t planes_ = 0;             // channels that come with samples
-  // Planes of which a pixel's first sample counts alone; they are neighbours.
-  std::size_t firsts_begin_ = 0, firsts_end_ = 0;
+  std::vector<std::size_t> summed_, firsts_;    // planes: sums; those of which a pixel's first sample counts
+  std::vector<std::size_t> lists_;              // planes of identifiers; their weights follow
   std::uint32_t next_x_, next_y_;               // of the next block to open, in blocks
   std::deque<Run> runs_;                        // what is wanted now
   std::vector<Given> given_;                    // by the last call of next()

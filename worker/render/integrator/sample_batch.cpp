@@ -98,10 +98,11 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     store_lanes(Spectrum(0.0f), radiance_, slot);
     Float(0.0f).store(coverage_ + slot);
     Float(0.0f).store(depth_ + slot);
-    if (scene_.aovs.id) {
+    if (scene_.aovs.of_hits()) {
       Float(0.0f).store(shape_id_ + slot);
       Float(0.0f).store(instance_id_ + slot);
     }
+    if (first_hits_) first_hits_->clear(slot);
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
@@ -199,6 +200,13 @@ void SampleBatch::record_first_hit(const Vertex& v, Float t, Int slot, Mask hit)
   if (scene_.aovs.depth) scatter(t, depth_, slot, hit);
   if (scene_.aovs.normal) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, hit);
   if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, hit), albedo_, slot, hit);
+  if (first_hits_) first_hits_->record(v, slot, hit);
+}
+
+void SampleBatch::record_hit(const Hit& found, Int slot, Mask hit) {
+  record_ids(found, slot, hit);
+  if (first_hits_ == nullptr) return;
+  first_hits_->record_hit(found, gather(shape_id_, slot, hit), gather(instance_id_, slot, hit), slot, hit);
 }
 
 void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
@@ -286,7 +294,8 @@ std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
   planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) +
-                  (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) + kBands * layers_.size()) *
+                  (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) + (first_hits_ ? first_hits_->planes() : 0) +
+                  kBands * layers_.size()) *
                  stride);
   for (int i = 0; i < size_; i += kWidth) {
     const Float weight = Float::load(filter_weight_ + i);
@@ -314,9 +323,11 @@ std::size_t SampleBatch::fill_planes() {
         to += stride;
       }
     }
-    if (!aovs.visits) continue;
-    for (const std::int32_t* const counts : {visited_nodes_, visited_primitives_})
-      put(to_float(Int::load(counts + i)));
+    if (aovs.visits) {
+      for (const std::int32_t* const counts : {visited_nodes_, visited_primitives_})
+        put(to_float(Int::load(counts + i)));
+    }
+    if (first_hits_) first_hits_->put(i, weight, Float::load(coverage_ + i) > 0.0f, to, stride);
   }
   fill_layers(stride);
   return stride;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <bit>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "render/film/film.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/integrator.h"
+#include "render/integrator/vertex/first_hits.h"
 #include "render/integrator/vertex/layer_sums.h"
 #include "render/integrator/vertex/path_state.h"
 #include "render/integrator/vertex/sample_keys.h"
@@ -43,7 +45,9 @@ class SampleBatch {
         rays_(context.rays),
         seed_(context.seed),
         stats_(context.stats),
-        layers_(static_cast<std::size_t>(context.scene.layers.count)) {}
+        layers_(static_cast<std::size_t>(context.scene.layers.count)) {
+    if (FirstHits::are_wanted(scene_.aovs)) first_hits_ = std::make_unique<FirstHits>(scene_);
+  }
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
   /// `paths`, in slots of the same number; random ones in scenes with motion at one time for all, or each at
@@ -98,10 +102,11 @@ class SampleBatch {
 
   /// Records the first hits of these samples' camera rays, at a distance of `t`.
   void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
-  /// Records which shapes and instances they are of; for AovRequest::id.
-  void record_ids(const Hit& found, Int slot, Mask hit);
+  /// Records which shapes and instances they are of, after record_first_hit(); for AovRequest::of_hits().
+  void record_hit(const Hit& found, Int slot, Mask hit);
 
  private:
+  void record_ids(const Hit& found, Int slot, Mask hit);
   void name_next(SampleSource& source, int most);
   /// Counts what the camera rays visit, by a search of their own: all algorithms have it alike.
   void count_visits(const PathState& camera_rays);
@@ -132,9 +137,10 @@ class SampleBatch {
   alignas(64) Lanes<std::int32_t> visited_nodes_, visited_primitives_;
   SpectrumLanes albedo_;
   Vec3Lanes normal_;
-  std::vector<SpectrumLanes> layers_;  // radiance of each
-  std::uint32_t touched_ = 0;          // bits of the layers of which some sample of the batch has light
-  std::vector<float> planes_;          // what the film takes
+  std::unique_ptr<FirstHits> first_hits_;  // null: none of its AOVs are wanted
+  std::vector<SpectrumLanes> layers_;      // radiance of each
+  std::uint32_t touched_ = 0;              // bits of the layers of which some sample of the batch has light
+  std::vector<float> planes_;              // what the film takes
 };
 
 }  // namespace tessera::render::TESSERA_ISA

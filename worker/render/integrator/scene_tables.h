@@ -24,6 +24,13 @@ namespace tessera::render {
 /// Layers that a job asks for of the camera rays.
 struct AovRequest {
   bool albedo = false, normal = false, depth = false, id = false, visits = false;
+  bool position = false, camera_normal = false, uv = false, motion = false, material_id = false;
+  bool crypto_object = false, crypto_material = false, crypto_asset = false;
+
+  /// Whether hits themselves matter: SampleBatch::record_hit().
+  bool of_hits() const {
+    return id || motion || material_id || crypto_object || crypto_material || crypto_asset;
+  }
 };
 
 /// So that counting those of a batch costs nothing.
@@ -65,6 +72,7 @@ struct SceneTables {
   FootprintRecord footprint;
   PixelFilterRecord filter;
   float exposure = 1;
+  float render_origin[3] = {0, 0, 0};  // world space
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;

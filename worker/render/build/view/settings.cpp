@@ -152,6 +152,14 @@ Settings read_settings(const v1::JobSpec& job) {
     if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
     if (aov == v1::AOV_ID) result.aovs.id = true;
     if (aov == v1::AOV_VISITS) result.aovs.visits = true;
+    if (aov == v1::AOV_POSITION) result.aovs.position = true;
+    if (aov == v1::AOV_CAMERA_NORMAL) result.aovs.camera_normal = true;
+    if (aov == v1::AOV_UV) result.aovs.uv = true;
+    if (aov == v1::AOV_MOTION) result.aovs.motion = true;
+    if (aov == v1::AOV_MATERIAL_ID) result.aovs.material_id = true;
+    if (aov == v1::AOV_CRYPTO_OBJECT) result.aovs.crypto_object = true;
+    if (aov == v1::AOV_CRYPTO_MATERIAL) result.aovs.crypto_material = true;
+    if (aov == v1::AOV_CRYPTO_ASSET) result.aovs.crypto_asset = true;
   }
   result.preview.shadows = shadows_of(asked.preview().shadows());
   result.preview.ambient = static_cast<float>(asked.preview().ambient());

@@ -61,6 +61,9 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
   tables.occlusion_distance = settings.occlusion_distance;
   tables.guiding_samples = settings.guiding_samples;
   tables.aovs = settings.aovs;
+  if (settings.aovs.motion && scene.camera().has_spherical())
+    return absl::InvalidArgumentError("aov 'motion': a camera that sees all around has no film to move over");
+  for (int i = 0; i < 3; ++i) tables.render_origin[i] = static_cast<float>(space.origin[i]);
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;
   tables.preview = settings.preview;

@@ -50,7 +50,7 @@ void AmbientOcclusion::look_around() {
     const Sampler random = batch_.sampler(ray.slot, hit);
     interact(scene_, v.surface, v.wo, random.get_2d(kMaterial).y, hit, v.at);
     batch_.record_first_hit(v, found.t, ray.slot, hit);
-    if (scene_.aovs.id) batch_.record_ids(found, ray.slot, hit);
+    if (scene_.aovs.of_hits()) batch_.record_hit(found, ray.slot, hit);
 
     const Frame frame = Frame::from_normal(face_forward(v.surface.ng, v.wo));
     const Vec3 wi = frame.to_world(square_to_cosine_hemisphere(random.get_2d(kDirection)));

@@ -74,7 +74,7 @@ void Bidirectional::shade_packet(int packet, int depth) {
   }
   if (depth == 0) {
     batch_.record_first_hit(v, e.hit.t, path.slot, events);
-    if (scene_.aovs.id) batch_.record_ids(e.hit, path.slot, and_not(events, v.in_medium));
+    if (scene_.aovs.of_hits()) batch_.record_hit(e.hit, path.slot, and_not(events, v.in_medium));
   }
   if (last) {
     frontier_.drop(packet);

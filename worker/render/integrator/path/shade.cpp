@@ -97,7 +97,7 @@ void Wavefront::shade(int depth) {
     }
     if (depth == 0) {
       batch_.record_first_hit(v, e.hit.t, path.slot, events);
-      if (scene_.aovs.id) batch_.record_ids(e.hit, path.slot, hit);
+      if (scene_.aovs.of_hits()) batch_.record_hit(e.hit, path.slot, hit);
     }
     if (last) continue;
 

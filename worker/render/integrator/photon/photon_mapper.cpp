@@ -136,7 +136,7 @@ void PhotonMapper::advance(int depth) {
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
       if (depth == 0) {
         batch_.record_first_hit(v, found.t, path.slot, e.hit);
-        if (scene_.aovs.id) batch_.record_ids(found, path.slot, e.hit);
+        if (scene_.aovs.of_hits()) batch_.record_hit(found, path.slot, e.hit);
       }
       if (depth == scene_.max_depth) continue;
       if (const Mask wanted = joinable(v, e.hit); any(wanted)) {

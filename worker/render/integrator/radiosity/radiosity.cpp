@@ -76,7 +76,7 @@ void Radiosity::meet(int depth) {
                point.hit, v.at);
       if (depth == 0) {
         batch_.record_first_hit(v, point.found.t, point.path.slot, point.hit);
-        if (scene_.aovs.id) batch_.record_ids(point.found, point.path.slot, point.hit);
+        if (scene_.aovs.of_hits()) batch_.record_hit(point.found, point.path.slot, point.hit);
       }
       Mask open = point.hit;
       if (!gather || depth > 0) open = and_not(open, add_patches(point, open, !gather || depth == kMostNear));

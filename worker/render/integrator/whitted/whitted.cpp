@@ -78,7 +78,7 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
       open_surface(scene_, random(point, dimension::kOpacity + depth).x, partly, v);
     if (depth > 0) continue;
     batch_.record_first_hit(v, found.t, point.path.slot, point.hit);
-    if (scene_.aovs.id) batch_.record_ids(found, point.path.slot, point.hit);
+    if (scene_.aovs.of_hits()) batch_.record_hit(found, point.path.slot, point.hit);
   }
 }
 

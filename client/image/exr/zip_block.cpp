@@ -1,4 +1,4 @@
-#include "image/zip_block.h"
+#include "image/exr/zip_block.h"
 
 #include <libdeflate.h>
 

@@ -1,0 +1,65 @@
+#include "command/report/camera_facts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "import/geometry/transform.h"
+
+namespace tessera::client {
+namespace {
+
+/// Acts on row vectors.
+Imath::M44d matrix_of(const v1::Matrix& message) {
+  Imath::M44d columns;
+  if (message.elements_size() == 16) std::copy_n(message.elements().begin(), 16, columns.getValue());
+  return columns.transposed();
+}
+
+RowMatrix attribute_of(const Imath::M44d& matrix) {
+  RowMatrix result;
+  std::copy_n(matrix.getValue(), result.m.size(), result.m.begin());
+  return result;
+}
+
+struct Screen {
+  double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
+};
+
+/// What the display window shows of the plane z = 1.
+Screen screen_of(const v1::Camera& camera, const Window& display) {
+  if (camera.screen_window_size() == 4) {
+    return {camera.screen_window(0), camera.screen_window(1), camera.screen_window(2),
+            camera.screen_window(3)};
+  }
+  const double aspect = double{static_cast<double>(display.width())} / display.height();
+  return aspect > 1 ? Screen{-aspect, aspect, -1, 1} : Screen{-1, 1, -1 / aspect, 1 / aspect};
+}
+
+/// NDC from camera space; third and fourth coordinates so that it can be inverted.
+std::optional<Imath::M44d> projection_of(const v1::Camera& camera, const Window& display) {
+  if (!camera.has_perspective() && !camera.has_orthographic()) return std::nullopt;
+  const Screen screen = screen_of(camera, display);
+  const double width = screen.x_max - screen.x_min, height = screen.y_max - screen.y_min;
+  if (camera.has_orthographic()) {
+    return Imath::M44d(1 / width, 0, 0, 0, 0, -1 / height, 0, 0, 0, 0, 1, 0, -screen.x_min / width,
+                       screen.y_max / height, 0, 1);
+  }
+  const double half_side = std::tan(camera.perspective().fov_degrees() * std::numbers::pi / 360);
+  const double near = camera.near_clip() > 0 ? camera.near_clip() : 1;
+  return Imath::M44d(1 / (width * half_side), 0, 0, 0, 0, -1 / (height * half_side), 0, 0,
+                     -screen.x_min / width, screen.y_max / height, 1, 1, 0, 0, -near, 0);
+}
+
+}  // namespace
+
+void add_camera_facts(const v1::Camera& camera, Image& image) {
+  const std::optional<Imath::M44d> camera_from_world = inverse(matrix_of(camera.world_from_camera()));
+  if (!camera_from_world) return;
+  image.metadata["worldToCamera"] = attribute_of(*camera_from_world);
+  if (const auto projection = projection_of(camera, image.display))
+    image.metadata["worldToNDC"] = attribute_of(*camera_from_world * *projection);
+}
+
+}  // namespace tessera::client

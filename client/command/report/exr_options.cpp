@@ -1,0 +1,106 @@
+#include "command/report/exr_options.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "command/jobs/job_settings.h"
+#include "wire/tile_result.h"
+
+namespace tessera::client {
+namespace {
+
+template <class Value>
+using WordList = std::vector<std::pair<std::string, Value>>;
+
+const WordList<ExrCompression>& compressions() {
+  static const WordList<ExrCompression> words = {
+      {"none", ExrCompression::kNone}, {"rle", ExrCompression::kRle}, {"zips", ExrCompression::kZips},
+      {"zip", ExrCompression::kZip},   {"piz", ExrCompression::kPiz}, {"dwaa", ExrCompression::kDwaa},
+      {"dwab", ExrCompression::kDwab}};
+  return words;
+}
+
+const WordList<ChannelNames>& conventions() {
+  static const WordList<ChannelNames> words = {{"tessera", ChannelNames::kTessera},
+                                               {"blender", ChannelNames::kBlender},
+                                               {"nuke", ChannelNames::kNuke},
+                                               {"mitsuba", ChannelNames::kMitsuba}};
+  return words;
+}
+
+/// An option whose value is one of a few words.
+template <class Value>
+void add_choice(options::Command& command, const char* name, const WordList<Value>& words, Value& value,
+                const char* description) {
+  std::vector<std::string> names;
+  for (const auto& [word, meaning] : words) names.push_back(word);
+  const auto take = [&words, &value](const std::string& text) {
+    for (const auto& [word, meaning] : words) {
+      if (word == text) value = meaning;
+    }
+    return absl::OkStatus();  // one_of() lets no other through
+  };
+  command.add_read_by(name, take, description).one_of(std::move(names));
+}
+
+/// Attributes that say how a file is laid out, or have another type than text.
+constexpr std::string_view kTaken[] = {
+    "channels",         "chromaticities", "chunkCount",         "compression",       "dataWindow",
+    "displayWindow",    "expTime",        "framesPerSecond",    "lineOrder",         "name",
+    "pixelAspectRatio", "renderingTime",  "screenWindowCenter", "screenWindowWidth", "tiles",
+    "timeCode",         "type",           "utcOffset",          "version",           "view",
+    "worldToCamera",    "worldToNDC"};
+
+absl::Status take_attribute(const std::string& text, ExrFormat& exr) {
+  const std::size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string::npos || equals > 255)
+    return absl::InvalidArgumentError("expected NAME=TEXT, with a name of 255 bytes at most");
+  const std::string name = text.substr(0, equals);
+  if (std::ranges::find(kTaken, name) != std::end(kTaken) || name.starts_with("tessera.") ||
+      name.starts_with("cryptomatte/"))
+    return absl::InvalidArgumentError("'" + name + "' is what the program writes itself");
+  exr.attributes.emplace_back(name, text.substr(equals + 1));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void define_exr_options(options::Command& command, ExrFormat& exr) {
+  constexpr double kLeastTile = 8, kMostTile = 4096;
+  command.add_flag("--half", exr.half, "16-bit EXR");
+  command.add("--half-layers", exr.half_layers, "16 bits for these layers or channels only: rgba, albedo")
+      .separated_by_commas()
+      .type_name("NAME,...");
+  command.add_flag("--multipart", exr.multipart, "EXR with a part for each layer");
+  add_choice(command, "--exr-compression", compressions(), exr.compression,
+             "of an EXR: none, rle, zips, zip, piz, or with loss dwaa, dwab (default: zip)");
+  add_choice(command, "--channel-names", conventions(), exr.names,
+             "names of an EXR's channels: tessera, blender, nuke or mitsuba (default: tessera)");
+  const options::Option tiles =
+      command.add("--exr-tiles", exr.tile_size, "EXR in tiles of this side, pixels; absent: scanlines")
+          .in_range(kLeastTile, kMostTile);
+  const auto take_memory = [&exr](const std::string& text) {
+    const auto bytes = parse_bytes(text);
+    if (bytes.ok()) exr.frame_memory = *bytes;
+    return bytes.status();
+  };
+  command
+      .add_read_by("--frame-memory", take_memory,
+                   "pixels of a larger EXR wait in a temporary file, tile by tile (default: 1G)")
+      .type_name("SIZE");
+  command.add("--crypto-ranks", exr.matte_ranks, "things that a pixel of a Cryptomatte tells, at most")
+      .in_range(1, wire::kListEntries)
+      .with_default();
+  command
+      .add_list_read_by(
+          "--attribute", [&exr](const std::string& text) { return take_attribute(text, exr); },
+          [&exr] { exr.attributes.clear(); }, "a text for an EXR's header: owner=Studio; may be repeated")
+      .type_name("NAME=TEXT");
+  command.add_flag("--exr-mipmaps", exr.mipmaps, "half as large again and again, too").needs(tiles);
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,35 @@
+// What a part of a file holds, decided before anything is written.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "image/exr.h"
+
+namespace tessera::client {
+
+struct PartChannel {
+  std::string name;       // in the file
+  std::size_t plane = 0;  // of the image
+  bool half = false;
+  bool averages = true;  // in mip levels; else numbers, of which one is taken
+
+  std::size_t bytes() const { return half ? 2 : 4; }
+};
+
+struct ExrPart {
+  std::string name;                   // empty: the only one
+  std::vector<PartChannel> channels;  // in the order of the file, which is that of their names
+  ExrCompression compression = ExrCompression::kZip;
+
+  /// Of a pixel.
+  std::size_t bytes() const;
+};
+
+/// The parts, the picture first. InvalidArgument where names clash, or Cryptomatte would be compressed with
+/// loss.
+absl::StatusOr<std::vector<ExrPart>> parts_of(const Image& image, const ExrFormat& format);
+
+}  // namespace tessera::client

@@ -1,0 +1,58 @@
+// A frame that is too large for memory: its tiles as they are done, in a temporary file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "image/exr/rows.h"
+#include "image/image.h"
+
+namespace tessera::client {
+
+/// Squares on a grid from (0, 0) of the film, cut by `crop`. Memory: a row of tiles, and a bit a tile.
+class TileFile final : public Rows {
+ public:
+  /// `planes` values a pixel. Internal when there can be no temporary file.
+  static absl::StatusOr<std::unique_ptr<TileFile>> create(const Window& crop, std::int32_t tile_size,
+                                                          std::size_t planes);
+  ~TileFile() override;
+  TileFile(const TileFile&) = delete;
+  TileFile& operator=(const TileFile&) = delete;
+
+  /// Whether the window is one of the tiles.
+  bool is_tile(const Window& pixels) const;
+  /// A tile's planes, one behind the other. Internal, here and below, when the disk does not take it.
+  absl::Status put(const Window& pixels, std::span<const float> values);
+  /// Rows of pixels that no tile has are 0.
+  absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override;
+
+  std::size_t tiles() const { return there_.size(); }
+  /// The place of a pixel's tile: row by row, from 0.
+  std::size_t index_of(std::int32_t x, std::int32_t y) const;
+  Window tile(std::size_t index) const {
+    const auto column = static_cast<std::int32_t>(index % static_cast<std::size_t>(columns_));
+    return window_of(column, static_cast<std::int32_t>(index / static_cast<std::size_t>(columns_)));
+  }
+
+ private:
+  TileFile(int file, const Window& crop, std::int32_t tile_size, std::size_t planes);
+  Window window_of(std::int32_t column, std::int32_t row) const;
+  absl::Status load_band(std::int32_t row);
+
+  const int file_;
+  const Window crop_;
+  const std::int32_t tile_size_;
+  const std::size_t planes_;
+  const std::int32_t first_column_, first_row_, columns_, rows_;  // of the grid
+  std::vector<bool> there_;
+  std::int32_t band_row_ = -1;  // that is in memory
+  std::vector<float> band_;     // plane by plane, rows of the crop's width
+};
+
+}  // namespace tessera::client
