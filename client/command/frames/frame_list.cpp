@@ -17,9 +17,8 @@ constexpr std::int64_t kLargestFrame = 999'999'999;
 
 absl::Status expected() {
   return absl::InvalidArgumentError(
-      "expected frames, as in 1-100, 1-100x2 (every other one) or 1-10,20, of numbers up to 999999999, and "
-      "at "
-      "most 1048576 of them");
+      "expected frames, as in 1-100, 1-100x2 (every other one) or 1-10,20: numbers up to 999999999, at most "
+      "1048576 of them");
 }
 
 /// A number at the beginning of `text`, which is taken away.
