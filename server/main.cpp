@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -12,6 +13,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "base/address.h"
+#include "notify/webhook_message.h"
+#include "notify/webhook_url.h"
+#include "notify/webhooks.h"
 #include "options/program.h"
 #include "service/coordinator.h"
 #include "telemetry/log.h"
@@ -62,7 +66,24 @@ struct Options {
   double unit_seconds = 10;
   std::string new_certificates;  // a folder; empty: none are made
   std::vector<std::string> hosts, users;
+  tessera::server::WebhookOptions webhooks;
+  std::string webhook_key;  // a file
 };
+
+/// Null where nobody is to be told of the ends of jobs.
+absl::StatusOr<std::unique_ptr<tessera::server::Webhooks>> make_webhooks(const Options& options) {
+  tessera::server::WebhookOptions webhooks = options.webhooks;
+  if (webhooks.url.empty() && webhooks.allowed.empty()) return nullptr;
+  std::vector<std::string> urls = webhooks.allowed;
+  if (!webhooks.url.empty()) urls.push_back(webhooks.url);
+  for (const std::string& url : urls) {
+    if (absl::Status status = tessera::server::check_url(url); !status.ok()) return status;
+  }
+  absl::StatusOr<std::string> key = tessera::server::read_webhook_key(options.webhook_key);
+  if (!key.ok()) return key.status();
+  webhooks.key = *std::move(key);
+  return std::make_unique<tessera::server::Webhooks>(std::move(webhooks));
+}
 
 /// Tells what --init-tls made, and what is to be done with it.
 std::string tell_certificates(const Options& options) {
@@ -151,6 +172,20 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("FORMAT")
       .one_of(tessera::telemetry::kLogFormats)
       .with_default();
+  command.group("Webhooks");
+  const auto key = command
+                       .add("--webhook-key", options.webhook_key,
+                            "file with the key by which messages are signed; for nobody else to read")
+                       .type_name("FILE");
+  command.add("--webhook", options.webhooks.url, "told of the end of every job, as JSON")
+      .type_name("URL")
+      .needs(key);
+  command
+      .add("--webhook-allow", options.webhooks.allowed,
+           "address that jobs may have as a webhook of their own, or with / at its end all below it; may be "
+           "repeated")
+      .type_name("URL")
+      .needs(key);
   command.group("Scheduling");
   command
       .add("--order", options.order,
@@ -246,7 +281,7 @@ int main(int argc, char** argv) {
     define_options(program.root(), given);
     if (const std::optional<int> ended = program.parse(argc, argv)) return *ended;
   }
-  const tessera::server::CoordinatorOptions options = coordinator_options(given);
+  tessera::server::CoordinatorOptions options = coordinator_options(given);
   tessera::telemetry::set_up_log(given.log);
   tessera::transport::log_grpc();
   if (!given.new_certificates.empty()) {
@@ -272,6 +307,12 @@ int main(int argc, char** argv) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
+  const absl::StatusOr<std::unique_ptr<tessera::server::Webhooks>> webhooks = make_webhooks(given);
+  if (!webhooks.ok()) {
+    spdlog::error("{}", std::string(webhooks.status().message()));
+    return kUsage;
+  }
+  options.listener = webhooks->get();
   auto coordinator = tessera::server::Coordinator::start(options);
   if (!coordinator.ok()) {
     spdlog::error("{}", std::string(coordinator.status().message()));

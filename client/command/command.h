@@ -8,6 +8,7 @@ namespace tessera::client {
 
 void add_render_command(CommandLine& line);
 void add_submit_command(CommandLine& line);
+void add_estimate_command(CommandLine& line);
 void add_jobs_command(CommandLine& line);
 void add_job_command(CommandLine& line);
 void add_watch_command(CommandLine& line);

@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   line.group("Rendering");
   add_render_command(line);
   add_submit_command(line);
+  add_estimate_command(line);
   add_radiosity_command(line);
   add_fetch_command(line);
   line.group("Jobs on the farm");

@@ -163,6 +163,24 @@ absl::StatusOr<BenchRender> BenchScene::render(std::uint32_t sample_begin, std::
   return rendered;
 }
 
+std::size_t BenchScene::tile_count() const { return parts_->tiles.size(); }
+
+absl::StatusOr<BenchRender> BenchScene::render_tile(std::size_t tile, std::uint32_t sample_begin,
+                                                    std::uint32_t sample_end, const BenchPhases& phases,
+                                                    std::stop_token stop) const {
+  const std::chrono::nanoseconds start = base::thread_cpu_time();
+  render::TileRequest request = parts_->tiles[tile];
+  request.sample_begin = sample_begin, request.sample_end = sample_end;
+  request.prepared = phases.prepared.get();
+  render::RenderStats stats;
+  BenchRender rendered;
+  absl::StatusOr<wire::TileResult> result = parts_->scene->render_tile(request, stop, stats);
+  if (!result.ok()) return result.status();
+  rendered.tiles.push_back(*std::move(result));
+  rendered.cost = cost_of(stats, base::in_seconds(base::thread_cpu_time() - start));
+  return rendered;
+}
+
 std::map<std::string, double> BenchScene::structure() const {
   const render::RenderScene::Structure built = parts_->scene->structure();
   const render::StructureFigures& f = built.figures;

@@ -103,6 +103,14 @@ class BenchScene {
   absl::StatusOr<BenchRender> render(std::uint32_t sample_begin, std::uint32_t sample_end,
                                      std::uint64_t seed_offset, std::stop_token stop) const;
 
+  /// Tiles of the job's crop, or passes over the film of integrators that work in passes (then one).
+  std::size_t tile_count() const;
+  /// Renders samples [sample_begin, sample_end) of each pixel of one tile on this thread, with what
+  /// `make_phases` made. Cancelled when stopped.
+  absl::StatusOr<BenchRender> render_tile(std::size_t tile, std::uint32_t sample_begin,
+                                          std::uint32_t sample_end, const BenchPhases& phases,
+                                          std::stop_token stop) const;
+
   /// Cancelled when stopped.
   absl::StatusOr<BenchCeiling> measure_ceiling(std::uint32_t spp, std::stop_token stop) const;
 

@@ -21,6 +21,9 @@ inline constexpr int kMaxFindMissing = 10000;
 /// Most blobs that one job refers to.
 inline constexpr int kMaxBlobsPerJob = 1 << 18;
 
+/// Most jobs that one job waits for (JobSpec.Farm.after).
+inline constexpr int kMaxAfter = 64;
+
 /// Largest width and height of a film, pixels.
 inline constexpr std::uint32_t kMaxFilmSize = 65536;
 

@@ -43,6 +43,7 @@ struct FarmJob {
   v1::JobState state = v1::QUEUED;
   std::string error;
   bool paused = false;
+  std::set<std::string> awaited;  // jobs that have to be done before units of this one are given out
   std::uint32_t leases = 0;
   std::int64_t load_ms = 0;  // of the leases, as charged
   // Work that was given out instead of this job's since it last had a unit, though its turn was first.
@@ -78,6 +79,7 @@ struct FarmJob {
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end
 
   bool open() const { return state == v1::QUEUED || state == v1::RUNNING; }
+  bool held() const { return paused || !awaited.empty(); }
 };
 
 struct FarmWorker {
@@ -110,10 +112,11 @@ struct FarmState {
   std::uint64_t jobs_added = 0;
   std::map<std::uint64_t, std::unique_ptr<FarmJob>> jobs;  // by number
   absl::flat_hash_map<std::string, FarmJob*> jobs_by_id;
-  TurnOrder turns;                                                          // open jobs that are not paused
+  TurnOrder turns;                                                          // open jobs that are not held
   absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;  // the same, by digest
-  std::set<std::uint64_t> auditing;                                         // open jobs with audits to make
-  std::set<std::uint64_t> endangered;                                       // open jobs with dangerous units
+  absl::flat_hash_map<std::string, std::set<std::uint64_t>> awaiting;  // open jobs, by the one they await
+  std::set<std::uint64_t> auditing;                                    // open jobs with audits to make
+  std::set<std::uint64_t> endangered;                                  // open jobs with dangerous units
   std::set<std::string> freeing;  // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, FarmWorker> workers;
   std::uint64_t workers_added = 0;

@@ -80,7 +80,8 @@ class Scheduler {
   /// job failed or was cancelled.
   absl::Status revoke_result(std::string_view job, std::uint32_t unit, std::uint64_t sequence,
                              const std::string& why);
-  /// Forgets a job that is over. FailedPrecondition when it is not.
+  /// Forgets a job that is over; those that await it because it was never done fail. FailedPrecondition when
+  /// it is not over.
   absl::Status forget_job(std::string_view job);
   absl::StatusOr<JobView> job(std::string_view id) const;
   /// Why nobody works on an open job; empty when somebody does.

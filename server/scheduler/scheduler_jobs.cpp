@@ -54,6 +54,7 @@ absl::Status Scheduler::add_job(JobRequest request) {
   auto job = std::make_unique<FarmJob>(state_.jobs_added++, std::move(request));
   state_.jobs_by_id.emplace(job->request.id, job.get());
   steps_.open(*job);
+  course_.await_others(*job);
   course_.take_turns(*job);
   state_.jobs.emplace(job->number, std::move(job));
   return absl::OkStatus();
@@ -165,6 +166,7 @@ absl::Status Scheduler::forget_job(std::string_view id) {
   if (!job.ok()) return job.status();
   if ((*job)->open())
     return absl::FailedPreconditionError(absl::StrCat("job ", std::string(id), " is not over"));
+  course_.fail_awaiting((*job)->request.id, "was deleted");
   const std::uint64_t number = (*job)->number;
   state_.jobs_by_id.erase((*job)->request.id);
   state_.jobs.erase(number);
@@ -205,7 +207,8 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .units_adopted = job.adopted,
                .adopted_from = job.adopted_from,
                .classes = job.classes.all(),
-               .workers = static_cast<std::uint32_t>(job.holders.size())};
+               .workers = static_cast<std::uint32_t>(job.holders.size()),
+               .awaited = {job.awaited.begin(), job.awaited.end()}};
   if (!view.classes.empty()) view.isa = isas_of(view.classes);
   if (units.set_aside() == 0) return view;
   for (const auto& [unit, failures] : job.failures) {
@@ -222,6 +225,12 @@ std::string Scheduler::waiting_for(std::string_view id, Time now) const {
   if (!found.ok() || !(*found)->open() || (*found)->leases > 0) return "";
   const FarmJob& job = **found;
   if (job.paused) return "the job is paused";
+  if (!job.awaited.empty()) {
+    const std::string& first = *job.awaited.begin();
+    const bool incomplete = state_.jobs_by_id.at(first)->state == v1::INCOMPLETE;
+    return absl::StrCat("job ", first, incomplete ? " is incomplete" : "",
+                        incomplete ? ", and has to be retried and done first" : " has to be done first");
+  }
   if (state_.workers.empty()) return "there is no worker";
   std::size_t with_tags = 0, with_isa = 0, free = 0;
   for (const auto& [name, worker] : state_.workers) {

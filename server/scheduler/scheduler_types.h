@@ -43,9 +43,10 @@ struct JobRequest {
   std::uint32_t generation = 1;
   std::string user;
   std::vector<std::string> required_tags;
-  std::uint32_t max_workers = 0;  // at a time; 0: any number
-  bool any_class = false;         // workers of every arithmetic class may work on it; else of one
-  std::string bound = {};         // to this class, before a restart; empty: not yet
+  std::uint32_t max_workers = 0;        // at a time; 0: any number
+  bool any_class = false;               // workers of every arithmetic class may work on it; else of one
+  std::vector<std::string> after = {};  // jobs that have to be done first
+  std::string bound = {};               // to this class, before a restart; empty: not yet
 };
 
 /// One time that a unit was not rendered.
@@ -80,6 +81,7 @@ struct JobView {
   std::string adopted_from;
   std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
   std::uint32_t workers = 0;              // that hold units of it
+  std::vector<std::string> awaited = {};  // jobs that are not done yet, and have to be first
 };
 
 struct WorkerInfo {

@@ -97,8 +97,14 @@ absl::Status check_names(const v1::JobSpec& spec) {
   const v1::JobSpec::Farm& farm = spec.farm();
   std::size_t tags = 0;
   for (const std::string& tag : farm.required_tags()) tags += tag.size() + 1;
-  const std::size_t longest = std::max({farm.name().size(), farm.isa().size(), farm.user().size(), tags,
-                                        spec.content().algorithms().integrator().size()});
+  std::size_t ids = 0;
+  for (const std::string& id : farm.after()) ids = std::max(ids, id.size());
+  if (farm.after_size() > wire::kMaxAfter)
+    return unsound(absl::StrCat("it comes after ", farm.after_size(), " jobs; at most ", wire::kMaxAfter,
+                                " are possible"));
+  const std::size_t longest =
+      std::max({farm.name().size(), farm.isa().size(), farm.user().size(), tags, ids, farm.comment().size(),
+                farm.webhook().size(), spec.content().algorithms().integrator().size()});
   if (longest > wire::kMaxTextBytes) return unsound("a name is too long");
   const v1::AutoChoice& choice = farm.auto_choice();
   std::size_t told = choice.reason().size();

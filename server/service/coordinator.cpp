@@ -109,6 +109,7 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
        .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
        .isa = options.isa,
        .settle = options.settle,
+       .listener = options.listener,
        .clock = options.clock},
       [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();

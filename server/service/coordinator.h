@@ -18,6 +18,7 @@
 namespace tessera::server {
 
 class BlobStore;
+class EndListener;
 class Farm;
 
 struct CoordinatorOptions {
@@ -90,6 +91,8 @@ struct CoordinatorOptions {
   std::chrono::milliseconds longest_run{10'000};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.
   std::uint64_t max_result_bytes = std::uint64_t{1} << 40;
+  /// Told when jobs end; outlives the coordinator. Null: nobody is.
+  EndListener* listener = nullptr;
   /// Outlives the coordinator.
   FarmClock* clock = &machine_clock();
 };

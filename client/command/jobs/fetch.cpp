@@ -7,6 +7,7 @@
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/jobs/job_selection.h"
+#include "command/jobs/on_done.h"
 #include "command/report/exr_options.h"
 #include "command/report/output.h"
 #include "command/server_option.h"
@@ -19,6 +20,7 @@ struct FetchOptions {
   std::string job_id;
   std::string output;
   ExrFormat exr;
+  std::string on_done;
   bool partial = false;
   bool quiet = false;
 };
@@ -47,7 +49,8 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
                               .frame_memory = frame_memory(options.output, options.exr, job->spec())},
                              stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status(), options.server);
-  return deliver(*followed, job->spec(), options.output, options.exr, options.quiet);
+  const int exit_code = deliver(*followed, job->spec(), options.output, options.exr, options.quiet);
+  return OnDone{options.on_done}.run(followed->status, options.output, exit_code);
 }
 
 }  // namespace
@@ -59,6 +62,7 @@ void add_fetch_command(CommandLine& line) {
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
   define_exr_options(command, options->exr);
   command.add_flag("--partial", options->partial, "write a partial image, if the job is not done");
+  define_on_done_option(command, options->on_done);
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   define_server_option(command, options->server);
   command.example("tessera fetch 4f0c2a11 -o scene.exr");

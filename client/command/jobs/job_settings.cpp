@@ -320,6 +320,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   for (const std::string& tag : request.required_tags) farm.add_required_tags(tag);
   farm.set_max_workers(request.max_workers);
   farm.set_bits(request.bits);
+  farm.set_comment(request.comment);
+  farm.set_webhook(request.webhook);
 
   farm.set_overscan(request.overscan);
 

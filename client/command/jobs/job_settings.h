@@ -57,6 +57,7 @@ struct JobSettings {
   std::vector<std::string> required_tags;
   std::uint32_t max_workers = 0;  // at a time; 0: any number
   v1::Bits bits{};                // UNSPECIFIED: as the farm has it
+  std::string comment, webhook;
 };
 
 /// A job, and the bytes that it needs.

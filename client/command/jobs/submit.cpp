@@ -17,6 +17,8 @@
 #include "command/frames/frames.h"
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
+#include "command/jobs/job_selection.h"
+#include "command/jobs/on_done.h"
 #include "command/render_options.h"
 #include "command/report/output.h"
 #include "command/report/phase.h"
@@ -33,11 +35,15 @@ struct SubmitOptions {
   RenderOptions render;
   ServerOption server;
   FarmClient::Reuse reuse;
+  std::vector<std::string> after;
+  std::string on_done;
   bool detach = false;
 };
 
 absl::Status check(const SubmitOptions& options) {
   if (absl::Status status = check_stats(options.render); !status.ok()) return status;
+  if (options.detach && !options.on_done.empty())
+    return absl::InvalidArgumentError("--on-done is for commands that wait: with --detach, see watch");
   if (options.render.output.empty()) {
     if (options.detach) return absl::OkStatus();
     return absl::InvalidArgumentError("--output is required, unless with --detach");
@@ -51,6 +57,17 @@ absl::StatusOr<std::optional<v1::JobSpec>> continued_job(FarmClient& farm, const
   absl::StatusOr<v1::GetJobResponse> job = farm.job(continued, {});
   if (!job.ok()) return job.status();
   return std::move(*job->mutable_spec());
+}
+
+/// Whole ids of the jobs that have to be done first.
+absl::StatusOr<std::vector<std::string>> ids_of(FarmClient& farm, const std::vector<std::string>& after) {
+  std::vector<std::string> ids;
+  for (const std::string& beginning : after) {
+    absl::StatusOr<std::string> id = find_job_id(farm, beginning, {});
+    if (!id.ok()) return id.status();
+    ids.push_back(*std::move(id));
+  }
+  return ids;
 }
 
 absl::StatusOr<std::uint64_t> upload(FarmClient& farm, const LoadedJob& loaded, bool quiet,
@@ -79,10 +96,11 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
     return exit_code;
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const OnDone on_done{options.on_done};
   if (followed->image) loaded.describe(options.render, *followed->image);
   const int exit_code =
       deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);
-  if (options.render.stats.empty()) return exit_code;
+  if (options.render.stats.empty()) return on_done.run(followed->status, options.render.output, exit_code);
 
   RenderStatistics statistics;
   statistics.load_seconds = loaded.import_seconds;
@@ -95,7 +113,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   if (const absl::Status status = write_statistics(statistics, options.render.stats); !status.ok()) {
     return report(kIncomplete, std::string{status.message()});
   }
-  return exit_code;
+  return on_done.run(followed->status, options.render.output, exit_code);
 }
 
 /// A job on the farm, and what its image will need.
@@ -114,6 +132,8 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
   };
   const auto continued = continued_job(farm, options.reuse.continued);
   if (!continued.ok()) return fail(continued.status());
+  const absl::StatusOr<std::vector<std::string>> after = ids_of(farm, options.after);
+  if (!after.ok()) return fail(after.status());
   // --threads is not for this command.
   const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const ChoiceOptions choice{
@@ -130,6 +150,7 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
     spec.mutable_cut()->set_tile_size((*continued)->cut().tile_size());
     spec.mutable_cut()->set_samples_per_unit((*continued)->cut().samples_per_unit());
   }
+  for (const std::string& id : *after) spec.mutable_farm()->add_after(id);
   absl::StatusOr<std::string> job_id = farm.submit(spec, options.reuse, stop);
   if (!job_id.ok()) return fail(job_id.status());
   job.id = *std::move(job_id);
@@ -224,6 +245,13 @@ void add_submit_command(CommandLine& line) {
           "has it)")
       .one_of(wire::words_of(*v1::Bits_descriptor()));
   command.add("--max-workers", job.max_workers, "workers at a time; 0: any number").with_default();
+  command.add("--after", options->after, "jobs that have to be done before this one begins")
+      .separated_by_commas()
+      .type_name("JOB,...");
+  command.add("--comment", job.comment, "shown by jobs and job").type_name("TEXT");
+  define_on_done_option(command, options->on_done);
+  command.add("--webhook", job.webhook, "told of the job's end; one that the coordinator allows")
+      .type_name("URL");
   const Option continued = command
                                .add("--continue", options->reuse.continued,
                                     "job from whose samples to go on, with its tiles; only --spp may differ")

@@ -7,6 +7,7 @@
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
 #include "command/jobs/job_selection.h"
+#include "command/jobs/on_done.h"
 #include "command/report/job_table.h"
 #include "command/server_option.h"
 
@@ -16,6 +17,7 @@ namespace {
 struct WatchOptions {
   ServerOption server;
   std::string job_id;
+  std::string on_done;
   bool json = false;
 };
 
@@ -30,7 +32,7 @@ int run(const WatchOptions& options, Interrupt& interrupt) {
   const auto status = follow_progress(**farm, *id, job->spec(), stop);
   if (!status.ok()) return report_farm_error(status.status(), options.server);
   if (options.json) std::cout << to_json(*status) << '\n';
-  return report_end(*status);
+  return OnDone{options.on_done}.run(*status, "", report_end(*status));
 }
 
 }  // namespace
@@ -41,6 +43,7 @@ void add_watch_command(CommandLine& line) {
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   define_server_option(command, options->server);
   command.add_flag("--json", options->json, "the final status as JSON");
+  define_on_done_option(command, options->on_done);
   command.example("tessera watch 4f0c2a11");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }

@@ -120,13 +120,15 @@ std::string jobs_table(const std::vector<v1::JobStatus>& jobs, std::size_t width
                {"PRIORITY", true},
                {"TROUBLE"},
                {"USER", false, /*shrinks=*/true},
-               {"NAME", false, true}}};
+               {"NAME", false, true},
+               {"AFTER"},
+               {"COMMENT", false, true}}};
   for (const v1::JobStatus& job : jobs) {
     table.add({job.job_id(), short_state(job), percent_text(job), time_text(job.elapsed_ms()),
                job.left_ms() > 0 ? time_text(job.left_ms()) : "",
                job.workers() > 0 ? absl::StrCat(job.workers()) : "",
                job.priority() != 0 ? absl::StrCat(job.priority()) : "", trouble_of(job), job.user(),
-               job.name()});
+               job.name(), absl::StrJoin(job.after(), ","), job.comment()});
   }
   return table.text(width);
 }
@@ -229,7 +231,9 @@ std::string job_text(const v1::GetJobResponse& job) {
   Lines lines;
   lines.add("id", status.job_id());
   lines.add("name", status.name());
+  lines.add_if_any("comment", status.comment());
   lines.add("state", state_text(status));
+  lines.add_if_any("after", absl::StrJoin(spec.farm().after(), ", "));
   lines.add("user", absl::StrCat(status.user(), ", priority ", status.priority()));
   add_progress(job, lines);
   lines.add("film", absl::StrCat(spec.view().width(), "x", spec.view().height(), ", ", spec.samples().spp(),

@@ -126,7 +126,7 @@ bool Leasing::lease_dangerous(Batch& batch) {
   std::size_t waiting = 0;
   for (const std::uint64_t number : state_.endangered) {
     FarmJob& job = *state_.jobs.at(number);
-    if (job.paused || !eligibility_.may_work_on(worker, job, batch.now)) continue;
+    if (job.held() || !eligibility_.may_work_on(worker, job, batch.now)) continue;
     for (const std::uint32_t unit : job.dangerous) {
       if (job.units.state(unit) != UnitState::kPending || eligibility_.avoids(worker, job, unit)) continue;
       ++waiting;
@@ -150,7 +150,7 @@ bool Leasing::lease_dangerous(Batch& batch) {
 bool Leasing::lease_audit(Batch& batch) {
   for (const std::uint64_t number : state_.auditing) {
     FarmJob& job = *state_.jobs.at(number);
-    if (job.paused) continue;
+    if (job.held()) continue;
     for (const std::uint32_t unit : job.audits.waiting()) {
       if (!audits_.can_make(batch.worker, job, *job.audits.find(unit))) continue;
       if (job.audited.insert(unit).second) {

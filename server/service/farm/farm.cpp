@@ -179,6 +179,24 @@ void Farm::note_distrusted(const JobEntry& entry, const std::string& subject) {
                  "job {} is over, and {} of its units are of host {}", entry.id, units, short_name(subject));
 }
 
+void Farm::show(const std::vector<Shown>& shown) {
+  std::vector<std::pair<v1::JobStatus, std::string>> ended;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const Shown& news : shown) {
+      JobEntry* const entry = jobs_.find(news.job);
+      if (entry == nullptr) continue;
+      note_durable(*entry, news.results);
+      entry->bounds_under_way -= news.bound;
+      if (!news.end || news.times_reopened != entry->times_reopened) continue;
+      entry->durable_end = true;
+      if (options_.listener != nullptr)
+        ended.emplace_back(outline(*entry), entry->shape->spec.farm().webhook());
+    }
+  }
+  for (const auto& [status, webhook] : ended) options_.listener->ended(status, webhook);
+}
+
 void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done) {
   for (const FarmEvent& event : scheduler_.take_events()) {
     // A recovered job that ends the way it had ended before is no news.
@@ -204,16 +222,7 @@ void Farm::commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, b
       done(absl::UnavailableError("the coordinator cannot write its journal"));
       return;
     }
-    if (!shown.empty()) {
-      const std::lock_guard lock(mutex_);
-      for (const Shown& news : shown) {
-        JobEntry* const entry = jobs_.find(news.job);
-        if (entry == nullptr) continue;
-        note_durable(*entry, news.results);
-        entry->durable_end |= news.end && news.times_reopened == entry->times_reopened;
-        entry->bounds_under_way -= news.bound;
-      }
-    }
+    if (!shown.empty()) show(shown);
     dispatcher_.notify_news();
     done(absl::OkStatus());
   });

@@ -22,6 +22,7 @@
 #include "service/farm/lease_seal.h"
 #include "service/farm/unclaimed_uploads.h"
 #include "service/job/adoption.h"
+#include "service/job/end_listener.h"
 #include "service/job/job_table.h"
 #include "service/metrics.h"
 #include "store/blobs/blob_store.h"
@@ -47,6 +48,7 @@ struct FarmOptions {
   v1::Bits bits = v1::BITS_SAME;
   std::string isa = {};
   std::chrono::milliseconds settle{0};  // SchedulerOptions::settle
+  EndListener* listener = nullptr;      // outlives the farm; null: nobody is told
   FarmClock* clock = &machine_clock();  // outlives the farm
 };
 
@@ -152,6 +154,8 @@ class Farm {
     std::uint32_t times_reopened = 0;  // an end counts only when the job was not opened again since
     bool bound = false;                // to an arithmetic class
   };
+  /// The changes are durable. Without mutex_.
+  void show(const std::vector<Shown>& shown);
   /// Journals `entries`, and behind them what the scheduler wants to have journaled, in the order of calls;
   /// `done` after that. Answers at once where there is nothing, if `wait` is not set.
   void commit(std::vector<JournalEntry> entries, std::vector<Shown> shown, bool wait, DoneEmpty done);
@@ -168,6 +172,8 @@ class Farm {
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 
   absl::Status check_blobs(const v1::JobSpec& spec) const;
+  /// Whether the jobs that the new one comes after are there, and may still be done. With mutex_ held.
+  absl::Status check_after(const v1::JobSpec& spec);
   /// Whether the units of one more job fit into memory. With mutex_ held.
   absl::Status check_capacity(const JobShape& shape) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with

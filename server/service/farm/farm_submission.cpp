@@ -54,6 +54,18 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
                    options_.max_open_units, " that the coordinator keeps; try again when some are done"));
 }
 
+absl::Status Farm::check_after(const v1::JobSpec& spec) {
+  for (const std::string& id : spec.farm().after()) {
+    const absl::StatusOr<JobEntry*> other = find_job(id);
+    if (!other.ok()) return other.status();
+    const v1::JobState state = view_of(**other).state;
+    if (state != v1::FAILED && state != v1::CANCELLED) continue;
+    return absl::FailedPreconditionError(absl::StrCat("job ", id, ", which has to be done first, ",
+                                                      state == v1::FAILED ? "failed" : "was cancelled"));
+  }
+  return absl::OkStatus();
+}
+
 void Farm::note_upload(const std::string& digest, std::uint64_t bytes) {
   metrics_.uploaded(bytes);
   const std::lock_guard lock(mutex_);
@@ -173,6 +185,12 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   auto shape = JobShape::make(std::move(spec));
   if (!shape.ok()) return done(shape.status());
   if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));
+  if (const std::string& webhook = (*shape)->spec.farm().webhook(); !webhook.empty()) {
+    const absl::Status status = options_.listener != nullptr
+                                    ? options_.listener->check_webhook(webhook)
+                                    : absl::PermissionDeniedError("webhook: the coordinator has none");
+    if (!status.ok()) return done(status);
+  }
   const absl::StatusOr<std::optional<Donor>> donor = find_donor(request, **shape);
   if (!donor.ok()) return done(donor.status());
 
@@ -190,6 +208,7 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   }
   if (!room.ok()) return done(room);
   if (absl::Status status = check_capacity(**shape); !status.ok()) return done(std::move(status));
+  if (absl::Status status = check_after((*shape)->spec); !status.ok()) return done(std::move(status));
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
   JobEntry& entry = jobs_.add({.id = id,

@@ -115,7 +115,8 @@ JobRequest request_of(const JobEntry& entry) {
           .user = spec.farm().user(),
           .required_tags = {spec.farm().required_tags().begin(), spec.farm().required_tags().end()},
           .max_workers = spec.farm().max_workers(),
-          .any_class = spec.farm().bits() == v1::BITS_ANY};
+          .any_class = spec.farm().bits() == v1::BITS_ANY,
+          .after = {spec.farm().after().begin(), spec.farm().after().end()}};
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
@@ -236,6 +237,8 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_uploaded_bytes(entry.uploaded_bytes);
   status.set_user(entry.shape->spec.farm().user());
   status.set_priority(view.priority);
+  status.set_comment(entry.shape->spec.farm().comment());
+  for (const std::string& id : view.awaited) status.add_after(id);
   status.set_paused(view.paused);
   status.set_units_set_aside(view.units_set_aside);
   if (is_open(view.state) && view.units_open > 0) {

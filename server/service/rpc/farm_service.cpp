@@ -43,6 +43,9 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
   if (const std::string& job = request->continued(); !job.empty()) {
     if (absl::Status s = check_access(*context, job); !s.ok()) return answer(reactor, s);
   }
+  for (const std::string& job : request->spec().farm().after()) {
+    if (absl::Status s = check_access(*context, job); !s.ok()) return answer(reactor, s);
+  }
   v1::SubmitJobRequest own = *request;
   // Who submits is who the certificate says.
   if (const Caller who = caller(*context); who.role == Role::kClient)

@@ -35,6 +35,7 @@ const std::map<std::string, Rooms>& rules() {
       {"server/service",
        {"service", "net", "scheduler", "store", "tls", "base", "telemetry", "transport", "wire",
         "tessera/v1"}},
+      {"server/notify", {"notify", "service", "telemetry", "wire", "tessera/v1"}},
       {"worker/agent",
        {"agent", "render", "render/build", "base", "options", "telemetry", "transport", "wire",
         "tessera/v1"}},
@@ -79,10 +80,10 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render,
 /// "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {"wire",    "base",   "images",  "telemetry", "transport", "scheduler", "store",
-                             "tls",     "net",    "service", "agent",     "farm",      "image",     "import",
-                             "command", "local",  "render",  "tessera",   "plot",      "bench",     "options",
-                             "tables",  "layers", "mesh",    "expression"};
+  static const Rooms tops = {
+      "wire",    "base",  "images",  "telemetry", "transport", "scheduler", "store",      "tls",    "net",
+      "service", "agent", "farm",    "image",     "import",    "command",   "local",      "render", "tessera",
+      "plot",    "bench", "options", "tables",    "layers",    "mesh",      "expression", "notify"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

@@ -1,0 +1,314 @@
+"""What Blender shows, as a scene of Tessera: evaluated meshes, lamps, world and camera, without files between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from tessera import Scene
+
+from .materials import Materials
+
+_SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
+
+def _array(matrix: Any) -> Any:
+    return np.array([list(row) for row in matrix], dtype=np.float64)
+
+
+def _unscaled(matrix: Any) -> Any:
+    """The same place and directions, without scale: lamps and cameras have their sizes from their data."""
+    array = _array(matrix)
+    lengths = np.linalg.norm(array[:3, :3], axis=0)
+    array[:3, :3] /= np.where(lengths > 0, lengths, 1)
+    return array
+
+
+def _key_of(thing: tuple[tuple[str, tuple[int, ...]], Any, Any]) -> tuple[str, tuple[int, ...]]:
+    return thing[0]
+
+
+class Exporter:
+    """One export. `warnings` has what was left out, a sentence each."""
+
+    def __init__(self, depsgraph: Any) -> None:
+        self._depsgraph = depsgraph
+        self._blender = depsgraph.scene_eval
+        self.scene = Scene(depsgraph.scene.name)
+        self.warnings: list[str] = []
+        self._materials = Materials(self.scene, self.warnings)
+        self._meshes: dict[Any, list[tuple[Any, dict[str, Any]]]] = {}  # by data, the parts of each
+
+    def export(self) -> Scene:
+        self._film()
+        self._camera()
+        self._world()
+        for _, place, thing in sorted(self._things(), key=_key_of):
+            if isinstance(thing, list):
+                self._surface(thing, place)
+            else:
+                self._lamp(thing, place)
+        return self.scene
+
+    def _things(self) -> Iterator[tuple[tuple[str, tuple[int, ...]], Any, Any]]:
+        """A key, world from object, and the parts of each surface, or each lamp. The graph has them in an
+        order that is another in each run."""
+        for instance in self._depsgraph.object_instances:
+            thing = instance.object
+            if not instance.show_self:
+                continue
+            key = (thing.name, tuple(instance.persistent_id) if instance.is_instance else ())
+            if thing.type in _SURFACES:
+                yield key, _array(instance.matrix_world), [(thing.name, *part) for part in self._parts(thing)]
+            elif thing.type == "LIGHT":
+                yield key, _array(instance.matrix_world), thing
+            elif thing.type in {"VOLUME", "CURVES", "POINTCLOUD"}:
+                self._materials.warn(f"object {thing.name}: {thing.type.lower()} is left out")
+
+    # ---- camera and film
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        render = self._blender.render
+        scale = render.resolution_percentage / 100
+        return max(1, int(render.resolution_x * scale)), max(1, int(render.resolution_y * scale))
+
+    @property
+    def crop(self) -> tuple[int, int, int, int] | None:
+        """The border, x0, y0, x1, y1 in pixels from the upper left."""
+        render, (width, height) = self._blender.render, self.resolution
+        if not render.use_border:
+            return None
+        # Blender cuts the numbers off, and counts rows upwards.
+        x0, x1 = int(render.border_min_x * width), int(render.border_max_x * width)
+        low, high = int(render.border_min_y * height), int(render.border_max_y * height)
+        return x0, height - max(high, low + 1), max(x1, x0 + 1), height - low
+
+    def _film(self) -> None:
+        self.scene.film(*self.resolution)
+
+    def _camera(self) -> None:
+        camera = self._blender.camera
+        if camera is None:
+            raise ValueError("the scene has no camera")
+        data, render, (width, height) = camera.data, self._blender.render, self.resolution
+        projection = _array(
+            camera.calc_matrix_camera(
+                self._depsgraph,
+                x=width,
+                y=height,
+                scale_x=render.pixel_aspect_x,
+                scale_y=render.pixel_aspect_y,
+            )
+        )
+        # Blender's cameras look along -z.
+        place = _unscaled(camera.matrix_world) @ np.diag([1.0, 1.0, -1.0, 1.0])
+        clip = (data.clip_start, data.clip_end)
+        if data.type == "ORTHO":
+            (x_scale, x_shift), (y_scale, y_shift) = projection[0, [0, 3]], projection[1, [1, 3]]
+            window = [(edge - x_shift) / x_scale for edge in (-1, 1)]
+            window += [(edge - y_shift) / y_scale for edge in (-1, 1)]
+            self.scene.orthographic_camera(place, (window[0], window[1], window[2], window[3]), clip)
+            return
+        if data.type != "PERSP":
+            raise ValueError(f"camera {camera.name}: panoramas are not translated")
+        # The picture on the plane at distance 1, where 90 degrees span 2.
+        (x_scale, x_shift), (y_scale, y_shift) = projection[0, [0, 2]], projection[1, [1, 2]]
+        window = [(edge + x_shift) / x_scale for edge in (-1, 1)]
+        window += [(edge + y_shift) / y_scale for edge in (-1, 1)]
+        radius, distance = 0.0, 0.0
+        if data.dof.use_dof:
+            radius = 1e-3 * data.lens / (2 * data.dof.aperture_fstop)
+            distance = data.dof.focus_distance
+            if data.dof.focus_object is not None:
+                target = np.array(data.dof.focus_object.matrix_world.translation)
+                distance = float(np.dot(target - place[:3, 3], place[:3, 2]))
+            if data.dof.aperture_blades:
+                self._materials.warn(f"camera {camera.name}: the aperture is round, without blades")
+        self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip)
+        self.scene.message.camera.screen_window[:] = window
+
+    # ---- light
+
+    def _world(self) -> None:
+        world = self._blender.world
+        if world is None:
+            return
+        tree = world.node_tree if world.use_nodes else None
+        output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL") if tree else None
+        if output is None:
+            self._uniform_world(world.color[:3])
+            return
+        if output.inputs["Volume"].is_linked:
+            self._materials.warn(f"world {world.name}: its volume is left out")
+        links = output.inputs["Surface"].links
+        if not links or links[0].from_node.type != "BACKGROUND":
+            if links:
+                node = links[0].from_node
+                self._materials.warn(f"world {world.name}: '{node.name}' ({node.bl_label}) is not known")
+            return
+        background = links[0].from_node
+        strength = float(background.inputs["Strength"].default_value)
+        color = background.inputs["Color"]
+        source = color.links[0].from_node if color.is_linked else None
+        if source is not None and source.type == "TEX_ENVIRONMENT" and source.image is not None:
+            self._environment(world, source, strength)
+            return
+        if source is not None:
+            self._materials.warn(
+                f"world {world.name}: '{source.name}' ({source.bl_label}) is not known; the colour is uniform"
+            )
+        self._uniform_world([strength * c for c in color.default_value[:3]])
+
+    def _uniform_world(self, radiance: Any) -> None:
+        if any(radiance):
+            self.scene.environment(list(radiance))
+
+    def _environment(self, world: Any, node: Any, strength: float) -> None:
+        if node.projection != "EQUIRECTANGULAR":
+            self._materials.warn(f"world {world.name}: mirror balls are taken for latitude and longitude")
+        # The middle of the picture is at Blender's +x, a quarter at +y, and z is up.
+        world_from_light = np.array(
+            [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=np.float64
+        )
+        if node.inputs["Vector"].is_linked:
+            mapping = node.inputs["Vector"].links[0].from_node
+            if mapping.type == "MAPPING":
+                # The mapping turns directions into the picture.
+                turn = _array(mapping.inputs["Rotation"].default_value.to_matrix().to_4x4())
+                world_from_light = np.linalg.inv(turn) @ world_from_light
+            elif mapping.type != "TEX_COORD":
+                self._materials.warn(f"world {world.name}: '{mapping.name}' ({mapping.bl_label}) is left out")
+        path = Path(bpy.path.abspath(node.image.filepath_from_user())) if node.image.filepath else None
+        picture: Any = path
+        if path is None or node.image.packed_file or not path.is_file():
+            is_srgb = node.image.colorspace_settings.name == "sRGB"
+            picture = self._materials._pixels(node.image, is_srgb)
+        self.scene.environment(picture, strength, world_from_light)
+
+    def _lamp(self, lamp: Any, matrix: Any) -> None:
+        data = lamp.data
+        place = _unscaled(matrix)
+        position, direction = place[:3, 3], -place[:3, 2]
+        power = np.array(data.color[:]) * data.energy
+        if not power.any():
+            return
+        if data.use_nodes:
+            self._materials.warn(f"lamp {lamp.name}: its nodes are left out")
+        if data.type == "SUN":
+            if data.angle > math.radians(1):
+                self._materials.warn(f"lamp {lamp.name}: the sun's disk is a point")
+            self.scene.distant_light(direction, power)
+        elif data.type == "POINT":
+            if data.shadow_soft_size > 0:
+                radiance = power / (4 * math.pi**2 * data.shadow_soft_size**2)
+                self.scene.sphere(data.shadow_soft_size, position, self._black(), radiance, name=lamp.name)
+            else:
+                self.scene.point_light(position, power / (4 * math.pi))
+        elif data.type == "SPOT":
+            if data.shadow_soft_size > 0:
+                self._materials.warn(f"lamp {lamp.name}: the spot has no size, and hard shadows")
+            cosine = math.cos(data.spot_size / 2)
+            inner = math.acos(min(1.0, cosine + (1 - cosine) * data.spot_blend))
+            self.scene.spot_light(
+                position,
+                position + direction,
+                power / (4 * math.pi),
+                math.degrees(data.spot_size / 2),
+                math.degrees(data.spot_size / 2 - inner),
+            )
+        else:
+            self._area(lamp, data, matrix, power)
+
+    def _area(self, lamp: Any, data: Any, matrix: Any, power: Any) -> None:
+        """Radiance: power / (4 area), as Cycles has it; it shines along -z."""
+        width, height = data.size, data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
+        corners: Any = [(-1, -1), (-1, 1), (1, 1), (1, -1)]
+        area = 1.0
+        if data.shape in {"DISK", "ELLIPSE"}:
+            angles = -np.linspace(0, 2 * math.pi, 64, endpoint=False)
+            # As large as the ellipse that it stands for.
+            grow = math.sqrt(math.pi / (32 * math.sin(math.pi / 32)))
+            corners = grow * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+            area = math.pi / 4
+        place = _array(matrix)
+        points = [place @ np.array([x * width / 2, y * height / 2, 0, 1]) for x, y in corners]
+        axes = np.linalg.norm(place[:3, :3], axis=0)
+        area *= width * axes[0] * height * axes[1]
+        radiance = power / (4 * area)
+        self.scene.rectangle([point[:3] for point in points], self._black(), radiance, name=lamp.name)
+
+    def _black(self) -> Any:
+        if not any(other.name == "lamp" for other in self.scene.message.materials):
+            self.scene.diffuse("lamp", 0.0)
+        return "lamp"
+
+    # ---- surfaces
+
+    def _surface(self, parts: list[tuple[str, Any, dict[str, Any]]], place: Any) -> None:
+        for name, material, arrays in parts:
+            surface = self._materials.surface(material)
+            self.scene.mesh(
+                material=surface.material,
+                emission=surface.emission,
+                two_sided=True,
+                transform=place,
+                name=name,
+                **arrays,
+            )
+
+    def _parts(self, evaluated: Any) -> list[tuple[Any, dict[str, Any]]]:
+        """The object's triangles by material. Objects that share evaluated data share the arrays."""
+        slots = tuple(slot.material.name if slot.material else "" for slot in evaluated.material_slots)
+        shared = "" if evaluated.data and not evaluated.modifiers else evaluated.name
+        key = (evaluated.data.as_pointer() if evaluated.data else 0, slots, shared)
+        if key in self._meshes:
+            return self._meshes[key]
+        mesh = evaluated.to_mesh()
+        parts: list[tuple[Any, dict[str, Any]]] = []
+        if mesh is not None and len(mesh.polygons):
+            parts = self._split(mesh, evaluated)
+        evaluated.to_mesh_clear()
+        self._meshes[key] = parts
+        return parts
+
+    def _split(self, mesh: Any, evaluated: Any) -> list[tuple[Any, dict[str, Any]]]:
+        mesh.calc_loop_triangles()
+        mesh.calc_normals_split()
+        triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
+        positions = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", positions)
+        vertex_of = np.empty(loop_count, np.int32)
+        mesh.loops.foreach_get("vertex_index", vertex_of)
+        normals = np.empty(3 * loop_count, np.float32)
+        mesh.loops.foreach_get("normal", normals)
+        loops = np.empty(3 * triangle_count, np.int32)
+        mesh.loop_triangles.foreach_get("loops", loops)
+        slots = np.empty(triangle_count, np.int32)
+        mesh.loop_triangles.foreach_get("material_index", slots)
+        columns = [positions.reshape(-1, 3)[vertex_of], normals.reshape(-1, 3)]
+        if mesh.uv_layers.active is not None:
+            uvs = np.empty(2 * loop_count, np.float32)
+            mesh.uv_layers.active.data.foreach_get("uv", uvs)
+            columns.append(uvs.reshape(-1, 2))
+        corners = np.concatenate(columns, axis=1)
+        triangles = loops.reshape(-1, 3)
+        materials = [slot.material for slot in evaluated.material_slots] or [None]
+        parts = []
+        for slot in np.unique(slots):
+            own = triangles[slots == slot]
+            # Corners that are alike in all are one vertex.
+            rows, indices = np.unique(corners[own.ravel()], axis=0, return_inverse=True)
+            arrays = {
+                "vertices": rows[:, :3],
+                "normals": rows[:, 3:6],
+                "uvs": rows[:, 6:8] if rows.shape[1] > 6 else None,
+                "triangles": indices.reshape(-1, 3),
+            }
+            material = materials[min(int(slot), len(materials) - 1)]
+            parts.append((material, arrays))
+        return parts

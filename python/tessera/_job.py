@@ -1,0 +1,137 @@
+"""The spec of a job for a scene that was built in code.
+
+Everything in a spec is resolved (proto/tessera/v1/job.proto), and the rules stand in the command line's C++
+(client/command/jobs/job_settings.cpp). Here are those for integrators without settings and phases of their own; a
+test compares the specs of both. Other integrators are submitted through the program.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+from tessera.scene import Blob, Scene
+from tessera.v1 import camera_pb2, job_pb2, settings_pb2
+
+#: Integrators whose jobs are made here.
+DIRECT = ("path", "volpath", "direct")
+
+_TILE, _SCATTERING_TILE = 32, 128
+_SAMPLES_PER_UNIT = 1 << 14
+_USUAL_UNITS = 1 << 20
+_LEAST_SCATTERED_SAMPLES = 4
+_MAX_DEPTH = (1 << 15) - 1
+
+AOVS = {
+    name[4:].lower().replace("_", "-"): number
+    for name, number in job_pb2.AOV.items()
+    if number != job_pb2.AOV_UNSPECIFIED
+}
+
+
+def _floor_power(n: int) -> int:
+    return 1 << (max(n, 1).bit_length() - 1)
+
+
+def _ceil_power(n: int) -> int:
+    return 1 << (max(n, 1) - 1).bit_length()
+
+
+def _gains_by_scattering(pixel_filter: camera_pb2.PixelFilter) -> bool:
+    """proto/wire/pixel_filter.cpp"""
+    kinds = camera_pb2.PixelFilter
+    usual = {kinds.TRIANGLE: 2.0, kinds.MITCHELL: 2.0, kinds.GAUSSIAN: 1.5, kinds.LANCZOS: 4.0}
+    if pixel_filter.kind not in usual:
+        return False
+    radii = [r if r > 0 else usual[pixel_filter.kind] for r in (pixel_filter.radius_x, pixel_filter.radius_y)]
+    if pixel_filter.kind == kinds.GAUSSIAN and (pixel_filter.sigma or 0.5) < 0.34:
+        return False
+    return min(radii) >= 0.8 and max(radii) <= 16
+
+
+def _samples_per_unit(spec: job_pb2.JobSpec) -> int:
+    spp, side, crop = spec.samples.spp, spec.cut.tile_size, spec.cut.crop
+    if spec.samples.noise:
+        return _ceil_power(spp)
+    longer = _floor_power(1 + len(spec.view.layers) * 3 // 4)
+    tiles = (-(-(crop.x1 - crop.x0) // side) + 1) * (-(-(crop.y1 - crop.y0) // side) + 1)
+    wanted = _floor_power(_SAMPLES_PER_UNIT // (side * side))
+    fewest = _ceil_power(-(-(tiles * spp) // _USUAL_UNITS))
+    samples = min(max(wanted, fewest), _ceil_power(spp))
+    if spec.view.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER:
+        samples = max(samples, _LEAST_SCATTERED_SAMPLES)
+    return min(samples * longer, _ceil_power(spp))
+
+
+def make_spec(
+    scene: Scene,
+    user: str,
+    *,
+    aovs: Sequence[str] = (),
+    crop: tuple[int, int, int, int] | None = None,
+    resolution: tuple[int, int] | None = None,
+) -> tuple[job_pb2.JobSpec, list[Blob]]:
+    """The job of the scene with its settings, and the blobs that it needs, the scene's own last."""
+    wishes = scene.message.settings
+    integrator = wishes.integrator or "path"
+    if integrator not in DIRECT:
+        raise ValueError(f"integrator '{integrator}' is for the program: {', '.join(DIRECT)} were expected")
+    film = scene.message.film
+    width, height = resolution or (film.width, film.height)
+    if not (0 < width <= 65536 and 0 < height <= 65536):
+        raise ValueError(f"the film has {width} x {height} pixels; 1 to 65536 each way are possible")
+    unknown = sorted(set(aovs) - set(AOVS))
+    if unknown:
+        raise ValueError(f"there is no AOV '{unknown[0]}'; there are {', '.join(AOVS)}")
+
+    spec = job_pb2.JobSpec()
+    algorithms = spec.content.algorithms
+    algorithms.integrator = integrator
+    algorithms.intersection = wishes.intersection or settings_pb2.INTERSECTION_AUTO
+    algorithms.direct_light = wishes.direct_light or settings_pb2.DIRECT_LIGHT_MIS
+    algorithms.light_selection = wishes.light_selection or settings_pb2.LIGHT_SELECTION_AUTO
+    algorithms.traversal = wishes.traversal or settings_pb2.TRAVERSAL_PACKET
+    if wishes.accelerator != settings_pb2.ACCELERATOR_EMBREE:
+        algorithms.accelerator = wishes.accelerator
+    if wishes.accelerator == settings_pb2.ACCELERATOR_GRID:
+        algorithms.grid_density = wishes.grid_density
+    if wishes.nesting != settings_pb2.NESTING_AUTO:
+        algorithms.nesting = wishes.nesting
+    algorithms.texture_filter = wishes.texture_filter or settings_pb2.TEXTURE_FILTER_BILINEAR
+
+    spec.samples.spp = wishes.spp or 16
+    spec.samples.noise = wishes.noise
+    view = spec.view
+    view.width, view.height = width, height
+    view.aovs.extend(sorted({AOVS[aov] for aov in aovs}))  # type: ignore[arg-type]
+    view.sampler = wishes.sampler or settings_pb2.SAMPLER_SOBOL
+    if view.sampler == settings_pb2.SAMPLER_Z_SOBOL:
+        view.sample_bits = (spec.samples.spp - 1).bit_length()
+    view.seed = wishes.seed
+    view.max_depth = min(wishes.max_depth if wishes.HasField("max_depth") else 5, _MAX_DEPTH)
+    view.layers.extend(wishes.layers)
+    footprint = wishes.HasField("texture_footprint")
+    view.texture_footprint = wishes.texture_footprint if footprint else 0.125
+    scatters = wishes.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER or (
+        wishes.reconstruction != settings_pb2.RECONSTRUCTION_SAMPLE
+        and not wishes.noise
+        and _gains_by_scattering(film.filter)
+    )
+    if scatters:
+        view.reconstruction = settings_pb2.RECONSTRUCTION_SCATTER
+
+    x0, y0, x1, y1 = crop or (0, 0, width, height)
+    if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+        raise ValueError(f"the crop {crop} is empty, or not within the film")
+    spec.cut.crop.CopyFrom(job_pb2.PixelRect(x0=x0, y0=y0, x1=x1, y1=y1))
+    spec.cut.tile_size = _SCATTERING_TILE if scatters else _TILE
+    spec.cut.samples_per_unit = _samples_per_unit(spec)
+
+    data = scene.message.SerializeToString(deterministic=True)
+    own = Blob(data, hashlib.sha256(data).hexdigest(), "")
+    blobs = [*scene.blobs.values(), own]
+    spec.content.scene = own.digest
+    spec.farm.name = scene.message.name
+    spec.farm.user = user
+    spec.farm.blobs.extend(blob.ref() for blob in [own, *scene.blobs.values()])
+    return spec, blobs

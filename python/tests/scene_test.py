@@ -1,0 +1,95 @@
+"""Scenes in code, without a farm."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+import tessera
+from farm_under_test import PROGRAM, small_scene
+from tessera._mesh import encode_mesh, encode_pfm
+
+
+class SceneTest(unittest.TestCase):
+    def test_cameras_look_where_they_are_told(self) -> None:
+        matrix = tessera.look_at((1, 2, 3), (1, 2, -3))
+        np.testing.assert_allclose(matrix @ [0, 0, 1, 0], [0, 0, -1, 0], atol=1e-15)
+        np.testing.assert_allclose(matrix @ [1, 0, 0, 0], [1, 0, 0, 0], atol=1e-15)
+        np.testing.assert_allclose(matrix @ [0, 1, 0, 0], [0, 1, 0, 0], atol=1e-15)
+        np.testing.assert_allclose(matrix[:3, 3], [1, 2, 3])
+        with self.assertRaisesRegex(ValueError, "look_at"):
+            tessera.look_at((0, 0, 0), (0, 1, 0))
+
+    def test_meshes_that_make_no_sense_are_refused(self) -> None:
+        square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+        for arrays, what in (
+            ((square, [(0, 1, 3)]), "an index is not below the 3 vertices"),
+            ((square, [(0, 1, -1)]), "an index"),
+            ((square, [(0, 1, 1.5)]), "expected integers"),
+            (([(0, 0)], [(0, 0, 0)]), r"expected an array of shape \(n, 3\)"),
+            (([(0, 0, np.nan)], [(0, 0, 0)]), "not all values are finite"),
+            ((square, [(0, 1, 2)], [(0, 0, 1)]), "expected one a vertex"),
+        ):
+            with self.assertRaisesRegex(ValueError, what):
+                encode_mesh(*arrays)  # type: ignore[arg-type]
+        blob = encode_mesh(square, np.array([(0, 1, 2)]))
+        self.assertEqual(struct.unpack_from("<8sIIQQ", blob), (b"TSRMESH1", 0, 0, 3, 1))
+        self.assertEqual(len(blob), 32 + 48 + 12)
+        with self.assertRaisesRegex(ValueError, "expected an array"):
+            encode_pfm(np.zeros((2, 2, 4)))
+
+    def test_names_are_unique_and_words_are_known(self) -> None:
+        scene = tessera.Scene()
+        scene.diffuse("paint", 0.5)
+        with self.assertRaisesRegex(ValueError, "already"):
+            scene.conductor("paint", 0.5)
+        with self.assertRaisesRegex(ValueError, "there is no filter 'square'"):
+            scene.film(8, 8, filter="square")
+        with self.assertRaisesRegex(ValueError, "4 x 4"):
+            scene.camera(np.eye(3))
+
+    def test_a_lamp_of_known_power_lights_a_floor(self) -> None:
+        """Irradiance of a distant light, and of a lamp: the radiance of white paint is that over pi."""
+        for light in ("distant", "point"):
+            scene = tessera.Scene("floor")
+            white = scene.diffuse("white", 1.0)
+            corners = [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]
+            scene.rectangle(corners, white)
+            if light == "distant":
+                scene.distant_light((0, 0, -1), np.pi)
+            else:
+                scene.point_light((0, 0, 2), 4 * np.pi)  # at a distance of 2
+            scene.camera(tessera.look_at((0, 0, 1), (0, 0, 0), (0, 1, 0)), 1)
+            scene.film(4, 4)
+            scene.settings.max_depth, scene.settings.spp = 1, 1
+            with tempfile.TemporaryDirectory() as folder:
+                file = Path(folder) / "scene.textproto"
+                scene.save(file)
+                image = str(Path(folder) / "image.exr")
+                subprocess.run([PROGRAM, "render", str(file), "-o", image, "--quiet"], check=True)
+                from farm_under_test import read_exr
+
+                # A degree across, so that all of the picture has the same irradiance, to 4 sin^2 of that.
+                np.testing.assert_allclose(read_exr(Path(image))["R"], 1, rtol=3e-4)
+
+    def test_files_name_all_blobs(self) -> None:
+        scene = small_scene()
+        with tempfile.TemporaryDirectory() as folder:
+            scene.save(Path(folder) / "a.textproto")
+            written = sorted(path.suffix for path in (Path(folder) / "a.blobs").iterdir())
+            self.assertEqual(written, [".mesh", ".pfm"])
+            self.assertNotIn("digest", (Path(folder) / "a.textproto").read_text())
+
+    def test_png_and_srgb(self) -> None:
+        self.assertEqual(list(tessera.to_srgb(np.array([0.0, 0.5, 1.0, 7.0]))), [0, 188, 255, 255])
+        with tempfile.TemporaryDirectory() as folder:
+            tessera.write_png(Path(folder) / "a.png", np.zeros((2, 3, 3), np.uint8))
+            self.assertEqual((Path(folder) / "a.png").read_bytes()[:4], b"\x89PNG")
+
+
+if __name__ == "__main__":
+    unittest.main()
