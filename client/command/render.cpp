@@ -211,7 +211,7 @@ void add_render_command(CommandLine& line) {
            "keep results in this folder; the same command goes on with them")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");
-  command.example("tessera render turn.####.pbrt -o turn.####.exr --frames 1-60 --preview-video turn.mp4");
+  command.example("tessera render turn.####.pbrt -o turn.####.exr --frames 1-60");
   command.example("tessera render kitchen.xml -o kitchen.png --noise 0.05 --spp 1024");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }

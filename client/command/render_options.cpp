@@ -86,6 +86,8 @@ std::string name_of(const std::string& file, const ImportedScene& imported) {
   return (path.stem().string().starts_with("scene") ? path.parent_path().filename() : path.stem()).string();
 }
 
+}  // namespace
+
 ImportOptions import_options(const RenderOptions& options) {
   ImportOptions result;
   result.threads = options.threads;
@@ -95,8 +97,6 @@ ImportOptions import_options(const RenderOptions& options) {
   }
   return result;
 }
-
-}  // namespace
 
 void define_render_options(options::Command& command, RenderOptions& options) {
   command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb").required();
@@ -160,9 +160,9 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits; layers: "
-          "bounce0..bounceN, "
-          "lights, emission, shadow, strategies, unweighted-strategies")
+          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits, position, "
+          "camera-normal, uv, motion, material-id, crypto-object, crypto-material, crypto-asset; layers: "
+          "bounce0..bounceN, lights, emission, shadow, strategies, unweighted-strategies")
       .separated_by_commas()
       .type_name("NAME,...");
   add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
@@ -305,6 +305,8 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     }
   }
   loaded->imported.scene.clear_animation();
+  if (options.origin && !loaded->imported.scene.has_render_origin())
+    *loaded->imported.scene.mutable_render_origin() = *options.origin;
   if (options.roots) set_roots(*options.roots, loaded->imported.scene);
   const auto print_warnings = [&](const std::vector<std::string>& lines) {
     if (options.quiet) return;

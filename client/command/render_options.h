@@ -12,6 +12,7 @@
 #include "command/jobs/auto_choice.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
+#include "import/import.h"
 
 namespace tessera::client {
 
@@ -38,6 +39,7 @@ struct RenderOptions {
   FrameOptions frames;
   std::optional<std::int64_t> frame;  // the one of the animation that is to be rendered
   std::string group;                  // of the animation's jobs
+  std::optional<v1::Point3> origin;   // world space, as Scene.render_origin of scenes that have none
 };
 
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
@@ -45,6 +47,9 @@ void define_render_options(options::Command& command, RenderOptions& options);
 
 /// Those of them that say how a scene is rendered, but for the sample count; `bench` has them too.
 void define_job_options(options::Command& command, RenderOptions& options);
+
+/// How the scene is to be read.
+ImportOptions import_options(const RenderOptions& options);
 
 /// InvalidArgument when the file of --stats cannot be written.
 absl::Status check_stats(const RenderOptions& options);

@@ -130,6 +130,7 @@ void read_planes(Imf::MultiPartInputFile& file, int part, Image& image) {
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
     if (image.find(it.name()) == nullptr) image.add(it.name());
   }
+  if (image.channels.size() == first) return;
   // OpenEXR converts half and integer pixels to the slice's type.
   Imf::FrameBuffer frame;
   for (Channel& channel : std::span(image.channels).subspan(first)) {

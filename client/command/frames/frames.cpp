@@ -13,6 +13,7 @@
 #include "command/exit_code.h"
 #include "command/frames/preview_video.h"
 #include "image/exr.h"
+#include "import/import.h"
 
 namespace tessera::client {
 namespace {
@@ -47,6 +48,27 @@ struct Frame {
 std::string list_of_frames(std::vector<std::int64_t> frames) {
   std::ranges::sort(frames);
   return absl::StrJoin(frames, ",");
+}
+
+/// Where the first frame's camera stands, if frames are files of their own. Where coordinates of all are
+/// measured from there, those that differ by their camera have one content, and workers keep what they have
+/// built of it.
+std::optional<v1::Point3> shared_origin(const RenderOptions& all) {
+  const bool are_files =
+      has_frame_mark(all.scene) || std::ranges::any_of(all.defines, [](const std::string& define) {
+        return text_of_frame(define, 0) != text_of_frame(define, 1);
+      });
+  if (!are_files || all.frames.frames.size() < 2) return std::nullopt;
+  const RenderOptions first = options_of_frame(all, all.frames.frames.front());
+  const absl::StatusOr<ImportedScene> imported = import_scene(first.scene, import_options(first));
+  if (!imported.ok()) return std::nullopt;  // the frame will say so itself
+  const auto& placed = imported->scene.camera().world_from_camera().elements();
+  v1::Point3 origin;
+  if (placed.size() != 16) return origin;
+  origin.set_x(placed[3]);
+  origin.set_y(placed[7]);
+  origin.set_z(placed[11]);
+  return origin;
 }
 
 /// Whether there is no use in going on.
@@ -119,6 +141,8 @@ RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame) {
 
 int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame& start,
                std::stop_token stop) {
+  RenderOptions all = options;
+  all.origin = shared_origin(options);
   std::vector<std::int64_t> failed;
   std::size_t done = 0, skipped = 0;
   int last_code = kDone;
@@ -138,7 +162,7 @@ int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame
   };
   for (const std::int64_t number : in_order(options.frames.frames, options.frames.order)) {
     if (stop.stop_requested() || ends_all(last_code)) break;
-    const RenderOptions frame = options_of_frame(options, number);
+    const RenderOptions frame = options_of_frame(all, number);
     if (options.frames.skip_existing && is_there(frame)) {
       ++skipped;
       continue;

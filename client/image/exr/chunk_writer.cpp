@@ -55,7 +55,7 @@ exr_compression_t compression_of(ExrCompression compression) {
 }
 
 ChunkWriter::ChunkWriter(const ExrFile& file, int index, const ExrPart& part)
-    : file_(file), index_(index), part_(part) {}
+    : file_(file), index_(index), part_(part), dwa_(part) {}
 
 ChunkWriter::~ChunkWriter() {
   if (pipeline_) static_cast<void>(exr_encoding_destroy(file_.context(), &*pipeline_));
@@ -72,34 +72,40 @@ void ChunkWriter::append(std::span<const float> row, bool half) {
   }
 }
 
-bool ChunkWriter::packs_itself() const {
-  return part_.compression == ExrCompression::kNone || part_.compression == ExrCompression::kZip ||
-         part_.compression == ExrCompression::kZips;
+std::optional<std::span<const unsigned char>> ChunkWriter::packed(const exr_chunk_info_t& chunk) {
+  switch (part_.compression) {
+    case ExrCompression::kNone:
+      return block_;
+    case ExrCompression::kZip:
+    case ExrCompression::kZips:
+      return zip_.pack(block_);
+    case ExrCompression::kDwaa:
+    case ExrCompression::kDwab:
+      return dwa_.pack(block_, chunk.width, chunk.height);
+    default:
+      return std::nullopt;
+  }
 }
 
 void ChunkWriter::write_lines(std::int32_t y) {
-  if (packs_itself()) {
-    const std::span<const unsigned char> packed =
-        part_.compression == ExrCompression::kNone ? block_ : packer_.pack(block_);
-    file_.check(exr_write_scanline_chunk(file_.context(), index_, y, packed.data(), packed.size()));
+  exr_chunk_info_t chunk;
+  file_.check(exr_write_scanline_chunk_info(file_.context(), index_, y, &chunk));
+  if (const auto bytes = packed(chunk)) {
+    file_.check(exr_write_scanline_chunk(file_.context(), index_, y, bytes->data(), bytes->size()));
   } else {
-    exr_chunk_info_t chunk;
-    file_.check(exr_write_scanline_chunk_info(file_.context(), index_, y, &chunk));
     encode(chunk);
   }
   block_.clear();
 }
 
 void ChunkWriter::write_tile(const Tile& tile) {
-  if (packs_itself()) {
-    const std::span<const unsigned char> packed =
-        part_.compression == ExrCompression::kNone ? block_ : packer_.pack(block_);
+  exr_chunk_info_t chunk;
+  file_.check(
+      exr_write_tile_chunk_info(file_.context(), index_, tile.x, tile.y, tile.level, tile.level, &chunk));
+  if (const auto bytes = packed(chunk)) {
     file_.check(exr_write_tile_chunk(file_.context(), index_, tile.x, tile.y, tile.level, tile.level,
-                                     packed.data(), packed.size()));
+                                     bytes->data(), bytes->size()));
   } else {
-    exr_chunk_info_t chunk;
-    file_.check(
-        exr_write_tile_chunk_info(file_.context(), index_, tile.x, tile.y, tile.level, tile.level, &chunk));
     encode(chunk);
   }
   block_.clear();

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "image/exr/dwa_block.h"
 #include "image/exr/exr_file.h"
 #include "image/exr/part.h"
 #include "image/exr/zip_block.h"
@@ -34,7 +35,8 @@ class ChunkWriter {
   void write_tile(const Tile& tile);
 
  private:
-  bool packs_itself() const;
+  /// The block as it stands in the file; nothing where OpenEXRCore packs it.
+  std::optional<std::span<const unsigned char>> packed(const exr_chunk_info_t& chunk);
   /// Has the library pack the chunk, and write it.
   void encode(const exr_chunk_info_t& chunk);
 
@@ -42,7 +44,8 @@ class ChunkWriter {
   const int index_;
   const ExrPart& part_;
   std::vector<unsigned char> block_;
-  ZipBlockPacker packer_;
+  ZipBlockPacker zip_;
+  DwaBlockPacker dwa_;
   std::optional<exr_encode_pipeline_t> pipeline_;
 };
 

@@ -33,7 +33,7 @@ constexpr std::chrono::seconds kPatience{20};
 /// names.
 bool names_element(const std::string& message, const std::string& file) {
   static const std::regex kElement(
-      R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|film|settings)(:|\.)))");
+      R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|film|settings|animation)(:|\.)))");
   return message.find(absl::StrCat(file, ":")) != std::string::npos || std::regex_search(message, kElement);
 }
 

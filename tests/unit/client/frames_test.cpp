@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "command/exit_code.h"
 #include "image/exr.h"
 #include "unit/client/files.h"
@@ -14,9 +16,12 @@
 namespace tessera::client::frames_of_animations {
 namespace {
 
+using testing::DoubleNear;
+using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::IsNan;
 
 TEST(Frames, ListsAreRangesStepsAndNumbers) {
   const auto list = [](std::string_view text) {
@@ -83,12 +88,14 @@ TEST(Frames, ImagesThatWouldReplaceEachOtherAreRefused) {
 /// Frames that end with these exit codes; 0 for those that are not named.
 struct Farm {
   std::map<std::int64_t, int> codes;
-  std::vector<std::int64_t> started;
+  std::vector<std::int64_t> started = {};
+  std::vector<double> origins = {};  // x; NaN: none
   std::size_t open = 0, most_open = 0;
 
   StartFrame start() {
     return [this](const RenderOptions& frame, int&) -> FrameJob {
       started.push_back(*frame.frame);
+      origins.push_back(frame.origin ? frame.origin->x() : NAN);
       most_open = std::max(most_open, ++open);
       return [this, number = *frame.frame] {
         --open;
@@ -139,6 +146,25 @@ TEST(Frames, ImagesThatAreThereAreLeftOutUnlessTheyArePartial) {
   Farm farm;
   EXPECT_EQ(run_frames(options, 1, farm.start(), {}), kDone);
   EXPECT_THAT(farm.started, ElementsAre(2, 3, 4));
+}
+
+TEST(Frames, FilesOfTheirOwnAreMeasuredFromTheFirstCamera) {
+  const support::TempDir directory;
+  for (const int frame : {1, 2, 3}) {
+    write_bytes(directory / absl::StrCat("turn.", frame, ".pbrt"),
+                absl::StrCat("LookAt ", 3 * frame, " 1 5  0 0 0  0 1 0\nCamera \"perspective\"\n",
+                             "WorldBegin\nShape \"sphere\"\n"));
+  }
+  RenderOptions options = animation(directory / "a.#.exr", "2,3,1");
+  options.scene = directory / "turn.#.pbrt";
+  options.frames.order = FrameOrder::kReverse;
+  Farm files, one_file;
+  EXPECT_EQ(run_frames(options, 1, files.start(), {}), kDone);
+  EXPECT_THAT(files.started, ElementsAre(1, 3, 2));
+  EXPECT_THAT(files.origins, Each(DoubleNear(6, 1e-6)));
+  options.scene = directory / "turn.1.pbrt";
+  EXPECT_EQ(run_frames(options, 1, one_file.start(), {}), kDone);
+  EXPECT_THAT(one_file.origins, Each(IsNan()));
 }
 
 }  // namespace

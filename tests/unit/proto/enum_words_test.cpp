@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "tessera/v1/camera.pb.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/job_check.h"
@@ -44,9 +46,9 @@ TEST(EnumWords, WrongOnesAreAnsweredWithAllThereAreAndTheNearest) {
       value_of<v1::LightSelection>("unifrom").status().message(),
       "there is no light selection 'unifrom'; there is: auto, tree, mixed, power, uniform; did you mean "
       "'uniform'?");
-  EXPECT_EQ(
-      value_of<v1::AOV>("beauty").status().message(),
-      "there is no AOV 'beauty'; there is: variance, albedo, normal, depth, samples, alpha, id, visits");
+  EXPECT_EQ(value_of<v1::AOV>("beauty").status().message(),
+            absl::StrCat("there is no AOV 'beauty'; there is: ",
+                         absl::StrJoin(words_of(*v1::AOV_descriptor()), ", ")));
 }
 
 TEST(EnumWords, ValuesOfANewerVersionAreRefusedByName) {

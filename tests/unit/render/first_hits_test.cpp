@@ -122,7 +122,7 @@ TEST(FirstHits, MotionIsTheWayOverTheFilmWhileTheShutterIsOpen) {
 TEST(FirstHits, MotionOfWhatComesCloserIsTheProjections) {
   // At one unit from the axis, from 4 to 2 units away: from 1/4 to 1/2 on the plane z = 1.
   const client::Image image =
-      render(absl::StrCat("camera { perspective { fov_degrees: 90 } } shapes { sphere { radius: 0.01 } "
+      render(absl::StrCat("camera { perspective { fov_degrees: 90 } } shapes { sphere { radius: 0.1 } "
                           "world_from_object ",
                           at(1, 0, 4), " world_from_object_end ", at(1, 0, 2), " } ",
                           "shapes { disk { radius: 99 } world_from_object ", at(0, 0, 9), " }"),
@@ -130,8 +130,8 @@ TEST(FirstHits, MotionOfWhatComesCloserIsTheProjections) {
   float most = 0;
   for (int x = 18; x < 26; ++x) most = std::max(most, value(image, "motion.U", x, 15));
   EXPECT_GT(most, 0);
-  // Pixels mix it with the wall, whose motion is 0: no more than its own.
-  EXPECT_LT(most, 0.25 / kPixel * 1.05);
+  // Pixels mix it with the wall, whose motion is 0: no more than its own, and that of its near side.
+  EXPECT_LT(most, 0.25 / kPixel * 1.2);
 }
 
 double coverage_of(const client::Image& image, const std::string& list, float identifier, std::size_t pixel) {
