@@ -51,6 +51,7 @@ class Parts {
         passes_(wire::works_in_passes(spec)),
         adaptive_(spec.samples().noise() != 0) {}
 
+  bool whole() const { return passes_ || adaptive_ || spp_ <= kSurveySamples; }
   std::size_t count() const { return passes_ ? spp_ : scene_.tile_count(); }
 
   absl::StatusOr<PartCost> measure(std::size_t part) const {
@@ -62,7 +63,7 @@ class Parts {
     if (!rendered.ok()) return rendered.status();
     const wire::TileResult& tile = rendered->tiles.front();
     const double scale = passes_ ? 1 : static_cast<double>(spp_) / taken;
-    PartCost cost{.cpu_seconds = scale * rendered->cost.cpu_seconds};
+    PartCost cost{.cpu_seconds = scale * rendered->cost.cpu_seconds, .spent = rendered->cost.cpu_seconds};
     for (const std::uint32_t count : tile.counts) {
       cost.samples += scale * count;
       cost.capped += adaptive_ && count >= spp_ ? 1 : 0;
@@ -150,6 +151,7 @@ absl::StatusOr<Outlook> look_ahead(const EstimateWishes& options, LoadedJob& loa
   if (!phases.ok()) return phases.status();
   const Parts parts(**scene, *phases, spec, stop);
   const SurveyPlan plan{.parts = parts.count(),
+                        .whole = parts.whole(),
                         .wanted_error = options.error,
                         .cpu_seconds = options.budget,
                         .threads = options.render.threads,

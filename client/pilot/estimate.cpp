@@ -19,24 +19,24 @@ struct Total {
   double value = 0, error = 0;
 };
 
-Total total_of(std::span<const PartCost> costs, std::size_t parts, double PartCost::*figure) {
+Total total_of(std::span<const PartCost> costs, const SurveyPlan& plan, double PartCost::*figure) {
   std::vector<double> values;
   for (const PartCost& cost : costs) values.push_back(cost.*figure);
-  const double all = static_cast<double>(parts);
+  const double all = static_cast<double>(plan.parts);
   if (values.size() < 2) return {all * values.front(), 0};
   const Mean mean = mean_of(values);
-  const double left = 1 - static_cast<double>(values.size()) / all;
+  const double left = plan.whole ? 1 - static_cast<double>(values.size()) / all : 1;
   return {all * mean.value, all * std::sqrt(mean.variance * left)};
 }
 
-JobEstimate estimate_by(std::span<const PartCost> costs, std::size_t parts) {
-  const Total cpu = total_of(costs, parts, &PartCost::cpu_seconds),
-              samples = total_of(costs, parts, &PartCost::samples);
+JobEstimate estimate_by(std::span<const PartCost> costs, const SurveyPlan& plan) {
+  const Total cpu = total_of(costs, plan, &PartCost::cpu_seconds),
+              samples = total_of(costs, plan, &PartCost::samples);
   return {.cpu_seconds = cpu.value,
           .cpu_error = cpu.error,
           .samples = samples.value,
           .samples_error = samples.error,
-          .capped = total_of(costs, parts, &PartCost::capped).value,
+          .capped = total_of(costs, plan, &PartCost::capped).value,
           .parts = costs.size()};
 }
 
@@ -58,7 +58,7 @@ class Survey {
       if (absl::Status status = render_until(std::min(costs_.size() + batch, plan_.parts)); !status.ok())
         return status;
     }
-    JobEstimate estimate = estimate_by(costs_, plan_.parts);
+    JobEstimate estimate = estimate_by(costs_, plan_);
     estimate.survey_seconds = spent_;
     return estimate;
   }
@@ -68,7 +68,7 @@ class Survey {
     if (costs_.size() == plan_.parts) return true;
     if (costs_.size() < std::min(kFirstParts, plan_.parts)) return false;
     if (spent_ >= plan_.cpu_seconds) return true;
-    const JobEstimate so_far = estimate_by(costs_, plan_.parts);
+    const JobEstimate so_far = estimate_by(costs_, plan_);
     return so_far.cpu_error <= plan_.wanted_error * so_far.cpu_seconds;
   }
 
@@ -87,14 +87,14 @@ class Survey {
         }
         absl::StatusOr<PartCost> cost =
             stop_.stop_requested() ? absl::CancelledError("interrupted") : measure_(order_[own]);
-        const double first = cost.ok() && !warm ? cost->cpu_seconds : 0;
+        const double first = cost.ok() && !warm ? cost->spent : 0;
         if (cost.ok() && !warm) cost = measure_(order_[own]);
         warm = true;
         const std::lock_guard lock{mutex};
         status.Update(cost.status());
         if (!cost.ok()) return;
         costs_[own] = *cost;
-        spent_ += first + cost->cpu_seconds;
+        spent_ += first + cost->spent;
       }
     };
     {

@@ -15,10 +15,12 @@ struct PartCost {
   double cpu_seconds = 0;  // for all of the part's samples
   double samples = 0;      // that all of its pixels take together
   double capped = 0;       // pixels that take all samples they may
+  double spent = 0;        // CPU seconds of finding out
 };
 
 struct SurveyPlan {
   std::size_t parts = 1;       // that the job has
+  bool whole = true;           // parts are rendered with all of their samples
   double wanted_error = 0.05;  // standard error of the cost, as a share of it, at which the survey ends
   double cpu_seconds = 60;     // at most, but for the first parts
   int threads = 1;
@@ -28,7 +30,7 @@ struct SurveyPlan {
 /// The parts of a survey before anything is told of its error.
 inline constexpr std::size_t kFirstParts = 24;
 
-/// Of the whole job. Standard errors are 0 where every part was rendered.
+/// Of the whole job. Standard errors are 0 where every part was rendered with all of its samples.
 struct JobEstimate {
   double cpu_seconds = 0, cpu_error = 0;
   double samples = 0, samples_error = 0;
@@ -39,9 +41,9 @@ struct JobEstimate {
 
 /// Chooses parts without replacement, each as likely as the others, so that sums over the job are estimated
 /// without bias, and the error by the spread between parts with the correction for a finite population
-/// [Cochran1977, section 2.6]. `measure` renders a part (a number below `parts`), from several threads at
-/// once; its first call on each thread is made twice, for the first finds cold caches. Errors of `measure`;
-/// Cancelled when stopped.
+/// [Cochran1977, section 2.6], unless parts were not rendered as a whole. `measure` renders a part (a number
+/// below `parts`), from several threads at once; its first call on each thread is made twice, for the first
+/// finds cold caches. Errors of `measure`; Cancelled when stopped.
 absl::StatusOr<JobEstimate> survey(const SurveyPlan& plan,
                                    const std::function<absl::StatusOr<PartCost>(std::size_t)>& measure,
                                    std::stop_token stop);

@@ -23,11 +23,13 @@ std::vector<double> costs_of(std::size_t parts) {
 
 absl::StatusOr<JobEstimate> survey_of(const std::vector<double>& costs, SurveyPlan plan) {
   plan.parts = costs.size();
-  return survey(plan,
-                [&](std::size_t part) -> absl::StatusOr<PartCost> {
-                  return PartCost{.cpu_seconds = costs[part], .samples = 2 * costs[part], .capped = 1};
-                },
-                {});
+  return survey(
+      plan,
+      [&](std::size_t part) -> absl::StatusOr<PartCost> {
+        return PartCost{
+            .cpu_seconds = costs[part], .samples = 2 * costs[part], .capped = 1, .spent = costs[part] / 4};
+      },
+      {});
 }
 
 TEST(Survey, OfAllPartsIsExact) {
@@ -40,6 +42,16 @@ TEST(Survey, OfAllPartsIsExact) {
   EXPECT_NEAR(estimate->samples, 2 * sum, 1e-9);
   EXPECT_NEAR(estimate->capped, 20, 1e-9);
   EXPECT_EQ(estimate->cpu_error, 0);
+  // The first part was rendered twice.
+  EXPECT_GT(estimate->survey_seconds, sum / 4);
+  EXPECT_LT(estimate->survey_seconds, sum / 2);
+}
+
+TEST(Survey, OfSomeSamplesOfAllPartsIsNotExact) {
+  const auto estimate = survey_of(costs_of(20), {.whole = false});
+  ASSERT_TRUE(estimate.ok());
+  EXPECT_EQ(estimate->parts, 20u);
+  EXPECT_GT(estimate->cpu_error, 0);
 }
 
 TEST(Survey, IsUnbiasedAndKnowsItsError) {
